@@ -8,7 +8,7 @@ namespace {
 /// Damaged stamps may have any value: the difference of two need not fit an int64.
 bool silent_between(ArrivalTime earlier, ArrivalTime later) {
   return later > earlier && static_cast<std::uint64_t>(later.ns) - static_cast<std::uint64_t>(earlier.ns) >
-                                static_cast<std::uint64_t>(ArrivalOrder::longest_silence.ns);
+                                static_cast<std::uint64_t>(ArrivalOrder::kLongestSilence.ns);
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ ArrivalOrder::Placed ArrivalOrder::place(ArrivalTime stamp, bool trusted) {
   const bool agrees = !silent_between(ahead_, stamp) && !silent_between(stamp, ahead_);
   in_a_row_ = in_a_row_ > 0 && agrees ? in_a_row_ + 1 : 1;
   ahead_ = stamp;
-  if (in_a_row_ < confirmed) return take(next, Verdict::ahead);
+  if (in_a_row_ < kConfirmed) return take(next, Verdict::ahead);
   in_a_row_ = 0;
   return take(stamp, Verdict::real_leap);
 }

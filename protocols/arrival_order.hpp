@@ -9,14 +9,14 @@
 namespace parhelion {
 
 /// Assigns each event its arrival, strictly increasing by at least 1 us. An event gets its own stamp, except
-/// one that is not later than the last arrival, or more than `longest_silence` ahead of it, which gets last +
+/// one that is not later than the last arrival, or more than `kLongestSilence` ahead of it, which gets last +
 /// 1 us. The `confirmed`-th consecutive event that is ahead and agrees with the previous one (within
-/// `longest_silence`) confirms a real jump: a recording that was paused, a clock that was set. From there on
+/// `kLongestSilence`) confirms a real jump: a recording that was paused, a clock that was set. From there on
 /// the new stamps are followed.
 class ArrivalOrder {
  public:
-  static constexpr Duration longest_silence = seconds(300);
-  static constexpr int confirmed = 5;
+  static constexpr Duration kLongestSilence = seconds(300);
+  static constexpr int kConfirmed = 5;
 
   enum class Verdict : std::uint8_t {
     own_stamp,

@@ -25,9 +25,9 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::robot,  channel::scan,           channel::lines,     channel::odometry, channel::pose_cov,
-      channel::pose,   channel::reference_pose, channel::camera,    channel::depth,    channel::imu,
-      channel::teleop, channel::joint_state,    channel::joint_cmd, channel::operators};
+      channel::kRobot,  channel::kScan,          channel::kLines,    channel::kOdometry, channel::kPoseCov,
+      channel::kPose,   channel::kReferencePose, channel::kCamera,   channel::kDepth,    channel::kImu,
+      channel::kTeleop, channel::kJointState,    channel::kJointCmd, channel::kOperators};
   names.insert(names.end(), kInstructorChannels.begin(), kInstructorChannels.end());
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
@@ -35,9 +35,9 @@ std::vector<std::string> input_channels(const std::vector<std::string>& agents) 
 
 std::vector<std::string> output_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::loop,         channel::mr_scan,  channel::mr_scan_info, channel::mr_camera, channel::mr_depth,
-      channel::mr_session,   channel::mr_world, channel::mr_events,    channel::mr_status, channel::mr_cmd,
-      channel::mr_joint_cmd, channel::mr_model, channel::bumper,       channel::hazard};
+      channel::kLoop,       channel::kMrScan,  channel::kMrScanInfo, channel::kMrCamera, channel::kMrDepth,
+      channel::kMrSession,  channel::kMrWorld, channel::kMrEvents,   channel::kMrStatus, channel::kMrCmd,
+      channel::kMrJointCmd, channel::kMrModel, channel::kBumper,     channel::kHazard};
   for (const std::string& agent : agents) {
     names.push_back("MR_AGENT_" + agent + "_SCAN");
     names.push_back(agent_camera_channel(agent));
@@ -50,9 +50,9 @@ std::string agent_camera_channel(std::string_view agent) {
 }
 
 const std::vector<std::string>& sensor_channels() {
-  static const std::vector<std::string> names{channel::robot,       channel::scan,   channel::odometry,
-                                              channel::imu,         channel::camera, channel::depth,
-                                              channel::joint_state, channel::bumper, channel::pose_cov};
+  static const std::vector<std::string> names{channel::kRobot,      channel::kScan,   channel::kOdometry,
+                                              channel::kImu,        channel::kCamera, channel::kDepth,
+                                              channel::kJointState, channel::kBumper, channel::kPoseCov};
   return names;
 }
 

@@ -63,7 +63,7 @@ Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& comma
 /// Decodes the type that `command` already holds. After an Error it holds the stamp and request if they were
 /// read, for the reply.
 Status decode(std::string_view channel, Bytes bytes, InstructorCommand& command);
-Status decode(std::string_view channel, Bytes bytes, OperatorWord& word);
+Status decode(std::string_view channel, Bytes bytes, OperatorStatus& status);
 Status decode(std::string_view channel, Bytes bytes, Event& event);
 Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
 Status decode(std::string_view channel, Bytes bytes, ScanInfo& info);
@@ -119,7 +119,7 @@ void encode(const ObjectReport& command, std::vector<std::uint8_t>& bytes);
 void encode(const ScriptStart& command, std::vector<std::uint8_t>& bytes);
 void encode(const EmergencyStopCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const InstructorCommand& command, std::vector<std::uint8_t>& bytes);
-void encode(const OperatorWord& word, std::vector<std::uint8_t>& bytes);
+void encode(const OperatorStatus& status, std::vector<std::uint8_t>& bytes);
 void encode(const Event& event, std::vector<std::uint8_t>& bytes);
 void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);
 void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes);

@@ -64,7 +64,7 @@ std::string place(const Transform<A, B>& T) {
                 T.translation().z(), T.yaw());
 }
 
-std::string say(const Scan& scan) {
+std::string summarize(const Scan& scan) {
   float nearest = INFINITY, farthest = -INFINITY;
   for (const float range : scan.ranges) {
     if (!std::isfinite(range)) continue;
@@ -72,12 +72,12 @@ std::string say(const Scan& scan) {
     farthest = std::max(farthest, range);
   }
   return format("%zu beams from %.4f rad step %.6f rad, finite ranges %.3f..%.3f m, %zu intensities",
-                scan.ranges.size(), static_cast<double>(scan.angle_first),
-                static_cast<double>(scan.angle_step), static_cast<double>(nearest),
+                scan.ranges.size(), static_cast<double>(scan.angle_min),
+                static_cast<double>(scan.angle_increment), static_cast<double>(nearest),
                 static_cast<double>(farthest), scan.intensities.size());
 }
 
-std::string say(const Image& image) {
+std::string summarize(const Image& image) {
   const char* format_name = image.format == PixelFormat::mjpeg  ? "mjpeg"
                             : image.format == PixelFormat::rgb  ? "rgb"
                             : image.format == PixelFormat::bgr  ? "bgr"
@@ -90,9 +90,9 @@ std::string say(const Image& image) {
   return text;
 }
 
-std::string say(const Odometry& odometry) { return place(odometry.T_odom_base); }
+std::string summarize(const Odometry& odometry) { return place(odometry.T_odom_base); }
 
-std::string say(const PoseEstimate& estimate) {
+std::string summarize(const PoseEstimate& estimate) {
   constexpr std::array<const char*, 3> states = {"initializing", "tracking", "lost"};
   const auto sigma = [&](int i) { return std::sqrt(estimate.covariance(i, i)); };
   return format("%s sigma %.3f %.3f m %.4f rad %s %s step %.2f ms map ", place(estimate.T_map_base).c_str(),
@@ -101,16 +101,16 @@ std::string say(const PoseEstimate& estimate) {
          quoted(estimate.map_id);
 }
 
-std::string say(const PoseStamped& pose) {
+std::string summarize(const PoseStamped& pose) {
   return place(pose.T_map_base) +
          format(" velocity %.3f %.3f %.3f m/s", pose.velocity.x(), pose.velocity.y(), pose.velocity.z());
 }
 
-std::string say(const TwistCommand& command) {
+std::string summarize(const TwistCommand& command) {
   return format("vx %.3f vy %.3f m/s wz %.4f rad/s", command.twist.vx, command.twist.vy, command.twist.wz);
 }
 
-std::string say(const ImuSample& sample) {
+std::string summarize(const ImuSample& sample) {
   const Eigen::Vector3d &w = sample.rotation_rate, &a = sample.acceleration;
   std::string text = "no orientation";
   if (sample.orientation) {
@@ -122,7 +122,7 @@ std::string say(const ImuSample& sample) {
                        a.x(), a.y(), a.z());
 }
 
-std::string say(const Joints& joints) {
+std::string summarize(const Joints& joints) {
   std::string text = format("%zu joints", joints.names.size());
   for (std::size_t i = 0; i < joints.names.size(); ++i) {
     text += "; " + quoted(joints.names[i]);
@@ -133,7 +133,7 @@ std::string say(const Joints& joints) {
   return text;
 }
 
-std::string say(const Behaviour& behaviour) {
+std::string summarize(const Behaviour& behaviour) {
   const std::string text = format("%s %.2f m/s %zu waypoints", to_string(behaviour.kind), behaviour.speed,
                                   behaviour.waypoints.size());
   if (behaviour.kind < BehaviourKind::follow || behaviour.kind == BehaviourKind::go) return text;
@@ -144,71 +144,71 @@ std::string head(std::uint64_t request, const char* action) {
   return format("request %llu %s ", static_cast<unsigned long long>(request), action);
 }
 
-std::string say(const AgentSpawn& command) {
+std::string summarize(const AgentSpawn& command) {
   const AgentDefinition& agent = command.agent;
   return head(command.request, "spawn") + quoted(agent.name) +
          format(" %s %s size %.2f %.2f %.2f m ", to_string(agent.kind), place(agent.T_map_base).c_str(),
                 agent.size.x(), agent.size.y(), agent.size.z()) +
-         say(agent.behaviour) + " laser " + quoted(agent.laser) + " model " + quoted(agent.model) +
+         summarize(agent.behaviour) + " laser " + quoted(agent.laser) + " model " + quoted(agent.model) +
          format(" camera %.3g Hz", agent.camera_rate);
 }
 
-std::string say(const AgentMove& command) {
+std::string summarize(const AgentMove& command) {
   return head(command.request, "move") + quoted(command.agent) + " to " + place(command.T_map_base);
 }
 
-std::string say(const AgentBehaviour& command) {
-  return head(command.request, "behave") + quoted(command.agent) + " " + say(command.behaviour);
+std::string summarize(const AgentBehaviour& command) {
+  return head(command.request, "behave") + quoted(command.agent) + " " + summarize(command.behaviour);
 }
 
-std::string say(const AgentRemove& command) {
+std::string summarize(const AgentRemove& command) {
   return head(command.request, "remove") + (command.all ? "all" : quoted(command.agent));
 }
 
-std::string say(const AgentFreeze& command) {
+std::string summarize(const AgentFreeze& command) {
   return head(command.request, command.frozen ? "freeze" : "unfreeze") +
          (command.all ? "all" : quoted(command.agent));
 }
 
-std::string say(const DoorCommand& command) {
+std::string summarize(const DoorCommand& command) {
   return head(command.request, "door") + quoted(command.door) +
          (command.opening ? format(" open %.4f rad", *command.opening) : " determined by the sensors");
 }
 
-std::string say(const FaultCommand& command) {
+std::string summarize(const FaultCommand& command) {
   std::string text = head(command.request, command.begins ? "begin" : "end") + to_string(command.kind);
   if (!command.begins) return text;
-  text += command.kind == Lesson::Kind::dead_wheel ? (command.right ? " right" : " left")
-                                                   : format(" %.4g", command.amount);
+  text += command.kind == Fault::Kind::dead_wheel ? (command.right ? " right" : " left")
+                                                  : format(" %.4g", command.amount);
   return text + (command.duration ? format(" for %.3f s", *command.duration) : " until it is ended");
 }
 
-std::string say(const CameraRate& command) {
+std::string summarize(const CameraRate& command) {
   return head(command.request, "camera") + quoted(command.agent) + format(" %.3g Hz", command.rate);
 }
 
-std::string say(const ObjectReport& command) {
+std::string summarize(const ObjectReport& command) {
   return head(command.request, "report") + quoted(command.object) +
          (command.position ? format(" at %.3f %.3f m", command.position->x(), command.position->y())
                            : " without a position");
 }
 
-std::string say(const ScriptStart& command) {
+std::string summarize(const ScriptStart& command) {
   return head(command.request, "script") + quoted(command.script);
 }
 
-std::string say(const EmergencyStopCommand& command) {
+std::string summarize(const EmergencyStopCommand& command) {
   return head(command.request, command.engaged ? "emergency stop of" : "release of emergency stop of") +
          (command.robot.empty() ? "all" : quoted(command.robot));
 }
 
-std::string say(const OperatorWord& word) {
+std::string summarize(const OperatorStatus& status) {
   constexpr std::array<const char*, 3> states = {"drives", "has ended with", "was lost with"};
-  return quoted(word.name) + " " + states.at(static_cast<std::size_t>(word.state)) + " " +
-         quoted(word.robot) + " " + quoted(word.text);
+  return quoted(status.name) + " " + states.at(static_cast<std::size_t>(status.state)) + " " +
+         quoted(status.robot) + " " + quoted(status.text);
 }
 
-std::string say(const Event& event) {
+std::string summarize(const Event& event) {
   return format("%s ", to_string(event.kind)) + quoted(event.subject) + " " + quoted(event.object) +
          format(" at %.3f %.3f %.3f m impulse %.3f N s value %.4g%s request %llu ", event.position.x(),
                 event.position.y(), event.position.z(), event.impulse, event.value,
@@ -216,7 +216,7 @@ std::string say(const Event& event) {
          quoted(event.text);
 }
 
-std::string say(const SessionHeader& header) {
+std::string summarize(const SessionHeader& header) {
   std::string text = format("seed %llu version ", static_cast<unsigned long long>(header.seed)) +
                      quoted(header.version) +
                      format(" scenario %zu model %zu robot %zu characters inputs",
@@ -226,7 +226,7 @@ std::string say(const SessionHeader& header) {
   return text;
 }
 
-std::string say(const ScanInfo& info) {
+std::string summarize(const ScanInfo& info) {
   std::size_t replaced = 0;
   for (const std::int16_t agent : info.beam_agent) replaced += agent >= 0;
   return format("%s, %zu of %zu beams of %zu agents, predicted error %.3f m ",
@@ -235,25 +235,25 @@ std::string say(const ScanInfo& info) {
          quoted(info.reason);
 }
 
-std::string say(const LoopDecision& decision) {
+std::string summarize(const LoopDecision& decision) {
   constexpr std::array<const char*, 6> kinds = {"guard_fired",    "steps_skipped", "frame_dropped",
                                                 "scans_left_out", "ended",         "foreign_message"};
   return format("%s %lld", kinds.at(static_cast<std::size_t>(decision.kind)),
                 static_cast<long long>(decision.count));
 }
 
-std::string say(const ServerStatus& status) {
+std::string summarize(const ServerStatus& status) {
   std::string text;
   for (const auto& [name, value] : status.values) text += quoted(name) + format("=%g ", value);
   for (const auto& [name, note] : status.notes) text += quoted(name) + "=" + quoted(note) + " ";
   return text;
 }
 
-std::string say(const ModelVersion& model) {
+std::string summarize(const ModelVersion& model) {
   return "version " + std::to_string(model.version) + ", " + std::to_string(model.yaml.size()) +
          " bytes of YAML";
 }
-std::string say(const HazardReading& reading) {
+std::string summarize(const HazardReading& reading) {
   std::string text = reading.values.empty() ? "nothing" : "";
   for (const HazardReading::Value& value : reading.values) {
     text += (text.empty() ? "" : ", ") + format("%s %.4g ", to_string(value.kind), value.value) +
@@ -261,9 +261,9 @@ std::string say(const HazardReading& reading) {
   }
   return text;
 }
-std::string say(const RobotMessage& message) { return quoted(message.yaml); }
+std::string summarize(const RobotMessage& message) { return quoted(message.yaml); }
 
-std::string say(const WorldMessage& world) {
+std::string summarize(const WorldMessage& world) {
   std::string text = format("step %llu, attitude %s, %zu bodies", static_cast<unsigned long long>(world.step),
                             world.attitude_known ? "known" : "not known", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
@@ -279,7 +279,7 @@ std::string describe_as(const char* type, std::string_view channel, Bytes bytes)
     return "refused: " + status.error().message;
   return format("%s %lld.%06lld ", type, static_cast<long long>(message.stamp.utime() / 1'000'000),
                 static_cast<long long>(message.stamp.utime() % 1'000'000)) +
-         say(message);
+         summarize(message);
 }
 
 struct Type {
@@ -310,7 +310,7 @@ const auto& types() {
       Type{object_report_t::getHash(), "object_report_t", describe_as<ObjectReport>},
       Type{script_start_t::getHash(), "script_start_t", describe_as<ScriptStart>},
       Type{emergency_stop_t::getHash(), "emergency_stop_t", describe_as<EmergencyStopCommand>},
-      Type{operator_t::getHash(), "operator_t", describe_as<OperatorWord>},
+      Type{operator_t::getHash(), "operator_t", describe_as<OperatorStatus>},
       Type{event_t::getHash(), "event_t", describe_as<Event>},
       Type{session_t::getHash(), "session_t", describe_as<SessionHeader>},
       Type{scan_info_t::getHash(), "scan_info_t", describe_as<ScanInfo>},

@@ -6,14 +6,14 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_values = 16;
+constexpr std::size_t kMaxValues = 16;
 
 }  // namespace
 
 Status decode(std::string_view channel, Bytes bytes, HazardReading& reading) {
   wire::Reader reader(channel, "hazard_reading_t", hazard_reading_t::getHash(), bytes);
   reading.stamp = reader.utime();
-  reading.values.resize(reader.count("nvalues", sizeof(std::int8_t) + sizeof(double), max_values));
+  reading.values.resize(reader.count("nvalues", sizeof(std::int8_t) + sizeof(double), kMaxValues));
   for (HazardReading::Value& value : reading.values) {
     value.kind = reader.enumeration("kinds", HazardKind::gas);
     reader.check_range("kinds", static_cast<std::int64_t>(value.kind), 1, 2);

@@ -5,7 +5,7 @@
 namespace parhelion {
 namespace {
 
-constexpr std::int64_t max_side = 16'384;
+constexpr std::int64_t kMaxSide = 16'384;
 
 /// Bytes per pixel, 0 where the bytes are a compressed stream.
 int bytes_per_pixel(wire::Reader& reader, const Image& image) {
@@ -69,9 +69,9 @@ Status decode(std::string_view channel, Bytes bytes, Image& image) {
   wire::Reader reader(channel, "image_t", image_t::getHash(), bytes);
   image.stamp = reader.utime();
   image.width = reader.number<std::int32_t>("width");
-  reader.check_range("width", image.width, 1, max_side);
+  reader.check_range("width", image.width, 1, kMaxSide);
   image.height = reader.number<std::int32_t>("height");
-  reader.check_range("height", image.height, 1, max_side);
+  reader.check_range("height", image.height, 1, kMaxSide);
   image.row_stride = reader.number<std::int32_t>("row_stride");
   reader.check_range("row_stride", image.row_stride, 0, INT32_MAX);
   image.format = pixel_format(reader);

@@ -71,8 +71,8 @@ double read_not_negative(wire::Reader& reader, const char* field, double limit, 
 }
 
 Transform<Map, Base> read_place(wire::Reader& reader) {
-  const Eigen::Vector3d position = reader.vector("x, y, z", wire::max_position);
-  return Transform<Map, Base>::planar(position.x(), position.y(), reader.bounded("yaw", wire::max_rate),
+  const Eigen::Vector3d position = reader.vector("x, y, z", wire::kMaxPosition);
+  return Transform<Map, Base>::planar(position.x(), position.y(), reader.bounded("yaw", wire::kMaxRate),
                                       position.z());
 }
 
@@ -83,13 +83,13 @@ void write_place(wire::Writer& writer, const Transform<Map, Base>& T_map_base) {
 
 void read_behaviour(wire::Reader& reader, Behaviour& behaviour) {
   behaviour.kind = reader.enumeration("behaviour.kind", kLastBehaviourKind);
-  behaviour.speed = read_not_negative(reader, "speed", wire::max_rate, "m/s, not negative");
+  behaviour.speed = read_not_negative(reader, "speed", wire::kMaxRate, "m/s, not negative");
   behaviour.waypoints.resize(reader.count("nwaypoints", 2 * sizeof(double), kMaxWaypoints));
   for (Eigen::Vector2d& p_map : behaviour.waypoints) {
-    for (int i = 0; i < 2; ++i) p_map[i] = reader.bounded("waypoints", wire::max_position);
+    for (int i = 0; i < 2; ++i) p_map[i] = reader.bounded("waypoints", wire::kMaxPosition);
   }
   reader.text("target", behaviour.target);
-  behaviour.distance = read_not_negative(reader, "distance", wire::max_position, "metres, not negative");
+  behaviour.distance = read_not_negative(reader, "distance", wire::kMaxPosition, "metres, not negative");
   behaviour.yields = reader.boolean("yields");
   behaviour.opens_doors = reader.boolean("opens_doors");
 }
@@ -121,7 +121,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentSpawn& command) {
   read_behaviour(reader, agent.behaviour);
   reader.text("laser", agent.laser);
   reader.text("model", agent.model);
-  agent.camera_rate = read_not_negative(reader, "camera_rate", wire::max_rate, "Hz, not negative");
+  agent.camera_rate = read_not_negative(reader, "camera_rate", wire::kMaxRate, "Hz, not negative");
   return reader.status();
 }
 
@@ -204,7 +204,7 @@ Status decode(std::string_view channel, Bytes bytes, DoorCommand& command) {
   read_head(reader, command);
   read_entity_name(reader, "name", command.door);
   const bool known = reader.boolean("known");
-  const double opening = reader.bounded("opening", wire::max_rate);
+  const double opening = reader.bounded("opening", wire::kMaxRate);
   command.opening = known ? std::optional(opening) : std::nullopt;
   return reader.status();
 }
@@ -220,11 +220,11 @@ void encode(const DoorCommand& command, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, FaultCommand& command) {
   wire::Reader reader(channel, "fault_cmd_t", fault_cmd_t::getHash(), bytes);
   read_head(reader, command);
-  command.kind = reader.enumeration("kind", kLastLessonKind);
+  command.kind = reader.enumeration("kind", kLastFaultKind);
   command.begins = reader.boolean("begins");
-  command.amount = reader.bounded("amount", wire::max_rate);
+  command.amount = reader.bounded("amount", wire::kMaxRate);
   command.right = reader.enumeration("side", Side::right) == Side::right;
-  const double duration = read_not_negative(reader, "duration", wire::max_rate, "s, not negative");
+  const double duration = read_not_negative(reader, "duration", wire::kMaxRate, "s, not negative");
   command.duration = duration > 0 ? std::optional(duration) : std::nullopt;
   return reader.status();
 }
@@ -243,7 +243,7 @@ Status decode(std::string_view channel, Bytes bytes, CameraRate& command) {
   wire::Reader reader(channel, "camera_rate_t", camera_rate_t::getHash(), bytes);
   read_head(reader, command);
   read_agent_name(reader, command.agent);
-  command.rate = read_not_negative(reader, "rate", wire::max_rate, "Hz, not negative");
+  command.rate = read_not_negative(reader, "rate", wire::kMaxRate, "Hz, not negative");
   return reader.status();
 }
 
@@ -260,7 +260,7 @@ Status decode(std::string_view channel, Bytes bytes, ObjectReport& command) {
   read_entity_name(reader, "name", command.object);
   const bool known = reader.boolean("position_known");
   Eigen::Vector2d position;
-  for (int i = 0; i < 2; ++i) position[i] = reader.bounded("x, y", wire::max_position);
+  for (int i = 0; i < 2; ++i) position[i] = reader.bounded("x, y", wire::kMaxPosition);
   command.position = known ? std::optional(position) : std::nullopt;
   return reader.status();
 }

@@ -10,13 +10,13 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_joints = 256;
-constexpr std::size_t max_joint_name = 64;
-constexpr std::size_t least_string = 5;  // its length and its NUL
+constexpr std::size_t kMaxJoints = 256;
+constexpr std::size_t kMaxJointName = 64;
+constexpr std::size_t kMinStringSize = 5;  // its length and its NUL
 
 Eigen::Vector3d float_vector(wire::Reader& reader, const char* field) {
   Eigen::Vector3d v;
-  for (int i = 0; i < 3; ++i) v[i] = reader.bounded<float>(field, wire::max_rate);
+  for (int i = 0; i < 3; ++i) v[i] = reader.bounded<float>(field, wire::kMaxRate);
   return v;
 }
 
@@ -34,14 +34,14 @@ Status decode_mbot(std::string_view channel, Bytes bytes, ImuSample& sample) {
   sample.acceleration = float_vector(reader, "accel");
   (void)float_vector(reader, "mag");
   sample.orientation = from_roll_pitch_yaw(float_vector(reader, "tb_angles"));
-  (void)reader.bounded<float>("temp", wire::max_rate);
+  (void)reader.bounded<float>("temp", wire::kMaxRate);
   return reader.status();
 }
 
 void check_joint_names(wire::Reader& reader, const std::vector<std::string>& names) {
   for (auto name = names.begin(); reader.ok() && name != names.end(); ++name) {
-    reader.check(!name->empty() && name->size() <= max_joint_name, "names",
-                 "a name that is empty or too long", "1 to 64 bytes");
+    reader.check(!name->empty() && name->size() <= kMaxJointName, "names", "a name that is empty or too long",
+                 "1 to 64 bytes");
     reader.check(std::find(names.begin(), name, *name) == name, "names", "a duplicate joint name",
                  "each joint once");
   }
@@ -49,12 +49,12 @@ void check_joint_names(wire::Reader& reader, const std::vector<std::string>& nam
 
 void read_values(wire::Reader& reader, const char* count_field, const char* field, std::size_t njoints,
                  std::vector<double>& values) {
-  const std::size_t n = reader.count(count_field, sizeof(double), max_joints);
+  const std::size_t n = reader.count(count_field, sizeof(double), kMaxJoints);
   if (n != 0)
     reader.check_range(count_field, static_cast<std::int64_t>(n), static_cast<std::int64_t>(njoints),
                        static_cast<std::int64_t>(njoints));
   values.resize(reader.ok() ? n : 0);
-  for (double& value : values) value = reader.bounded(field, wire::max_rate);
+  for (double& value : values) value = reader.bounded(field, wire::kMaxRate);
 }
 
 void write_values(wire::Writer& writer, const std::vector<double>& values) {
@@ -74,8 +74,8 @@ Status decode(std::string_view channel, Bytes bytes, ImuSample& sample) {
     reader.check_range("norientation", static_cast<std::int64_t>(n), 4, 4);
     sample.orientation = reader.orientation("orientation");
   }
-  sample.rotation_rate = reader.vector("rotation_rate", wire::max_rate);
-  sample.acceleration = reader.vector("accel", wire::max_rate);
+  sample.rotation_rate = reader.vector("rotation_rate", wire::kMaxRate);
+  sample.acceleration = reader.vector("accel", wire::kMaxRate);
   return reader.status();
 }
 
@@ -91,8 +91,8 @@ void encode(const ImuSample& sample, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, Joints& joints) {
   wire::Reader reader(channel, "joints_t", joints_t::getHash(), bytes);
   joints.stamp = reader.utime();
-  const std::size_t n = reader.count("njoints", least_string, max_joints);
-  reader.check_range("njoints", static_cast<std::int64_t>(n), 1, static_cast<std::int64_t>(max_joints));
+  const std::size_t n = reader.count("njoints", kMinStringSize, kMaxJoints);
+  reader.check_range("njoints", static_cast<std::int64_t>(n), 1, static_cast<std::int64_t>(kMaxJoints));
   joints.names.resize(n);
   for (std::string& name : joints.names) reader.text("names", name);
   check_joint_names(reader, joints.names);

@@ -8,7 +8,7 @@
 namespace parhelion {
 namespace {
 
-constexpr double max_theta = 1e6;  // rad: odometry that never wraps
+constexpr double kMaxTheta = 1e6;  // rad: odometry that never wraps
 
 void read_covariance(wire::Reader& reader, PoseCovariance& covariance) {
   for (int row = 0; row < 6; ++row) {
@@ -18,8 +18,8 @@ void read_covariance(wire::Reader& reader, PoseCovariance& covariance) {
   if (asymmetry > 1e-6 * covariance.cwiseAbs().maxCoeff()) {
     reader.fail_value("covariance", asymmetry, "a symmetric matrix (this is the largest difference)");
   }
-  if (const double least = covariance.diagonal().minCoeff(); least < 0) {
-    reader.fail_value("covariance", least, "variances that are not negative");
+  if (const double smallest = covariance.diagonal().minCoeff(); smallest < 0) {
+    reader.fail_value("covariance", smallest, "variances that are not negative");
   }
 }
 
@@ -28,7 +28,7 @@ void read_covariance(wire::Reader& reader, PoseCovariance& covariance) {
 Status decode(std::string_view channel, Bytes bytes, PoseEstimate& estimate) {
   wire::Reader reader(channel, "pose_cov_t", pose_cov_t::getHash(), bytes);
   estimate.stamp = reader.utime();
-  const Eigen::Vector3d position = reader.vector("pos", wire::max_position);
+  const Eigen::Vector3d position = reader.vector("pos", wire::kMaxPosition);
   estimate.T_map_base = {reader.orientation("orientation"), position};
   read_covariance(reader, estimate.covariance);
   reader.text("map_id", estimate.map_id);
@@ -56,11 +56,11 @@ void encode(const PoseEstimate& estimate, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, PoseStamped& pose) {
   wire::Reader reader(channel, "pose_t", pose_t::getHash(), bytes);
   pose.stamp = reader.utime();
-  const Eigen::Vector3d position = reader.vector("pos", wire::max_position);
-  pose.velocity = reader.vector("vel", wire::max_rate);
+  const Eigen::Vector3d position = reader.vector("pos", wire::kMaxPosition);
+  pose.velocity = reader.vector("vel", wire::kMaxRate);
   pose.T_map_base = {reader.orientation("orientation"), position};
-  pose.rotation_rate = reader.vector("rotation_rate", wire::max_rate);
-  pose.acceleration = reader.vector("accel", wire::max_rate);
+  pose.rotation_rate = reader.vector("rotation_rate", wire::kMaxRate);
+  pose.acceleration = reader.vector("accel", wire::kMaxRate);
   return reader.status();
 }
 
@@ -77,9 +77,9 @@ void encode(const PoseStamped& pose, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, Odometry& odometry) {
   wire::Reader reader(channel, "pose2D_t", pose2D_t::getHash(), bytes);
   odometry.stamp = reader.utime();
-  const double x = reader.bounded<float>("x", wire::max_position);
-  const double y = reader.bounded<float>("y", wire::max_position);
-  const double theta = reader.bounded<float>("theta", max_theta);
+  const double x = reader.bounded<float>("x", wire::kMaxPosition);
+  const double y = reader.bounded<float>("y", wire::kMaxPosition);
+  const double theta = reader.bounded<float>("theta", kMaxTheta);
   Status status = reader.status();
   if (status.ok()) odometry.T_odom_base = Transform<Odom, Base>::planar(x, y, theta);
   return status;
@@ -96,9 +96,9 @@ void encode(const Odometry& odometry, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, TwistCommand& command) {
   wire::Reader reader(channel, "twist2D_t", twist2D_t::getHash(), bytes);
   command.stamp = reader.utime();
-  command.twist.vx = reader.bounded<float>("vx", wire::max_rate);
-  command.twist.vy = reader.bounded<float>("vy", wire::max_rate);
-  command.twist.wz = reader.bounded<float>("wz", wire::max_rate);
+  command.twist.vx = reader.bounded<float>("vx", wire::kMaxRate);
+  command.twist.vy = reader.bounded<float>("vy", wire::kMaxRate);
+  command.twist.wz = reader.bounded<float>("wz", wire::kMaxRate);
   return reader.status();
 }
 

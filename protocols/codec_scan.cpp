@@ -6,28 +6,28 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_beams = 100'000;
-constexpr double max_angle = 100;  // rad: several turns; more indicates a corrupt field
+constexpr std::size_t kMaxBeams = 100'000;
+constexpr double kMaxAngle = 100;  // rad: several turns; more indicates a corrupt field
 
 }  // namespace
 
 Status decode(std::string_view channel, Bytes bytes, Scan& scan) {
   wire::Reader reader(channel, "planar_lidar_t", planar_lidar_t::getHash(), bytes);
   scan.stamp = reader.utime();
-  const std::size_t beams = reader.count("nranges", sizeof(float), max_beams);
+  const std::size_t beams = reader.count("nranges", sizeof(float), kMaxBeams);
   reader.check(beams > 0, "nranges", "0", "at least one beam");
   reader.floats("ranges", beams, scan.ranges);
-  const std::size_t intensities = reader.count("nintensities", sizeof(float), max_beams);
+  const std::size_t intensities = reader.count("nintensities", sizeof(float), kMaxBeams);
   if (intensities != 0 && intensities != beams) {
     reader.check_range("nintensities", static_cast<std::int64_t>(intensities),
                        static_cast<std::int64_t>(beams), static_cast<std::int64_t>(beams));
   }
   reader.floats("intensities", intensities, scan.intensities);
-  scan.angle_first = reader.bounded<float>("rad0", max_angle);
-  scan.angle_step = reader.bounded<float>("radstep", max_angle);
-  reader.check(scan.angle_step != 0, "radstep", "0", "the angle between two beams, not 0");
-  if (std::abs(scan.angle_step) * static_cast<double>(beams) > max_angle) {
-    reader.fail_value("radstep", scan.angle_step, "beams within several turns");
+  scan.angle_min = reader.bounded<float>("rad0", kMaxAngle);
+  scan.angle_increment = reader.bounded<float>("radstep", kMaxAngle);
+  reader.check(scan.angle_increment != 0, "radstep", "0", "the angle between two beams, not 0");
+  if (std::abs(scan.angle_increment) * static_cast<double>(beams) > kMaxAngle) {
+    reader.fail_value("radstep", scan.angle_increment, "beams within several turns");
   }
   return reader.status();
 }
@@ -43,8 +43,8 @@ void encode(const Scan& scan, std::vector<std::uint8_t>& bytes) {
   writer.floats(scan.ranges);
   writer.count(scan.intensities.size());
   writer.floats(scan.intensities);
-  writer.number(scan.angle_first);
-  writer.number(scan.angle_step);
+  writer.number(scan.angle_min);
+  writer.number(scan.angle_increment);
 }
 
 Status decode(std::string_view channel, Bytes bytes, ScanInfo& info) {
@@ -58,7 +58,7 @@ Status decode(std::string_view channel, Bytes bytes, ScanInfo& info) {
   }
   info.agents.resize(reader.count("nagents", 5, INT16_MAX));
   for (std::string& name : info.agents) reader.text("agents", name);
-  info.beam_agent.resize(reader.count("nbeams", sizeof(std::int16_t), max_beams));
+  info.beam_agent.resize(reader.count("nbeams", sizeof(std::int16_t), kMaxBeams));
   for (std::int16_t& agent : info.beam_agent) {
     agent = reader.number<std::int16_t>("beam_agent");
     reader.check_range("beam_agent", agent, -1, static_cast<std::int64_t>(info.agents.size()) - 1);

@@ -9,8 +9,8 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_entries = 10'000;
-constexpr std::size_t string_size = 5;  // minimum: its length and its NUL
+constexpr std::size_t kMaxEntries = 10'000;
+constexpr std::size_t kStringSize = 5;  // minimum: its length and its NUL
 
 }  // namespace
 
@@ -35,9 +35,9 @@ Status decode(std::string_view channel, Bytes bytes, SessionHeader& header) {
   reader.text("robot_yaml", header.robot_yaml);
   header.seed = static_cast<std::uint64_t>(reader.number<std::int64_t>("seed"));
   reader.text("version", header.version);
-  header.input_channels.resize(reader.count("ninputs", string_size, max_entries));
+  header.input_channels.resize(reader.count("ninputs", kStringSize, kMaxEntries));
   for (std::string& name : header.input_channels) reader.text("input_channels", name);
-  header.robot_models.resize(reader.count("nrobot_models", 3 * string_size, max_entries));
+  header.robot_models.resize(reader.count("nrobot_models", 3 * kStringSize, kMaxEntries));
   for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_names", model.name);
   for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_urdfs", model.urdf);
   for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_yamls", model.yaml);
@@ -96,10 +96,10 @@ void encode(const ModelVersion& model, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, ServerStatus& status) {
   wire::Reader reader(channel, "status_t", status_t::getHash(), bytes);
   status.stamp = reader.utime();
-  status.values.resize(reader.count("nvalues", string_size + sizeof(double), max_entries));
+  status.values.resize(reader.count("nvalues", kStringSize + sizeof(double), kMaxEntries));
   for (auto& [name, value] : status.values) reader.text("value_names", name);
   for (auto& [name, value] : status.values) value = reader.number<double>("values");
-  status.notes.resize(reader.count("nnotes", 2 * string_size, max_entries));
+  status.notes.resize(reader.count("nnotes", 2 * kStringSize, kMaxEntries));
   for (auto& [name, note] : status.notes) reader.text("note_names", name);
   for (auto& [name, note] : status.notes) reader.text("notes", note);
   return reader.status();

@@ -6,9 +6,9 @@
 namespace parhelion::wire {
 namespace {
 
-constexpr std::int64_t utime_of_2200 = 7'258'118'400'000'000;
+constexpr std::int64_t kUtimeOf2200 = 7'258'118'400'000'000;
 
-bool sensible(std::int64_t utime) { return utime >= 0 && utime < utime_of_2200; }
+bool sensible(std::int64_t utime) { return utime >= 0 && utime < kUtimeOf2200; }
 
 }  // namespace
 
@@ -66,10 +66,11 @@ void Reader::check(bool good, const char* field, const char* found, const char* 
   if (ok() && !good) fail(std::string(field) + ": " + found + ", expected " + expected);
 }
 
-void Reader::check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
-  if (!ok() || (value >= least && value <= most)) return;
-  fail(std::string(field) + ": " + std::to_string(value) + ", expected " + std::to_string(least) + ".." +
-       std::to_string(most));
+void Reader::check_range(const char* field, std::int64_t value, std::int64_t min_value,
+                         std::int64_t max_value) {
+  if (!ok() || (value >= min_value && value <= max_value)) return;
+  fail(std::string(field) + ": " + std::to_string(value) + ", expected " + std::to_string(min_value) + ".." +
+       std::to_string(max_value));
 }
 
 Eigen::Vector3d Reader::vector(const char* field, double limit) {
@@ -99,9 +100,9 @@ bool Reader::boolean(const char* field) {
   return value == 1;
 }
 
-std::size_t Reader::count(const char* field, std::size_t element_size, std::size_t most) {
+std::size_t Reader::count(const char* field, std::size_t element_size, std::size_t max_value) {
   const auto n = number<std::int32_t>(field);
-  check_range(field, n, 0, static_cast<std::int64_t>(most));
+  check_range(field, n, 0, static_cast<std::int64_t>(max_value));
   if (!ok()) return 0;
   const std::size_t left = bytes_.size() - at_;
   if (static_cast<std::size_t>(n) > left / element_size) {

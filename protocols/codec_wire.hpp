@@ -51,8 +51,8 @@ void big_endian(T value, std::uint8_t* at) {
 
 /// Positions are limited to the size of the Earth, velocities and other quantities to plausible values of a
 /// robot: a float that is merely finite would overflow when squared.
-inline constexpr double max_position = 1e8;
-inline constexpr double max_rate = 1e6;
+inline constexpr double kMaxPosition = 1e8;
+inline constexpr double kMaxRate = 1e6;
 
 /// Reads one message. After the first failure every read gives zero, so a decoder is a plain list of fields;
 /// `status()` then returns the error.
@@ -85,7 +85,7 @@ class Reader {
     return ok() ? static_cast<Enumeration>(value) : Enumeration{};
   }
   /// A number of elements of at least `element_size` bytes each: not negative, and that many bytes remain.
-  std::size_t count(const char* field, std::size_t element_size, std::size_t most);
+  std::size_t count(const char* field, std::size_t element_size, std::size_t max_value);
   /// A string: length with its NUL, no NUL within. Reuses the capacity of `text`.
   void text(const char* field, std::string& text);
   void raw(const char* field, std::size_t n, std::vector<std::uint8_t>& out);
@@ -94,7 +94,7 @@ class Reader {
   /// utime and the nanoseconds within it.
   std::int64_t nanosecond_stamp();
 
-  void check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most);
+  void check_range(const char* field, std::int64_t value, std::int64_t min_value, std::int64_t max_value);
   /// Fails with "<field>: <found>, expected <expected>" unless `good`.
   void check(bool good, const char* field, const char* found, const char* expected);
   void fail_value(const char* field, double value, const char* expected);

@@ -7,32 +7,32 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_bodies = 100'000;
-constexpr std::size_t least_body_size = 2 * 5 + 2 + 8 + 13 * sizeof(double);
+constexpr std::size_t kMaxBodies = 100'000;
+constexpr std::size_t kMinBodySize = 2 * 5 + 2 + 8 + 13 * sizeof(double);
 
 }  // namespace
 
-Status decode(std::string_view channel, Bytes bytes, OperatorWord& word) {
+Status decode(std::string_view channel, Bytes bytes, OperatorStatus& status) {
   wire::Reader reader(channel, "operator_t", operator_t::getHash(), bytes);
-  word.stamp = reader.utime();
-  reader.text("name", word.name);
-  reader.check(wire::is_name(word.name) && !word.name.empty(), "name", "an invalid operator name",
+  status.stamp = reader.utime();
+  reader.text("name", status.name);
+  reader.check(wire::is_name(status.name) && !status.name.empty(), "name", "an invalid operator name",
                "1 to 40 letters, digits, '_' and '-'");
-  reader.text("robot", word.robot);
-  reader.check(wire::is_name(word.robot), "robot", "an invalid robot name",
+  reader.text("robot", status.robot);
+  reader.check(wire::is_name(status.robot), "robot", "an invalid robot name",
                "at most 40 letters, digits, '_' and '-'");
-  word.state = reader.enumeration("state", OperatorWord::State::lost);
-  reader.text("text", word.text);
+  status.state = reader.enumeration("state", OperatorStatus::State::lost);
+  reader.text("text", status.text);
   return reader.status();
 }
 
-void encode(const OperatorWord& word, std::vector<std::uint8_t>& bytes) {
+void encode(const OperatorStatus& status, std::vector<std::uint8_t>& bytes) {
   wire::Writer writer(operator_t::getHash(), bytes);
-  writer.number(word.stamp.utime());
-  writer.text(word.name);
-  writer.text(word.robot);
-  writer.enumeration(word.state);
-  writer.text(word.text);
+  writer.number(status.stamp.utime());
+  writer.text(status.name);
+  writer.text(status.robot);
+  writer.enumeration(status.state);
+  writer.text(status.text);
 }
 
 Status decode(std::string_view channel, Bytes bytes, Event& event) {
@@ -42,7 +42,7 @@ Status decode(std::string_view channel, Bytes bytes, Event& event) {
   reader.text("subject", event.subject);
   reader.text("object", event.object);
   event.pair = reader.enumeration("pair", PairKind::virtual_virtual);
-  event.position = reader.vector("position", wire::max_position);
+  event.position = reader.vector("position", wire::kMaxPosition);
   event.impulse = reader.bounded("impulse", 1e12);
   event.value = reader.bounded("value", 1e12);
   event.unsensed = reader.boolean("unsensed");
@@ -71,7 +71,7 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
   world.stamp.ns = reader.nanosecond_stamp();
   world.step = static_cast<std::uint64_t>(reader.number<std::int64_t>("step"));
   world.attitude_known = reader.boolean("attitude_known");
-  world.bodies.resize(reader.count("nbodies", least_body_size, max_bodies));
+  world.bodies.resize(reader.count("nbodies", kMinBodySize, kMaxBodies));
   for (WorldMessage::Entry& body : world.bodies) {
     reader.text("entity", body.entity);
     reader.text("part", body.part);
@@ -80,10 +80,10 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
     const auto epoch = reader.number<std::int64_t>("epoch");
     reader.check_range("epoch", epoch, 0, UINT32_MAX);
     body.epoch = static_cast<std::uint32_t>(epoch);
-    const Eigen::Vector3d position = reader.vector("pos", wire::max_position);
+    const Eigen::Vector3d position = reader.vector("pos", wire::kMaxPosition);
     body.T_map_body = {reader.orientation("orientation"), position};
-    body.velocity = reader.vector("velocity", wire::max_rate);
-    body.rotation_rate = reader.vector("rotation_rate", wire::max_rate);
+    body.velocity = reader.vector("velocity", wire::kMaxRate);
+    body.rotation_rate = reader.vector("rotation_rate", wire::kMaxRate);
   }
   return reader.status();
 }

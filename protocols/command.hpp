@@ -57,7 +57,7 @@ struct AgentDefinition {
 };
 
 /// Status of a console (channel OPERATOR): at each change, and at least twice a second.
-struct OperatorWord {
+struct OperatorStatus {
   enum class State : std::uint8_t { drives, ended, lost };
   SensorTime stamp;   ///< when it was sent, the console's clock
   std::string name;   ///< of the operator

@@ -78,13 +78,13 @@ CourseStanding standing_in(const Course& course, const std::vector<std::optional
   CourseStanding standing;
   for (std::size_t i = 0; i < course.programmes.size(); ++i) {
     const ProgrammeResult result = i < best.size() && best[i] ? *best[i] : ProgrammeResult{};
-    standing.share += result.share;
+    standing.fraction += result.fraction;
     standing.passed += result.passed;
     if (!result.passed && !standing.next) standing.next = i;
   }
-  if (!course.programmes.empty()) standing.share /= static_cast<double>(course.programmes.size());
+  if (!course.programmes.empty()) standing.fraction /= static_cast<double>(course.programmes.size());
   const auto rank = std::find_if(course.ranking.begin(), course.ranking.end(), [&](const CourseRank& each) {
-    return standing.passed >= each.passed && standing.share >= each.from;
+    return standing.passed >= each.passed && standing.fraction >= each.from;
   });
   if (rank != course.ranking.end()) standing.rank = rank->name;
   return standing;

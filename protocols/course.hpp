@@ -31,14 +31,14 @@ struct Course {
 
 /// A trainee's best session of one programme.
 struct ProgrammeResult {
-  double share = 0;  ///< of the points, 0..1
+  double fraction = 0;  ///< of the points, 0..1
   bool passed = false;
 };
 
 struct CourseStanding {
   std::string rank;                 ///< empty: none yet
   std::size_t passed = 0;           ///< programmes
-  double share = 0;                 ///< mean over all programmes; those not driven yet count as 0
+  double fraction = 0;              ///< mean over all programmes; those not driven yet count as 0
   std::optional<std::size_t> next;  ///< first programme that is not passed; none: all are passed
 };
 

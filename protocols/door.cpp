@@ -5,7 +5,9 @@
 namespace parhelion {
 namespace {
 
-double way(const Hinge& hinge) { return hinge.upper - hinge.closed >= hinge.closed - hinge.lower ? 1 : -1; }
+double opening_sign(const Hinge& hinge) {
+  return hinge.upper - hinge.closed >= hinge.closed - hinge.lower ? 1 : -1;
+}
 
 }  // namespace
 
@@ -22,9 +24,9 @@ Transform<Map, Body> leaf_at(const ModelEntity& door, const Hinge& hinge, double
   return Transform<Map, Body>(turned);
 }
 
-double opening_of(const Hinge& hinge, double angle) { return way(hinge) * (angle - hinge.closed); }
+double opening_of(const Hinge& hinge, double angle) { return opening_sign(hinge) * (angle - hinge.closed); }
 
-double angle_of(const Hinge& hinge, double opening) { return hinge.closed + way(hinge) * opening; }
+double angle_of(const Hinge& hinge, double opening) { return hinge.closed + opening_sign(hinge) * opening; }
 
 double leaf_reach(const ModelEntity& door, const Hinge& hinge) {
   return std::hypot(std::abs(hinge.axis.x()) + door.size.x() / 2,

@@ -15,17 +15,17 @@ enum class EventKind : std::uint8_t {
   agent_spawned,
   agent_moved,
   agent_removed,
-  collision_started,
-  collision_stopped,
-  pose_lost,
-  pose_recovered,
+  contact_started,
+  contact_ended,
+  localization_lost,
+  localized,
   relocalized,
-  command_reduced,  ///< virtual contact limits TELEOP (start of it)
-  command_restored,
-  injection_degraded,
-  injection_restored,
-  model_changed,        ///< a new version of the model replaced the old one; `text` gives the version
-  collision_continued,  ///< a contact continues; impulse: the largest of one step since the last report
+  speed_limited,  ///< virtual contact limits TELEOP (start of it)
+  speed_limit_lifted,
+  injection_suspended,
+  injection_active,
+  model_changed,      ///< a new version of the model replaced the old one; `text` gives the version
+  contact_continues,  ///< a contact continues; impulse: the largest of one step since the last report
   movement_started,
   movement_stopped,
   joint_broken,     ///< object: the joint
@@ -53,9 +53,9 @@ enum class EventKind : std::uint8_t {
   zone_left,
   collision_predicted,  ///< along the present motion; value: s until it occurs
   tipping_predicted,    ///< value: s until it occurs
-  hazard_set_off,  ///< object: what triggered it by coming near; text: the trigger, with its value in N s,
-                   ///< rad, m or s
-  radio_lost,      ///< value: dBm at the receiver
+  hazard_triggered,  ///< object: what triggered it by coming near; text: the trigger, with its value in N s,
+                     ///< rad, m or s
+  radio_lost,        ///< value: dBm at the receiver
   radio_restored,
   battery_low,  ///< value: remaining fraction of the charge, 0..1
   battery_empty,
@@ -68,18 +68,18 @@ enum class EventKind : std::uint8_t {
   task_started,       ///< grading; object: the task; value: its points
   task_done,          ///< object: the task; value: points awarded; text: what decided it
   task_failed,        ///< the same, or its time was up
-  penalty_charged,    ///< object: the rule; value: points deducted; text: what triggered it
+  points_deducted,    ///< object: the rule; value: points deducted; text: what triggered it
   score_changed,      ///< object: the task or the rule; value: the new score; text: change in points
   grading_ended,      ///< value: the final score; text: the grade, passed or not
   object_reported,    ///< object: the object that the trainee reports; value: m between the reported and the
                       ///< true position; -1: no position was reported, or no object has that name
-  deadman_pressed,    ///< TELEOP is received (again)
-  deadman_released,   ///< TELEOP timed out; value: m/s of its last motion, if it was commanded just before
-  lesson_started,     ///< object: the fault; value: its amount; text: the side of a dead wheel
-  lesson_ended,       ///< the same
+  dead_man_pressed,   ///< TELEOP is received (again)
+  dead_man_released,  ///< TELEOP timed out; value: m/s of its last motion, if it was commanded just before
+  fault_started,      ///< object: the fault; value: its amount; text: the side of a dead wheel
+  fault_ended,        ///< the same
   near_miss,          ///< passed without contact; text: "gap" or "time"; value: the smallest gap in m, or the
                       ///< smallest time to a collision in s (server/simulation/near_miss.hpp)
-  agent_withheld,     ///< the subject's sensors do not show object: its returns would be too uncertain
+  agent_hidden,       ///< the subject's sensors do not show object: its returns would be too uncertain
   agent_shown,        ///< the subject's sensors show object again
 };
 inline constexpr EventKind kLastEventKind = EventKind::agent_shown;

@@ -7,7 +7,7 @@
 namespace parhelion {
 namespace {
 
-constexpr double most_reach = 10;  // m: extent of the simulation's gas grid
+constexpr double kMaxReach = 10;  // m: extent of the simulation's gas grid
 
 bool positive(const std::optional<double>& value) { return !value || (std::isfinite(*value) && *value > 0); }
 
@@ -41,7 +41,7 @@ Status check(const Hazard& hazard) {
   }
   if (!(hazard.strength > 0) || !std::isfinite(hazard.strength))
     return Error{who + "expected a strength above 0"};
-  if (!(hazard.half_value > 0) || !(hazard.reach > 0) || !(hazard.reach <= most_reach))
+  if (!(hazard.half_value > 0) || !(hazard.reach > 0) || !(hazard.reach <= kMaxReach))
     return Error{who + "expected half_value and reach above 0, reach of at most 10 m"};
   return {};
 }

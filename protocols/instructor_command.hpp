@@ -12,7 +12,7 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/command.hpp"
-#include "protocols/lesson.hpp"
+#include "protocols/fault.hpp"
 
 namespace parhelion {
 
@@ -68,7 +68,7 @@ struct DoorCommand {
 struct FaultCommand {
   SensorTime stamp = {};
   std::uint64_t request = 0;
-  Lesson::Kind kind = Lesson::Kind::camera_delay;
+  Fault::Kind kind = Fault::Kind::camera_delay;
   bool begins = true;                   ///< false: ends the faults of this kind that were started by commands
   double amount = 0;                    ///< by kind, as Lesson::amount
   bool right = false;                   ///< side of dead_wheel
@@ -115,9 +115,9 @@ using InstructorCommand =
 
 /// Canonical names of their channels, in the order of InstructorCommand.
 inline constexpr std::array<const char*, std::variant_size_v<InstructorCommand>> kInstructorChannels{
-    channel::mr_spawn,         channel::mr_move,   channel::mr_behaviour,     channel::mr_remove,
-    channel::mr_freeze,        channel::mr_door,   channel::mr_fault,         channel::mr_camera_rate,
-    channel::mr_object_report, channel::mr_script, channel::mr_emergency_stop};
+    channel::kMrSpawn,        channel::kMrMove,   channel::kMrBehaviour,    channel::kMrRemove,
+    channel::kMrFreeze,       channel::kMrDoor,   channel::kMrFault,        channel::kMrCameraRate,
+    channel::kMrObjectReport, channel::kMrScript, channel::kMrEmergencyStop};
 
 inline const char* channel_of(const InstructorCommand& command) {
   return kInstructorChannels[command.index()];

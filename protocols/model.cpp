@@ -20,11 +20,11 @@ namespace {
 using yaml::Node;
 using yaml::Quantity;
 
-constexpr std::array<const char*, 10> label_names{
+constexpr std::array<const char*, 10> kLabelNames{
     "wall",   "floor",   "ceiling",         "door",      "stairs", "window",
     "pillar", "unknown", "wall_above_door", "free_space"};
 
-constexpr std::array<const char*, 7> relation_names{
+constexpr std::array<const char*, 7> kRelationNames{
     "parallel", "orthogonal", "above", "under", "equal_height", "available_inside", "connected_via_joint"};
 
 Material read_material(const Node& node) {
@@ -61,7 +61,7 @@ Hinge read_hinge(const Node& node, EntityLabel label, yaml::Problems& problems) 
 ModelEntity read_entity(const Node& node, yaml::Problems& problems) {
   ModelEntity entity;
   yaml::read(node, "name", entity.name);
-  yaml::read(node, "label", label_names, entity.label);
+  yaml::read(node, "label", kLabelNames, entity.label);
   yaml::read(node, "pose", entity.T_map_body, problems);
   entity.size = yaml::vector3(*node.find("size"));
   yaml::read(node, "confidence", entity.confidence);
@@ -94,8 +94,8 @@ void check_overlap(const std::vector<ModelEntity>& entities, const Node& list, y
   problems.add(list.items[pair->second].line,
                std::string("'") + yaml::printable(b.name) + "' overlaps '" + yaml::printable(a.name) +
                    "' (line " + std::to_string(list.items[pair->first].line) + ", both " +
-                   to_string(a.label) + "): share " +
-                   yaml::format_number(std::round(overlap_share(a, b) * 1000) / 1000) +
+                   to_string(a.label) + "): fraction " +
+                   yaml::format_number(std::round(overlap_fraction(a, b) * 1000) / 1000) +
                    " of the smaller one's volume, expected fraction <= 0.5");
 }
 
@@ -110,7 +110,7 @@ std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEn
   int unknown = 0;
   for (const Node& node : list.items) {
     Relation relation;
-    yaml::read(node, "kind", relation_names, relation.kind);
+    yaml::read(node, "kind", kRelationNames, relation.kind);
     yaml::read(node, "from", relation.from);
     yaml::read(node, "to", relation.to);
     yaml::read(node, "confidence", relation.confidence);
@@ -184,9 +184,9 @@ void write_relations(yaml::Writer& writer, const std::vector<Relation>& relation
 
 }  // namespace
 
-const char* to_string(EntityLabel label) { return label_names.at(static_cast<std::size_t>(label)); }
+const char* to_string(EntityLabel label) { return kLabelNames.at(static_cast<std::size_t>(label)); }
 
-const char* to_string(RelationKind kind) { return relation_names.at(static_cast<std::size_t>(kind)); }
+const char* to_string(RelationKind kind) { return kRelationNames.at(static_cast<std::size_t>(kind)); }
 
 Result<SemanticModel> parse_model(const std::string& yaml, const std::string& origin) {
   const auto document = yaml::read_checked(yaml, origin, "model");

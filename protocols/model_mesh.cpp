@@ -9,8 +9,8 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t row_bytes = 12;  // of three floats or three indices
-constexpr float farthest = 1e6F;       // m
+constexpr std::size_t kRowBytes = 12;  // of three floats or three indices
+constexpr float kFarthest = 1e6F;      // m
 
 std::uint32_t little_endian(const std::uint8_t* bytes) {
   return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8U |
@@ -26,11 +26,11 @@ template <class Row>
 void read_rows(const yaml::Node& node, const char* key, yaml::Problems& problems, Row row) {
   const auto bytes = yaml::from_base64(node.text);
   if (!bytes) return problems.add(node.line, std::string("'") + key + "': " + bytes.error().message);
-  if (bytes->size() % row_bytes != 0) {
+  if (bytes->size() % kRowBytes != 0) {
     return problems.add(node.line, std::string("'") + key + "': expected a multiple of 12 bytes, found " +
                                        std::to_string(bytes->size()));
   }
-  for (std::size_t i = 0; i < bytes->size(); i += row_bytes) {
+  for (std::size_t i = 0; i < bytes->size(); i += kRowBytes) {
     const std::uint8_t* at = bytes->data() + i;
     row(std::array{little_endian(at), little_endian(at + 4), little_endian(at + 8)});
   }
@@ -57,7 +57,7 @@ void write_binary(const char* key, std::span<const std::uint8_t> bytes, yaml::Wr
 
 Status check_mesh(const ModelMesh& mesh) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (mesh.vertices[i].allFinite() && mesh.vertices[i].cwiseAbs().maxCoeff() <= farthest) continue;
+    if (mesh.vertices[i].allFinite() && mesh.vertices[i].cwiseAbs().maxCoeff() <= kFarthest) continue;
     return Error{"vertex " + std::to_string(i) + ": expected finite coordinates of at most 1000 km"};
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -80,8 +80,8 @@ std::vector<ModelMesh> read_meshes(const yaml::Node& list, yaml::Problems& probl
                    "mesh '" + yaml::printable(meshes.back().name) + "': " + status.error().message);
     triangles += meshes.back().triangles.size();
   }
-  if (triangles > max_model_triangles) {
-    problems.add(list.line, "'meshes': expected at most " + std::to_string(max_model_triangles) +
+  if (triangles > kMaxModelTriangles) {
+    problems.add(list.line, "'meshes': expected at most " + std::to_string(kMaxModelTriangles) +
                                 " triangles in all, found " + std::to_string(triangles));
   }
   return meshes;

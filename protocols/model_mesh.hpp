@@ -10,7 +10,7 @@
 namespace parhelion {
 
 /// For all meshes of a model together; a larger number indicates a whole cloud instead of furniture.
-inline constexpr std::size_t max_model_triangles = 1'000'000;
+inline constexpr std::size_t kMaxModelTriangles = 1'000'000;
 
 /// Why a mesh is invalid, or success: a vertex that is not finite or farther than 1,000 km, a triangle with
 /// an invalid vertex index.

@@ -55,7 +55,7 @@ double upright_overlap(const ModelEntity& a, const ModelEntity& b) {
 }
 
 /// Fraction of grid points in `inner` that lie in `outer`.
-double sampled_share(const ModelEntity& inner, const ModelEntity& outer) {
+double sampled_fraction(const ModelEntity& inner, const ModelEntity& outer) {
   constexpr int n = 24;
   const Eigen::Isometry3d T = outer.T_map_body.inverse().isometry() * inner.T_map_body.isometry();
   int inside = 0;
@@ -74,9 +74,9 @@ Eigen::Vector3d half_extent(const ModelEntity& entity) {
 
 }  // namespace
 
-double overlap_share(const ModelEntity& a, const ModelEntity& b) {
+double overlap_fraction(const ModelEntity& a, const ModelEntity& b) {
   const bool a_smaller = a.size.prod() <= b.size.prod();
-  if (!upright(a) || !upright(b)) return a_smaller ? sampled_share(a, b) : sampled_share(b, a);
+  if (!upright(a) || !upright(b)) return a_smaller ? sampled_fraction(a, b) : sampled_fraction(b, a);
   return upright_overlap(a, b) / std::min(a.size.prod(), b.size.prod());
 }
 
@@ -105,7 +105,7 @@ std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vecto
           (low[i].array() >= high[j].array()).any() || (low[j].array() >= high[i].array()).any();
       if (apart || a.label != b.label || a.is_virtual != b.is_virtual) continue;
       if (!is_solid(a) || !is_solid(b)) continue;
-      if (overlap_share(a, b) > 0.5) first = pair;
+      if (overlap_fraction(a, b) > 0.5) first = pair;
     }
     open.push_back(i);
   }

@@ -12,7 +12,7 @@ namespace parhelion {
 
 /// Fraction of the smaller box's volume that lies in the other, 0..1. Exact for upright boxes (to about 0.02
 /// for tilted ones, which are sampled).
-double overlap_share(const ModelEntity& a, const ModelEntity& b);
+double overlap_fraction(const ModelEntity& a, const ModelEntity& b);
 
 /// The first pair (by index) of solid entities with the same label, both virtual or both not, that overlap by
 /// more than half of the smaller one's volume. Doors may open into one another's free space.

@@ -21,8 +21,8 @@ namespace {
 using yaml::Node;
 using yaml::Quantity;
 
-constexpr std::array<const char*, 2> lens_names{"radial_tangential", "fisheye"};
-constexpr std::array<const char*, 2> velocity_frame_names{"body", "local"};
+constexpr std::array<const char*, 2> kLensNames{"radial_tangential", "fisheye"};
+constexpr std::array<const char*, 2> kVelocityFrameNames{"body", "local"};
 
 CameraIntrinsics read_intrinsics(const Node& node, yaml::Problems& problems) {
   CameraIntrinsics camera;
@@ -32,11 +32,11 @@ CameraIntrinsics read_intrinsics(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "fy", camera.fy);
   yaml::read(node, "cx", camera.cx);
   yaml::read(node, "cy", camera.cy);
-  yaml::read(node, "lens", lens_names, camera.lens);
+  yaml::read(node, "lens", kLensNames, camera.lens);
   if (const Node* list = node.find("distortion")) {
-    const std::size_t most = camera.lens == CameraIntrinsics::Lens::fisheye ? 4 : 5;
+    const std::size_t max_coefficients = camera.lens == CameraIntrinsics::Lens::fisheye ? 4 : 5;
     for (std::size_t i = 0; i < list->items.size(); ++i) camera.distortion.at(i) = list->items[i].number;
-    if (list->items.size() > most && camera.distortion[4] != 0) {
+    if (list->items.size() > max_coefficients && camera.distortion[4] != 0) {
       problems.add(list->line, "'distortion': a fisheye lens has four coefficients, k1 k2 k3 k4, found five");
     }
   }
@@ -50,7 +50,7 @@ void write_intrinsics(yaml::Writer& writer, const CameraIntrinsics& camera) {
   writer.quantity("fy", camera.fy, Quantity::pixels);
   writer.quantity("cx", camera.cx, Quantity::pixels);
   writer.quantity("cy", camera.cy, Quantity::pixels);
-  writer.word("lens", lens_names.at(static_cast<std::size_t>(camera.lens)));
+  writer.word("lens", kLensNames.at(static_cast<std::size_t>(camera.lens)));
   const std::size_t count =
       camera.lens == CameraIntrinsics::Lens::fisheye && camera.distortion[4] == 0 ? 4 : 5;
   std::string list;
@@ -198,7 +198,7 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   yaml::read(node, "mass", robot.mass);
   if (const Node* limits = node.find("limits")) read_limits(*limits, robot.limits);
   if (const Node* attitude = node.find("attitude")) robot.attitude = read_attitude(*attitude, problems);
-  yaml::read(node, "velocity_frame", velocity_frame_names, robot.velocity_frame);
+  yaml::read(node, "velocity_frame", kVelocityFrameNames, robot.velocity_frame);
   yaml::read(node, "odometry_error_translation", robot.odometry_error_translation);
   yaml::read(node, "odometry_error_rotation", robot.odometry_error_rotation);
   yaml::read(node, "source", robot.source);
@@ -287,7 +287,7 @@ std::string to_yaml(const RobotDescription& robot) {
   writer.quantity("reaction_time", robot.limits.reaction_time, Quantity::time);
   writer.close();
   if (robot.attitude) write_attitude(writer, *robot.attitude);
-  writer.word("velocity_frame", velocity_frame_names.at(static_cast<std::size_t>(robot.velocity_frame)));
+  writer.word("velocity_frame", kVelocityFrameNames.at(static_cast<std::size_t>(robot.velocity_frame)));
   writer.quantity("odometry_error_translation", robot.odometry_error_translation, Quantity::length_ratio);
   writer.quantity("odometry_error_rotation", robot.odometry_error_rotation, Quantity::angle_ratio);
   if (!robot.source.empty()) writer.text("source", robot.source);

@@ -11,13 +11,13 @@
 
 namespace parhelion {
 
-/// One scan; beam i points at angle_first + i * angle_step in the laser's xy-plane.
+/// One scan; beam i points at angle_min + i * angle_increment in the laser's xy-plane.
 struct Scan {
   SensorTime stamp;                ///< instant of the beam that LaserDescription::stamp_beam names
   std::vector<float> ranges;       ///< metres, sentinels as received from the sensor (never rewritten)
   std::vector<float> intensities;  ///< empty, or one per beam; sensor's own unit
-  float angle_first = 0;           ///< rad
-  float angle_step = 0;            ///< rad, negative where the sensor sweeps clockwise
+  float angle_min = 0;             ///< rad
+  float angle_increment = 0;       ///< rad, negative where the sensor sweeps clockwise
 };
 
 /// Meaning of one range on the wire, in REP-117's terms.
@@ -59,8 +59,8 @@ struct LaserDescription {
   bool intensities = false;    ///< simulated scans carry intensities, like this sensor's
   /// For simulated lasers: number of beams.
   int beams = 0;
-  double angle_first = 0;  ///< rad
-  double angle_step = 0;   ///< rad
+  double angle_min = 0;        ///< rad
+  double angle_increment = 0;  ///< rad
   /// Text of an imported source that has no field here ("source" topic, CameraInfo and so on).
   std::string source;
 

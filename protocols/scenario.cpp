@@ -9,7 +9,7 @@
 #include "protocols/nearest_name.hpp"
 #include "protocols/scenario_site.hpp"
 #include "protocols/yaml/agent.hpp"
-#include "protocols/yaml/lessons.hpp"
+#include "protocols/yaml/faults.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/ranges.hpp"
 #include "protocols/yaml/schema.hpp"
@@ -164,12 +164,12 @@ void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Prob
   std::optional<int> line;
   for (std::size_t i = 0; i < scenario.agents.size(); ++i) {
     asked += scenario.agents[i].camera_rate;
-    if (asked > scenario.most_agent_pictures && !line) line = list.items[i].find("camera")->line;
+    if (asked > scenario.max_agent_image_rate && !line) line = list.items[i].find("camera")->line;
   }
   if (!line) return;
   problems.add(*line, "'camera': the agents' cameras take " + yaml::format_quantity(asked, Quantity::rate) +
-                          " together, more than most_agent_pictures, " +
-                          yaml::format_quantity(scenario.most_agent_pictures, Quantity::rate) +
+                          " together, more than max_agent_image_rate, " +
+                          yaml::format_quantity(scenario.max_agent_image_rate, Quantity::rate) +
                           "; lower some rates, or raise the limit if the machine can render as many");
 }
 
@@ -182,8 +182,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
   yaml::read(node, "mapping", scenario.mapping);
-  yaml::read(node, "most_agents", scenario.most_agents);
-  yaml::read(node, "most_agent_pictures", scenario.most_agent_pictures);
+  yaml::read(node, "max_agents", scenario.max_agents);
+  yaml::read(node, "max_agent_image_rate", scenario.max_agent_image_rate);
   if (const Node* injection = node.find("injection")) {
     yaml::read(*injection, "max_error", scenario.injection.max_error);
     yaml::read(*injection, "restore", scenario.injection.restore);
@@ -222,8 +222,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.battery = read_battery(*battery, problems);
     check_supply(scenario, *battery, "battery", problems);
   }
-  if (const Node* lessons = node.find("lessons"))
-    scenario.lessons = yaml::read_lessons(*lessons, scenario.level, problems);
+  if (const Node* faults = node.find("faults"))
+    scenario.faults = yaml::read_faults(*faults, scenario.level, problems);
   if (const Node* drawn = node.find("drawn")) scenario.drawn = yaml::read_drawn(*drawn);
   if (Node* training = node.find("training")) scenario.training = yaml::read_training(*training, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
@@ -298,8 +298,8 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.model.empty()) writer.text("model", scenario.model);
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   if (scenario.mapping) writer.word("mapping", "true");
-  writer.integer("most_agents", scenario.most_agents);
-  writer.quantity("most_agent_pictures", scenario.most_agent_pictures, Quantity::rate);
+  writer.integer("max_agents", scenario.max_agents);
+  writer.quantity("max_agent_image_rate", scenario.max_agent_image_rate, Quantity::rate);
   writer.open("injection");
   writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
   writer.number("restore", scenario.injection.restore);
@@ -345,7 +345,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!(scenario.hazard_sensor == HazardSensor())) write(scenario.hazard_sensor, writer);
   if (scenario.radio) write(*scenario.radio, writer);
   if (scenario.battery) write(*scenario.battery, writer);
-  yaml::write_lessons(writer, scenario.lessons);
+  yaml::write_faults(writer, scenario.faults);
   if (scenario.training) yaml::write_training(writer, *scenario.training);
   yaml::write_drawn(writer, scenario.drawn);
   if (!scenario.channels.empty()) {

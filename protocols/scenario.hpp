@@ -9,8 +9,8 @@
 
 #include "protocols/command.hpp"
 #include "protocols/driving_timing.hpp"
+#include "protocols/fault.hpp"
 #include "protocols/hazard.hpp"
-#include "protocols/lesson.hpp"
 #include "protocols/script.hpp"
 #include "protocols/status.hpp"
 #include "protocols/training.hpp"
@@ -28,7 +28,7 @@ struct ContactLimits {
   double slow_distance = 1.0;   ///< m, distance at which virtual contact begins to limit TELEOP
   double stop_distance = 0.15;  ///< m, distance at which motion towards the body is zero
   double crawl_speed = 0.2;     ///< m/s, after loss of the pose and a released dead-man
-  double silence = driving_timing::teleop_silence.seconds();  ///< s without TELEOP: stop
+  double silence = driving_timing::kTeleopSilence.seconds();  ///< s without TELEOP: stop
 };
 
 /// POSE (a pose without covariance) instead of POSE_COV: its uncertainty and its map.
@@ -69,8 +69,8 @@ struct Scenario {
   ContactLimits contact;
   std::optional<Trainee> trainee;
   std::optional<PoseInput> pose;     ///< none: POSE is not consumed, POSE_COV is
-  std::uint64_t most_agents = 1000;  ///< limit of what this machine can simulate; more are rejected
-  double most_agent_pictures = 10;   ///< Hz, of the cameras of all agents together; more are rejected
+  std::uint64_t max_agents = 1000;   ///< limit of what this machine can simulate; more are rejected
+  double max_agent_image_rate = 10;  ///< Hz, of the cameras of all agents together; more are rejected
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
   std::vector<Script> scripts;
@@ -79,7 +79,7 @@ struct Scenario {
   HazardSensor hazard_sensor;                   ///< of the graded robot
   std::optional<Radio> radio;                   ///< none: simulated robots have unlimited radio range
   std::optional<Battery> battery;               ///< none: unlimited
-  std::vector<Lesson> lessons;                  ///< faults injected for training
+  std::vector<Fault> faults;                    ///< faults injected for training
   std::optional<Training> training;             ///< tasks and grading; none: no grading
   std::vector<DrawnValue> drawn;                ///< values that were given as ranges
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ

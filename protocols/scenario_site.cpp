@@ -43,7 +43,7 @@ Zone read_zone(const Node& node, yaml::Problems& problems) {
   return zone;
 }
 
-const std::array<const char*, 3> hazard_names{to_string(HazardKind::device), to_string(HazardKind::radiation),
+const std::array<const char*, 3> kHazardNames{to_string(HazardKind::device), to_string(HazardKind::radiation),
                                               to_string(HazardKind::gas)};
 
 void read_optional(const Node& node, std::string_view key, std::optional<double>& out) {
@@ -53,7 +53,7 @@ void read_optional(const Node& node, std::string_view key, std::optional<double>
 Hazard read_hazard(const Node& node, yaml::Problems& problems) {
   Hazard hazard;
   yaml::read(node, "name", hazard.name);
-  yaml::read(node, "kind", hazard_names, hazard.kind);
+  yaml::read(node, "kind", kHazardNames, hazard.kind);
   if (const Node* position = node.find("position")) hazard.position = yaml::vector3(*position);
   yaml::read(node, "agent", hazard.agent);
   if ((node.find("position") == nullptr) == hazard.agent.empty())

@@ -14,13 +14,13 @@ namespace parhelion {
 /// nest up to the YAML reader's limit.
 struct Condition {
   enum class Kind : std::uint8_t {
-    event,  ///< `count` events of `event` by `subject` about `object`, at least `impulse`, `least` to `most`
-    reach,  ///< it is in the zone `target`
-    pass,   ///< it went through the opening of the door `target`, from one side to the other
-    climb,  ///< it is up the flight of stairs `target`
-    near,   ///< its origin is within `distance` (in the plane) of that of `target`, continuously for
-            ///< `duration`
-    still,  ///< it has not moved for `duration`
+    event,    ///< `count` events of `event` by `subject` about `object`, at least `impulse`, `min` to `max`
+    reach,    ///< it is in the zone `target`
+    pass,     ///< it went through the opening of the door `target`, from one side to the other
+    climb,    ///< it is up the flight of stairs `target`
+    near,     ///< its origin is within `distance` (in the plane) of that of `target`, continuously for
+              ///< `duration`
+    still,    ///< it has not moved for `duration`
     inspect,  ///< `target` is in its camera's view, no farther than `distance`, not occluded by the building,
               ///< continuously for `duration`
     follow,   ///< like near, for an agent
@@ -40,11 +40,11 @@ struct Condition {
     then       ///< one after the other
   };
   Kind kind = Kind::event;
-  EventKind event = EventKind::collision_started;
+  EventKind event = EventKind::contact_started;
   std::string subject, object;
-  double impulse = 0;                 ///< N s
-  std::optional<double> least, most;  ///< of the event's value
-  std::string text;                   ///< the event's; empty: any
+  double impulse = 0;              ///< N s
+  std::optional<double> min, max;  ///< of the event's value
+  std::string text;                ///< the event's; empty: any
   std::uint64_t count = 1;
   std::string target, into;
   double amount = 0;    ///< of pitch, roll, yaw_rate, speed
@@ -68,10 +68,10 @@ struct Task {
 
 struct Penalty {
   std::string name;
-  double points = 0;           ///< deducted each time
-  double per_impulse = 0;      ///< points per N s of the event that triggered it
-  std::optional<double> most;  ///< points, maximum in total
-  Condition when;              ///< evaluated anew each time after it has held
+  double points = 0;          ///< deducted each time
+  double per_impulse = 0;     ///< points per N s of the event that triggered it
+  std::optional<double> max;  ///< points, maximum in total
+  Condition when;             ///< evaluated anew each time after it has held
 };
 
 struct GradeStep {

@@ -208,7 +208,7 @@ void DepthOcclusion::find_bounds() {
   cv::dilate(known, farthest, square);
 }
 
-double DepthOcclusion::visible_share(const DepthView& view, int x, int y, float threshold) const {
+double DepthOcclusion::visible_fraction(const DepthView& view, int x, int y, float threshold) const {
   const auto width = static_cast<std::ptrdiff_t>(view.camera.intrinsics().width);
   const auto stride = static_cast<std::ptrdiff_t>(window_.width());
   const std::uint8_t* centre = &view.bgr[3 * static_cast<std::size_t>(y * width + x)];
@@ -266,8 +266,8 @@ void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
       const std::size_t w = at(x, y);
       const bool known = confidence_[w] > 0;
       if (known && nearest_[w] >= threshold) continue;
-      const double share = known && farthest_[w] < threshold ? 0 : visible_share(view, x, y, threshold);
-      const double coverage = smoothstep(Rule::kSoftLow, Rule::kSoftHigh, share);
+      const double fraction = known && farthest_[w] < threshold ? 0 : visible_fraction(view, x, y, threshold);
+      const double coverage = smoothstep(Rule::kSoftLow, Rule::kSoftHigh, fraction);
       for (int k = 0; k < 4; ++k) rgba[k] = static_cast<std::uint8_t>(rgba[k] * coverage + 0.5);
       if (!rgba[3]) rgba[0] = rgba[1] = rgba[2] = 0, layer.depth_id[i] = 0;
     }

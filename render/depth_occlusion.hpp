@@ -72,7 +72,7 @@ class DepthOcclusion {
   void add_model(const Layer& modelled);
   void find_edges();
   void find_bounds();
-  double visible_share(const DepthView& view, int x, int y, float threshold) const;
+  double visible_fraction(const DepthView& view, int x, int y, float threshold) const;
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y - window_.y0) * static_cast<std::size_t>(window_.width()) +
            static_cast<std::size_t>(x - window_.x0);

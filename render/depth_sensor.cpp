@@ -9,7 +9,7 @@
 namespace parhelion::render {
 namespace {
 
-constexpr double kMostMillimetres = 65534;  // 65535 means "no measurement" in some data sets
+constexpr double kMaxMillimetres = 65534;  // 65535 means "no measurement" in some data sets
 constexpr double kDrawsInSigma = 30;  // quantiles of the normal distribution are multiples of 1 / 30 sigma
 
 /// 1 sigma draws, to a 30th: within 8.5 sigma.
@@ -32,7 +32,7 @@ void find_hidden(std::span<const float> disparities, std::vector<bool>& hidden) 
 }  // namespace
 
 double farthest_depth(const DepthCameraDescription& camera) {
-  return camera.range_max > 0 ? std::min(camera.range_max, kMostMillimetres / 1000) : kDepthSight;
+  return camera.range_max > 0 ? std::min(camera.range_max, kMaxMillimetres / 1000) : kDepthSight;
 }
 
 void DepthSensor::measure(const DepthCameraDescription& camera, std::span<const float> depths,

@@ -9,7 +9,7 @@
 namespace parhelion::render {
 namespace {
 
-constexpr std::uint8_t no_chroma = 128;
+constexpr std::uint8_t kNoChroma = 128;
 
 void resize(I420Picture& picture, int width, int height) {
   picture.width = width & ~1;
@@ -114,8 +114,8 @@ Status I420Reader::convert(const std::uint8_t* pixels, int stride, int tj_format
     for (int row = 0; row < picture.height; ++row)
       std::copy_n(pixels + static_cast<std::ptrdiff_t>(row) * stride, picture.width,
                   picture.y.data() + static_cast<std::ptrdiff_t>(row) * picture.width);
-    std::fill(picture.u.begin(), picture.u.end(), no_chroma);
-    std::fill(picture.v.begin(), picture.v.end(), no_chroma);
+    std::fill(picture.u.begin(), picture.u.end(), kNoChroma);
+    std::fill(picture.v.begin(), picture.v.end(), kNoChroma);
     return {};
   }
   std::array<unsigned char*, 3> planes{picture.y.data(), picture.u.data(), picture.v.data()};
@@ -158,8 +158,8 @@ Status I420Reader::read_planes(const std::vector<std::uint8_t>& jpeg, const Jpeg
   if (as_it_is) return {};
   shrink({luma_, tjPlaneWidth(0, format.width, subsampling)}, 1, 1, picture.width, picture.height, picture.y);
   if (gray) {
-    std::fill(picture.u.begin(), picture.u.end(), no_chroma);
-    std::fill(picture.v.begin(), picture.v.end(), no_chroma);
+    std::fill(picture.u.begin(), picture.u.end(), kNoChroma);
+    std::fill(picture.v.begin(), picture.v.end(), kNoChroma);
     return {};
   }
   const auto [across, down] = chroma_steps(format.subsampling);

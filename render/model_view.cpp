@@ -203,7 +203,7 @@ class Viewer {
   }
 
   /// The label of an entity: the flight for a step.
-  static std::string word_of(const ModelEntity& e) {
+  static std::string displayed_name(const ModelEntity& e) {
     const bool in_parts = e.label == EntityLabel::stairs || e.label == EntityLabel::floor;
     return in_parts && !e.part_of.empty() ? e.part_of : e.name;
   }
@@ -233,7 +233,7 @@ class Viewer {
     std::vector<cv::Rect> taken;
     for (const std::size_t i : order) {
       const ModelEntity& e = model_.entities[i];
-      const std::string word = word_of(e);
+      const std::string word = displayed_name(e);
       if (importance(e.label) > 4 || std::find(named.begin(), named.end(), word) != named.end()) continue;
       const cv::Point at(static_cast<int>(seen[i].x / seen[i].count / kFineness),
                          static_cast<int>(seen[i].y / seen[i].count / kFineness));

@@ -87,7 +87,8 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
   double previous_range = 0;
   const auto finish = [&] {  // a return without neighbours: a strip as wide as its beam
     if (previous && !previous_joined) {
-      const double width = std::max(0.02, previous_range * std::abs(static_cast<double>(scan.angle_step)));
+      const double width =
+          std::max(0.02, previous_range * std::abs(static_cast<double>(scan.angle_increment)));
       const Eigen::Vector3d across =
           T_map_laser.rotation().col(2).cross(*previous - T_map_laser.translation());
       const Eigen::Vector3d side = across.norm() > 0 ? Eigen::Vector3d(across.normalized() * 0.5 * width)
@@ -103,16 +104,16 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
       finish();
       continue;
     }
-    const double angle =
-        static_cast<double>(scan.angle_first) + static_cast<double>(i) * static_cast<double>(scan.angle_step);
+    const double angle = static_cast<double>(scan.angle_min) +
+                         static_cast<double>(i) * static_cast<double>(scan.angle_increment);
     const Eigen::Vector3d p =
         T_map_laser * (static_cast<double>(range) * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     if ((p - p_map_camera).head<2>().norm() > farthest || explained(p, building)) {
       finish();
       continue;
     }
-    const double gap =
-        std::max(kScanGap, 3 * static_cast<double>(range) * std::abs(static_cast<double>(scan.angle_step)));
+    const double gap = std::max(
+        kScanGap, 3 * static_cast<double>(range) * std::abs(static_cast<double>(scan.angle_increment)));
     if (previous && (p - *previous).norm() < gap) {
       strips.push_back(strip(*previous, p, 0, floor_z));
       previous_joined = true;

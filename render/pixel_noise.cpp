@@ -24,9 +24,9 @@ std::uint64_t word(std::uint64_t stream, std::size_t index) {
 PixelNoise::PixelNoise(double sigma) : sigma_(sigma), quantiles_(kDraws) {
   int step = -256;
   for (std::size_t i = 0; i < kDraws; ++i) {
-    const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(kDraws);
+    const double fraction = (static_cast<double>(i) + 0.5) / static_cast<double>(kDraws);
     // The smallest whole step whose upper edge is at or above this fraction of all draws.
-    while (step < 256 && 0.5 * std::erfc(-(step + 0.5) / (sigma * std::sqrt(2.0))) < share) ++step;
+    while (step < 256 && 0.5 * std::erfc(-(step + 0.5) / (sigma * std::sqrt(2.0))) < fraction) ++step;
     quantiles_[i] = static_cast<std::int16_t>(step);
   }
 }

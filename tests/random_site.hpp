@@ -17,7 +17,7 @@
 namespace parhelion::test {
 
 /// Of boxes that may be called one thing or another; no glass stands in these windows.
-constexpr EntityLabel not_scored = EntityLabel::window;
+constexpr EntityLabel kNotScored = EntityLabel::window;
 
 enum class DoorKind : std::uint8_t { open, leaf_open, recessed, flush, ajar };
 
@@ -236,7 +236,7 @@ class SiteBuilder {
         const double a = x0 + 1.6 + i * tread;
         box(EntityLabel::stairs, {a, y0, 0}, {a + tread, y0 + wide, z});
       }
-      box(not_scored, {x0 + 1.6 + stairs, y0, 0}, {x1, y0 + wide, z});  // the landing: floor or last step
+      box(kNotScored, {x0 + 1.6 + stairs, y0, 0}, {x1, y0 + wide, z});  // the landing: floor or last step
       site_.flights.push_back(rises);
     } else {
       const double slope = range(0.06, 0.14), l = stairs + 0.5;

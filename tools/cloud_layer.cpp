@@ -8,19 +8,19 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t header_bytes = 16, point_bytes = 16;
-constexpr std::array<std::uint8_t, 3> none{};
+constexpr std::size_t kHeaderBytes = 16, point_bytes = 16;
+constexpr std::array<std::uint8_t, 3> kNone{};
 
 }  // namespace
 
 Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
-                                std::size_t most) {
+                                std::size_t max_points) {
   const auto file = cloud::read_scan(path);
   if (!file) return file.error();
   const auto& cloud = file->cloud;
-  const std::size_t every = (cloud.size() + most - 1) / most;
+  const std::size_t every = (cloud.size() + max_points - 1) / max_points;
   const std::size_t count = (cloud.size() + every - 1) / every;
-  station::ByteWriter bytes(header_bytes + point_bytes * count);
+  station::ByteWriter bytes(kHeaderBytes + point_bytes * count);
   bytes.put(std::uint8_t{3});
   bytes.put(std::uint8_t{1});  // a registered cloud
   bytes.put(static_cast<std::uint16_t>(cloud.colours.empty() ? 0 : 1));
@@ -29,7 +29,7 @@ Result<std::string> cloud_layer(const std::filesystem::path& path, const Transfo
   for (std::size_t i = 0; i < cloud.size(); i += every) {
     const Eigen::Vector3d p = T_map_cloud * cloud.points[i].cast<double>().eval();
     for (const double coordinate : {p.x(), p.y(), p.z()}) bytes.put(static_cast<float>(coordinate));
-    for (const std::uint8_t part : cloud.colours.empty() ? none : cloud.colours[i]) bytes.put(part);
+    for (const std::uint8_t part : cloud.colours.empty() ? kNone : cloud.colours[i]) bytes.put(part);
     bytes.put(std::uint8_t{0});
   }
   return bytes.take();

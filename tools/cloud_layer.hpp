@@ -10,9 +10,9 @@
 namespace parhelion::tools {
 
 /// Reads a cloud (as `map register` writes it, or any that `map model` reads) for StationOptions::cloud,
-/// transformed by `T_map_cloud` of its model and thinned evenly to at most `most` points. Errors are those of
-/// read_scan.
+/// transformed by `T_map_cloud` of its model and thinned evenly to at most `max_points` points. Errors are
+/// those of read_scan.
 Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
-                                std::size_t most = 120'000);
+                                std::size_t max_points = 120'000);
 
 }  // namespace parhelion::tools

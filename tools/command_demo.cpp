@@ -62,7 +62,7 @@ Exit run(Arguments& arguments) {
     }
     progress->update(done, total);
   };
-  options.say = [&](const std::string& line) {
+  options.notify = [&](const std::string& line) {
     if (progress) progress->finish();
     progress.reset();
     task.clear();

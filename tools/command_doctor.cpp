@@ -9,7 +9,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* sena_rawlog =
+constexpr const char* kSenaRawlog =
     "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
 
 const char* verdict_text(MachineCheck::Verdict verdict) {
@@ -30,7 +30,7 @@ Exit examine(const std::string& url, const std::string& folder) {
       check_big_messages(url),     check_egl(),
       check_processors(),          check_real_time(),
       check_disk(folder),          check_shipped_files(),
-      check_recording(sena_rawlog)};
+      check_recording(kSenaRawlog)};
   Exit exit = Exit::done;
   for (const MachineCheck& check : checks) {
     std::printf("%-5s %-20s %s%s%s\n", verdict_text(check.verdict), check.name.c_str(), check.finding.c_str(),

@@ -39,7 +39,7 @@ Exit drive(KeyboardConsole& console) {
   std::printf("%s", station::keyboard_help());
   std::string problem;
   while (!console.quit() && !stop_asked() && problem.empty()) {
-    const auto bytes = (*terminal)->read(driving_timing::command_period);
+    const auto bytes = (*terminal)->read(driving_timing::kCommandPeriod);
     const Status done =
         bytes ? console.turn(*bytes, runtime::steady_now(), {runtime::wall_now().ns}) : Status(bytes.error());
     if (!done) problem = done.error().message;

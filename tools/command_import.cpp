@@ -9,11 +9,11 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* description =
+constexpr const char* kDescription =
     "Recording of another system to an LCM log: MRPT rawlog, CARMEN log (also .gz, .bz2), ROS 1 bag, folder "
     "of RGB-D "
     "frames (7-Scenes, TUM)";
-constexpr const char* footer =
+constexpr const char* kFooter =
     "Example:\n  parhelion import drive.bag -o drive.lcm --topics SCAN=/front/scan,REFERENCE_POSE=/truth\n\n"
     "The log starts with ROBOT, the robot description. Events keep the order of the file and the sensors' "
     "own stamps;\n"
@@ -68,8 +68,8 @@ struct Arguments {
 
 void add_import(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("import", description);
-  command->footer(footer);
+  CLI::App* command = app.add_subcommand("import", kDescription);
+  command->footer(kFooter);
   ImportOptions& options = arguments->options;
   command->add_option("IN", options.input, "Recording: a file, or a folder of RGB-D frames")->required();
   command->add_option("-o,--output", options.output, "LCM log to write")->required();

@@ -31,7 +31,7 @@ Status find_place(Bus& bus, const InjectArguments& arguments, AgentMove& command
     const auto received = bus.receive(message, deadline - runtime::steady_now());
     if (!received) return received.error();
     WorldMessage world;
-    if (!*received || message.channel != channel::mr_world) continue;
+    if (!*received || message.channel != channel::kMrWorld) continue;
     if (!decode(message.channel, message.payload, world)) continue;
     const auto body = std::find_if(world.bodies.begin(), world.bodies.end(),
                                    [&](const auto& each) { return each.entity == command.agent; });
@@ -70,11 +70,11 @@ Exit run(const InjectArguments& arguments) {
   if (!command) return fail(command.error().message, Exit::usage);
   auto bus = open_network_bus(arguments.url);
   if (!bus) return fail(bus.error().message);
-  if (const Status subscribed = (*bus)->subscribe(channel::mr_events, 256); !subscribed) {
+  if (const Status subscribed = (*bus)->subscribe(channel::kMrEvents, 256); !subscribed) {
     return fail(subscribed.error().message);
   }
   if (arguments.action == "reset") {
-    Status found = (*bus)->subscribe(channel::mr_world, 1);
+    Status found = (*bus)->subscribe(channel::kMrWorld, 1);
     if (found) found = find_place(**bus, arguments, std::get<AgentMove>(*command));
     if (!found) return fail(found.error().message);
   }
@@ -102,7 +102,7 @@ void add_inject(CLI::App& app, Exit& exit) {
       "of a fault");
   command->add_option("--kind", arguments->kind, "Kind of agent")
       ->check(CLI::IsMember(names_up_to(kLastAgentKind)));
-  command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
+  command->add_option("--at", arguments->at, std::string("X,Y or ") + kPlaceFormat);
   command->add_option("--size", arguments->size,
                       "X,Y,Z of a box, barrel or container: metres, or with units; LENGTH,D,D of a cable");
   command->add_option("--behaviour", arguments->behaviour, "Behaviour")

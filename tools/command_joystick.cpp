@@ -12,7 +12,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration poll_period = milliseconds(5);
+constexpr Duration kPollPeriod = milliseconds(5);
 
 struct Arguments {
   std::string mapping, robot, name = "operator", url;
@@ -47,16 +47,16 @@ Exit list() {
 
 Exit drive(const Arguments& arguments, station::JoystickMapping mapping, Bus& bus,
            station::JoystickPort& port) {
-  const auto say = [](const std::string& line) {
+  const auto notify = [](const std::string& line) {
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
   };
-  JoystickConsole console({arguments.robot, arguments.name, say}, std::move(mapping), bus, port);
+  JoystickConsole console({arguments.robot, arguments.name, notify}, std::move(mapping), bus, port);
   if (const Status listening = console.listen(); !listening) return fail(listening.error().message);
   while (!stop_asked()) {
     if (const Status done = console.turn(runtime::steady_now(), {runtime::wall_now().ns}); !done)
       return fail(done.error().message);
-    std::this_thread::sleep_for(std::chrono::nanoseconds(poll_period.ns));
+    std::this_thread::sleep_for(std::chrono::nanoseconds(kPollPeriod.ns));
   }
   const Status ended = console.end({runtime::wall_now().ns});
   return ended ? Exit::done : fail(ended.error().message);

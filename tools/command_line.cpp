@@ -34,7 +34,7 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 /// The first word that no command accepts.
-std::string unknown_word(const CLI::App& command, const std::vector<std::string>& rest) {
+std::string unknown_argument_text(const CLI::App& command, const std::vector<std::string>& rest) {
   const auto option =
       std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.starts_with('-'); });
   if (option != rest.end()) {
@@ -59,7 +59,7 @@ void add_help(const CLI::App& command, const std::string& parents, std::string& 
 
 }  // namespace
 
-std::vector<std::string> typed_words(int argc, const char* const* argv) {
+std::vector<std::string> typed_arguments(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (!words.empty() && words.front() == "help") {
     words.erase(words.begin());
@@ -80,10 +80,10 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   std::string what = error.what();
   const std::vector<std::string> rest = command->remaining();
   const bool wants_subcommand = command->get_require_subcommand_min() > 0;
-  const bool is_unknown_word =
+  const bool is_unknown_argument =
       !rest.empty() && (wants_subcommand || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr);
-  if (is_unknown_word) {
-    what = unknown_word(*command, rest);
+  if (is_unknown_argument) {
+    what = unknown_argument_text(*command, rest);
   } else if (wants_subcommand) {
     what = "which of " + joined(subcommand_names(*command)) + "?";
   }

@@ -10,7 +10,7 @@ namespace parhelion::tools {
 
 /// Arguments for CLI::App::parse (last word first). `help WORDS` becomes `WORDS --help`, `help --all` becomes
 /// `--help-all`.
-std::vector<std::string> typed_words(int argc, const char* const* argv);
+std::vector<std::string> typed_arguments(int argc, const char* const* argv);
 
 /// "parhelion: unknown subcommand 'relay', did you mean 'replay'?" and the like: one line and a pointer to
 /// --help. `app` is the program's, after the parse that threw `error`.

@@ -19,7 +19,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration look = milliseconds(100);  // polling interval of keys and end
+constexpr Duration kLook = milliseconds(100);  // polling interval of keys and end
 
 struct Arguments {
   std::string log, url, http, foxglove, prefix = "PLAY_";
@@ -58,10 +58,10 @@ std::string watch(runtime::Player& player, PlayThread& thread, station::RawTermi
     if (const std::string fault = thread.fault(); !fault.empty()) return fault;
     if (player.state().ended && !stays) break;
     if (terminal == nullptr) {
-      std::this_thread::sleep_for(std::chrono::nanoseconds(look.ns));
+      std::this_thread::sleep_for(std::chrono::nanoseconds(kLook.ns));
       continue;
     }
-    const auto typed = terminal->read(look);
+    const auto typed = terminal->read(kLook);
     if (!typed) return typed.error().message;
     keys.feed(*typed);
     if (!typed->empty()) thread.wake();
@@ -128,9 +128,9 @@ Exit run(Arguments& arguments) {
   thread.start();
   const std::string fault = watch(player, thread, terminal.get(), station || foxglove);
   if (!fault.empty()) return fail(fault);
-  if (played && played->held_back() > 0)
+  if (played && played->suppressed_commands() > 0)
     std::fprintf(stderr, "parhelion play: %llu commands were not published (no prefix)\n",
-                 static_cast<unsigned long long>(played->held_back()));
+                 static_cast<unsigned long long>(played->suppressed_commands()));
   return Exit::done;
 }
 
@@ -142,7 +142,7 @@ void add_play(CLI::App& app, Exit& exit) {
   runtime::PlayOptions& options = arguments->options;
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("--rate", options.rate, "Times real time")
-      ->check(CLI::Range(runtime::Player::slowest, runtime::Player::fastest))
+      ->check(CLI::Range(runtime::Player::kSlowest, runtime::Player::fastest))
       ->capture_default_str();
   command->add_option("--start-offset", options.start, "Start time in the session, s")
       ->check(CLI::NonNegativeNumber);

@@ -60,7 +60,7 @@ Status grade(const Arguments& arguments) {
                            ? "graded again"
                            : "is stored already, unchanged (--again)";
     std::printf("%s  %s: %.2f of %.2f points, %s%s; %s\n", trainee->pseudonym.c_str(),
-                session->scenario.c_str(), session->grade.score, session->grade.most,
+                session->scenario.c_str(), session->grade.score, session->grade.max,
                 session->grade.passed ? "passed" : "not passed",
                 session->grade.complete ? "" : " (INCOMPLETE)", what);
     std::fflush(stdout);
@@ -93,7 +93,7 @@ void print_sessions(const training::TraineeHistory& history) {
   std::printf("%s  %s\n", history.trainee.pseudonym.c_str(), history.trainee.name.c_str());
   for (const training::SessionRecord& session : history.sessions)
     std::printf("  %8.2f of %8.2f  %5.1f %%  %-4s %-10s %7.1f s  %s%s%s\n", session.grade.score,
-                session.grade.most, 100 * session.grade.share, session.grade.grade.c_str(),
+                session.grade.max, 100 * session.grade.fraction, session.grade.grade.c_str(),
                 session.grade.passed ? "passed" : "not passed",
                 (session.grade.end - session.grade.begin).seconds(), session.scenario.c_str(),
                 session.grade.complete ? "" : " (INCOMPLETE)",

@@ -86,7 +86,7 @@ Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const std::string& u
 void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus& bus,
                         const runtime::ServeOptions& options) {
   station.show_report(report);
-  options.say("ended by the instructor; the base station shows the report; stop with ^C");
+  options.notify("ended by the instructor; the base station shows the report; stop with ^C");
   Message message;  // the station receives what is received here
   while (!stop_asked()) {
     if (!bus.receive(message, milliseconds(100))) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -99,9 +99,9 @@ using SharedStop = std::atomic<bool>;
 /// Initializes the stop state in `options` from `memory`, and stores its later changes there.
 void remember_stops(runtime::ServeOptions& options, StopMemory& memory, SharedStop& shared) {
   options.robot_stopped = shared || memory.holds();
-  options.robot_stop_held = [&memory, &shared, say = options.say](bool holds) {
+  options.robot_stop_held = [&memory, &shared, notify = options.notify](bool holds) {
     shared = holds;
-    if (const Status kept = memory.keep(holds); !kept) say("emergency stop: " + kept.error().message);
+    if (const Status kept = memory.keep(holds); !kept) notify("emergency stop: " + kept.error().message);
   };
 }
 
@@ -115,7 +115,9 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   options.real_time = *runtime::parse_real_time(arguments.real_time);
   options.stop = stop_asked;
-  options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
+  options.notify = [](const std::string& news) {
+    std::fprintf(stderr, "parhelion serve: %s\n", news.c_str());
+  };
   auto bus = open_tapped_bus(arguments.url, options.real_time);
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
@@ -124,7 +126,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
   StopMemory stop_memory(state, arguments.url, configuration->robot.name);
   remember_stops(options, stop_memory, robot_stopped);
-  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) options.say(*slow);
+  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) options.notify(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
   if (configuration->scenario.training)
     std::fputs(training::briefing(configuration->scenario, tick::graded_robot(*configuration)).c_str(),
@@ -141,7 +143,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
         *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
-    options.say(station->invitation());
+    options.notify(station->invitation());
     options.clock = station->clock();
     options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
   }
@@ -152,7 +154,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
     auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
     if (!opened) return fail(opened.error().message);
     foxglove = std::move(*opened);
-    options.say("for Foxglove, without log-in: " + foxglove->address());
+    options.notify("for Foxglove, without log-in: " + foxglove->address());
   }
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);

@@ -16,10 +16,10 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* description =
+constexpr const char* kDescription =
     "SCAN and ODOMETRY in, POSE_COV and POSE out: localizes in MAP, or builds one. Live on the bus, or over "
     "a log with --log";
-constexpr const char* footer =
+constexpr const char* kFooter =
     "Examples:\n"
     "  parhelion slam --log drive.lcm -o mapped.lcm --save-map site     # builds site.simplemap, .yaml, "
     ".pgm, .png\n"
@@ -96,7 +96,7 @@ class LiveSlam {
     // Odometry is interpolated and needed completely; of scans only the newest few are processed.
     for (const auto& [channel, capacity] : {std::pair{options_.odometry_channel, 200},
                                             {options_.scan_channel, 5},
-                                            {std::string(channel::robot), 1}}) {
+                                            {std::string(channel::kRobot), 1}}) {
       if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
     }
     std::signal(SIGINT, ask_to_stop);
@@ -133,7 +133,7 @@ class LiveSlam {
   }
 
   Status take(const Message& message) {
-    if (message.channel == channel::robot) {
+    if (message.channel == channel::kRobot) {
       RobotMessage robot_message;
       if (slam_ || !read(message, robot_message)) return {};
       auto robot = parse_robot_description(robot_message.yaml, "channel ROBOT");
@@ -162,10 +162,10 @@ class LiveSlam {
     if (!word) return {};
     word->step_time = nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(took).count());
     encode(*word, bytes_);
-    if (Status sent = bus_->publish(channel::pose_cov, bytes_); !sent) return sent;
+    if (Status sent = bus_->publish(channel::kPoseCov, bytes_); !sent) return sent;
     if (word->state != SlamState::tracking) return {};
     encode(PoseStamped{word->stamp, word->T_map_base}, bytes_);
-    return bus_->publish(channel::pose, bytes_);
+    return bus_->publish(channel::kPose, bytes_);
   }
 
   Status finish() {
@@ -220,14 +220,14 @@ Exit run(Arguments& arguments) {
 void add_slam(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   SlamLogOptions& options = arguments->options;
-  CLI::App* command = app.add_subcommand("slam", description);
-  command->footer(footer);
+  CLI::App* command = app.add_subcommand("slam", kDescription);
+  command->footer(kFooter);
   command->add_option("--log", options.input, "LCM log to read; without it: live on the bus");
   command->add_option("-o,--output", options.output, "LCM log to write: IN's events and POSE_COV, POSE");
   command->add_flag("--force", options.overwrite, "Overwrite files that exist");
   command->add_option("--map", options.map,
                       ".simplemap or ROS map YAML to localize in; without it a map is built");
-  command->add_option("--start", arguments->start, std::string(place_format) + "; without it: anywhere");
+  command->add_option("--start", arguments->start, std::string(kPlaceFormat) + "; without it: anywhere");
   command->add_option("--save-map", options.save_map, "PREFIX: writes PREFIX.simplemap, .yaml, .pgm, .png");
   command->add_option("--resolution", options.slam.resolution, "m per cell of the grid map")
       ->capture_default_str();

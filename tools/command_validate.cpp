@@ -10,12 +10,12 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* description =
+constexpr const char* kDescription =
     "Check files: scenario (with the model and robot that it names), course, semantic model, robot "
     "description, "
     "laser preset, ROS map, LCM log";
-constexpr const char* footer =
-    "Example:\n  parhelion validate lab.yaml drive.lcm\n  parhelion validate --briefing lesson.yaml\n\n"
+constexpr const char* kFooter =
+    "Example:\n  parhelion validate lab.yaml drive.lcm\n  parhelion validate --briefing scenario.yaml\n\n"
     "Prints one line per file, for a log one more per channel. Errors go to stderr with file and line, "
     "channel or offset;\n"
     "exit code 1 if there are any.";
@@ -54,8 +54,8 @@ Exit run(const std::vector<std::string>& paths, bool with_briefing) {
 
 void add_validate(CLI::App& app, Exit& exit) {
   auto paths = std::make_shared<std::vector<std::string>>();
-  CLI::App* command = app.add_subcommand("validate", description);
-  command->footer(footer);
+  CLI::App* command = app.add_subcommand("validate", kDescription);
+  command->footer(kFooter);
   command->add_option("FILE", *paths, "Files to check")->required();
   auto with_briefing = std::make_shared<bool>(false);
   command->add_flag("--briefing", *with_briefing, "Print the briefing of a scenario's trainee");

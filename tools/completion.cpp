@@ -40,14 +40,14 @@ struct Cases {
 /// Possible words after one command.
 struct Offers {
   std::vector<std::string> words, options;
-  bool takes_words = false;
+  bool takes_values = false;
 };
 
 void add_options(const CLI::App& command, const std::string& path, Offers& offers, Cases& cases) {
   for (const CLI::Option* option : command.get_options()) {
     const std::vector<std::string> choices = choices_of(*option);
     if (option->get_positional()) {
-      offers.takes_words = true;
+      offers.takes_values = true;
       offers.words.insert(offers.words.end(), choices.begin(), choices.end());
     }
     for (const std::string& name : names_of(*option)) {
@@ -71,7 +71,7 @@ void add_cases(const CLI::App& command, const std::string& path, Cases& cases) {
     cases.commands += (cases.commands.empty() ? "" : " | ") + quoted(below);
     add_cases(*each, below, cases);
   }
-  if (offers.words.empty() && !offers.takes_words) offers.words = offers.options;
+  if (offers.words.empty() && !offers.takes_values) offers.words = offers.options;
   cases.offers += "      " + quoted(path) + ") words=" + quoted(joined(offers.words)) +
                   " options=" + quoted(joined(offers.options)) + " ;;\n";
 }

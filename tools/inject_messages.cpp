@@ -94,17 +94,17 @@ Result<InstructorCommand> door(const InjectArguments& arguments) {
 }
 
 Result<FaultCommand> named_fault(const InjectArguments& arguments) {
-  const auto kind = enumerator(arguments.name, kLastLessonKind);
+  const auto kind = enumerator(arguments.name, kLastFaultKind);
   if (!kind)
     return Error{"--name: no fault '" + arguments.name + "'" +
-                 suggestion_or_known(arguments.name, names_up_to(kLastLessonKind))};
+                 suggestion_or_known(arguments.name, names_up_to(kLastFaultKind))};
   return FaultCommand{.kind = *kind};
 }
 
 Result<InstructorCommand> fault(const InjectArguments& arguments) {
   auto command = named_fault(arguments);
   if (!command) return command.error();
-  const bool wheel = command->kind == Lesson::Kind::dead_wheel;
+  const bool wheel = command->kind == Fault::Kind::dead_wheel;
   if (wheel && arguments.side.empty()) return Error{"expected --side left or --side right"};
   if (!wheel && !arguments.amount)
     return Error{"expected --amount: s of camera_delay, else the lost fraction"};
@@ -153,33 +153,33 @@ struct Action {
   const char* about;  ///< the meaning of --name; nullptr: it may be omitted, and all are meant
   Result<InstructorCommand> (*make)(const InjectArguments& arguments);
 };
-const std::map<std::string, Action> actions{{"spawn", {"agent", spawn}},
-                                            {"move", {"agent", move}},
-                                            {"reset", {"agent", reset}},
-                                            {"behave", {"agent", behave}},
-                                            {"remove", {"agent", remove}},
-                                            {"remove-all", {nullptr, remove_all}},
-                                            {"freeze", {nullptr, freeze}},
-                                            {"unfreeze", {nullptr, unfreeze}},
-                                            {"door", {"door", door}},
-                                            {"fault", {"fault", fault}},
-                                            {"end-fault", {"fault", end_fault}},
-                                            {"camera", {"agent", camera}},
-                                            {"report", {"find", report}},
-                                            {"script", {"script", script}},
-                                            {"emergency-stop", {nullptr, emergency_stop}},
-                                            {"release-emergency-stop", {nullptr, release_emergency_stop}}};
+const std::map<std::string, Action> kActions{{"spawn", {"agent", spawn}},
+                                             {"move", {"agent", move}},
+                                             {"reset", {"agent", reset}},
+                                             {"behave", {"agent", behave}},
+                                             {"remove", {"agent", remove}},
+                                             {"remove-all", {nullptr, remove_all}},
+                                             {"freeze", {nullptr, freeze}},
+                                             {"unfreeze", {nullptr, unfreeze}},
+                                             {"door", {"door", door}},
+                                             {"fault", {"fault", fault}},
+                                             {"end-fault", {"fault", end_fault}},
+                                             {"camera", {"agent", camera}},
+                                             {"report", {"find", report}},
+                                             {"script", {"script", script}},
+                                             {"emergency-stop", {nullptr, emergency_stop}},
+                                             {"release-emergency-stop", {nullptr, release_emergency_stop}}};
 
 }  // namespace
 
 std::vector<std::string> inject_actions() {
   std::vector<std::string> names;
-  for (const auto& [name, action] : actions) names.push_back(name);
+  for (const auto& [name, action] : kActions) names.push_back(name);
   return names;
 }
 
 Result<InstructorCommand> make_command(const InjectArguments& arguments) {
-  const Action& action = actions.at(arguments.action);
+  const Action& action = kActions.at(arguments.action);
   if (action.about != nullptr && arguments.name.empty())
     return Error{std::string("which ") + action.about + "? give --name NAME"};
   auto command = action.make(arguments);

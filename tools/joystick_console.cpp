@@ -20,14 +20,14 @@ JoystickConsole::JoystickConsole(JoystickConsoleOptions options, station::Joysti
 
 Status JoystickConsole::turn(WallTime now, SensorTime stamp) {
   if (Status updated = view_.update(); !updated) return updated;
-  for (const std::string& news : view_.take_news()) say(news);
+  for (const std::string& news : view_.take_news()) notify(news);
   console_.set_robots(view_.robots());
   const auto state = port_.poll(drive_.mapping().device);
   if (!state) return unplugged(stamp);
   if (!plugged_) {
     if (const Status fits = station::check_mapping(drive_.mapping(), *state); !fits)
       return Error{port_.in_use() + ": " + fits.error().message};
-    say(port_.in_use() + " is plugged in; release and hold '" + drive_.mapping().dead_man + "' to drive");
+    notify(port_.in_use() + " is plugged in; release and hold '" + drive_.mapping().dead_man + "' to drive");
     drive_.restart();
     plugged_ = true;
   }
@@ -41,11 +41,11 @@ Status JoystickConsole::unplugged(SensorTime stamp) {
   waiting_ = true;
   if (!plugged_) {
     const std::string& device = drive_.mapping().device;
-    say("waiting for a joystick" + (device.empty() ? "" : " '" + device + "'"));
+    notify("waiting for a joystick" + (device.empty() ? "" : " '" + device + "'"));
     return {};
   }
   plugged_ = armed_ = false;
-  say("unplugged: the robot is stopped");
+  notify("unplugged: the robot is stopped");
   const bool driving = console_.driven() != nullptr;
   last_robot_ = driving ? console_.driven()->name : "";
   return driving ? console_.lose("the joystick was unplugged", stamp) : Status{};
@@ -56,7 +56,7 @@ Status JoystickConsole::choose(bool next, SensorTime stamp) {
   if (next) {
     drive_.restart();  // a stick that is still deflected must not start a motion
     Status switched = console_.drive_next(stamp);
-    if (switched) say("drives " + console_.driven()->name);
+    if (switched) notify("drives " + console_.driven()->name);
     return switched;
   }
   if (console_.driven() != nullptr) return {};
@@ -66,7 +66,7 @@ Status JoystickConsole::choose(bool next, SensorTime stamp) {
                                  [&](const station::DrivenRobot& robot) { return robot.name == wanted; });
   if (!there && !options_.robot.empty() && wanted == options_.robot) return console_.drive(wanted, stamp);
   Status driving = console_.drive(there ? wanted : std::string(robots.front().name), stamp);
-  if (driving) say("drives " + console_.driven()->name);
+  if (driving) notify("drives " + console_.driven()->name);
   return driving;
 }
 
@@ -75,9 +75,9 @@ Status JoystickConsole::send(const station::JoystickCommand& command, WallTime n
   const bool released = armed_ && !command.armed;
   if (!released && now - sent_ < period_) return {};
   sent_ = now;
-  const bool speaks = command.armed || released || now - armed_until_ < driving_timing::stop_duration;
+  const bool speaks = command.armed || released || now - armed_until_ < driving_timing::kStopDuration;
   if (command.armed) armed_until_ = now;
-  if (command.armed != armed_) say(command.armed ? "drives" : "dead-man released: stopped");
+  if (command.armed != armed_) notify(command.armed ? "drives" : "dead-man released: stopped");
   armed_ = command.armed;
   if (!speaks) return console_.beat(stamp);
   if (Status sent = console_.command(command.twist, stamp); !sent) return sent;
@@ -85,8 +85,8 @@ Status JoystickConsole::send(const station::JoystickCommand& command, WallTime n
   return joints ? console_.joints(joints_, command.joints, stamp) : Status{};
 }
 
-void JoystickConsole::say(const std::string& line) const {
-  if (options_.say) options_.say(line);
+void JoystickConsole::notify(const std::string& line) const {
+  if (options_.notify) options_.notify(line);
 }
 
 }  // namespace parhelion::tools

@@ -13,9 +13,9 @@
 namespace parhelion::tools {
 
 struct JoystickConsoleOptions {
-  std::string robot;                            ///< robot to drive at the start; empty: the trainee's
-  std::string name = "operator";                ///< of the operator
-  std::function<void(const std::string&)> say;  ///< messages for the operator
+  std::string robot;                               ///< robot to drive at the start; empty: the trainee's
+  std::string name = "operator";                   ///< of the operator
+  std::function<void(const std::string&)> notify;  ///< messages for the operator
 };
 
 /// Polled some hundred times a second, on one thread.
@@ -39,7 +39,7 @@ class JoystickConsole {
   Status unplugged(SensorTime stamp);
   Status choose(bool next, SensorTime stamp);
   Status send(const station::JoystickCommand& command, WallTime now, SensorTime stamp);
-  void say(const std::string& line) const;
+  void notify(const std::string& line) const;
 
   const JoystickConsoleOptions options_;
   station::JoystickPort& port_;

@@ -16,7 +16,7 @@ Status KeyboardConsole::turn(std::string_view bytes, WallTime now, SensorTime st
     if (Status done = act(key, now, stamp); !done) return done;
   }
   if (Status updated = view_.update(); !updated) return updated;
-  if (now - last_ < driving_timing::command_period) return {};
+  if (now - last_ < driving_timing::kCommandPeriod) return {};
   last_ = now;
   return send(now, stamp);
 }
@@ -60,7 +60,7 @@ Status KeyboardConsole::send(WallTime now, SensorTime stamp) {
   if (Status chosen = choose(stamp); !chosen) return chosen;
   const Twist2 twist = keys_.twist(now);
   if (twist.vx != 0 || twist.wz != 0) moved_ = now;
-  const bool speaks = now - moved_ < driving_timing::stop_duration;
+  const bool speaks = now - moved_ < driving_timing::kStopDuration;
   Status sent = speaks ? console_.command(twist, stamp) : console_.beat(stamp);
   return sent ? send_joint(keys_.joint_speed(now), stamp) : sent;
 }
@@ -87,7 +87,7 @@ std::string KeyboardConsole::line(WallTime now) const {
   char text[160];
   std::snprintf(text, sizeof text, "  %+.2f m/s %+.2f rad/s (applied: %+.2f %+.2f)  speed %d/%d", twist.vx,
                 twist.wz, view_.command().vx, view_.command().wz, keys_.step(),
-                station::KeyboardDrive::steps);
+                station::KeyboardDrive::kSteps);
   return (robot != nullptr ? robot->name : "no robot yet: is `parhelion serve` running?") + text +
          (joint().empty() ? "" : "  joint " + joint());
 }

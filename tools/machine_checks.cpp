@@ -15,7 +15,7 @@ namespace parhelion::tools {
 namespace {
 
 using Verdict = MachineCheck::Verdict;
-constexpr std::int64_t needed_receive_buffer = 4'194'304;
+constexpr std::int64_t kNeededReceiveBuffer = 4'194'304;
 
 std::string gigabytes(double bytes) {
   char text[32];
@@ -69,9 +69,9 @@ MachineCheck check_receive_buffer(const std::filesystem::path& rmem_max) {
             "expected a number there; is this Linux with /proc?"};
   }
   const std::string finding = "net.core.rmem_max is " + std::to_string(bytes);
-  if (bytes >= needed_receive_buffer) return {name, Verdict::ok, finding, ""};
+  if (bytes >= kNeededReceiveBuffer) return {name, Verdict::ok, finding, ""};
   return {
-      name, Verdict::warn, finding + ", camera images need " + std::to_string(needed_receive_buffer),
+      name, Verdict::warn, finding + ", camera images need " + std::to_string(kNeededReceiveBuffer),
       "cp " + share_path("tools/sysctl.d/60-parhelion.conf").string() + " /etc/sysctl.d/ && sysctl --system"};
 }
 

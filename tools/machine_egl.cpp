@@ -12,14 +12,14 @@ using Verdict = MachineCheck::Verdict;
 using Handle = void*;
 
 // Values from the Khronos registry (EGL 1.5, EGL_MESA_platform_surfaceless, OpenGL ES 3).
-constexpr unsigned platform_surfaceless = 0x31DD;
-constexpr std::int32_t surface_type = 0x3033, pbuffer_bit = 1, renderable_type = 0x3040, es3_bit = 0x40,
+constexpr unsigned kPlatformSurfaceless = 0x31DD;
+constexpr std::int32_t kSurfaceType = 0x3033, pbuffer_bit = 1, renderable_type = 0x3040, es3_bit = 0x40,
                        none = 0x3038;
-constexpr std::int32_t context_version = 0x3098;
-constexpr unsigned es_api = 0x30A0;
-constexpr unsigned gl_renderer = 0x1F01;
+constexpr std::int32_t kContextVersion = 0x3098;
+constexpr unsigned kEsApi = 0x30A0;
+constexpr unsigned kGlRenderer = 0x1F01;
 
-constexpr const char* remedy = "apt-get install libegl1 libgles2 libgl1-mesa-dri";
+constexpr const char* kRemedy = "apt-get install libegl1 libgles2 libgl1-mesa-dri";
 
 struct Library {
   Handle handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
@@ -32,7 +32,7 @@ struct Library {
   }
 };
 
-MachineCheck failed(const char* finding) { return {"EGL without display", Verdict::fail, finding, remedy}; }
+MachineCheck failed(const char* finding) { return {"EGL without display", Verdict::fail, finding, kRemedy}; }
 
 }  // namespace
 
@@ -54,21 +54,21 @@ MachineCheck check_egl() {
   const auto get_display = reinterpret_cast<Handle (*)(unsigned, Handle, const std::int32_t*)>(
       get_proc("eglGetPlatformDisplayEXT"));
   const Handle display =
-      get_display == nullptr ? nullptr : get_display(platform_surfaceless, nullptr, nullptr);
+      get_display == nullptr ? nullptr : get_display(kPlatformSurfaceless, nullptr, nullptr);
   std::int32_t major = 0, minor = 0;
   if (display == nullptr || initialize(display, &major, &minor) == 0) return failed("no surfaceless display");
 
   MachineCheck check = failed("no OpenGL ES 3 context");
-  const std::int32_t wanted[] = {surface_type, pbuffer_bit, renderable_type, es3_bit, none};
-  const std::int32_t version[] = {context_version, 3, none};
+  const std::int32_t wanted[] = {kSurfaceType, pbuffer_bit, renderable_type, es3_bit, none};
+  const std::int32_t version[] = {kContextVersion, 3, none};
   Handle config = nullptr, context = nullptr;
   std::int32_t configs = 0;
-  if (bind_api(es_api) != 0 && choose(display, wanted, &config, 1, &configs) != 0 && configs == 1) {
+  if (bind_api(kEsApi) != 0 && choose(display, wanted, &config, 1, &configs) != 0 && configs == 1) {
     context = create(display, config, nullptr, version);
   }
   if (context != nullptr && make_current(display, nullptr, nullptr, context) != 0) {
     const auto get_string = reinterpret_cast<const unsigned char* (*)(unsigned)>(get_proc("glGetString"));
-    const auto* renderer = get_string == nullptr ? nullptr : get_string(gl_renderer);
+    const auto* renderer = get_string == nullptr ? nullptr : get_string(kGlRenderer);
     if (renderer != nullptr) check = {check.name, Verdict::ok, reinterpret_cast<const char*>(renderer), ""};
     make_current(display, nullptr, nullptr, nullptr);
   }

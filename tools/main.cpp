@@ -26,7 +26,7 @@ int main(int argc, char** argv) try {
   const int parse_only = argc > 1 && std::string_view(argv[1]) == "--parse-only" ? 1 : 0;
   if (parse_only != 0) app.parse_complete_callback([] { throw CLI::Success(); });  // before the command runs
   try {
-    app.parse(typed_words(argc - parse_only, argv + parse_only));
+    app.parse(typed_arguments(argc - parse_only, argv + parse_only));
   } catch (const CLI::CallForAllHelp&) {
     std::fputs(help_of_all(app).c_str(), stdout);
   } catch (const CLI::Success& request) {

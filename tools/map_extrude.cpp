@@ -11,8 +11,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* description = "Semantic model from a 2D grid map: walls as boxes, blocks, a floor";
-constexpr const char* footer =
+constexpr const char* kDescription = "Semantic model from a 2D grid map: walls as boxes, blocks, a floor";
+constexpr const char* kFooter =
     "Example:\n  parhelion map extrude site.yaml -o model.yaml --height 2.5 --picture model.png\n\n"
     "MAP is the YAML of a ROS map (map_server), as `parhelion slam --save-map` writes it. Each occupied cell "
     "ends up inside\n"
@@ -66,8 +66,8 @@ Status run(const Arguments& arguments) {
 
 void add_map_extrude(CLI::App& map, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = map.add_subcommand("extrude", description);
-  command->footer(footer);
+  CLI::App* command = map.add_subcommand("extrude", kDescription);
+  command->footer(kFooter);
   command->add_option("MAP", arguments->map, "Grid map (ROS map YAML)")->required();
   command->add_option("-o,--output", arguments->output, "Model to write (YAML; - is standard output)")
       ->required();

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* description = "Semantic model of a site from a registered 3D cloud";
-constexpr const char* footer =
+constexpr const char* kDescription = "Semantic model of a site from a registered 3D cloud";
+constexpr const char* kFooter =
     "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png --summary room.json\n"
     "  parhelion map model room.ply -o room.yaml --floor-to-zero --slice room --force\n\n"
     "Walls, doors, floor, ceiling, stairs become boxes with their relations, all else a mesh. The model can "
@@ -46,7 +46,7 @@ struct Arguments {
 /// Peak memory in bytes per point besides the cloud, measured at 50 million points (bench_semantic_model).
 constexpr std::uint64_t kWorkPerPoint = 36;
 
-void say(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
+void print_note(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
 
 /// Called before the work begins.
 Status check_outputs(const Arguments& a) {
@@ -86,7 +86,7 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
   reading.memory = static_cast<std::uint64_t>(1e9 * a.memory);
   auto scan = cloud::read_scan(a.cloud, reading);
   if (!scan) return scan.error();
-  for (const std::string& note : scan->notes) say(note);
+  for (const std::string& note : scan->notes) print_note(note);
   map_source = a.cloud + ", " + std::to_string(scan->cloud.size()) + " points";
   cloud::PointCloud<Scanner>& from = scan->cloud;  // a registered cloud is in its first scan's frame
   cloud::PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
@@ -98,15 +98,15 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
                                      [&](const char*, int done) { progress.update(done + 1, 6); });
   progress.finish();
   if (!built) return Error{a.cloud + ": " + built.error().message};
-  for (const std::string& note : built->notes) say(note);
+  for (const std::string& note : built->notes) print_note(note);
   return built;
 }
 
 void keep(const SemanticModel& old, SemanticModel& model) {
   const semantic::KeptCorrections kept = semantic::keep_corrections(old, model);
   if (kept.locked + kept.deleted + kept.drawn == 0) return;
-  say("kept " + std::to_string(kept.locked) + " locked, " + std::to_string(kept.deleted) + " deleted and " +
-      std::to_string(kept.drawn) + " virtual entities of the old model");
+  print_note("kept " + std::to_string(kept.locked) + " locked, " + std::to_string(kept.deleted) +
+             " deleted and " + std::to_string(kept.drawn) + " virtual entities of the old model");
 }
 
 /// Writes a temporary file beside it and renames it when complete.
@@ -168,10 +168,10 @@ Status run(const Arguments& a) {
     return draw_model(built->model, name, ModelPicture::both, p, &note);
   });
   if (!drawn) return drawn;
-  if (!note.empty()) say(note);
+  if (!note.empty()) print_note(note);
   std::fprintf(stderr, "%s: %zu entities, %zu relations from %zu points in %.1f s\n", a.output.c_str(),
                built->model.entities.size(), built->model.relations.size(), built->cloud.size(), seconds);
-  if (const std::string words = semantic::in_words(built->heights); !words.empty())
+  if (const std::string words = semantic::heights_text(built->heights); !words.empty())
     std::fprintf(stderr, "%s: %s\n", a.output.c_str(), words.c_str());
   return {};
 }
@@ -213,12 +213,12 @@ void add_options(CLI::App& command, Arguments& a) {
 
 void add_map_model(CLI::App& map, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = map.add_subcommand("model", description);
-  command->footer(footer);
+  CLI::App* command = map.add_subcommand("model", kDescription);
+  command->footer(kFooter);
   add_options(*command, *arguments);
   command->callback([arguments, &exit] {
     const Status status = run(*arguments);
-    if (!status) say(status.error().message);
+    if (!status) print_note(status.error().message);
     exit = status ? Exit::done : Exit::failed;
   });
 }

@@ -17,8 +17,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* description = "Registers 3D scans (ICP, loops closed) into one cloud";
-constexpr const char* footer =
+constexpr const char* kDescription = "Registers 3D scans (ICP, loops closed) into one cloud";
+constexpr const char* kFooter =
     "Examples:\n  parhelion map register scan000.3d scan001.3d scan002.3d -o corridor.ply --summary s.json\n"
     "  parhelion map register room1.pcd room2.pcd --guess 1.79,0.72,0,39.7 -o room.ply\n\n"
     "SCANS are files (.ply .pcd .3d .xyz .txt .asc .pts .csv), folders of them, folders of depth images with "
@@ -214,8 +214,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
 
 void add_map_register(CLI::App& map, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = map.add_subcommand("register", description);
-  command->footer(footer);
+  CLI::App* command = map.add_subcommand("register", kDescription);
+  command->footer(kFooter);
   add_options(*command, *arguments);
   command->callback([arguments, &exit] {
     const Status status = run(*arguments);

@@ -12,8 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* description = "Labelled plan and coloured 3D view of a semantic model";
-constexpr const char* footer =
+constexpr const char* kDescription = "Labelled plan and coloured 3D view of a semantic model";
+constexpr const char* kFooter =
     "Examples:\n  parhelion map view room.yaml -o room.png\n  parhelion map view room.yaml -o plan.png "
     "--plan";
 
@@ -42,8 +42,8 @@ Status run(const Arguments& a) {
 
 void add_map_view(CLI::App& map, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = map.add_subcommand("view", description);
-  command->footer(footer);
+  CLI::App* command = map.add_subcommand("view", kDescription);
+  command->footer(kFooter);
   command->add_option("MODEL", arguments->model, "Semantic model (YAML)")->required();
   command->add_option("-o,--output", arguments->output, "Picture to write (PNG)")->required();
   CLI::Option* plan = command->add_flag("--plan", arguments->plan, "The plan only");

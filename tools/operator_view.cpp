@@ -18,10 +18,10 @@ std::string line(const Event& event) {
 }  // namespace
 
 Status OperatorView::listen() {
-  for (const auto& [name, capacity] : {std::pair{channel::mr_world, 1},
-                                       {channel::mr_cmd, 1},
-                                       {channel::joint_state, 1},
-                                       {channel::mr_events, 64}}) {
+  for (const auto& [name, capacity] : {std::pair{channel::kMrWorld, 1},
+                                       {channel::kMrCmd, 1},
+                                       {channel::kJointState, 1},
+                                       {channel::kMrEvents, 64}}) {
     if (Status subscribed = bus_.subscribe(name, capacity); !subscribed) return subscribed;
   }
   return {};
@@ -29,8 +29,8 @@ Status OperatorView::listen() {
 
 Status OperatorView::update() {
   Message message;
-  constexpr int most = 256;  // messages per call, so that keys are read in between
-  for (int i = 0; i < most; ++i) {
+  constexpr int max_events = 256;  // messages per call, so that keys are read in between
+  for (int i = 0; i < max_events; ++i) {
     const auto received = bus_.receive(message, Duration{0});
     if (!received) return received.error();
     if (!*received) break;
@@ -40,19 +40,19 @@ Status OperatorView::update() {
 }
 
 void OperatorView::take(const Message& message) {
-  if (message.channel == channel::mr_world) {
+  if (message.channel == channel::kMrWorld) {
     WorldMessage world;
     if (decode(message.channel, message.payload, world)) robots_ = station::robots_in(world);
-  } else if (message.channel == channel::mr_cmd) {
+  } else if (message.channel == channel::kMrCmd) {
     TwistCommand command;
     if (decode(message.channel, message.payload, command)) command_ = command.twist;
-  } else if (message.channel == channel::joint_state) {
+  } else if (message.channel == channel::kJointState) {
     Joints joints;
     if (decode(message.channel, message.payload, joints)) joints_ = std::move(joints.names);
-  } else if (message.channel == channel::mr_events) {
+  } else if (message.channel == channel::kMrEvents) {
     Event event;
     // Reports that a contact begins and ends, not that it continues.
-    if (decode(message.channel, message.payload, event) && event.kind != EventKind::collision_continued)
+    if (decode(message.channel, message.payload, event) && event.kind != EventKind::contact_continues)
       news_.push_back(line(event));
   }
 }

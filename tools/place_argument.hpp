@@ -9,7 +9,7 @@
 namespace parhelion::tools {
 
 /// Its format in help texts.
-inline constexpr const char* place_format = "X,Y,YAW in the map, such as 2.5,1,90deg or 250cm,1m,1.57rad";
+inline constexpr const char* kPlaceFormat = "X,Y,YAW in the map, such as 2.5,1,90deg or 250cm,1m,1.57rad";
 
 /// "X,Y" or "X,Y,YAW" as x and y (m) and yaw (rad, default 0). Lengths are metres unless they have another
 /// unit. A yaw other than 0 needs a unit, since degrees and radians are both plausible. `with_yaw`: X,Y alone

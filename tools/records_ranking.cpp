@@ -38,8 +38,8 @@ Status rank_programme(training::Records& records, const Arguments& arguments) {
     json.push_back({{"place", i + 1},
                     {"trainee", trainee.pseudonym},
                     {"score", best.grade.score},
-                    {"most", best.grade.most},
-                    {"share", best.grade.share},
+                    {"max", best.grade.max},
+                    {"fraction", best.grade.fraction},
                     {"grade", best.grade.grade},
                     {"passed", best.grade.passed},
                     {"seconds", lasted},
@@ -47,7 +47,7 @@ Status rank_programme(training::Records& records, const Arguments& arguments) {
     if (arguments.names) json.back()["name"] = trainee.name;
     if (arguments.json) continue;
     std::printf("%3zu. %-16s %5.1f %%  %-12s %-10s %7.1f s  best of %zu  %s\n", i + 1,
-                trainee.pseudonym.c_str(), 100 * best.grade.share, best.grade.grade.c_str(),
+                trainee.pseudonym.c_str(), 100 * best.grade.fraction, best.grade.grade.c_str(),
                 best.grade.passed ? "passed" : "not passed", lasted, sessions,
                 name_of(trainee, arguments).c_str());
   }
@@ -60,7 +60,7 @@ Json best_json(const Course& course, const training::CoursePlace& place) {
   for (std::size_t i = 0; i < place.best.size(); ++i) {
     if (!place.best[i]) continue;
     best.push_back({{"programme", course.programmes[i].scenario},
-                    {"share", place.best[i]->share},
+                    {"fraction", place.best[i]->fraction},
                     {"passed", place.best[i]->passed}});
   }
   return best;
@@ -80,14 +80,14 @@ Status rank_course(training::Records& records, const Arguments& arguments) {
                     {"trainee", place.trainee.pseudonym},
                     {"rank", standing.rank},
                     {"passed", standing.passed},
-                    {"share", standing.share},
+                    {"fraction", standing.fraction},
                     {"next", next},
                     {"best", best_json(*course, place)}});
     if (arguments.names) json.back()["name"] = place.trainee.name;
     if (arguments.json) continue;
     std::printf("%3zu. %-16s %-12s %2zu of %zu passed  %5.1f %%  %s\n", i + 1,
                 place.trainee.pseudonym.c_str(), standing.rank.empty() ? "-" : standing.rank.c_str(),
-                standing.passed, course->programmes.size(), 100 * standing.share,
+                standing.passed, course->programmes.size(), 100 * standing.fraction,
                 name_of(place.trainee, arguments).c_str());
   }
   if (arguments.json) print(json);

@@ -19,7 +19,7 @@ namespace {
 template <class Value>
 class Track {
  public:
-  static constexpr Duration farthest = milliseconds(1000);
+  static constexpr Duration kFarthest = milliseconds(1000);
 
   void add(SensorTime stamp, Value value) { samples_.push_back({stamp, value}); }
   bool empty() const { return samples_.empty(); }
@@ -33,7 +33,7 @@ class Track {
                                         [](const Sample& s, SensorTime stamp) { return s.stamp < stamp; });
     if (after == samples_.end()) return std::nullopt;
     if (after->stamp == t) return after->value;
-    if (after == samples_.begin() || after->stamp - (after - 1)->stamp > farthest) return std::nullopt;
+    if (after == samples_.begin() || after->stamp - (after - 1)->stamp > kFarthest) return std::nullopt;
     const Sample& before = *(after - 1);
     return between(before.value, after->value,
                    (t - before.stamp).seconds() / (after->stamp - before.stamp).seconds());
@@ -61,14 +61,14 @@ class LogScans {
       : name_(path.string()), options_(options), opened_(opened) {}
 
   Status open() {
-    if (Status status = each_event([this](const Message& event) { return take_pose(event); }); !status)
+    if (Status status = each_event([this](const Message& event) { return handle_pose(event); }); !status)
       return status;
     if (!estimates_.empty()) poses_ = std::move(estimates_);
     poses_.sort();
     for (auto& [name, track] : joints_) track.sort();
     if (Status status = check(); !status) return status;
     const std::size_t before = opened_.scans.size();
-    if (Status status = each_event([this](const Message& event) { return take_scan(event); }); !status)
+    if (Status status = each_event([this](const Message& event) { return handle_scan(event); }); !status)
       return status;
     for (auto& [channel, sweep] : sweeps_) finish(sweep);
     if (damaged_ > 0) note(std::to_string(damaged_) + " damaged events skipped");
@@ -94,17 +94,17 @@ class LogScans {
     }
   }
 
-  Status take_pose(const Message& event) {
-    if (event.channel == channel::robot && !robot_) return take_robot(event);
-    if (event.channel == channel::pose_cov) {
+  Status handle_pose(const Message& event) {
+    if (event.channel == channel::kRobot && !robot_) return handle_robot(event);
+    if (event.channel == channel::kPoseCov) {
       PoseEstimate estimate;
       if (!decode(event.channel, event.payload, estimate)) return ++damaged_, Status();
       if (estimate.state == SlamState::tracking) estimates_.add(estimate.stamp, estimate.T_map_base);
-    } else if (event.channel == channel::pose) {
+    } else if (event.channel == channel::kPose) {
       PoseStamped pose;
       if (!decode(event.channel, event.payload, pose)) return ++damaged_, Status();
       poses_.add(pose.stamp, pose.T_map_base);
-    } else if (event.channel == channel::joint_state) {
+    } else if (event.channel == channel::kJointState) {
       Joints joints;
       if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
       for (std::size_t i = 0; i < std::min(joints.names.size(), joints.positions.size()); ++i)
@@ -113,7 +113,7 @@ class LogScans {
     return {};
   }
 
-  Status take_robot(const Message& event) {
+  Status handle_robot(const Message& event) {
     RobotMessage message;
     if (Status status = decode(event.channel, event.payload, message); !status) return status;
     auto robot = options_.robot.empty() ? parse_robot_description(message.yaml, name_ + ", channel ROBOT")
@@ -146,12 +146,12 @@ class LogScans {
       const Transform<Base, Laser>& T_base_laser = robot_->laser->T_base_laser;
       const HeadJoint tilt{options_.tilt_joint, T_base_laser.translation(),
                            T_base_laser.rotation() * Eigen::Vector3d::UnitY()};
-      sweeps_[channel::scan] = {*robot_->laser, {tilt}, {}, {}};
+      sweeps_[channel::kScan] = {*robot_->laser, {tilt}, {}, {}};
     } else if (robot_->laser && !cloud::lies_level(*robot_->laser)) {
-      sweeps_[channel::scan] = {*robot_->laser, {}, {}, {}};
+      sweeps_[channel::kScan] = {*robot_->laser, {}, {}, {}};
     }
     if (robot_->line_laser)
-      sweeps_[channel::lines] = {robot_->line_laser->laser, robot_->line_laser->head, {}, {}};
+      sweeps_[channel::kLines] = {robot_->line_laser->laser, robot_->line_laser->head, {}, {}};
   }
 
   std::optional<Transform<Map, Base>> base_at(SensorTime t) const {
@@ -166,13 +166,13 @@ class LogScans {
     });
   }
 
-  Status take_scan(const Message& event) {
-    if (event.channel == channel::depth && robot_->depth) return take_depth(event);
+  Status handle_scan(const Message& event) {
+    if (event.channel == channel::kDepth && robot_->depth) return handle_depth(event);
     const auto sweep = sweeps_.find(event.channel);
-    return sweep == sweeps_.end() ? Status() : take_line(sweep->second, event);
+    return sweep == sweeps_.end() ? Status() : handle_line(sweep->second, event);
   }
 
-  Status take_depth(const Message& event) {
+  Status handle_depth(const Message& event) {
     Image image;
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
     const auto T_map_base = base_at(image.stamp);
@@ -195,7 +195,7 @@ class LogScans {
     return {};
   }
 
-  Status take_line(Sweep& sweep, const Message& event) {
+  Status handle_line(Sweep& sweep, const Message& event) {
     Scan line;
     if (!decode(event.channel, event.payload, line)) return ++damaged_, Status();
     const auto T_map_base = base_at(line.stamp);

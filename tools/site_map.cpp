@@ -10,10 +10,10 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double pixel = 0.05;     // m
-constexpr int most_pixels = 4096;  // of a side
-constexpr double margin = 0.5;     // m
-constexpr int sub_bits = 4;        // corners lie between pixels
+constexpr double kPixel = 0.05;   // m
+constexpr int kMaxPixels = 4096;  // of a side
+constexpr double kMargin = 0.5;   // m
+constexpr int kSubBits = 4;       // corners lie between pixels
 
 using Box = Eigen::AlignedBox2d;
 
@@ -53,24 +53,24 @@ std::optional<station::StationMap> draw_site_map(const SemanticModel& model) {
   const review::Plan plan = review::plan_of(model);
   Box box = bounds_of(plan);
   if (box.isEmpty() || !box.sizes().allFinite()) return std::nullopt;
-  box = Box(box.min().array() - margin, box.max().array() + margin);
+  box = Box(box.min().array() - kMargin, box.max().array() + kMargin);
   station::StationMap map;
-  map.resolution = std::max(pixel, box.sizes().maxCoeff() / most_pixels);
+  map.resolution = std::max(kPixel, box.sizes().maxCoeff() / kMaxPixels);
   map.origin = box.min();
   const Eigen::Vector2i size =
-      (box.sizes() / map.resolution).array().ceil().cast<int>().max(1).min(most_pixels);
+      (box.sizes() / map.resolution).array().ceil().cast<int>().max(1).min(kMaxPixels);
   cv::Mat picture(size.y(), size.x(), CV_8UC4, cv::Scalar(0, 0, 0, 0));
   // Row 0 is the northern edge: the lower left corner of the picture is the origin.
   const auto place = [&](const Eigen::Vector2d& p) {
     const Eigen::Vector2d at = (p - map.origin) / map.resolution;
-    const double scale = 1 << sub_bits;
+    const double scale = 1 << kSubBits;
     return cv::Point(static_cast<int>(std::lround((at.x() - 0.5) * scale)),
                      static_cast<int>(std::lround((size.y() - at.y() - 0.5) * scale)));
   };
   const auto fill = [&](const std::array<Eigen::Vector2d, 4>& corners, const cv::Scalar& colour) {
     std::array<cv::Point, 4> points;
     std::transform(corners.begin(), corners.end(), points.begin(), place);
-    cv::fillConvexPoly(picture, points.data(), 4, colour, cv::LINE_8, sub_bits);
+    cv::fillConvexPoly(picture, points.data(), 4, colour, cv::LINE_8, kSubBits);
   };
   for (const review::PlanPart& part : plan.parts) fill(part.corners, colour_of(part.label));
   for (const review::PlanRow& row : plan.rows) {

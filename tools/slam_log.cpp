@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Part of the mapping progress; the rest is loop closure.
-constexpr double reading_share = 0.5;
+constexpr double kReadingFraction = 0.5;
 
 class LogSlam {
  public:
@@ -28,7 +28,7 @@ class LogSlam {
     const Clock::time_point start = Clock::now();
     if (const Status checked = check(); !checked) return checked.error();
     if (const Status read = read_and_track(); !read) return read.error();
-    if (words_.empty()) return nothing_said();
+    if (outputs_.empty()) return no_output_error();
     if (mapping_) close_loops();
     report_.map = slam_->grid_map();
     report_.map_id = report_.map.id;
@@ -36,10 +36,10 @@ class LogSlam {
       const Status saved = save_map_files(*slam_, options_.save_map, options_.overwrite);
       if (!saved) return saved.error();
     }
-    count(words_, report_);
+    count(outputs_, report_);
     if (!options_.output.empty()) {
-      const SlamWords said{words_, robot_, mapping_, report_.causal, report_.map_id};
-      const auto replaced = write_slam_log(options_, said);
+      const SlamTrajectory trajectory{outputs_, robot_, mapping_, report_.causal, report_.map_id};
+      const auto replaced = write_slam_log(options_, trajectory);
       if (!replaced) return replaced.error();
       report_.replaced = *replaced;
     }
@@ -62,7 +62,7 @@ class LogSlam {
     return mapping_ ? check_map_files(options_.save_map, options_.overwrite) : Status{};
   }
 
-  Error nothing_said() const {
+  Error no_output_error() const {
     if (report_.scans == 0) {
       return {options_.input.string() + ": holds no event on " + options_.scan_channel +
               " that can be read; is it the right channel?"};
@@ -84,7 +84,7 @@ class LogSlam {
     pose::SlamOptions slam = options_.slam;
     if (progress_)
       slam.progress = [this](double done) {
-        progress_(reading_share * 100 + (1 - reading_share) * 100 * done, 100);
+        progress_(kReadingFraction * 100 + (1 - kReadingFraction) * 100 * done, 100);
       };
     auto made = mapping_ ? pose::make_mapper(robot_, slam)
                          : pose::make_localizer(robot_, options_.map.string(), slam);
@@ -108,21 +108,21 @@ class LogSlam {
       if (!event->has_value()) return {};
       if (Status taken = take(**event); !taken) return taken;
       if (progress_) {
-        const double share = static_cast<double>(reader->offset()) / static_cast<double>(reader->size());
-        progress_(100 * (mapping_ ? reading_share : 1) * share, 100);
+        const double fraction = static_cast<double>(reader->offset()) / static_cast<double>(reader->size());
+        progress_(100 * (mapping_ ? kReadingFraction : 1) * fraction, 100);
       }
     }
   }
 
   Status take(const Message& event) {
-    if (event.channel == channel::robot && !slam_) {
+    if (event.channel == channel::kRobot && !slam_) {
       RobotMessage message;
       if (Status read = decode(event.channel, event.payload, message); !read) return read;
       return start(message.yaml, options_.input.string() + ", channel ROBOT");
     }
     if (event.channel != options_.scan_channel && event.channel != options_.odometry_channel) return {};
     if (!slam_) {
-      return Error{options_.input.string() + ": has no " + channel::robot + " event before its first " +
+      return Error{options_.input.string() + ": has no " + channel::kRobot + " event before its first " +
                    event.channel + "; describe the robot with --robot FILE"};
     }
     if (event.channel == options_.odometry_channel) {
@@ -144,11 +144,11 @@ class LogSlam {
     report_.log_seconds = (event.arrival - first_scan_).seconds();
     ++report_.scans;
     const Clock::time_point before = Clock::now();
-    auto word = slam_->add(scan);
+    auto estimate = slam_->add(scan);
     steps_.push_back(since(before) * 1e6);
-    if (word) {
-      word->step_time = {};  // measured, so different in each run
-      words_.push_back({event.arrival + options_.pose_delay, std::move(*word)});
+    if (estimate) {
+      estimate->step_time = {};  // measured, so different in each run
+      outputs_.push_back({event.arrival + options_.pose_delay, std::move(*estimate)});
     }
     return {};
   }
@@ -159,9 +159,9 @@ class LogSlam {
     report_.loop_seconds = since(before);
     report_.causal = options_.causal;
     if (options_.causal) return;
-    for (std::size_t i = 0; i < words_.size(); ++i) {
-      words_[i].estimate = final[i];
-      words_[i].estimate.step_time = {};
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      outputs_[i].estimate = final[i];
+      outputs_[i].estimate.step_time = {};
     }
   }
 
@@ -170,7 +170,7 @@ class LogSlam {
   bool mapping_;
   RobotDescription robot_;
   std::unique_ptr<pose::Slam> slam_;
-  std::vector<SlamWord> words_;
+  std::vector<SlamOutput> outputs_;
   std::vector<double> steps_;
   ArrivalTime first_scan_;
   SlamLogReport report_;

@@ -16,7 +16,7 @@
 namespace parhelion::tools {
 
 /// One ServerStatus before the first estimate: seed, map id, and whether the trajectory is causal.
-inline constexpr const char* slam_status_channel = "SLAM_STATUS";
+inline constexpr const char* kSlamStatusChannel = "SLAM_STATUS";
 
 struct SlamLogOptions {
   std::filesystem::path input;

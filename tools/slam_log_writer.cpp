@@ -9,7 +9,8 @@ namespace {
 
 class SlamLogWriter {
  public:
-  SlamLogWriter(const SlamLogOptions& options, const SlamWords& said) : options_(options), said_(said) {}
+  SlamLogWriter(const SlamLogOptions& options, const SlamTrajectory& trajectory)
+      : options_(options), trajectory_(trajectory) {}
 
   Result<std::uint64_t> write() {
     const std::string part = options_.output.string() + ".part";
@@ -27,25 +28,25 @@ class SlamLogWriter {
  private:
   ServerStatus status() const {
     ServerStatus status;
-    status.stamp = said_.words.front().estimate.stamp;
+    status.stamp = trajectory_.outputs.front().estimate.stamp;
     status.values.emplace_back("seed", static_cast<double>(options_.slam.seed));
     status.values.emplace_back("pose_delay_ms", options_.pose_delay.seconds() * 1e3);
-    status.notes.emplace_back("slam", said_.mapping ? "mapping" : "localization");
-    status.notes.emplace_back("trajectory", said_.causal
+    status.notes.emplace_back("slam", trajectory_.mapping ? "mapping" : "localization");
+    status.notes.emplace_back("trajectory", trajectory_.causal
                                                 ? "causal: as in a live run"
                                                 : "final: computed with later scans, not for injection");
-    status.notes.emplace_back("map_id", said_.map_id);
+    status.notes.emplace_back("map_id", trajectory_.map_id);
     return status;
   }
 
   /// Writes the estimate's events 1 us apart, so that arrivals are distinct.
-  static Status write_word(LogWriter& writer, const SlamWord& word) {
+  static Status write_output(LogWriter& writer, const SlamOutput& output) {
     std::vector<std::uint8_t> bytes;
-    encode(word.estimate, bytes);
-    if (Status written = writer.write(channel::pose_cov, word.arrival, bytes); !written) return written;
-    if (word.estimate.state != SlamState::tracking) return {};  // POSE cannot represent this state
-    encode(PoseStamped{word.estimate.stamp, word.estimate.T_map_base}, bytes);
-    return writer.write(channel::pose, word.arrival + microseconds(1), bytes);
+    encode(output.estimate, bytes);
+    if (Status written = writer.write(channel::kPoseCov, output.arrival, bytes); !written) return written;
+    if (output.estimate.state != SlamState::tracking) return {};  // POSE cannot represent this state
+    encode(PoseStamped{output.estimate.stamp, output.estimate.T_map_base}, bytes);
+    return writer.write(channel::kPose, output.arrival + microseconds(1), bytes);
   }
 
   Status write_to(const std::string& path) {
@@ -53,7 +54,7 @@ class SlamLogWriter {
     if (!reader) return reader.error();
     auto writer = LogWriter::create(path, true);
     if (!writer) return writer.error();
-    std::size_t next_word = 0;
+    std::size_t next_output = 0;
     bool first = true;
     for (;;) {
       auto event = reader->next();
@@ -66,28 +67,30 @@ class SlamLogWriter {
       if (first) {
         std::vector<std::uint8_t> bytes;
         encode(status(), bytes);
-        if (Status written = writer->write(slam_status_channel, message.arrival, bytes); !written)
+        if (Status written = writer->write(kSlamStatusChannel, message.arrival, bytes); !written)
           return written;
         first = false;
       }
-      for (; next_word < said_.words.size() && said_.words[next_word].arrival < message.arrival;
-           ++next_word) {
-        if (Status written = write_word(*writer, said_.words[next_word]); !written) return written;
+      for (; next_output < trajectory_.outputs.size() &&
+             trajectory_.outputs[next_output].arrival < message.arrival;
+           ++next_output) {
+        if (Status written = write_output(*writer, trajectory_.outputs[next_output]); !written)
+          return written;
       }
       if (is_replaced(message.channel)) continue;
       if (Status written = writer->write(message.channel, message.arrival, message.payload); !written)
         return written;
     }
-    for (; next_word < said_.words.size(); ++next_word) {
-      if (Status written = write_word(*writer, said_.words[next_word]); !written) return written;
+    for (; next_output < trajectory_.outputs.size(); ++next_output) {
+      if (Status written = write_output(*writer, trajectory_.outputs[next_output]); !written) return written;
     }
     return writer->sync();
   }
 
   bool is_replaced(const std::string& channel_name) {
-    if (channel_name == channel::robot) return !options_.robot.empty();
-    if (channel_name != channel::pose_cov && channel_name != channel::pose &&
-        channel_name != slam_status_channel)
+    if (channel_name == channel::kRobot) return !options_.robot.empty();
+    if (channel_name != channel::kPoseCov && channel_name != channel::kPose &&
+        channel_name != kSlamStatusChannel)
       return false;
     ++replaced_;
     return true;
@@ -95,19 +98,19 @@ class SlamLogWriter {
 
   Status write_robot(LogWriter& writer, ArrivalTime arrival) const {
     std::vector<std::uint8_t> bytes;
-    encode(RobotMessage{said_.words.front().estimate.stamp, to_yaml(said_.robot)}, bytes);
-    return writer.write(channel::robot, arrival, bytes);
+    encode(RobotMessage{trajectory_.outputs.front().estimate.stamp, to_yaml(trajectory_.robot)}, bytes);
+    return writer.write(channel::kRobot, arrival, bytes);
   }
 
   const SlamLogOptions& options_;
-  const SlamWords& said_;
+  const SlamTrajectory& trajectory_;
   std::uint64_t replaced_ = 0;
 };
 
 }  // namespace
 
-Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWords& said) {
-  return SlamLogWriter(options, said).write();
+Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamTrajectory& trajectory) {
+  return SlamLogWriter(options, trajectory).write();
 }
 
 }  // namespace parhelion::tools

@@ -9,8 +9,8 @@
 namespace parhelion::tools {
 
 /// Estimates in order of arrival, at least one.
-struct SlamWords {
-  std::span<const SlamWord> words;
+struct SlamTrajectory {
+  std::span<const SlamOutput> outputs;
   const RobotDescription& robot;
   bool mapping = false, causal = true;
   std::string map_id;
@@ -18,6 +18,6 @@ struct SlamWords {
 
 /// Writes options.output: the events of options.input merged with the estimates by arrival time. Writes a
 /// temporary file and renames it. Returns the number of input events that the estimates replace.
-Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWords& said);
+Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamTrajectory& trajectory);
 
 }  // namespace parhelion::tools

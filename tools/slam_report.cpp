@@ -7,10 +7,10 @@
 
 namespace parhelion::tools {
 
-void count(std::span<const SlamWord> words, SlamLogReport& report) {
-  report.answered = words.size();
-  for (const SlamWord& word : words) {
-    switch (word.estimate.state) {
+void count(std::span<const SlamOutput> outputs, SlamLogReport& report) {
+  report.answered = outputs.size();
+  for (const SlamOutput& output : outputs) {
+    switch (output.estimate.state) {
       case SlamState::initializing:
         ++report.initializing;
         break;
@@ -41,7 +41,7 @@ std::string summary_line(const SlamLogReport& report) {
 
 StepPercentiles percentiles(std::vector<double> microseconds) {
   if (microseconds.empty()) return {};
-  const auto at = [&](double share) { return quantile(microseconds, share, QuantileRank::upper); };
+  const auto at = [&](double fraction) { return quantile(microseconds, fraction, QuantileRank::upper); };
   return {at(0.5), at(0.9), at(0.99), at(1)};
 }
 

@@ -8,13 +8,13 @@
 namespace parhelion::tools {
 
 /// An estimate of SLAM and its arrival time at the server.
-struct SlamWord {
+struct SlamOutput {
   ArrivalTime arrival;
   PoseEstimate estimate;
 };
 
 /// Counts answered, tracking, lost and initializing.
-void count(std::span<const SlamWord> words, SlamLogReport& report);
+void count(std::span<const SlamOutput> outputs, SlamLogReport& report);
 
 /// One line for people.
 std::string summary_line(const SlamLogReport& report);

@@ -62,7 +62,7 @@ Status StopMemory::keep(bool holds) {
 }
 
 void StopMemory::sync_what_is_written(const std::stop_token& stop) {
-  runtime::give_way(0);
+  runtime::lower_priority(0);
   std::unique_lock lock(mutex_);
   while (written_.wait(lock, stop, [this] { return to_sync_; })) {
     to_sync_ = false;

@@ -12,14 +12,14 @@ static_assert(std::atomic<Clock::rep>::is_always_lock_free);
 
 // A shell, timeout(1) and a parent that forwards signals signal both the process and its group: this counts
 // once.
-constexpr Clock::duration same_request = std::chrono::milliseconds(500);
+constexpr Clock::duration kSameRequest = std::chrono::milliseconds(500);
 
 std::atomic<Clock::rep> asked_at = 0;  // 0: no request
 
 void on_signal(int signal) {
   const Clock::rep now = Clock::now().time_since_epoch().count();
   Clock::rep first = 0;
-  if (asked_at.compare_exchange_strong(first, now) || now - first < same_request.count()) return;
+  if (asked_at.compare_exchange_strong(first, now) || now - first < kSameRequest.count()) return;
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }

@@ -18,8 +18,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t errors_shown = 20;
-constexpr Duration leap = seconds(60.0);  // between two events: a pause, or a clock that was set
+constexpr std::size_t kErrorsShown = 20;
+constexpr Duration kLeap = seconds(60.0);  // between two events: a pause, or a clock that was set
 
 template <class T>
 Status decodes(std::string_view channel, Bytes bytes) {
@@ -53,75 +53,75 @@ Status session_message(std::string_view channel, Bytes bytes) {
 }
 
 using Check = Status (*)(std::string_view channel, Bytes bytes);
-const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decodes<Scan>},
-                                                       {"image_t", decodes<Image>},
-                                                       {"pose2D_t", decodes<Odometry>},
-                                                       {"pose_cov_t", decodes<PoseEstimate>},
-                                                       {"pose_t", decodes<PoseStamped>},
-                                                       {"twist2D_t", decodes<TwistCommand>},
-                                                       {"imu_t", decodes<ImuSample>},
-                                                       {"mbot_imu_t", decodes<ImuSample>},
-                                                       {"joints_t", decodes<Joints>},
-                                                       {"agent_spawn_t", decodes<AgentSpawn>},
-                                                       {"agent_move_t", decodes<AgentMove>},
-                                                       {"agent_behaviour_t", decodes<AgentBehaviour>},
-                                                       {"agent_remove_t", decodes<AgentRemove>},
-                                                       {"agent_freeze_t", decodes<AgentFreeze>},
-                                                       {"door_cmd_t", decodes<DoorCommand>},
-                                                       {"fault_cmd_t", decodes<FaultCommand>},
-                                                       {"camera_rate_t", decodes<CameraRate>},
-                                                       {"object_report_t", decodes<ObjectReport>},
-                                                       {"script_start_t", decodes<ScriptStart>},
-                                                       {"emergency_stop_t", decodes<EmergencyStopCommand>},
-                                                       {"operator_t", decodes<OperatorWord>},
-                                                       {"event_t", decodes<Event>},
-                                                       {"session_t", session_message},
-                                                       {"scan_info_t", decodes<ScanInfo>},
-                                                       {"loop_t", decodes<LoopDecision>},
-                                                       {"status_t", decodes<ServerStatus>},
-                                                       {"robot_t", robot_message},
-                                                       {"world_t", decodes<WorldMessage>},
-                                                       {"hazard_reading_t", decodes<HazardReading>}};
+const std::map<std::string, Check, std::less<>> kChecks{{"planar_lidar_t", decodes<Scan>},
+                                                        {"image_t", decodes<Image>},
+                                                        {"pose2D_t", decodes<Odometry>},
+                                                        {"pose_cov_t", decodes<PoseEstimate>},
+                                                        {"pose_t", decodes<PoseStamped>},
+                                                        {"twist2D_t", decodes<TwistCommand>},
+                                                        {"imu_t", decodes<ImuSample>},
+                                                        {"mbot_imu_t", decodes<ImuSample>},
+                                                        {"joints_t", decodes<Joints>},
+                                                        {"agent_spawn_t", decodes<AgentSpawn>},
+                                                        {"agent_move_t", decodes<AgentMove>},
+                                                        {"agent_behaviour_t", decodes<AgentBehaviour>},
+                                                        {"agent_remove_t", decodes<AgentRemove>},
+                                                        {"agent_freeze_t", decodes<AgentFreeze>},
+                                                        {"door_cmd_t", decodes<DoorCommand>},
+                                                        {"fault_cmd_t", decodes<FaultCommand>},
+                                                        {"camera_rate_t", decodes<CameraRate>},
+                                                        {"object_report_t", decodes<ObjectReport>},
+                                                        {"script_start_t", decodes<ScriptStart>},
+                                                        {"emergency_stop_t", decodes<EmergencyStopCommand>},
+                                                        {"operator_t", decodes<OperatorStatus>},
+                                                        {"event_t", decodes<Event>},
+                                                        {"session_t", session_message},
+                                                        {"scan_info_t", decodes<ScanInfo>},
+                                                        {"loop_t", decodes<LoopDecision>},
+                                                        {"status_t", decodes<ServerStatus>},
+                                                        {"robot_t", robot_message},
+                                                        {"world_t", decodes<WorldMessage>},
+                                                        {"hazard_reading_t", decodes<HazardReading>}};
 
 /// Types by canonical channel name; other channels may have any type.
-const std::map<std::string, std::string, std::less<>> types_by_channel{
-    {channel::robot, "robot_t"},
-    {channel::scan, "planar_lidar_t"},
-    {channel::lines, "planar_lidar_t"},
-    {channel::odometry, "pose2D_t"},
-    {channel::pose_cov, "pose_cov_t"},
-    {channel::pose, "pose_t"},
-    {channel::reference_pose, "pose_t"},
-    {channel::camera, "image_t"},
-    {channel::depth, "image_t"},
-    {channel::teleop, "twist2D_t"},
-    {channel::joint_state, "joints_t"},
-    {channel::joint_cmd, "joints_t"},
-    {channel::bumper, "joints_t"},
-    {channel::operators, "operator_t"},
-    {channel::loop, "loop_t"},
-    {channel::mr_spawn, "agent_spawn_t"},
-    {channel::mr_move, "agent_move_t"},
-    {channel::mr_behaviour, "agent_behaviour_t"},
-    {channel::mr_remove, "agent_remove_t"},
-    {channel::mr_freeze, "agent_freeze_t"},
-    {channel::mr_door, "door_cmd_t"},
-    {channel::mr_fault, "fault_cmd_t"},
-    {channel::mr_camera_rate, "camera_rate_t"},
-    {channel::mr_object_report, "object_report_t"},
-    {channel::mr_script, "script_start_t"},
-    {channel::mr_emergency_stop, "emergency_stop_t"},
-    {channel::mr_scan, "planar_lidar_t"},
-    {channel::mr_scan_info, "scan_info_t"},
-    {channel::mr_camera, "image_t"},
-    {channel::mr_depth, "image_t"},
-    {channel::mr_session, "session_t"},
-    {channel::mr_world, "world_t"},
-    {channel::mr_events, "event_t"},
-    {channel::mr_status, "status_t"},
-    {channel::mr_cmd, "twist2D_t"},
-    {channel::mr_joint_cmd, "joints_t"},
-    {channel::hazard, "hazard_reading_t"}};
+const std::map<std::string, std::string, std::less<>> kTypesByChannel{
+    {channel::kRobot, "robot_t"},
+    {channel::kScan, "planar_lidar_t"},
+    {channel::kLines, "planar_lidar_t"},
+    {channel::kOdometry, "pose2D_t"},
+    {channel::kPoseCov, "pose_cov_t"},
+    {channel::kPose, "pose_t"},
+    {channel::kReferencePose, "pose_t"},
+    {channel::kCamera, "image_t"},
+    {channel::kDepth, "image_t"},
+    {channel::kTeleop, "twist2D_t"},
+    {channel::kJointState, "joints_t"},
+    {channel::kJointCmd, "joints_t"},
+    {channel::kBumper, "joints_t"},
+    {channel::kOperators, "operator_t"},
+    {channel::kLoop, "loop_t"},
+    {channel::kMrSpawn, "agent_spawn_t"},
+    {channel::kMrMove, "agent_move_t"},
+    {channel::kMrBehaviour, "agent_behaviour_t"},
+    {channel::kMrRemove, "agent_remove_t"},
+    {channel::kMrFreeze, "agent_freeze_t"},
+    {channel::kMrDoor, "door_cmd_t"},
+    {channel::kMrFault, "fault_cmd_t"},
+    {channel::kMrCameraRate, "camera_rate_t"},
+    {channel::kMrObjectReport, "object_report_t"},
+    {channel::kMrScript, "script_start_t"},
+    {channel::kMrEmergencyStop, "emergency_stop_t"},
+    {channel::kMrScan, "planar_lidar_t"},
+    {channel::kMrScanInfo, "scan_info_t"},
+    {channel::kMrCamera, "image_t"},
+    {channel::kMrDepth, "image_t"},
+    {channel::kMrSession, "session_t"},
+    {channel::kMrWorld, "world_t"},
+    {channel::kMrEvents, "event_t"},
+    {channel::kMrStatus, "status_t"},
+    {channel::kMrCmd, "twist2D_t"},
+    {channel::kMrJointCmd, "joints_t"},
+    {channel::kHazard, "hazard_reading_t"}};
 
 struct ChannelCount {
   std::uint64_t messages = 0, refused = 0, unknown = 0;
@@ -152,12 +152,12 @@ class LogCheck {
  private:
   void damage(const std::string& words) {
     ++damaged_;
-    if (damaged_ <= errors_shown) errors_.push_back(words);
+    if (damaged_ <= kErrorsShown) errors_.push_back(words);
   }
 
   void add(const Message& message) {
     if (events_ > 0 && message.arrival < last_) ++backward_;
-    if (events_ > 0 && message.arrival - last_ > leap && leap_.empty()) {
+    if (events_ > 0 && message.arrival - last_ > kLeap && leap_.empty()) {
       leap_ = "event " + std::to_string(events_) + " comes " +
               std::to_string(std::lround((message.arrival - last_).seconds())) + " s after the one before";
     }
@@ -167,14 +167,14 @@ class LogCheck {
     ChannelCount& count = channels_[message.channel];
     ++count.messages;
     const std::string type = type_name(message.payload);
-    const auto expected = types_by_channel.find(message.channel);
+    const auto expected = kTypesByChannel.find(message.channel);
     if (count.type.empty()) count.type = type;
-    if (expected != types_by_channel.end() && expected->second != type) {
+    if (expected != kTypesByChannel.end() && expected->second != type) {
       refuse(count, "is of type " + type + ", expected " + expected->second);
       return;
     }
-    const auto check = checks.find(type);
-    if (check == checks.end()) {
+    const auto check = kChecks.find(type);
+    if (check == kChecks.end()) {
       ++count.unknown;
       return;
     }
@@ -218,8 +218,8 @@ class LogCheck {
     if (!leap_.empty()) out.notes.push_back(leap_);
     if (backward_ > 0)
       out.notes.push_back(std::to_string(backward_) + " events with an earlier stamp than the one before");
-    if (damaged_ > errors_shown)
-      errors_.push_back("... and " + std::to_string(damaged_ - errors_shown) + " more damaged places");
+    if (damaged_ > kErrorsShown)
+      errors_.push_back("... and " + std::to_string(damaged_ - kErrorsShown) + " more damaged places");
     if (damaged_ > 0) {
       errors_.push_back(path_ + ": " + std::to_string(damaged_) +
                         (damaged_ == 1 ? " damaged place, " : " damaged places, ") + std::to_string(skipped) +

@@ -11,22 +11,22 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 /// The number in a control group's file; no limit where it is "max" or the file is missing.
 std::uint64_t group_number(const char* path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
-  return file >> number ? number : unlimited;
+  return file >> number ? number : kUnlimited;
 }
 
 /// What the limit on this process's address space (ulimit -v) leaves.
 std::uint64_t addresses_left() {
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unlimited;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
   std::ifstream pages("/proc/self/statm");
   std::uint64_t used = 0;
-  if (!(pages >> used)) return unlimited;
+  if (!(pages >> used)) return kUnlimited;
   used *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   return limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, used);
 }
@@ -34,7 +34,7 @@ std::uint64_t addresses_left() {
 }  // namespace
 
 std::uint64_t available_memory() {
-  std::uint64_t available = unlimited;
+  std::uint64_t available = kUnlimited;
   std::ifstream memory("/proc/meminfo");
   for (std::string line; std::getline(memory, line);) {
     unsigned long long kibibytes = 0;
@@ -42,7 +42,8 @@ std::uint64_t available_memory() {
   }
   const std::uint64_t limit = group_number("/sys/fs/cgroup/memory.max");
   const std::uint64_t used = group_number("/sys/fs/cgroup/memory.current");
-  if (limit != unlimited && used != unlimited) available = std::min(available, limit - std::min(limit, used));
+  if (limit != kUnlimited && used != kUnlimited)
+    available = std::min(available, limit - std::min(limit, used));
   return std::min(available, addresses_left());
 }
 

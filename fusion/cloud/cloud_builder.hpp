@@ -33,8 +33,8 @@ enum class Column : std::uint8_t {
   packed_colour,
   ignored
 };
-constexpr std::size_t column_count = 12;  ///< without `ignored`
-using Record = std::array<double, column_count>;
+constexpr std::size_t kColumnCount = 12;  ///< without `ignored`
+using Record = std::array<double, kColumnCount>;
 
 /// Looks up the column names used in PLY and PCD files.
 Column column_named(std::string_view name);
@@ -71,7 +71,7 @@ class CloudBuilder {
 
   ScanFile scan_;
   Eigen::Matrix3d file_to_scanner_, axes_;
-  std::array<bool, column_count + 1> has_{};
+  std::array<bool, kColumnCount + 1> has_{};
   double colour_scale_ = 1;
   bool normals_ = false, colours_ = false;
   bool labels_fit_ = true, scans_fit_ = true;

@@ -40,7 +40,7 @@ class LineCursor {
 };
 
 /// Removes the first word from `rest` and returns it; empty at the end. Separators: space, tab and `also`.
-inline std::string_view take_word(std::string_view& rest, char also = ' ') {
+inline std::string_view next_token(std::string_view& rest, char also = ' ') {
   const auto separates = [also](char c) { return c == ' ' || c == '\t' || c == also; };
   std::size_t begin = 0;
   while (begin < rest.size() && separates(rest[begin])) ++begin;

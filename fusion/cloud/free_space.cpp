@@ -10,19 +10,19 @@ RangeImage::Direction RangeImage::direction(const Eigen::Vector3f& ray) {
   ray.cwiseAbs().maxCoeff(&axis);
   const float depth = std::abs(ray[axis]);
   const auto place = [&](float x) {
-    return std::clamp(static_cast<int>((x / depth + 1) * (side_ / 2)), 0, side_ - 1);
+    return std::clamp(static_cast<int>((x / depth + 1) * (kSide / 2)), 0, kSide - 1);
   };
   return {2 * axis + (ray[axis] < 0 ? 1 : 0), place(ray[(axis + 1) % 3]), place(ray[(axis + 2) % 3])};
 }
 
 RangeImage::RangeImage(const Surfels& surfels, const Eigen::Vector3d& viewpoint)
-    : viewpoint_(viewpoint.cast<float>()), cells_(6 * side_ * side_) {
+    : viewpoint_(viewpoint.cast<float>()), cells_(6 * kSide * kSide) {
   for (const Eigen::Vector3f& mean : surfels.means) {
     const Eigen::Vector3f ray = mean - viewpoint_;
     const float range = ray.norm();
     if (!(range > 0)) continue;
     const Direction at = direction(ray);
-    Cell& c = cells_[static_cast<std::size_t>((at.face * side_ + at.v) * side_ + at.u)];
+    Cell& c = cells_[static_cast<std::size_t>((at.face * kSide + at.v) * kSide + at.u)];
     c.nearest = c.nearest > 0 ? std::min(c.nearest, range) : range;
     c.furthest = std::max(c.furthest, range);
   }
@@ -36,8 +36,8 @@ RangeImage::Sight RangeImage::sight(const Eigen::Vector3f& p, float margin) cons
   const Cell& own = cell(at.face, at.u, at.v);
   if (!(own.nearest > 0)) return Sight::unseen;
   float nearest = own.nearest, furthest = own.furthest;
-  for (int v = std::max(at.v - 1, 0); v <= std::min(at.v + 1, side_ - 1); ++v) {
-    for (int u = std::max(at.u - 1, 0); u <= std::min(at.u + 1, side_ - 1); ++u) {
+  for (int v = std::max(at.v - 1, 0); v <= std::min(at.v + 1, kSide - 1); ++v) {
+    for (int u = std::max(at.u - 1, 0); u <= std::min(at.u + 1, kSide - 1); ++u) {
       const Cell& c = cell(at.face, u, v);
       if (!(c.nearest > 0)) continue;
       nearest = std::min(nearest, c.nearest);

@@ -21,7 +21,7 @@ class RangeImage {
   Sight sight(const Eigen::Vector3f& p, float margin) const;
 
  private:
-  static constexpr int side_ = 64;  ///< cells along a face: 1.4 degrees
+  static constexpr int kSide = 64;  ///< cells along a face: 1.4 degrees
   struct Cell {
     float nearest = 0, furthest = 0;  ///< m; 0: nothing seen
   };
@@ -30,7 +30,7 @@ class RangeImage {
   };
   static Direction direction(const Eigen::Vector3f& ray);
   const Cell& cell(int face, int u, int v) const {
-    return cells_[static_cast<std::size_t>((face * side_ + v) * side_ + u)];
+    return cells_[static_cast<std::size_t>((face * kSide + v) * kSide + u)];
   }
 
   Eigen::Vector3f viewpoint_;

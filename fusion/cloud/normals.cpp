@@ -14,8 +14,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr double wanted_in_bucket = 8;  // of 27, about nine lie on a surface: some seventy neighbours
-constexpr double smallest_bucket = 0.01, largest_bucket = 0.5;  // m; beyond, neighbours share no surface
+constexpr double kWantedInBucket = 8;  // of 27, about nine lie on a surface: some seventy neighbours
+constexpr double kSmallestBucket = 0.01, largest_bucket = 0.5;  // m; beyond, neighbours share no surface
 Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
   Eigen::AlignedBox3f box;
   std::vector<float> values;
@@ -46,19 +46,20 @@ double fitted_bucket(std::span<const Eigen::Vector3f> points) {
       counts.push_back(count);
     }
     const double in_bucket = std::max(1.0, median(counts) / 9.0);
-    side = std::clamp(grid.bucket_size() * std::sqrt(wanted_in_bucket / in_bucket), smallest_bucket,
+    side = std::clamp(grid.bucket_size() * std::sqrt(kWantedInBucket / in_bucket), kSmallestBucket,
                       largest_bucket);
   }
   return side;
 }
 
 /// The points of the 27 buckets; evenly thinned where there are too many.
-void collect(const BucketGrid& grid, const Eigen::Vector3f& p, int most, std::vector<Eigen::Vector3f>& list) {
+void collect(const BucketGrid& grid, const Eigen::Vector3f& p, int max_points,
+             std::vector<Eigen::Vector3f>& list) {
   list.clear();
   const Eigen::Vector3i bucket = grid.bucket_of(p);
   std::uint32_t count = 0;
   grid.for_each_run(bucket, [&](BucketGrid::Range run) { count += run.end - run.begin; });
-  const auto limit = static_cast<std::uint32_t>(most);
+  const auto limit = static_cast<std::uint32_t>(max_points);
   const std::uint32_t step = (count + limit - 1) / limit;
   std::uint32_t skip = 0;
   grid.for_each_run(bucket, [&](BucketGrid::Range run) {
@@ -79,7 +80,7 @@ Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std:
   const scan::PhiloxKey key{static_cast<std::uint32_t>(options.seed),
                             static_cast<std::uint32_t>(options.seed >> 32)};
   Eigen::Vector3f best = Eigen::Vector3f::Zero();
-  float least = 0;
+  float smallest = 0;
   for (int plane = 0; plane < options.planes; ++plane) {
     const scan::PhiloxCounter words = scan::philox4x32(
         {static_cast<std::uint32_t>(point), static_cast<std::uint32_t>(std::uint64_t{point} >> 32),
@@ -96,15 +97,15 @@ Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std:
     const Eigen::Vector3f normal = cross / size;
     float sum = 0;
     for (const Eigen::Vector3f& p : list) sum += std::abs(normal.dot(p - a));
-    if (best.isZero() || sum < least) {
-      least = sum;
+    if (best.isZero() || sum < smallest) {
+      smallest = sum;
       best = normal;
     }
   }
   return best;
 }
 
-Eigen::Vector3f least_variance(const std::vector<Eigen::Vector3f>& list) {
+Eigen::Vector3f min_variance_direction(const std::vector<Eigen::Vector3f>& list) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
   for (const Eigen::Vector3f& p : list) {
@@ -144,7 +145,7 @@ std::vector<Eigen::Vector3f> run(std::span<const Eigen::Vector3f> points, const 
       if (list.size() < 3) continue;
       const std::uint32_t point = all ? i : index[i];
       normals[point] =
-          upwards(options.method == NormalMethod::principal ? least_variance(list)
+          upwards(options.method == NormalMethod::principal ? min_variance_direction(list)
                                                             : best_random_plane(list, point, options));
     }
   });

@@ -11,50 +11,50 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float least_cosine = 0.5f;      // surfaces that differ by more than 60 degrees do not match
-constexpr float hopeless_cosine = 0.35f;  // nor do they after a rotation by up to:
-constexpr float turn_to_hope = 0.16f;     // rad; acos(0.35) - acos(0.5) is 0.166
-constexpr float rounding = 0.01f;         // of a bucket: its bounds are rounded
-constexpr int rings = 3;
+constexpr float kMinCosine = 0.5f;        // surfaces that differ by more than 60 degrees do not match
+constexpr float kHopelessCosine = 0.35f;  // nor do they after a rotation by up to:
+constexpr float kTurnToHope = 0.16f;      // rad; acos(0.35) - acos(0.5) is 0.166
+constexpr float kRounding = 0.01f;        // of a bucket: its bounds are rounded
+constexpr int kRings = 3;
 
 /// Squared distances in buckets from a place within one to those before and after it along an axis.
 struct AxisDistances {
-  std::array<float, 2 * rings + 1> squared{};
+  std::array<float, 2 * kRings + 1> squared{};
 
   explicit AxisDistances(float place) {
-    for (int k = 1; k <= rings; ++k) {
+    for (int k = 1; k <= kRings; ++k) {
       const float before = place + static_cast<float>(k - 1), after = static_cast<float>(k) - place;
-      squared[static_cast<std::size_t>(rings - k)] = before * before;
-      squared[static_cast<std::size_t>(rings + k)] = after * after;
+      squared[static_cast<std::size_t>(kRings - k)] = before * before;
+      squared[static_cast<std::size_t>(kRings + k)] = after * after;
     }
   }
-  float operator[](int offset) const { return squared[static_cast<std::size_t>(rings + offset)]; }
+  float operator[](int offset) const { return squared[static_cast<std::size_t>(kRings + offset)]; }
 };
 
 /// A row of buckets next to the surfel's own.
 struct RowOffset {
   int y, z;
-  float least;  ///< buckets^2, minimum distance to any place in the own row
+  float distance2;  ///< buckets^2, minimum distance to any place in the own row
 };
-using RowOffsets = std::array<RowOffset, (2 * rings + 1) * (2 * rings + 1)>;
+using RowOffsets = std::array<RowOffset, (2 * kRings + 1) * (2 * kRings + 1)>;
 
 constexpr RowOffsets make_row_offsets() {
   const auto between = [](int offset) { return std::max({offset - 1, -offset - 1, 0}); };
   RowOffsets offsets{};
   std::size_t count = 0;
-  for (int z = -rings; z <= rings; ++z) {
-    for (int y = -rings; y <= rings; ++y) {
+  for (int z = -kRings; z <= kRings; ++z) {
+    for (int y = -kRings; y <= kRings; ++y) {
       offsets[count++] = {y, z, static_cast<float>(between(y) * between(y) + between(z) * between(z))};
     }
   }
   std::sort(offsets.begin(), offsets.end(), [](const RowOffset& a, const RowOffset& b) {
-    return std::tuple(a.least, a.y * a.y + a.z * a.z, a.z, a.y) <
-           std::tuple(b.least, b.y * b.y + b.z * b.z, b.z, b.y);
+    return std::tuple(a.distance2, a.y * a.y + a.z * a.z, a.z, a.y) <
+           std::tuple(b.distance2, b.y * b.y + b.z * b.z, b.z, b.y);
   });
   return offsets;
 }
 
-constexpr RowOffsets row_offsets = make_row_offsets();
+constexpr RowOffsets kRowOffsets = make_row_offsets();
 
 }  // namespace
 
@@ -98,7 +98,7 @@ void PartnerSearch::move_to(const Eigen::Isometry3d& T_target_source) {
 
 /// Cosine between normals, 1 where they are too uncertain.
 float PartnerSearch::facing(const Query& query, std::uint32_t j) const {
-  if (!query.faces || target_->surfels.slack[j] >= flat_enough) return 1;
+  if (!query.faces || target_->surfels.slack[j] >= kFlatEnough) return 1;
   const float cosine = query.n.dot(target_->surfels.normals[j]);
   return oriented_ ? cosine : std::abs(cosine);
 }
@@ -108,11 +108,11 @@ void PartnerSearch::offer(Query& query, std::uint32_t j, float d2) const {
   const bool nearer = d2 < query.nearest2 || (d2 == query.nearest2 && index < query.found);
   if (index == query.found || (!nearer && d2 >= query.other2)) return;
   const float cosine = facing(query, j);
-  if (nearer && cosine >= least_cosine) {
+  if (nearer && cosine >= kMinCosine) {
     if (query.found >= 0) query.other2 = std::min(query.other2, query.nearest2);
     query.nearest2 = d2;
     query.found = index;
-  } else if (cosine >= hopeless_cosine) {
+  } else if (cosine >= kHopelessCosine) {
     query.other2 = std::min(query.other2, d2);
   }
 }
@@ -120,7 +120,7 @@ void PartnerSearch::offer(Query& query, std::uint32_t j, float d2) const {
 /// Fills `found`; returns the radius (m) within which all others were seen.
 float PartnerSearch::search(Query& query) const {
   // Outside of the grid by more than the gate, where indices could also overflow.
-  constexpr float beyond = rings + 1;
+  constexpr float beyond = kRings + 1;
   const Eigen::Vector3i& buckets = target_->grid.buckets();
   const Eigen::Array3f at = (query.p - origin_).array() * inverse_ + beyond;
   if (!((at > 0).all() && (at < buckets.cast<float>().array() + 2 * beyond).all())) return gate_ + margin_;
@@ -128,9 +128,9 @@ float PartnerSearch::search(Query& query) const {
   const Eigen::Array3f place = at - own.cast<float>();
   const std::vector<Eigen::Vector3f>& means = target_->surfels.means;
   const AxisDistances along_y(place.y()), along_z(place.z());
-  float nearest2 = query.nearest2, seen = std::sqrt(nearest2) + margin_, reach = seen * inverse_ + rounding;
-  for (const RowOffset& offset : row_offsets) {
-    if (offset.least > reach * reach) break;
+  float nearest2 = query.nearest2, seen = std::sqrt(nearest2) + margin_, reach = seen * inverse_ + kRounding;
+  for (const RowOffset& offset : kRowOffsets) {
+    if (offset.distance2 > reach * reach) break;
     const int y = own.y() + offset.y - static_cast<int>(beyond),
               z = own.z() + offset.z - static_cast<int>(beyond);
     const float left2 = reach * reach - along_y[offset.y] - along_z[offset.z];
@@ -146,7 +146,7 @@ float PartnerSearch::search(Query& query) const {
       if (query.nearest2 < nearest2) {
         nearest2 = query.nearest2;
         seen = std::sqrt(nearest2) + margin_;
-        reach = seen * inverse_ + rounding;
+        reach = seen * inverse_ + kRounding;
       }
     }
   }
@@ -156,7 +156,7 @@ float PartnerSearch::search(Query& query) const {
 void PartnerSearch::update(std::size_t i) {
   Tracked& tracked = tracked_[i];
   const Eigen::Vector3f& mean = source_->means[i];
-  Query query{R_ * mean + t_, R_ * source_->normals[i], source_->slack[i] < flat_enough, gate_ * gate_,
+  Query query{R_ * mean + t_, R_ * source_->normals[i], source_->slack[i] < kFlatEnough, gate_ * gate_,
               std::numeric_limits<float>::infinity()};
   const auto j = static_cast<std::uint32_t>(tracked.partner);
   float d2 = 0;
@@ -168,13 +168,13 @@ void PartnerSearch::update(std::size_t i) {
     if (tracked.partner < 0) {
       if (certain > gate_) return;
     } else {
-      if (d2 < certain * certain && d2 < query.nearest2 && facing(query, j) >= least_cosine) return;
+      if (d2 < certain * certain && d2 < query.nearest2 && facing(query, j) >= kMinCosine) return;
     }
   }
   if (tracked.partner >= 0) offer(query, j, d2);
   tracked.clearance = search(query);
   tracked.partner = query.found;
-  tracked.turn = static_cast<float>(turned_) + turn_to_hope;
+  tracked.turn = static_cast<float>(turned_) + kTurnToHope;
 }
 
 }  // namespace parhelion::cloud

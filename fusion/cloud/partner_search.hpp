@@ -21,7 +21,7 @@ struct SurfelTarget {
 /// second nearest, its partner is still the nearest and no search is needed.
 class PartnerSearch {
  public:
-  static constexpr float flat_enough = 0.25f;  ///< slack above which a normal is too uncertain to be compared
+  static constexpr float kFlatEnough = 0.25f;  ///< slack above which a normal is too uncertain to be compared
 
   /// Both must outlive this. `gate`: m, largest distance of a partner; at most 2.5 of the target's buckets.
   PartnerSearch(const SurfelTarget& target, const Surfels& source, double gate);

@@ -65,9 +65,9 @@ std::optional<Scalar> scalar_of(char type, std::uint64_t size) {
 template <class Set>
 bool each_field(PcdHeader& header, std::string_view words, Set set) {
   for (PcdField& field : header.fields) {
-    if (!set(field, take_word(words))) return false;
+    if (!set(field, next_token(words))) return false;
   }
-  return take_word(words).empty();
+  return next_token(words).empty();
 }
 
 bool take_count(std::string_view word, std::uint64_t& count) {
@@ -78,11 +78,11 @@ bool take_count(std::string_view word, std::uint64_t& count) {
 
 /// Empty where the line was parsed; else what was expected.
 std::string take_header_line(PcdHeader& header, std::string_view line) {
-  const std::string_view keyword = take_word(line);
+  const std::string_view keyword = next_token(line);
   if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION") return "";
   if (keyword == "FIELDS" || keyword == "COLUMNS") {
     header.fields.clear();
-    for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
+    for (std::string_view word = next_token(line); !word.empty(); word = next_token(line)) {
       header.fields.push_back({.column = column_named(word)});
     }
     return "";
@@ -103,22 +103,22 @@ std::string take_header_line(PcdHeader& header, std::string_view line) {
     return each_field(header, line, set) ? "" : "expected a COUNT of 1 to 65535 for each field";
   }
   if (keyword == "WIDTH")
-    return (header.has_width = take_count(take_word(line), header.width)) ? "" : "expected a WIDTH";
-  if (keyword == "HEIGHT") return take_count(take_word(line), header.height) ? "" : "expected a HEIGHT";
+    return (header.has_width = take_count(next_token(line), header.width)) ? "" : "expected a WIDTH";
+  if (keyword == "HEIGHT") return take_count(next_token(line), header.height) ? "" : "expected a HEIGHT";
   if (keyword == "POINTS") {
-    return (header.has_points = take_count(take_word(line), header.points)) ? ""
-                                                                            : "expected a number of POINTS";
+    return (header.has_points = take_count(next_token(line), header.points)) ? ""
+                                                                             : "expected a number of POINTS";
   }
   if (keyword == "VIEWPOINT") {
     for (double& value : header.viewpoint) {
-      const auto number = parse_number<double>(take_word(line));
+      const auto number = parse_number<double>(next_token(line));
       if (!number) return "expected seven numbers (tx ty tz qw qx qy qz) after VIEWPOINT";
       value = *number;
     }
     return header.viewpoint.allFinite() ? "" : "expected a finite VIEWPOINT";
   }
   if (keyword == "DATA") {
-    header.encoding = take_word(line);
+    header.encoding = next_token(line);
     return header.encoding == "ascii" || header.encoding == "binary" || header.encoding == "binary_compressed"
                ? ""
                : "expected DATA ascii, binary or binary_compressed, not " + in_quotes(header.encoding);
@@ -226,7 +226,7 @@ Status read_compressed(std::string_view bytes, const PcdHeader& header, CloudBui
                          "the block unpacks to " + std::to_string(unpacked) + " bytes, which are not " +
                              std::to_string(header.points) + " points of " + std::to_string(header.stride));
   }
-  if (unpacked > packed * lzf_max_ratio) {
+  if (unpacked > packed * kLzfMaxRatio) {
     return error_at_byte(
         name, header.body + 4,
         "the block cannot unpack from " + std::to_string(packed) + " bytes to " + std::to_string(unpacked));
@@ -249,7 +249,7 @@ std::string take_line(const PcdHeader& header, std::string_view line, Record& re
   for (std::size_t f = 0; f < header.fields.size(); ++f) {
     const PcdField& field = header.fields[f];
     for (std::uint64_t i = 0; i < field.count; ++i) {
-      const std::string_view word = take_word(line);
+      const std::string_view word = next_token(line);
       const auto number = field.column == Column::packed_colour ? packed_colour(word, field.type)
                                                                 : parse_number<double>(word);
       if (!number) return "expected a number for field " + std::to_string(f + 1) + ", not " + in_quotes(word);
@@ -294,8 +294,8 @@ Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder) {
   if (!builder.has(Column::x) || !builder.has(Column::y) || !builder.has(Column::z)) {
     return error_at_line(builder.name(), header->lines, "FIELDS has no x, y and z");
   }
-  const bool said = header->viewpoint != PcdHeader{}.viewpoint;
-  if (said) builder.add_viewpoint(header->viewpoint.head<3>());
+  const bool has_viewpoint = header->viewpoint != PcdHeader{}.viewpoint;
+  if (has_viewpoint) builder.add_viewpoint(header->viewpoint.head<3>());
   const auto read = header->encoding == "ascii"    ? read_ascii
                     : header->encoding == "binary" ? read_binary
                                                    : read_compressed;

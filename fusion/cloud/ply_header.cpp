@@ -27,7 +27,7 @@ class HeaderLines {
 
   /// Empty where the line was parsed; else what was expected.
   std::string take(std::string_view line) {
-    const std::string_view keyword = take_word(line);
+    const std::string_view keyword = next_token(line);
     if (keyword == "format") return format(line);
     if (keyword == "element") return element(line);
     if (keyword == "property") return property(line);
@@ -39,7 +39,7 @@ class HeaderLines {
 
  private:
   std::string format(std::string_view words) {
-    const std::string_view encoding = take_word(words);
+    const std::string_view encoding = next_token(words);
     if (encoding == "ascii") {
       header_.encoding = PlyHeader::Encoding::ascii;
     } else if (encoding == "binary_little_endian") {
@@ -55,8 +55,8 @@ class HeaderLines {
 
   std::string element(std::string_view words) {
     PlyElement element;
-    element.name = take_word(words);
-    const std::string_view word = take_word(words);
+    element.name = next_token(words);
+    const std::string_view word = next_token(words);
     const auto count = parse_number<std::uint64_t>(word);
     if (!count)
       return "expected the number of elements " + in_quotes(element.name) + ", not " + in_quotes(word);
@@ -68,19 +68,19 @@ class HeaderLines {
   std::string property(std::string_view words) {
     if (header_.elements.empty()) return "property before the first element";
     PlyProperty property;
-    std::string_view type = take_word(words);
+    std::string_view type = next_token(words);
     if (type == "list") {
-      const std::string_view count = take_word(words);
+      const std::string_view count = next_token(words);
       property.count = scalar_named(count);
       if (!property.count || *property.count >= Scalar::f32) {
         return "expected an integer type for the length of a list, not " + in_quotes(count);
       }
-      type = take_word(words);
+      type = next_token(words);
     }
     const auto scalar = scalar_named(type);
     if (!scalar) return "expected a type such as float or uchar, not " + in_quotes(type);
     property.type = *scalar;
-    if (!property.count) property.column = column_named(take_word(words));
+    if (!property.count) property.column = column_named(next_token(words));
     if (property.column == Column::packed_colour) property.column = Column::ignored;
     header_.elements.back().properties.push_back(property);
     return "";
@@ -88,10 +88,10 @@ class HeaderLines {
 
   /// "comment viewpoint i x y z" as written by write_ply; other comments are ignored.
   std::string comment(std::string_view words) {
-    if (take_word(words) != "viewpoint") return "";
-    const auto index = parse_number<std::size_t>(take_word(words));
+    if (next_token(words) != "viewpoint") return "";
+    const auto index = parse_number<std::size_t>(next_token(words));
     std::array<std::optional<double>, 3> p;
-    for (auto& coordinate : p) coordinate = parse_number<double>(take_word(words));
+    for (auto& coordinate : p) coordinate = parse_number<double>(next_token(words));
     if (index != header_.viewpoints.size() || !p[0] || !p[1] || !p[2]) return "";
     const Eigen::Vector3d viewpoint(*p[0], *p[1], *p[2]);
     if (viewpoint.allFinite()) header_.viewpoints.push_back(viewpoint);

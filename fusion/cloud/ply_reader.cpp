@@ -20,14 +20,15 @@ class PlyBody {
   Status read_binary() {
     for (const PlyElement& element : header_.elements) {
       const bool vertices = &element == &header_.elements.back();
-      const std::uint64_t least = element.min_bytes();
-      if (least > 0 && element.count > (bytes_.size() - at_) / least) return too_many(element);
+      const std::uint64_t min_bytes_each = element.min_bytes();
+      if (min_bytes_each > 0 && element.count > (bytes_.size() - at_) / min_bytes_each)
+        return too_many(element);
       if (vertices) {
         if (Status status = builder_.reserve(element.count); !status) return status;
       }
       if (!element.has_lists()) {
-        if (vertices) add_fixed(element, least);
-        at_ += element.count * least;
+        if (vertices) add_fixed(element, min_bytes_each);
+        at_ += element.count * min_bytes_each;
         continue;
       }
       for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -44,8 +45,8 @@ class PlyBody {
       const bool vertices = &element == &header_.elements.back();
       if (element.properties.empty()) continue;
       // A record has at least a digit and a separator for each property; the last may lack its end of line.
-      const std::uint64_t least = 2 * element.properties.size();
-      if (element.count > (bytes_.size() - lines.offset() + 1) / least) return too_many(element);
+      const std::uint64_t min_bytes_each = 2 * element.properties.size();
+      if (element.count > (bytes_.size() - lines.offset() + 1) / min_bytes_each) return too_many(element);
       if (vertices) {
         if (Status status = builder_.reserve(element.count); !status) return status;
       }
@@ -53,7 +54,7 @@ class PlyBody {
         std::optional<std::string_view> line = lines.next();
         while (line && line->find_first_not_of(" \t") == std::string_view::npos) line = lines.next();
         if (!line) return cut(element, i);
-        if (const std::string wrong = take_words(element, *line); !wrong.empty()) {
+        if (const std::string wrong = read_values(element, *line); !wrong.empty()) {
           return error_at_line(builder_.name(), lines.number(), wrong);
         }
         if (vertices) builder_.add(record_);
@@ -120,10 +121,10 @@ class PlyBody {
   }
 
   /// One line; empty, or what was expected.
-  std::string take_words(const PlyElement& element, std::string_view line) {
+  std::string read_values(const PlyElement& element, std::string_view line) {
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const PlyProperty& property = element.properties[i];
-      const std::string_view word = take_word(line);
+      const std::string_view word = next_token(line);
       const auto number = parse_number<double>(word);
       if (!number) {
         return "expected a number for property " + std::to_string(i + 1) + " of " +
@@ -132,7 +133,7 @@ class PlyBody {
       if (property.count) {
         // The length is bounded by the number of words present.
         for (double left = *number; left >= 1; --left) {
-          if (take_word(line).empty()) return "a list is shorter than its length of " + in_quotes(word);
+          if (next_token(line).empty()) return "a list is shorter than its length of " + in_quotes(word);
         }
       } else if (property.column != Column::ignored) {
         record_[static_cast<std::size_t>(property.column)] = *number;

@@ -14,8 +14,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t chunk = 64;  // groups
-                                   // a step is mostly shorter than the one before
+constexpr std::size_t kChunk = 64;  // groups
+                                    // a step is mostly shorter than the one before
 
 double longest_side(std::span<const Eigen::Vector3f> points) {
   Eigen::AlignedBox3f bounds;
@@ -49,7 +49,7 @@ Eigen::Isometry3d closest_motion(const PairMoments& moments) {
 
 PointIcp::PointIcp(std::span<const Eigen::Vector3f> target, std::span<const Eigen::Vector3f> source,
                    const PointIcpOptions& options)
-    : options_(options), source_order_(tree_order(source, group_, options.threads)) {
+    : options_(options), source_order_(tree_order(source, kGroup, options.threads)) {
   assert(!target.empty() && !source.empty() && options.max_distance > 0);
   const double side = longest_side(target);
   rounding_ = 1e-5f * static_cast<float>(side);
@@ -66,15 +66,15 @@ PointIcp::PointIcp(std::span<const Eigen::Vector3f> target, std::span<const Eige
   } else {
     tree_.emplace(target, options.threads, options.portable);
   }
-  groups_.resize((source.size() + group_ - 1) / group_);
-  for (std::size_t i = 0; i < groups_.size() * group_; ++i) {
+  groups_.resize((source.size() + kGroup - 1) / kGroup);
+  for (std::size_t i = 0; i < groups_.size() * kGroup; ++i) {
     const Eigen::Vector3f& p = source[source_order_[std::min(i, source.size() - 1)]];
-    Group& group = groups_[i / group_];
-    const auto lane = static_cast<Eigen::Index>(i % group_);
+    Group& group = groups_[i / kGroup];
+    const auto lane = static_cast<Eigen::Index>(i % kGroup);
     group.x[lane] = p.x(), group.y[lane] = p.y(), group.z[lane] = p.z();
-    group.partner[i % group_] = -1;
+    group.partner[i % kGroup] = -1;
     group.clearance[lane] = -1;
-    group.count = std::min(group_, source.size() - i / group_ * group_);
+    group.count = std::min(kGroup, source.size() - i / kGroup * kGroup);
   }
 }
 
@@ -134,8 +134,8 @@ struct PointIcp::Sum {
 /// Scratch memory of a thread for one group.
 struct PointIcp::Room {
   Sixteen x, y, z, bound2, move;  ///< target frame; m^2 to the last partner; m since the last step
-  std::array<PointTree::Query, group_> queries;
-  std::array<std::uint8_t, group_> lane;  ///< of each query
+  std::array<PointTree::Query, kGroup> queries;
+  std::array<std::uint8_t, kGroup> lane;  ///< of each query
   std::size_t searching = 0;
   PointTree::Leaves near;
 };
@@ -235,7 +235,7 @@ Eigen::Isometry3d PointIcp::step(const Eigen::Isometry3d& T_target_source) {
   Motion motion{T_target_source.cast<float>(), {}};
   motion.change.matrix() = motion.T.matrix() - last_T_.matrix();
   const Sum sum =
-      sum_over_chunks<Sum>(groups_.size(), chunk, options_.threads, [&](std::size_t begin, std::size_t end) {
+      sum_over_chunks<Sum>(groups_.size(), kChunk, options_.threads, [&](std::size_t begin, std::size_t end) {
         Sum part;
         Room room;
         for (std::size_t i = begin; i < end; ++i) step_group(groups_[i], motion, room, part);
@@ -251,7 +251,7 @@ std::vector<std::int32_t> PointIcp::partners() const {
   std::vector<std::int32_t> result(source_order_.size(), -1);
   const std::vector<std::uint32_t>& order = grid_ ? grid_->order() : tree_->order();
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const std::int32_t partner = groups_[i / group_].partner[i % group_];
+    const std::int32_t partner = groups_[i / kGroup].partner[i % kGroup];
     if (partner >= 0)
       result[source_order_[i]] = static_cast<std::int32_t>(order[static_cast<std::size_t>(partner)]);
   }

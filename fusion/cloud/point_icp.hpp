@@ -55,12 +55,12 @@ class PointIcp {
   std::size_t searched() const { return searched_; }
 
  private:
-  static constexpr std::size_t group_ = 16;  ///< source points that are looked up together
-  using Sixteen = Eigen::Array<float, group_, 1>;
+  static constexpr std::size_t kGroup = 16;  ///< source points that are looked up together
+  using Sixteen = Eigen::Array<float, kGroup, 1>;
   /// Neighbours in the source; the last group is padded with copies of its last point.
   struct Group {
     Sixteen x, y, z;                           ///< m, in the source's frame
-    std::array<std::int32_t, group_> partner;  ///< in the target's order; -1: none within max_distance
+    std::array<std::int32_t, kGroup> partner;  ///< in the target's order; -1: none within max_distance
     Sixteen clearance;                         ///< m, no other point is nearer than this; negative: unknown
     std::size_t count;
   };

@@ -16,8 +16,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float far_away = 1e18f;  // its square is finite
-constexpr std::size_t lanes = PointTree::lanes;
+constexpr float kFarAway = 1e18f;  // its square is finite
+constexpr std::size_t kLanes = PointTree::kLanes;
 
 struct Entry {
   Eigen::Vector3f p;
@@ -59,9 +59,10 @@ std::vector<std::uint32_t> tree_order(std::span<const Eigen::Vector3f> points, s
 }
 
 PointTree::PointTree(std::span<const Eigen::Vector3f> points, int threads, bool portable)
-    : avx2_(have_avx2() && !portable), order_(tree_order(points, lanes, threads)) {
+    : avx2_(have_avx2() && !portable), order_(tree_order(points, kLanes, threads)) {
   assert(!points.empty());
-  for (auto* column : {&x_, &y_, &z_}) column->assign((points.size() + lanes - 1) / lanes * lanes, far_away);
+  for (auto* column : {&x_, &y_, &z_})
+    column->assign((points.size() + kLanes - 1) / kLanes * kLanes, kFarAway);
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const Eigen::Vector3f& p = points[order_[i]];
     x_[i] = p.x(), y_[i] = p.y(), z_[i] = p.z();
@@ -70,19 +71,19 @@ PointTree::PointTree(std::span<const Eigen::Vector3f> points, int threads, bool 
 }
 
 void PointTree::make_boxes() {
-  std::vector<Eigen::AlignedBox3f> boxes(x_.size() / lanes);
-  for (std::size_t i = 0; i < order_.size(); ++i) boxes[i / lanes].extend(point(i));
+  std::vector<Eigen::AlignedBox3f> boxes(x_.size() / kLanes);
+  for (std::size_t i = 0; i < order_.size(); ++i) boxes[i / kLanes].extend(point(i));
   while (levels_.empty() || levels_.back().size() > 1) {
-    std::vector<Boxes>& level = levels_.emplace_back((boxes.size() + lanes - 1) / lanes);
+    std::vector<Boxes>& level = levels_.emplace_back((boxes.size() + kLanes - 1) / kLanes);
     std::vector<Eigen::AlignedBox3f> above(level.size());
-    const Eigen::AlignedBox3f nowhere(Eigen::Vector3f::Constant(far_away));
-    for (std::size_t i = 0; i < level.size() * lanes; ++i) {
+    const Eigen::AlignedBox3f nowhere(Eigen::Vector3f::Constant(kFarAway));
+    for (std::size_t i = 0; i < level.size() * kLanes; ++i) {
       const Eigen::AlignedBox3f& box = i < boxes.size() ? boxes[i] : nowhere;
       for (int axis = 0; axis < 3; ++axis) {
-        level[i / lanes].side[axis][i % lanes] = box.min()[axis];
-        level[i / lanes].side[axis + 3][i % lanes] = box.max()[axis];
+        level[i / kLanes].side[axis][i % kLanes] = box.min()[axis];
+        level[i / kLanes].side[axis + 3][i % kLanes] = box.max()[axis];
       }
-      if (i < boxes.size()) above[i / lanes].extend(box);
+      if (i < boxes.size()) above[i / kLanes].extend(box);
     }
     boxes = std::move(above);
   }
@@ -92,13 +93,13 @@ void PointTree::leaves_near(const Eigen::AlignedBox3f& box, float distance, Leav
   struct Open {
     std::uint32_t level, boxes;
   };
-  std::array<Open, 16 * lanes> stack;  // more levels than 32 bits have octets
+  std::array<Open, 16 * kLanes> stack;  // more levels than 32 bits have octets
   std::size_t open = 0;
   near.count = 0;
   stack[open++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
   while (open > 0) {
     const Open at = stack[--open];
-    const std::uint32_t first = at.boxes * lanes;
+    const std::uint32_t first = at.boxes * kLanes;
     unsigned mask = hits(levels_[at.level][at.boxes], box, distance);
     if (at.level == 0) {
       add_leaves(at.boxes, mask, near);
@@ -114,20 +115,20 @@ void PointTree::leaves_near(const Eigen::AlignedBox3f& box, float distance, Leav
 }
 
 void PointTree::add_leaves(std::uint32_t eight, unsigned mask, Leaves& near) const {
-  if (near.first.size() < near.count + 2 * lanes) {
-    near.first.resize(2 * near.count + 8 * lanes);
-    near.boxes.resize(near.first.size() / lanes);
+  if (near.first.size() < near.count + 2 * kLanes) {
+    near.first.resize(2 * near.count + 8 * kLanes);
+    near.boxes.resize(near.first.size() / kLanes);
   }
   const Boxes& from = levels_[0][eight];
   for (; mask != 0; mask &= mask - 1) {
     const auto lane = static_cast<unsigned>(std::countr_zero(mask));
-    Boxes& to = near.boxes[near.count / lanes];
-    for (int side = 0; side < 6; ++side) to.side[side][near.count % lanes] = from.side[side][lane];
-    near.first[near.count++] = static_cast<std::uint32_t>((eight * lanes + lane) * lanes);
+    Boxes& to = near.boxes[near.count / kLanes];
+    for (int side = 0; side < 6; ++side) to.side[side][near.count % kLanes] = from.side[side][lane];
+    near.first[near.count++] = static_cast<std::uint32_t>((eight * kLanes + lane) * kLanes);
   }
-  if (near.count % lanes == 0) return;
-  for (auto& side : near.boxes[near.count / lanes].side) {
-    for (std::size_t i = near.count % lanes; i < lanes; ++i) side[i] = far_away;
+  if (near.count % kLanes == 0) return;
+  for (auto& side : near.boxes[near.count / kLanes].side) {
+    for (std::size_t i = near.count % kLanes; i < kLanes; ++i) side[i] = kFarAway;
   }
 }
 
@@ -137,18 +138,18 @@ std::uint32_t PointTree::about_nearest(const Eigen::Vector3f& p) const {
     const Boxes& boxes = levels_[level][at];
     std::size_t nearest = 0;
     float nearest2 = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < lanes; ++i) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
       const float dx = beyond(boxes.side[0][i], boxes.side[3][i], p.x(), p.x()),
                   dy = beyond(boxes.side[1][i], boxes.side[4][i], p.y(), p.y()),
                   dz = beyond(boxes.side[2][i], boxes.side[5][i], p.z(), p.z());
       const float d2 = (dx * dx + dy * dy) + dz * dz;
       if (d2 < nearest2) nearest2 = d2, nearest = i;
     }
-    at = at * lanes + nearest;
+    at = at * kLanes + nearest;
   }
   NearestPoint found;
-  const auto begin = static_cast<std::uint32_t>(at * lanes);
-  nearest_point_portable({x_.data(), y_.data(), z_.data()}, begin, begin + lanes, p, found);
+  const auto begin = static_cast<std::uint32_t>(at * kLanes);
+  nearest_point_portable({x_.data(), y_.data(), z_.data()}, begin, begin + kLanes, p, found);
   return static_cast<std::uint32_t>(found.index);
 }
 
@@ -167,10 +168,10 @@ void PointTree::nearest(const Leaves& near, std::span<Query> queries) const {
 void PointTree::nearest_portable(const Leaves& near, Query& query) const {
   query.found = {};
   const Eigen::AlignedBox3f box(query.p, query.p);
-  for (std::size_t i = 0; i < near.count; i += lanes) {
-    for (unsigned mask = hits(near.boxes[i / lanes], box, query.distance2); mask != 0; mask &= mask - 1) {
+  for (std::size_t i = 0; i < near.count; i += kLanes) {
+    for (unsigned mask = hits(near.boxes[i / kLanes], box, query.distance2); mask != 0; mask &= mask - 1) {
       const std::uint32_t begin = near.first[i + static_cast<unsigned>(std::countr_zero(mask))];
-      nearest_point_portable({x_.data(), y_.data(), z_.data()}, begin, begin + lanes, query.p, query.found);
+      nearest_point_portable({x_.data(), y_.data(), z_.data()}, begin, begin + kLanes, query.p, query.found);
     }
     if (!query.second) query.distance2 = std::min(query.distance2, query.found.d2);
   }
@@ -191,14 +192,14 @@ __attribute__((target("avx2"))) inline __m256 beyond8(const float* low, const fl
   return _mm256_max_ps(d, _mm256_setzero_ps());
 }
 
-__attribute__((target("avx2"))) inline __m256 distances8(const float (*side)[lanes], const __m256* low,
+__attribute__((target("avx2"))) inline __m256 distances8(const float (*side)[kLanes], const __m256* low,
                                                          const __m256* high) {
   return squares8(beyond8(side[0], side[3], low[0], high[0]), beyond8(side[1], side[4], low[1], high[1]),
                   beyond8(side[2], side[5], low[2], high[2]));
 }
 
-__attribute__((target("avx2"))) unsigned hits_avx2(const float (*side)[lanes], const Eigen::AlignedBox3f& box,
-                                                   float distance2) {
+__attribute__((target("avx2"))) unsigned hits_avx2(const float (*side)[kLanes],
+                                                   const Eigen::AlignedBox3f& box, float distance2) {
   __m256 low[3], high[3];
   for (int axis = 0; axis < 3; ++axis) {
     low[axis] = _mm256_set1_ps(box.min()[axis]);
@@ -234,7 +235,7 @@ __attribute__((target("avx2"))) inline NearestPoint of_lanes(const Lanes& lanes8
   found.d2 = least8(lanes8.best);
   const __m256 is_best = _mm256_cmp_ps(lanes8.best, _mm256_set1_ps(found.d2), _CMP_EQ_OQ);
   auto ties = static_cast<unsigned>(_mm256_movemask_ps(is_best));
-  alignas(32) std::int32_t indices[lanes];
+  alignas(32) std::int32_t indices[kLanes];
   _mm256_store_si256(reinterpret_cast<__m256i*>(indices), lanes8.index);
   found.index = indices[__builtin_ctz(ties)];
   if ((ties & (ties - 1)) == 0) {
@@ -255,10 +256,11 @@ __attribute__((target("avx2"))) void PointTree::nearest_avx2(const Leaves& near,
     const __m256 at[3] = {_mm256_set1_ps(query.p.x()), _mm256_set1_ps(query.p.y()),
                           _mm256_set1_ps(query.p.z())};
     const __m256 none = _mm256_set1_ps(std::numeric_limits<float>::infinity());
-    __m256 most = _mm256_set1_ps(query.distance2);
+    __m256 max_distance2 = _mm256_set1_ps(query.distance2);
     Lanes found{none, none, _mm256_set1_epi32(-1)};
-    for (std::size_t i = 0; i < near.count; i += lanes) {
-      const __m256 hit = _mm256_cmp_ps(distances8(near.boxes[i / lanes].side, at, at), most, _CMP_LE_OQ);
+    for (std::size_t i = 0; i < near.count; i += kLanes) {
+      const __m256 hit =
+          _mm256_cmp_ps(distances8(near.boxes[i / kLanes].side, at, at), max_distance2, _CMP_LE_OQ);
       auto mask = static_cast<unsigned>(_mm256_movemask_ps(hit));
       if (mask == 0) continue;
       for (; mask != 0; mask &= mask - 1) {
@@ -271,7 +273,7 @@ __attribute__((target("avx2"))) void PointTree::nearest_avx2(const Leaves& near,
       }
       if (query.second) continue;
       query.distance2 = std::min(query.distance2, least8(found.best));
-      most = _mm256_set1_ps(query.distance2);
+      max_distance2 = _mm256_set1_ps(query.distance2);
     }
     query.found = of_lanes(found);
   }
@@ -290,7 +292,7 @@ unsigned PointTree::hits(const Boxes& boxes, const Eigen::AlignedBox3f& box, flo
   if (avx2_) return hits_avx2(boxes.side, box, distance);
 #endif
   unsigned mask = 0;
-  for (std::size_t i = 0; i < lanes; ++i) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
     const float dx = beyond(boxes.side[0][i], boxes.side[3][i], box.min().x(), box.max().x()),
                 dy = beyond(boxes.side[1][i], boxes.side[4][i], box.min().y(), box.max().y()),
                 dz = beyond(boxes.side[2][i], boxes.side[5][i], box.min().z(), box.max().z());

@@ -19,7 +19,7 @@ std::vector<std::uint32_t> tree_order(std::span<const Eigen::Vector3f> points, s
 /// Immutable after construction; may be read by any number of threads.
 class PointTree {
  public:
-  static constexpr std::size_t lanes = 8;  ///< points per leaf, child boxes per node
+  static constexpr std::size_t kLanes = 8;  ///< points per leaf, child boxes per node
 
   /// Points are finite, at least one. `portable`: without AVX2.
   PointTree(std::span<const Eigen::Vector3f> points, int threads, bool portable);
@@ -30,7 +30,7 @@ class PointTree {
 
   /// Eight boxes by columns: minimum x y z, maximum x y z.
   struct alignas(32) Boxes {
-    float side[6][lanes];
+    float side[6][kLanes];
   };
   /// Leaves with their boxes; the last eight are padded with boxes at infinite distance.
   struct Leaves {

@@ -110,7 +110,7 @@ Result<Transform<Cloud, Scanner>> parse_uos_pose(std::string_view bytes, const s
   std::size_t count = 0;
   while (const auto line = lines.next()) {
     std::string_view rest = *line;
-    for (std::string_view word = take_word(rest); !word.empty() && count < 6; word = take_word(rest)) {
+    for (std::string_view word = next_token(rest); !word.empty() && count < 6; word = next_token(rest)) {
       const auto number = parse_number<double>(word);
       if (!number || !std::isfinite(*number)) {
         return error_at_line(name, lines.number(), "expected a number, not " + in_quotes(word));

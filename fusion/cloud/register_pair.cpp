@@ -85,7 +85,7 @@ double agreement(const Level& level, const Eigen::Isometry3d& T) {
 /// The best result turned by quarters about the upward axis and refined by the two coarsest levels, nearly to
 /// convergence, which suffices to compare them.
 std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T) {
-  constexpr int most_a_level = 6;
+  constexpr int max_per_level = 6;
   const std::span<const Level> coarse = std::span(problem.levels).last(2);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3f& mean : coarse[1].source.means) middle += T * mean.cast<double>();
@@ -94,7 +94,7 @@ std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T
   for_each_chunk(found.size(), 1, problem.options.threads, [&](std::size_t i, std::size_t, std::size_t) {
     const double angle = static_cast<double>(i + 1) * std::numbers::pi / 2;
     const Vector6d turn = (Vector6d() << 0, 0, 0, 0, 0, angle).finished();
-    found[i] = descend(coarse, stepped(T, turn, middle), problem.options.max_iterations, most_a_level);
+    found[i] = descend(coarse, stepped(T, turn, middle), problem.options.max_iterations, max_per_level);
   });
   return {std::move(*found[0]), std::move(*found[1]), std::move(*found[2])};
 }

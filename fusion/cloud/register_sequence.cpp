@@ -14,8 +14,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones matched with a new scan
-constexpr std::size_t least_steps_of_a_loop = 5;
+constexpr std::size_t kMaxMapScans = 3;  // nearest ones matched with a new scan
+constexpr std::size_t kMinLoopSteps = 5;
 
 /// One scan, thinned to the points needed for matching; the paper's method uses all points.
 struct Node {
@@ -127,10 +127,10 @@ void Sequence::connect(std::size_t from, const Registration& found, bool loop) {
 
 /// Matches the newest node with the nearest of those passed long before.
 Status Sequence::close_loop() {
-  if (nodes_.size() <= least_steps_of_a_loop) return {};
+  if (nodes_.size() <= kMinLoopSteps) return {};
   const Node& newest = nodes_.back();
   const std::vector<std::size_t> old =
-      nearest(poses_.back().translation(), newest.reach / 2, nodes_.size() - least_steps_of_a_loop);
+      nearest(poses_.back().translation(), newest.reach / 2, nodes_.size() - kMinLoopSteps);
   if (old.empty()) return {};
   const Result<Registration> found = match(newest, {old.front()}, poses_.back());
   if (!found) return found.error();
@@ -144,13 +144,13 @@ Status Sequence::close_loop() {
 /// turn on, and ICP converges there where the scans do not overlap. Empty: plausible.
 std::string Sequence::leap(const Eigen::Isometry3d& guess, const Eigen::Isometry3d& found) const {
   const Eigen::Isometry3d moved = guess.inverse(Eigen::Isometry) * found;
-  const double way = moved.translation().norm(), angle = Eigen::AngleAxisd(moved.linear()).angle();
-  if (way < 2 * options_.max_distance && angle < std::numbers::pi / 4) return {};
+  const double distance = moved.translation().norm(), angle = Eigen::AngleAxisd(moved.linear()).angle();
+  if (distance < 2 * options_.max_distance && angle < std::numbers::pi / 4) return {};
   std::array<char, 160> words;
   std::snprintf(words.data(), words.size(),
                 "it fits %.1f m and %.0f degrees from where its guess puts it, but a guess is taken to be "
                 "surer than that",
-                way, angle * 180 / std::numbers::pi);
+                distance, angle * 180 / std::numbers::pi);
   return words.data();
 }
 
@@ -167,7 +167,7 @@ Status Sequence::add(std::size_t index) {
   const Eigen::Isometry3d start = predicted(index);
   std::vector<std::size_t> among = nearest(start.translation(), node.reach, nodes_.size());
   if (among.empty()) among = {nodes_.size() - 1};
-  among.resize(std::min(among.size(), most_scans_of_a_map));
+  among.resize(std::min(among.size(), kMaxMapScans));
   const Result<Registration> found = match(node, among, start);
   if (!found) return Error{scans_[index].name + ": " + found.error().message};
   result.why = found->why;

@@ -9,7 +9,7 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr double surfels_a_radius = 25;  // resolves furniture, with a dozen points per surfel in a usual scan
+constexpr double kSurfelsARadius = 25;  // resolves furniture, with a dozen points per surfel in a usual scan
 
 template <class Frame>
 Status check(const PointCloud<Frame>& cloud, const char* name) {
@@ -36,8 +36,8 @@ Status check(const PointCloud<Frame>& cloud, const char* name) {
 }  // namespace
 
 double scene_radius(const std::vector<Eigen::Vector3f>& points) {
-  constexpr std::size_t most_looked_at = 2000;
-  const std::size_t step = 1 + points.size() / most_looked_at;
+  constexpr std::size_t max_samples = 2000;
+  const std::size_t step = 1 + points.size() / max_samples;
   std::vector<float> values;
   Eigen::Vector3f centre;
   for (int axis = 0; axis < 3; ++axis) {
@@ -51,11 +51,11 @@ double scene_radius(const std::vector<Eigen::Vector3f>& points) {
 }
 
 double surfel_size_of(double target_radius, double source_radius) {
-  return std::clamp(target_radius, source_radius, 2 * source_radius) / surfels_a_radius;
+  return std::clamp(target_radius, source_radius, 2 * source_radius) / kSurfelsARadius;
 }
 
 double fitted_surfel_size(const std::vector<Eigen::Vector3f>& points) {
-  return points.empty() ? 0 : scene_radius(points) / surfels_a_radius;
+  return points.empty() ? 0 : scene_radius(points) / kSurfelsARadius;
 }
 
 Status check_cloud(const PointCloud<Target>& cloud) { return check(cloud, "target"); }
@@ -80,13 +80,13 @@ Status check_options(const RegistrationOptions& options) {
 }
 
 Status check_scales(double target, double source, double max_distance) {
-  constexpr double most_apart = 30;
+  constexpr double max_ratio = 30;
   const double smaller = std::min(target, source), larger = std::max(target, source);
   const std::string sizes = "four fifths of the target are within " + length_text(target) +
                             " of its middle, of the source within " + length_text(source);
   if (!(smaller > 0))
     return Error{"register: " + sizes + ": a cloud of one place only; give a scan of surfaces"};
-  if (larger > most_apart * smaller)
+  if (larger > max_ratio * smaller)
     return Error{"register: " + sizes + ": is one of them in millimetres? Give both in metres"};
   if (smaller > 500 * max_distance)
     return Error{"register: " + sizes + ", but partners are searched within " + length_text(max_distance) +

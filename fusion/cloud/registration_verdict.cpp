@@ -16,12 +16,12 @@ namespace {
 
 // A correct alignment explains most of what both scans saw and contradicts very little: 1 contradicted per 7
 // explained is 2 to 4 times what clutter and edges cause, and half of what the best wrong ones cause.
-constexpr double most_contradicted = 0.15;
+constexpr double kMaxContradiction = 0.15;
 // Residuals spread evenly over the search radius (ratio 1) belong to unrelated surfaces.
-constexpr double most_ambiguous = 0.5;
+constexpr double kMaxAmbiguity = 0.5;
 // Surfels overlap with their neighbours in the window of their normals: about 9 on a surface are correlated.
-constexpr double surfels_alike = 9;
-constexpr float flat = 0.05f;  // slack up to which a surfel counts as planar
+constexpr double kSurfelsAlike = 9;
+constexpr float kFlat = 0.05f;  // slack up to which a surfel counts as planar
 
 std::string format(const char* pattern, double a, double b = 0) {
   std::array<char, 200> text;
@@ -29,7 +29,7 @@ std::string format(const char* pattern, double a, double b = 0) {
   return text.data();
 }
 
-std::string direction_in_words(const Eigen::Vector3d& v) {
+std::string direction_text(const Eigen::Vector3d& v) {
   return format("(%.2f, %.2f, ", v.x(), v.y()) + format("%.2f)", v.z());
 }
 
@@ -56,7 +56,7 @@ PlaneInformation plane_information(const AlignedPair& pair, const Eigen::Vector3
         for (std::size_t i = begin; i < end; ++i) {
           if (pair.partners.partner(i) < 0) continue;
           const auto j = static_cast<std::size_t>(pair.partners.partner(i));
-          if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
+          if (pair.source.slack[i] > kFlat || pair.target.surfels.slack[j] > kFlat) continue;
           const Eigen::Vector3d n = of_source
                                         ? Eigen::Vector3d(T.linear() * pair.source.normals[i].cast<double>())
                                         : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
@@ -83,13 +83,13 @@ Undetermined undetermined_directions(const PlaneInformation& planes, double norm
   if (planes.pairs < 6) return {"any direction: there are no flat surfaces in both", Matrix6d::Zero()};
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(planes.sum / planes.pairs);
   // Noise contributes the square of its angle to the mean squared cosine between a direction and the normals.
-  const double least = 3 * normal_noise * normal_noise + 1e-4;
-  for (int k = 0; k < 6 && solver.eigenvalues()[k] < least; ++k) {
+  const double noise_floor = 3 * normal_noise * normal_noise + 1e-4;
+  for (int k = 0; k < 6 && solver.eigenvalues()[k] < noise_floor; ++k) {
     const Vector6d v = solver.eigenvectors().col(k);
     const bool turning = v.tail<3>().norm() > v.head<3>().norm();
     const Eigen::Vector3d axis = turning ? v.tail<3>().normalized() : v.head<3>().normalized();
     result.words += (result.words.empty() ? "" : "; ") +
-                    std::string(turning ? "turning about " : "moving along ") + direction_in_words(axis);
+                    std::string(turning ? "turning about " : "moving along ") + direction_text(axis);
     result.project_out -= v * v.transpose();
   }
   return result;
@@ -109,7 +109,7 @@ Matrix6d covariance_of(const PlaneInformation& planes, double variance, double l
   const Eigen::Vector3d& o = origin_from_centre;
   move.topRightCorner<3, 3>() << 0, o.z(), -o.y(), -o.z(), 0, o.x(), o.y(), -o.x(), 0;
   const Matrix6d inverse = information.ldlt().solve(Matrix6d::Identity());
-  const Matrix6d covariance = surfels_alike * variance * move * inverse * move.transpose();
+  const Matrix6d covariance = kSurfelsAlike * variance * move * inverse * move.transpose();
   return (covariance + covariance.transpose()) / 2;
 }
 
@@ -181,12 +181,12 @@ std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
     return format("only %.0f %% of the source lies on the target, %.0f %% are required",
                   100 * evidence.overlap, 100 * min_overlap);
   }
-  if (evidence.ambiguity > most_ambiguous) {
+  if (evidence.ambiguity > kMaxAmbiguity) {
     return format(
         "the surfaces are near each other but do not match: the median residual is %.0f %% of chance's",
         100 * evidence.ambiguity);
   }
-  if (evidence.contradiction > most_contradicted * evidence.overlap) {
+  if (evidence.contradiction > kMaxContradiction * evidence.overlap) {
     return format(
         "%.0f %% of the surfaces would be in space that the other scanner saw through, with %.0f %% "
         "explained",

@@ -64,7 +64,7 @@ template <class Take>
 void each_hit(const Scan& line, const LaserDescription& laser, Take take) {
   for (std::size_t i = 0; i < line.ranges.size(); ++i) {
     if (laser.convention.classify(line.ranges[i]) != BeamKind::hit) continue;
-    const double angle = line.angle_first + static_cast<double>(i) * line.angle_step;
+    const double angle = line.angle_min + static_cast<double>(i) * line.angle_increment;
     const double range = line.ranges[i];
     take(i, Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0));
   }

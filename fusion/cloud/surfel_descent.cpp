@@ -23,7 +23,7 @@ double fitted_kernel(const Level& level, const PartnerSearch& partners, const Ei
 Pyramid pyramid(VoxelMoments finest, int threads) {
   Pyramid result{finest.surfels(threads)};
   VoxelMoments& moments = finest;
-  for (int i = 1; i < surfel_resolutions; ++i) {
+  for (int i = 1; i < kSurfelResolutions; ++i) {
     moments = moments.coarser();
     result.push_back(moments.surfels(threads));
   }
@@ -35,10 +35,10 @@ std::vector<SurfelTarget> targets(const Pyramid& surfels) { return {surfels.begi
 /// Coarser levels search in a wider radius: each level's gate covers the remaining error of the previous one.
 std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Pyramid& source,
                                const RegistrationOptions& options) {
-  constexpr std::array<double, surfel_resolutions> gates{2.5, 2, 1.5, 1.25};  // of the surfels' size
+  constexpr std::array<double, kSurfelResolutions> gates{2.5, 2, 1.5, 1.25};  // of the surfels' size
   const IcpMethod method = options.method == IcpMethod::paper ? IcpMethod::point_to_point : options.method;
   std::vector<Level> levels;
-  for (std::size_t i = 0; i < surfel_resolutions; ++i) {
+  for (std::size_t i = 0; i < kSurfelResolutions; ++i) {
     const double size = source[i].size;
     const double gate = std::min(gates[i] * size, std::max(options.max_distance, 3 * source[0].size));
     levels.push_back({target[i], source[i], {method, gate, size / 2, options.threads}});
@@ -49,14 +49,14 @@ std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Py
 namespace {
 
 /// Iterates in one level until convergence or until its part of the iterations is used up.
-void settle(const Level& level, bool finest, int max_iterations, int most_a_level, Descent& result) {
+void settle(const Level& level, bool finest, int max_iterations, int max_per_level, Descent& result) {
   // A coarser level only has to come within the reach of the next.
   const double small = level.source.size / (finest ? 200 : 50);
   bool fitted = !finest;
   result.settled = false;
   result.options = level.options;
-  for (int i = 0; i < most_a_level && result.iterations < max_iterations; ++i) {
-    if (!fitted && (result.settled || i == most_a_level / 2)) {
+  for (int i = 0; i < max_per_level && result.iterations < max_iterations; ++i) {
+    if (!fitted && (result.settled || i == max_per_level / 2)) {
       find_partners(result.partners, level.source, result.T, level.options.threads);
       result.options.kernel = fitted_kernel(level, result.partners, result.T);
       fitted = true;
@@ -82,11 +82,11 @@ void settle(const Level& level, bool finest, int max_iterations, int most_a_leve
 }  // namespace
 
 Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations,
-                int most_a_level) {
+                int max_per_level) {
   Descent result{guess, levels[0].options, {levels[0].target, levels[0].source, levels[0].options.gate}};
   for (std::size_t l = levels.size(); l-- > 0;) {
     result.partners = PartnerSearch(levels[l].target, levels[l].source, levels[l].options.gate);
-    settle(levels[l], l == 0, max_iterations, most_a_level, result);
+    settle(levels[l], l == 0, max_iterations, max_per_level, result);
   }
   find_partners(result.partners, levels[0].source, result.T, levels[0].options.threads);
   return result;

@@ -9,7 +9,7 @@
 
 namespace parhelion::cloud {
 
-constexpr int surfel_resolutions = 4;  ///< each twice as fine as the previous one
+constexpr int kSurfelResolutions = 4;  ///< each twice as fine as the previous one
 
 /// Surfels of all sizes, the finest first.
 using Pyramid = std::vector<Surfels>;
@@ -37,9 +37,9 @@ struct Descent {
 };
 
 /// Gauss-Newton from the last level to the first, and once more at the first with the fitted kernel.
-/// `most_a_level`: maximum iterations per level.
+/// `max_per_level`: maximum iterations per level.
 Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations,
-                int most_a_level = 25);
+                int max_per_level = 25);
 
 /// Fraction of a level's source surfels that lie on the target; `partners` are those at T.
 double agreement(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T);

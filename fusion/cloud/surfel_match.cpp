@@ -8,8 +8,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t chunk = 512;
-constexpr float flat_enough = PartnerSearch::flat_enough;
+constexpr std::size_t kChunk = 512;
+constexpr float kFlatEnough = PartnerSearch::kFlatEnough;
 
 /// The weight of a pair by direction: the inverse of the sum of both covariances, of 1 m^2 within the surface
 /// and of the slack along the normal (Segal et al. 2009, equation 2).
@@ -17,7 +17,7 @@ Eigen::Matrix3d weight_of(IcpMethod method, const Eigen::Vector3d& a, double sla
                           const Eigen::Vector3d& b, double slack_b) {
   if (method == IcpMethod::point_to_point) return Eigen::Matrix3d::Identity();
   if (method == IcpMethod::point_to_plane)
-    return slack_a < flat_enough ? Eigen::Matrix3d(a * a.transpose()) : Eigen::Matrix3d::Zero();
+    return slack_a < kFlatEnough ? Eigen::Matrix3d(a * a.transpose()) : Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d sum =
       2 * Eigen::Matrix3d::Identity() - (1 - slack_a) * a * a.transpose() - (1 - slack_b) * b * b.transpose();
   return sum.inverse();
@@ -51,8 +51,8 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 
 /// Geman and McClure's kernel.
 double kernel_weight(double e2, double kernel) {
-  const double say = kernel * kernel / (kernel * kernel + e2);
-  return say * say;
+  const double root_weight = kernel * kernel / (kernel * kernel + e2);
+  return root_weight * root_weight;
 }
 
 inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
@@ -74,7 +74,7 @@ inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::V
 inline void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
                              const SurfelMatchOptions& options) {
   sum.pairs += 1;
-  if (pair.slack_a >= flat_enough) return;
+  if (pair.slack_a >= kFlatEnough) return;
   const double e = pair.a.dot(pair.d);
   Vector6d row;
   row << pair.a, (pair.p - centre).cross(pair.a);
@@ -95,7 +95,7 @@ NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
 void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Isometry3d& T_target_source,
                    int threads) {
   search.move_to(T_target_source);
-  for_each_chunk(source.count(), chunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_chunk(source.count(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) search.update(i);
   });
 }
@@ -105,7 +105,7 @@ std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
                               int threads) {
   constexpr IcpMethod method = IcpMethod::generalised;
   std::vector<double> result(source.count(), -1);
-  for_each_chunk(source.count(), chunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_each_chunk(source.count(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (partners.partner(i) < 0) continue;
       const Pair pair(target, static_cast<std::size_t>(partners.partner(i)), source, i, T_target_source);
@@ -122,7 +122,7 @@ NormalEquations match(const SurfelTarget& target, const Surfels& source,
   search.move_to(T_target_source);
   const bool along_normal = options.method == IcpMethod::point_to_plane;
   NormalEquations sum = sum_over_chunks<NormalEquations>(
-      source.count(), chunk, options.threads, [&](std::size_t begin, std::size_t end) {
+      source.count(), kChunk, options.threads, [&](std::size_t begin, std::size_t end) {
         NormalEquations part;
         for (std::size_t i = begin; i < end; ++i) {
           search.update(i);

@@ -13,16 +13,16 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float least_slack = 1e-3f;  // Segal et al. 2009: variance along a plane's normal, of 1 within it
-constexpr float flat_slack = 0.05f;   // up to here a surfel counts as planar
-constexpr double least_points_of_plane = 6;  // three give a plane, but not its error
+constexpr float kMinSlack = 1e-3f;     // Segal et al. 2009: variance along a plane's normal, of 1 within it
+constexpr float kFlatSlack = 0.05f;    // up to here a surfel counts as planar
+constexpr double kMinPlanePoints = 6;  // three give a plane, but not its error
 
 }  // namespace
 
 double Surfels::noise() const {
   std::vector<float> flat;
   for (std::size_t i = 0; i < count(); ++i) {
-    if (thickness[i] >= 0 && slack[i] < flat_slack) flat.push_back(thickness[i]);
+    if (thickness[i] >= 0 && slack[i] < kFlatSlack) flat.push_back(thickness[i]);
   }
   if (flat.empty()) return 0;
   return median(flat);
@@ -30,7 +30,7 @@ double Surfels::noise() const {
 
 VoxelMoments::Cell& VoxelMoments::cell_at(const Eigen::Vector3i& index, std::uint32_t viewpoint) {
   std::uint32_t& number = index_[index];
-  if (number == VoxelIndex::none) {
+  if (number == VoxelIndex::kNone) {
     number = static_cast<std::uint32_t>(cells_.size());
     cells_.push_back({Moments::Zero(), index, viewpoint});
   }
@@ -46,7 +46,7 @@ VoxelMoments::VoxelMoments(std::span<const Eigen::Vector3f> points, double size,
   for (const Eigen::Vector3f& p : points) bounds.extend(p);
   if (points.empty()) return;
   // From index 1, so that a neighbour's index is never negative.
-  size_ = std::max(size_, static_cast<double>(bounds.sizes().maxCoeff()) / ((1 << VoxelIndex::bits) - 4));
+  size_ = std::max(size_, static_cast<double>(bounds.sizes().maxCoeff()) / ((1 << VoxelIndex::kBits) - 4));
   const auto side = static_cast<float>(size_);
   origin_ = bounds.min().array() - side;
   const float inverse = 1 / side;
@@ -94,17 +94,17 @@ void VoxelMoments::make_surfel(std::size_t i, Surfels& surfels) const {
   surfels.means[i] = mean;
   const Moments about = with_neighbours(cell);
   const double n = about[0];
-  if (n < least_points_of_plane) return;
+  if (n < kMinPlanePoints) return;
   const Eigen::Vector3d m = about.segment<3>(1) / n;
   const Eigen::Vector3d diagonal = about.segment<3>(4).matrix() / n - m.cwiseProduct(m);
   const Eigen::Vector3d beside =
       about.segment<3>(7).matrix() / n - Eigen::Vector3d(m.x() * m.y(), m.x() * m.z(), m.y() * m.z());
-  const LeastEigen eigen = least_eigen(diagonal.cwiseMax(0), beside);
+  const SmallestEigen eigen = smallest_eigen(diagonal.cwiseMax(0), beside);
   // Spread below the rounding error of floats counts as zero.
   if (!(eigen.middle > 1e-13 * m.squaredNorm())) return;
-  const auto ratio = static_cast<float>(eigen.least / eigen.middle);
-  surfels.slack[i] = std::clamp(ratio * ratio, least_slack, 1.0f);
-  surfels.thickness[i] = static_cast<float>(std::sqrt(eigen.least));
+  const auto ratio = static_cast<float>(eigen.smallest / eigen.middle);
+  surfels.slack[i] = std::clamp(ratio * ratio, kMinSlack, 1.0f);
+  surfels.thickness[i] = static_cast<float>(std::sqrt(eigen.smallest));
   Eigen::Vector3f normal = eigen.vector.cast<float>();
   if (surfels.oriented && normal.dot(viewpoints_[cell.viewpoint] - mean) < 0) normal = -normal;
   surfels.normals[i] = normal;

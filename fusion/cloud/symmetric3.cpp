@@ -9,10 +9,10 @@ namespace {
 
 /// The smallest root of x^3 - a x^2 + b x - c with real, non-negative roots. From 0, Newton's steps approach
 /// it from below without overshoot.
-double least_root(double a, double b, double c) {
-  constexpr int most_steps = 40;  // a triple root is approached by thirds
+double smallest_root(double a, double b, double c) {
+  constexpr int max_steps = 40;  // a triple root is approached by thirds
   double x = 0;
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < max_steps; ++i) {
     const double value = ((x - a) * x + b) * x - c, slope = (3 * x - 2 * a) * x + b;
     if (!(slope > 0) || !(value < 0)) break;
     const double step = value / slope;
@@ -41,7 +41,7 @@ Eigen::Vector3d null_vector(const Eigen::Vector3d& d, const Eigen::Vector3d& o) 
 
 }  // namespace
 
-LeastEigen least_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& beside) {
+SmallestEigen smallest_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& beside) {
   const double trace = diagonal.sum();
   if (!(trace > 0)) return {0, 0, Eigen::Vector3d::UnitZ()};
   const Eigen::Vector3d d = diagonal / trace, o = beside / trace;
@@ -49,12 +49,12 @@ LeastEigen least_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& b
   const double determinant = d.x() * (d.y() * d.z() - o.z() * o.z()) -
                              o.x() * (o.x() * d.z() - o.z() * o.y()) +
                              o.y() * (o.x() * o.z() - d.y() * o.y());
-  const double least = least_root(1, minors, determinant);
+  const double smallest = smallest_root(1, minors, determinant);
   // The other two have this sum and this product.
-  const double sum = 1 - least, product = std::max(0.0, minors - least * sum);
+  const double sum = 1 - smallest, product = std::max(0.0, minors - smallest * sum);
   const double greatest = sum / 2 + std::sqrt(std::max(0.0, sum * sum / 4 - product));
-  const Eigen::Vector3d vector = null_vector(d.array() - least, o);
-  return {least * trace, std::max(least, product / greatest) * trace, vector};
+  const Eigen::Vector3d vector = null_vector(d.array() - smallest, o);
+  return {smallest * trace, std::max(smallest, product / greatest) * trace, vector};
 }
 
 }  // namespace parhelion::cloud

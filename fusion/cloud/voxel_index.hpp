@@ -11,8 +11,8 @@ namespace parhelion::cloud {
 
 class VoxelIndex {
  public:
-  static constexpr std::uint32_t none = ~std::uint32_t{0};
-  static constexpr int bits = 21;  ///< indices are in [0, 2^21)
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  static constexpr int kBits = 21;  ///< indices are in [0, 2^21)
 
   VoxelIndex();
 
@@ -38,7 +38,7 @@ class VoxelIndex {
             for (int y = std::max(low.y() - 4 * by, 0); y <= y1; ++y) {
               for (int x = std::max(low.x() - 4 * bx, 0); x <= x1; ++x) {
                 const std::uint32_t number = (*block)[static_cast<std::size_t>(x + 4 * y + 16 * z)];
-                if (number != none) visit(number);
+                if (number != kNone) visit(number);
               }
             }
           }

@@ -38,7 +38,7 @@ class File {
   explicit File(const std::filesystem::path& path) : path_(path), beside_(path.string() + ".part") {
     file_.reset(std::fopen(beside_.c_str(), "wb"));
     good_ = file_ != nullptr;
-    buffer_.reserve(capacity);
+    buffer_.reserve(kCapacity);
   }
   File(const File&) = delete;
   File& operator=(const File&) = delete;
@@ -47,7 +47,7 @@ class File {
   }
 
   void put(const void* bytes, std::size_t size) {
-    if (buffer_.size() + size > capacity) flush();
+    if (buffer_.size() + size > kCapacity) flush();
     buffer_.append(static_cast<const char*>(bytes), size);
   }
   void put(const std::string& text) { put(text.data(), text.size()); }
@@ -60,7 +60,7 @@ class File {
   }
 
  private:
-  static constexpr std::size_t capacity = std::size_t{1} << 20;
+  static constexpr std::size_t kCapacity = std::size_t{1} << 20;
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };

@@ -8,10 +8,10 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t max_words = 7;
+constexpr std::size_t kMaxColumns = 7;
 
 struct Line {
-  std::array<double, max_words> numbers{};
+  std::array<double, kMaxColumns> numbers{};
   std::size_t count = 0;          ///< number of values read
   std::string_view not_a_number;  ///< the word at which parsing stopped
   bool more = false;
@@ -21,9 +21,9 @@ Line numbers_of(std::string_view text) {
   Line line;
   // Files separated by commas or semicolons do not use them otherwise.
   const char also = text.find(';') != std::string_view::npos ? ';' : ',';
-  for (std::string_view word = take_word(text, also); !word.empty(); word = take_word(text, also)) {
+  for (std::string_view word = next_token(text, also); !word.empty(); word = next_token(text, also)) {
     if (word.front() == '#' || word.starts_with("//")) break;
-    if (line.count == max_words) {
+    if (line.count == kMaxColumns) {
       line.more = true;
       break;
     }

@@ -8,8 +8,8 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
-constexpr double steepest = 80 * std::numbers::pi / 180;
+constexpr std::size_t kSlots = 2048;  // two seconds at 1 kHz
+constexpr double kSteepest = 80 * std::numbers::pi / 180;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ Transform<Map, Base> with_attitude(const Transform<Map, Base>& T_map_base, const
   return {rotation, T_map_base.translation()};
 }
 
-AttitudeTrack::AttitudeTrack(const std::optional<ImuDescription>& imu) : samples_(imu ? slots : 1) {
+AttitudeTrack::AttitudeTrack(const std::optional<ImuDescription>& imu) : samples_(imu ? kSlots : 1) {
   if (imu) R_imu_base_ = imu->T_base_imu.quaternion().conjugate();
 }
 
@@ -29,12 +29,12 @@ bool AttitudeTrack::add(const ImuSample& sample) {
   if (!R_imu_base_ || !sample.orientation || !sample.orientation->coeffs().allFinite()) return false;
   const Eigen::Matrix3d R = (*sample.orientation * *R_imu_base_).toRotationMatrix();
   const Attitude attitude{std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)))};
-  if (std::abs(attitude.pitch) > steepest) return false;
+  if (std::abs(attitude.pitch) > kSteepest) return false;
   return push_in_order({sample.stamp, attitude}, samples_);
 }
 
 std::optional<Attitude> AttitudeTrack::at(SensorTime t) const {
-  const auto found = around(samples_, t, longest_gap);
+  const auto found = around(samples_, t, kLongestGap);
   if (!found) return std::nullopt;
   const Attitude &before = found->before->attitude, &after = found->after->attitude;
   return Attitude{wrap_angle(before.roll + found->s * wrap_angle(after.roll - before.roll)),

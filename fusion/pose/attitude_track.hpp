@@ -28,11 +28,11 @@ class AttitudeTrack {
   /// (roll and heading are then undefined). A stamp that jumps back by more than two seconds means that the
   /// sensor's clock restarted.
   bool add(const ImuSample& sample);
-  /// Interpolated between two samples at most `longest_gap` apart, or at most that long after the newest.
+  /// Interpolated between two samples at most `kLongestGap` apart, or at most that long after the newest.
   /// None: unknown, which does not mean level.
   std::optional<Attitude> at(SensorTime t) const;
 
-  static constexpr Duration longest_gap = milliseconds(200);
+  static constexpr Duration kLongestGap = milliseconds(200);
 
  private:
   struct Sample {

@@ -8,8 +8,8 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kernel_cells = 3;  ///< radius of a point's likelihood
-constexpr double sigma_cells = 1.2;
+constexpr double kKernelCells = 3;  ///< radius of a point's likelihood
+constexpr double kSigmaCells = 1.2;
 
 /// grid(x) = max over grid(x .. x + step) along one axis, where grid already is the maximum over `step`
 /// cells.
@@ -36,8 +36,7 @@ struct CorrelativeMap::Search {
   std::vector<Candidate> found;
 
   double bound() const {
-    return found.size() < request.count ? request.least_score
-                                        : std::max(request.least_score, found.back().score);
+    return found.size() < request.count ? request.min_score : std::max(request.min_score, found.back().score);
   }
   void take(const Candidate& candidate) {
     const auto near = [&](const Candidate& other) {
@@ -62,17 +61,17 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
   if (!points_map.empty()) low = high = points_map.front();
   for (const Eigen::Vector2d& p : points_map) low = low.cwiseMin(p), high = high.cwiseMax(p);
   // A margin on the low side: the maxima extend from a cell to higher ones, so a square may begin outside.
-  const double margin = resolution * ((1 << (levels - 1)) + kernel_cells);
+  const double margin = resolution * ((1 << (levels - 1)) + kKernelCells);
   x_min_ = low.x() - margin, y_min_ = low.y() - margin;
-  width_ = static_cast<int>((high.x() - x_min_) / resolution + kernel_cells) + 2;
-  height_ = static_cast<int>((high.y() - y_min_) / resolution + kernel_cells) + 2;
+  width_ = static_cast<int>((high.x() - x_min_) / resolution + kKernelCells) + 2;
+  height_ = static_cast<int>((high.y() - y_min_) / resolution + kKernelCells) + 2;
   std::vector<std::uint8_t> grid(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
-  const int k = static_cast<int>(kernel_cells);
+  const int k = static_cast<int>(kKernelCells);
   std::array<std::array<std::uint8_t, 7>, 7> kernel{};
   for (int j = -k; j <= k; ++j) {
     for (int i = -k; i <= k; ++i) {
       kernel[static_cast<std::size_t>(j + k)][static_cast<std::size_t>(i + k)] = static_cast<std::uint8_t>(
-          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (sigma_cells * sigma_cells))));
+          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (kSigmaCells * kSigmaCells))));
     }
   }
   for (const Eigen::Vector2d& p : points_map) {
@@ -193,7 +192,7 @@ std::vector<CorrelativeMap::Candidate> CorrelativeMap::search(std::span<const Ei
     for (int y = -search.reach_y; y <= search.reach_y; y += 1 << top) {
       for (int x = -search.reach_x; x <= search.reach_x; x += 1 << top) {
         const double bound = score(cells, {x, y}, top);
-        if (bound > request.least_score) roots.push_back({turned.size(), {x, y}, bound});
+        if (bound > request.min_score) roots.push_back({turned.size(), {x, y}, bound});
       }
     }
     turned.emplace_back(yaw, std::move(cells));

@@ -26,7 +26,7 @@ class CorrelativeMap {
     double score = 0;  ///< 0..1, mean likelihood of the points
   };
   struct Request {
-    double least_score = 0.5;
+    double min_score = 0.5;
     std::size_t count = 1;        ///< maximum number of distinct results
     double distinct = 1.0;        ///< m, results nearer than this (and `distinct_angle`) count as one
     double distinct_angle = 0.5;  ///< rad

@@ -7,7 +7,7 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double search_resolution = 0.1;  ///< m
+constexpr double kSearchResolution = 0.1;  ///< m
 
 bool occupied(const GridMap& grid, int x, int y) {
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) return false;
@@ -42,7 +42,7 @@ Result<FrozenMap> from_simplemap(const std::string& path, double resolution) {
     map.coarse.add(points, scan.T_map_base);
     for (const Eigen::Vector2d& p : points) all.push_back(scan.T_map_base * p);
   }
-  map.likelihood = CorrelativeMap(all, search_resolution);
+  map.likelihood = CorrelativeMap(all, kSearchResolution);
   const std::string beside = std::filesystem::path(path).replace_extension(".yaml").string();
   if (std::filesystem::exists(beside)) {
     auto grid = load_ros_map(beside);
@@ -67,7 +67,7 @@ Result<FrozenMap> from_grid(const std::string& path) {
   map.coarse = SurfelMap(4 * cell);
   map.fine.add(points, {});
   map.coarse.add(points, {});
-  map.likelihood = CorrelativeMap(points, std::max(search_resolution, grid->resolution));
+  map.likelihood = CorrelativeMap(points, std::max(kSearchResolution, grid->resolution));
   map.sigma = grid->resolution / 2;
   map.grid = std::move(*grid);
   return map;

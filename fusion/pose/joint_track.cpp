@@ -7,7 +7,7 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
+constexpr std::size_t kSlots = 2048;  // two seconds at 1 kHz
 
 }  // namespace
 
@@ -16,7 +16,7 @@ JointTrack::JointTrack(const std::vector<std::vector<HeadJoint>>& heads) {
     for (const HeadJoint& joint : head) {
       const bool known = std::any_of(joints_.begin(), joints_.end(),
                                      [&](const Followed& other) { return other.name == joint.joint; });
-      if (!known) joints_.push_back({joint.joint, Ring<Sample>(slots)});
+      if (!known) joints_.push_back({joint.joint, Ring<Sample>(kSlots)});
     }
   }
 }
@@ -35,7 +35,7 @@ std::optional<double> JointTrack::at(const std::string& joint, SensorTime t) con
   const auto followed =
       std::find_if(joints_.begin(), joints_.end(), [&](const Followed& each) { return each.name == joint; });
   if (followed == joints_.end()) return std::nullopt;
-  const auto found = around(followed->samples, t, longest_gap);
+  const auto found = around(followed->samples, t, kLongestGap);
   if (!found) return std::nullopt;
   return found->before->position + found->s * (found->after->position - found->before->position);
 }

@@ -20,13 +20,13 @@ class JointTrack {
 
   /// A message may contain only some of the joints: several drivers may share the channel.
   void add(const Joints& joints);
-  /// Interpolated between two samples at most `longest_gap` apart, or at most that long after the newest.
+  /// Interpolated between two samples at most `kLongestGap` apart, or at most that long after the newest.
   std::optional<double> at(const std::string& joint, SensorTime t) const;
 
   /// Whether the joint has a sample at t or later, so that at() interpolates.
   bool reaches(const std::string& joint, SensorTime t) const;
 
-  static constexpr Duration longest_gap = milliseconds(200);
+  static constexpr Duration kLongestGap = milliseconds(200);
 
  private:
   struct Sample {

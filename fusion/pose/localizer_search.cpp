@@ -6,16 +6,16 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr std::size_t most_hypotheses = 40;
-constexpr std::size_t least_points = 20;
-constexpr double least_explained = 0.55;
-constexpr int least_scans = 4;
+constexpr std::size_t kMaxHypotheses = 40;
+constexpr std::size_t kMinPoints = 20;
+constexpr double kMinExplained = 0.55;
+constexpr int kMinScans = 4;
 /// A candidate is accepted with this mean advantage per scan over the runner-up, or after the robot has moved
 /// so far that a wrong candidate would have been noticed.
-constexpr double clear_lead = 0.08;
-constexpr double revealing_way = 1.0, revealing_turn = 1.0;  ///< m, rad
-constexpr double slight_lead = 0.03;
-constexpr int most_scans = 150;  ///< then the search restarts
+constexpr double kClearLead = 0.08;
+constexpr double kRevealingDistance = 1.0, revealing_turn = 1.0;  ///< m, rad
+constexpr double kSlightLead = 0.03;
+constexpr int kMaxScans = 150;  ///< then the search restarts
 
 MatchOptions options(const FrozenMap& map) {
   MatchOptions result;
@@ -27,10 +27,10 @@ MatchOptions options(const FrozenMap& map) {
 
 void GlobalSearch::seed(const FrozenMap& map, const ScanPoints& scan) {
   scans_ = 0;
-  way_ = turn_ = 0;
+  driven_ = turn_ = 0;
   const auto few = thinned(scan.points, 120);
   const auto candidates =
-      map.likelihood.search(few, map.likelihood.everywhere(), {0.45, most_hypotheses, 0.8, 0.4});
+      map.likelihood.search(few, map.likelihood.everywhere(), {0.45, kMaxHypotheses, 0.8, 0.4});
   for (const auto& candidate : candidates) hypotheses_.push_back({candidate.T_map_base, 0});
 }
 
@@ -57,14 +57,14 @@ void GlobalSearch::merge() {
              std::abs(wrap_angle(other.T_map_base.yaw - hypothesis.T_map_base.yaw)) < 0.2;
     });
     // Candidates far behind the best after several scans are dropped.
-    const bool behind = scans_ >= least_scans && best - hypothesis.evidence > 0.4 * scans_;
+    const bool behind = scans_ >= kMinScans && best - hypothesis.evidence > 0.4 * scans_;
     if (!doubled && !behind) kept.push_back(hypothesis);
   }
   hypotheses_ = std::move(kept);
 }
 
 std::optional<Pose2> GlobalSearch::add(const FrozenMap& map, const ScanPoints& scan, const Pose2& step) {
-  if (scan.points.size() < least_points) {
+  if (scan.points.size() < kMinPoints) {
     for (Hypothesis& hypothesis : hypotheses_) hypothesis.T_map_base = hypothesis.T_map_base * step;
     return std::nullopt;
   }
@@ -72,19 +72,19 @@ std::optional<Pose2> GlobalSearch::add(const FrozenMap& map, const ScanPoints& s
   if (seeded) seed(map, scan);
   follow(map, scan, seeded ? Pose2{} : step);
   ++scans_;
-  if (!seeded) way_ += step.position().norm(), turn_ += std::abs(step.yaw);
+  if (!seeded) driven_ += step.position().norm(), turn_ += std::abs(step.yaw);
   merge();
   if (hypotheses_.empty()) return std::nullopt;
   const double best = hypotheses_.front().evidence / scans_;
   const double second = hypotheses_.size() > 1 ? hypotheses_[1].evidence / scans_ : 0;
-  const bool revealed = way_ > revealing_way || turn_ > revealing_turn;
-  if (scans_ >= least_scans && best < least_explained) {
+  const bool revealed = driven_ > kRevealingDistance || turn_ > revealing_turn;
+  if (scans_ >= kMinScans && best < kMinExplained) {
     restart();
     return std::nullopt;
   }
-  if (scans_ >= least_scans && best - second > (revealed ? slight_lead : clear_lead))
+  if (scans_ >= kMinScans && best - second > (revealed ? kSlightLead : kClearLead))
     return hypotheses_.front().T_map_base;
-  if (scans_ > most_scans) restart();
+  if (scans_ > kMaxScans) restart();
   return std::nullopt;
 }
 

@@ -28,7 +28,7 @@ class GlobalSearch {
 
   std::vector<Hypothesis> hypotheses_;
   int scans_ = 0;  ///< since the seed
-  double way_ = 0, turn_ = 0;
+  double driven_ = 0, turn_ = 0;
 };
 
 }  // namespace parhelion::pose

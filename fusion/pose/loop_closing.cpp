@@ -85,18 +85,18 @@ class LoopCloser {
   }
 
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const {
-    const double way = std::abs(keyframes_[keyframe].driven - keyframes_[submap.anchor].driven);
-    return way > options_.least_way &&
+    const double driven_distance = std::abs(keyframes_[keyframe].driven - keyframes_[submap.anchor].driven);
+    return driven_distance > options_.min_path_length &&
            (poses_[keyframe].position() - poses_[submap.anchor].position()).norm() < options_.reach + window;
   }
 
   /// Matches the scan of `keyframe` to `submap`, starting from `T_anchor_base`.
   std::optional<Closure> matched(std::size_t s, std::size_t keyframe, const Pose2& T_anchor_base,
-                                 double least_explained) const {
+                                 double min_explained) const {
     const Submap& submap = submaps_[s];
     const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, T_anchor_base, T_anchor_base,
                               Eigen::Matrix3d::Zero(), options_.match);
-    if (found.explained < least_explained) return std::nullopt;
+    if (found.explained < min_explained) return std::nullopt;
     // Directions that the points leave open (a corridor) stay open; accuracy is limited to 1 cm and 0.3
     // degrees.
     const Eigen::Matrix3d regular = Eigen::Vector3d(1, 1, 10).asDiagonal();
@@ -115,8 +115,8 @@ class LoopCloser {
   /// Finds loops between the scans of one stretch and older submaps.
   void search_stretch(std::size_t stretch) {
     const Submap& own = submaps_[stretch];
-    const double way = keyframes_[own.anchor].driven - last_loop_driven_;
-    const double window = std::min(options_.most_window, 0.4 + options_.drift * way);
+    const double driven_distance = keyframes_[own.anchor].driven - last_loop_driven_;
+    const double window = std::min(options_.max_window, 0.4 + options_.drift * driven_distance);
     std::vector<Closure> taken;
     for (std::size_t s = 0; s < stretch; ++s) {
       std::vector<Closure> found;
@@ -142,9 +142,9 @@ class LoopCloser {
     const Pose2 expected = poses_[submap.anchor].inverse() * poses_[keyframe];
     const auto candidates = submap.likelihood->search(thinned(keyframes_[keyframe].scan.points, 90),
                                                       {expected, window, window, options_.angle_window},
-                                                      {options_.least_score, 1, 0.5, 0.3});
+                                                      {options_.min_score, 1, 0.5, 0.3});
     if (candidates.empty()) return std::nullopt;
-    return matched(s, keyframe, candidates.front().T_map_base, options_.least_explained);
+    return matched(s, keyframe, candidates.front().T_map_base, options_.min_explained);
   }
 
   /// One scan may match a wrong place; several of a stretch that agree on the correction are reliable.
@@ -178,7 +178,7 @@ class LoopCloser {
         if (!may_close(k, submaps_[s], 0)) continue;
         last_query = keyframes_[k].driven;
         const auto closure =
-            matched(s, k, poses_[submaps_[s].anchor].inverse() * poses_[k], options_.least_explained);
+            matched(s, k, poses_[submaps_[s].anchor].inverse() * poses_[k], options_.min_explained);
         if (!closure) continue;
         const Pose2 moved =
             (poses_[submaps_[s].anchor].inverse() * poses_[k]).inverse() * closure->edge.T_from_to;

@@ -4,23 +4,23 @@
 #include <functional>
 #include <vector>
 
-#include "fusion/pose/mapping_front.hpp"
 #include "fusion/pose/pose_graph.hpp"
+#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 
 struct LoopClosingOptions {
   double cell = 0.1;            ///< m, of the surfels of a submap
   double submap_length = 5;     ///< m of path
-  double least_way = 12;        ///< m of path between two places that may form a loop
+  double min_path_length = 12;  ///< m of path between two places that may form a loop
   double query_distance = 0.8;  ///< m of path between two scans that are searched for loops
   double reach = 7;           ///< m, distance from a submap's centre within which a scan can be matched to it
   double drift = 0.03;        ///< m per m of path since the last loop, allowed for in the search
-  double most_window = 4;     ///< m
+  double max_window = 4;      ///< m
   double angle_window = 0.4;  ///< rad
-  double least_score = 0.55;  ///< of the correlative search
-  double least_explained = 0.6;  ///< fraction of points that the submap explains
-  int refinements = 2;           ///< final iterations over all pairs of nearby places
+  double min_score = 0.55;    ///< of the correlative search
+  double min_explained = 0.6;  ///< fraction of points that the submap explains
+  int refinements = 2;         ///< final iterations over all pairs of nearby places
   MatchOptions match;
 };
 

@@ -13,13 +13,13 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double occupied_threshold = 0.65, free_threshold = 0.196;  ///< map_server's defaults
-constexpr std::uint8_t pgm_occupied = 0, pgm_unknown = 205, pgm_free = 254;
-constexpr long most_cells = 400'000'000;
+constexpr double kOccupiedThreshold = 0.65, free_threshold = 0.196;  ///< map_server's defaults
+constexpr std::uint8_t kPgmOccupied = 0, pgm_unknown = 205, pgm_free = 254;
+constexpr long kMaxCells = 400'000'000;
 
 std::uint8_t trinary(float occupied) {
   const auto p = static_cast<double>(occupied);
-  return p > occupied_threshold ? pgm_occupied : p < free_threshold ? pgm_free : pgm_unknown;
+  return p > kOccupiedThreshold ? kPgmOccupied : p < free_threshold ? pgm_free : pgm_unknown;
 }
 
 std::string exact(double v) {
@@ -29,7 +29,7 @@ std::string exact(double v) {
 }
 
 struct Pgm {
-  int width = 0, height = 0, most = 255;
+  int width = 0, height = 0, max_value = 255;
   std::vector<std::uint8_t> pixels;
 };
 
@@ -64,9 +64,9 @@ Result<Pgm> read_pgm(const std::string& path) {
   }
   std::size_t at = 2;
   const auto width = header_number(bytes, at), height = header_number(bytes, at),
-             most = header_number(bytes, at);
-  if (!width || !height || !most || *width < 1 || *height < 1 || *most < 1 || *most > 255 ||
-      static_cast<long>(*width) * *height > most_cells) {
+             max_value = header_number(bytes, at);
+  if (!width || !height || !max_value || *width < 1 || *height < 1 || *max_value < 1 || *max_value > 255 ||
+      static_cast<long>(*width) * *height > kMaxCells) {
     return Error{path + ": offset " + std::to_string(at) +
                  ": expected width, height (1 or more) and a maximum of 1..255"};
   }
@@ -77,7 +77,7 @@ Result<Pgm> read_pgm(const std::string& path) {
                  std::to_string(at + size) + " bytes for " + std::to_string(*width) + " x " +
                  std::to_string(*height) + " pixels"};
   }
-  Pgm pgm{*width, *height, *most, std::vector<std::uint8_t>(size)};
+  Pgm pgm{*width, *height, *max_value, std::vector<std::uint8_t>(size)};
   std::memcpy(pgm.pixels.data(), bytes.data() + at, size);
   return pgm;
 }
@@ -85,7 +85,7 @@ Result<Pgm> read_pgm(const std::string& path) {
 struct MapHeader {
   std::string image;
   double resolution = 0, x = 0, y = 0, yaw = 0;
-  double occupied = occupied_threshold, free = free_threshold;
+  double occupied = kOccupiedThreshold, free = free_threshold;
   bool negate = false;
 };
 
@@ -167,7 +167,7 @@ Status save_ros_map(const GridMap& map, const std::string& prefix) {
   std::ofstream yaml(prefix + ".yaml");
   yaml << "image: " << std::filesystem::path(prefix).filename().string()
        << ".pgm\nresolution: " << exact(map.resolution) << "\norigin: [" << exact(map.x_min) << ", "
-       << exact(map.y_min) << ", 0]\nnegate: 0\noccupied_thresh: " << exact(occupied_threshold)
+       << exact(map.y_min) << ", 0]\nnegate: 0\noccupied_thresh: " << exact(kOccupiedThreshold)
        << "\nfree_thresh: " << exact(free_threshold) << "\nmode: trinary\n";
   if (!pgm.flush() || !yaml.flush()) {
     return Error{
@@ -193,7 +193,7 @@ Result<GridMap> load_ros_map(const std::string& yaml_path) {
       const auto w = static_cast<std::size_t>(map.width);
       const std::uint8_t pixel =
           pgm->pixels[static_cast<std::size_t>(map.height - 1 - y) * w + static_cast<std::size_t>(x)];
-      const double white = static_cast<double>(pixel) / pgm->most;
+      const double white = static_cast<double>(pixel) / pgm->max_value;
       const double p = header->negate ? white : 1 - white;
       map.occupied[static_cast<std::size_t>(y) * w + static_cast<std::size_t>(x)] = p > header->occupied
                                                                                         ? 1.0F

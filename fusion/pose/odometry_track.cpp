@@ -4,15 +4,15 @@ namespace parhelion::pose {
 namespace {
 
 /// Two seconds at 1 kHz: faster odometry shortens the history.
-constexpr std::size_t odometry_slots = 2048;
+constexpr std::size_t kOdometrySlots = 2048;
 /// Minimum span over which a twist is computed, so that the quantisation of fast odometry does not become
 /// velocity.
-constexpr Duration twist_span = milliseconds(40);
+constexpr Duration kTwistSpan = milliseconds(40);
 
 }  // namespace
 
 OdometryTrack::OdometryTrack(Duration history, Duration max_extrapolation)
-    : history_(history), max_extrapolation_(max_extrapolation), samples_(odometry_slots) {}
+    : history_(history), max_extrapolation_(max_extrapolation), samples_(kOdometrySlots) {}
 
 OdometryTrack::Taken OdometryTrack::add(const Odometry& odometry) {
   Sample sample{odometry.stamp, planar(odometry.T_odom_base)};
@@ -38,7 +38,7 @@ Twist2 OdometryTrack::twist_ending_at(std::size_t age) const {
   const Sample& end = samples_.newest(age);
   std::size_t start = age + 1;
   if (start >= samples_.count()) return {};
-  while (start + 1 < samples_.count() && end.stamp - samples_.newest(start).stamp < twist_span &&
+  while (start + 1 < samples_.count() && end.stamp - samples_.newest(start).stamp < kTwistSpan &&
          end.stamp - samples_.newest(start + 1).stamp <= max_extrapolation_) {
     ++start;
   }

@@ -16,8 +16,8 @@ Eigen::Vector3d residual(const PoseGraphEdge& edge, const std::vector<Pose2>& po
 /// Geman and McClure. `knee`: chi^2 at which the weight of an edge is a quarter.
 double loop_weight(const PoseGraphEdge& edge, const std::vector<Pose2>& poses, double knee) {
   const Eigen::Vector3d e = residual(edge, poses);
-  const double say = knee / (knee + e.dot(edge.information * e));
-  return say * say;
+  const double root_weight = knee / (knee + e.dot(edge.information * e));
+  return root_weight * root_weight;
 }
 
 double weighted_cost(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
@@ -76,9 +76,9 @@ std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<Po
 
 std::vector<Pose2> minimized(std::vector<Pose2> poses, const std::vector<PoseGraphEdge>& edges,
                              const std::vector<double>& weights) {
-  constexpr int most_steps = 20;
+  constexpr int max_steps = 20;
   double damping = 1e-3, cost = weighted_cost(poses, edges, weights);
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < max_steps; ++i) {
     std::vector<Pose2> next = stepped(poses, edges, weights, damping);
     const double next_cost = weighted_cost(next, edges, weights);
     if (next_cost > cost) {

@@ -46,8 +46,8 @@ inline Vector6 residual(const Eigen::Isometry3d& error) {
 /// Geman and McClure. `knee`: chi^2 at which the weight of an edge is a quarter.
 inline double loop_weight(const PoseGraph3Edge& edge, const Poses& poses, double knee) {
   const Vector6 e = residual(error_pose(edge, poses));
-  const double say = knee / (knee + e.dot(edge.information * e));
-  return say * say;
+  const double root_weight = knee / (knee + e.dot(edge.information * e));
+  return root_weight * root_weight;
 }
 
 inline double cost(const Poses& poses, const Edges& edges, const std::vector<double>& weights) {
@@ -116,9 +116,9 @@ inline Poses stepped(const Poses& poses, const Edges& edges, const std::vector<d
 }
 
 inline Poses minimized(Poses poses, const Edges& edges, const std::vector<double>& weights) {
-  constexpr int most_steps = 20;
+  constexpr int max_steps = 20;
   double damping = 1e-6, before = cost(poses, edges, weights);
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < max_steps; ++i) {
     Poses next = stepped(poses, edges, weights, damping);
     const double after = cost(next, edges, weights);
     if (!(after <= before)) {

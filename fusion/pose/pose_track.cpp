@@ -6,7 +6,7 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr std::size_t estimate_slots = 256;
+constexpr std::size_t kEstimateSlots = 256;
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -73,8 +73,8 @@ PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& opti
     : robot_(robot),
       options_(options),
       odometry_(options.history, options.max_extrapolation),
-      carry_error_(robot),
-      estimates_(estimate_slots) {}
+      odometry_drift_(robot),
+      estimates_(kEstimateSlots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
   const OdometryTrack::Taken taken = odometry_.add(odometry);
@@ -82,7 +82,7 @@ void PoseTrack::add(const Odometry& odometry) {
   if (taken == OdometryTrack::Taken::restarted) {
     estimates_.clear();
     T_map_odom_.reset();
-    carry_error_.forget();
+    odometry_drift_.forget();
     provisional_ = lost_ = relocalizing_ = false;
   }
   if (provisional_) place(estimates_.newest());
@@ -141,7 +141,7 @@ void PoseTrack::learn(const EstimateSample& estimate, const Transform<Map, Base>
   const PoseCovariance own = estimates_.newest().covariance + estimate.covariance;
   // A jump is a relocalization: odometry drift is updated only by the largest step that counts as a
   // correction.
-  carry_error_.learn(
+  odometry_drift_.learn(
       {.driven = std::abs(carried->driven - at_correction_.driven),
        .turned = std::abs(carried->turned - at_correction_.turned),
        .distance = std::min((here.position() - there.position()).norm(), options_.relocalization_distance),
@@ -188,10 +188,10 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
   pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(carried->T_odom_base);
   const double driven = std::abs(carried->driven - at_correction_.driven);
   const double turned = std::abs(carried->turned - at_correction_.turned);
-  const double position_variance = carry_error_.position_variance(driven);
+  const double position_variance = odometry_drift_.position_variance(driven);
   // The heading error is applied at the start, so that it affects the whole path since the SLAM estimate.
   PoseCovariance covariance = estimate.covariance;
-  covariance(5, 5) += carry_error_.yaw_variance(driven, turned);
+  covariance(5, 5) += odometry_drift_.yaw_variance(driven, turned);
   covariance = transported(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
   covariance(0, 0) += position_variance;
   covariance(1, 1) += position_variance;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "fusion/pose/carry_error.hpp"
+#include "fusion/pose/odometry_drift.hpp"
 #include "fusion/pose/odometry_track.hpp"
 #include "fusion/pose/ring.hpp"
 #include "protocols/pose.hpp"
@@ -71,7 +71,7 @@ class PoseTrack {
   /// The pose, or why there is none. Never an identity instead.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
   std::uint64_t rejected() const { return rejected_; }  ///< number of rejected inputs
-  bool carried_by_odometry() const { return !odometry_.empty(); }
+  bool has_odometry() const { return !odometry_.empty(); }
 
  private:
   struct EstimateSample {
@@ -92,7 +92,7 @@ class PoseTrack {
   RobotDescription robot_;
   PoseTrackOptions options_;
   OdometryTrack odometry_;
-  CarryError carry_error_;
+  OdometryDrift odometry_drift_;
   Ring<EstimateSample> estimates_;
   std::optional<Transform<Map, Odom>> T_map_odom_;
   OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last SLAM estimate

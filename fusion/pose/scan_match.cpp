@@ -9,10 +9,10 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double knee = 9;  ///< chi^2 at which a point has weight 1/4; maximum cost of a point
+constexpr double kKnee = 9;  ///< chi^2 at which a point has weight 1/4; maximum cost of a point
 
 /// Neighbouring beams share errors of the map and of the laser: they are not independent.
-constexpr double independent_share = 0.1;
+constexpr double kIndependentFraction = 0.1;
 
 struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -31,7 +31,7 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
     const Eigen::Vector2d arm(c * p.x() - s * p.y(), s * p.x() + c * p.y());
     const Eigen::Vector2d q(pose.x + arm.x(), pose.y + arm.y());
     const Surfel* surfel = map.nearest(q);
-    sum.cost += knee;
+    sum.cost += kKnee;
     if (surfel == nullptr) continue;
     const Eigen::Vector2d offset = q - surfel->mean;
     Eigen::Matrix2d W;
@@ -50,18 +50,18 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
     }
     // Geman-McClure on the normalised distance: people and moved chairs are down-weighted.
     const double chi2 = offset.dot(W * offset);
-    const double robust = knee / (knee + chi2);
+    const double robust = kKnee / (kKnee + chi2);
     const double weight = robust * robust;
-    sum.cost += chi2 * robust - knee;
+    sum.cost += chi2 * robust - kKnee;
     Eigen::Matrix<double, 2, 3> J;
     J << 1, 0, -arm.y(), 0, 1, arm.x();
     const Eigen::Matrix<double, 3, 2> JtW = weight * J.transpose() * W;
     sum.H += JtW * J;
     sum.b += JtW * offset;
   }
-  sum.cost *= independent_share;
-  sum.H *= independent_share;
-  sum.b *= independent_share;
+  sum.cost *= kIndependentFraction;
+  sum.H *= kIndependentFraction;
+  sum.b *= kIndependentFraction;
   return sum;
 }
 

@@ -6,15 +6,15 @@ namespace parhelion::pose {
 
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist) {
   ScanPoints result{
-      scan.stamp,     laser.T_base_laser.translation().head<2>(), {}, scan.ranges.size(), scan.angle_first,
-      scan.angle_step};
+      scan.stamp,          laser.T_base_laser.translation().head<2>(), {}, scan.ranges.size(), scan.angle_min,
+      scan.angle_increment};
   result.points.reserve(scan.ranges.size());
   const bool moving = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
     const double range = scan.ranges[i];
-    const double angle =
-        static_cast<double>(scan.angle_first) + static_cast<double>(i) * static_cast<double>(scan.angle_step);
+    const double angle = static_cast<double>(scan.angle_min) +
+                         static_cast<double>(i) * static_cast<double>(scan.angle_increment);
     const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
     const Eigen::Vector2d p_base = (laser.T_base_laser * p_laser).head<2>();
     const double dt = moving ? laser.beam_time(i, scan.ranges.size()).seconds() : 0;
@@ -39,11 +39,11 @@ Scan rectified(const ScanPoints& scan, const LaserDescription& laser) {
   Scan result{scan.stamp,
               std::vector<float>(scan.beams, std::numeric_limits<float>::quiet_NaN()),
               {},
-              scan.angle_first,
-              scan.angle_step};
+              scan.angle_min,
+              scan.angle_increment};
   const Transform<Laser, Base> T_laser_base = laser.T_base_laser.inverse();
   const double z = laser.T_base_laser.translation().z();
-  const double first = static_cast<double>(scan.angle_first), step = static_cast<double>(scan.angle_step);
+  const double first = static_cast<double>(scan.angle_min), step = static_cast<double>(scan.angle_increment);
   const auto put = [&](double beam, double range) {
     const auto i = std::lround(beam);
     if (i < 0 || i >= static_cast<long>(scan.beams)) return;

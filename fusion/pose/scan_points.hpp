@@ -14,9 +14,9 @@ namespace parhelion::pose {
 struct ScanPoints {
   SensorTime stamp;
   Eigen::Vector2d laser = Eigen::Vector2d::Zero();  ///< m, base_link
-  std::vector<Eigen::Vector2d> points;    ///< m, base_link at the stamp; hits only, in the order of the beams
-  std::size_t beams = 0;                  ///< of the scan that the points come from, as its angles
-  float angle_first = 0, angle_step = 0;  ///< rad
+  std::vector<Eigen::Vector2d> points;  ///< m, base_link at the stamp; hits only, in the order of the beams
+  std::size_t beams = 0;                ///< of the scan that the points come from, as its angles
+  float angle_min = 0, angle_increment = 0;  ///< rad
 };
 
 /// `twist`: of the base during the sweep. Only hits become points; those of a rolled or tilted laser are

@@ -3,21 +3,21 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/localizer_search.hpp"
-#include "fusion/pose/mapping_front.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {
 
-constexpr double least_explained = 0.35;  ///< minimum for a valid scan (people may surround the robot)
-constexpr double found_again = 0.55;      ///< fraction of explained points that ends the lost state
-constexpr int patience = 10;              ///< consecutive scans without estimate before the lost state
-constexpr double lost_sigma = 0.3;        ///< m
-constexpr int retry_every = 5;            ///< lost scans between two searches near the expected pose
-constexpr int give_up_after = 40;         ///< lost scans before a global search
-constexpr double start_sigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: uncertainty of `start`
-constexpr std::size_t least_points = 10;
+constexpr double kMinExplained = 0.35;  ///< minimum for a valid scan (people may surround the robot)
+constexpr double kFoundAgain = 0.55;    ///< fraction of explained points that ends the lost state
+constexpr int kPatience = 10;           ///< consecutive scans without estimate before the lost state
+constexpr double kLostSigma = 0.3;      ///< m
+constexpr int kRetryEvery = 5;          ///< lost scans between two searches near the expected pose
+constexpr int kGiveUpAfter = 40;        ///< lost scans before a global search
+constexpr double kStartSigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: uncertainty of `start`
+constexpr std::size_t kMinPoints = 10;
 
 class Localizer final : public Slam {
  public:
@@ -85,25 +85,25 @@ class Localizer final : public Slam {
   }
 
   /// Search around an approximate pose: correlative search, then the fine match.
-  bool search_near(const ScanPoints& scan, double reach, double angle, double least) {
-    if (scan.points.size() < least_points) return false;
+  bool search_near(const ScanPoints& scan, double reach, double angle, double min_fraction) {
+    if (scan.points.size() < kMinPoints) return false;
     const auto found =
         map_.likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 1, 0.5, 0.3});
     if (found.empty()) return false;
     const Pose2 near = found.front().T_map_base;
     const Match exact = match(map_.fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
-    if (exact.explained < least) return false;
+    if (exact.explained < min_fraction) return false;
     settle(exact.T_map_base);
     return true;
   }
 
   void start(const ScanPoints& scan, const Pose2& step) {
     pose_ = pose_ * step;
-    covariance_ = Eigen::Vector3d(start_sigma * start_sigma, start_sigma * start_sigma,
+    covariance_ = Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma,
                                   start_yaw_sigma * start_yaw_sigma)
                       .asDiagonal();
-    if (search_near(scan, 3 * start_sigma, 3 * start_yaw_sigma, found_again)) return;
-    if (++lost_scans_ >= give_up_after) mode_ = Mode::searching;
+    if (search_near(scan, 3 * kStartSigma, 3 * start_yaw_sigma, kFoundAgain)) return;
+    if (++lost_scans_ >= kGiveUpAfter) mode_ = Mode::searching;
   }
 
   void track(const ScanPoints& scan, const ScanOdometry::Step& step) {
@@ -111,12 +111,12 @@ class Localizer final : public Slam {
     const Pose2 expected = pose_ * step.step;
     Eigen::Matrix3d moved = odometry_covariance(robot_, driven, turned);
     if (!step.known) moved += Eigen::Vector3d(0.04, 0.04, 0.04).asDiagonal();
-    const Eigen::Matrix3d predicted = carried_covariance(covariance_, pose_, expected, moved);
+    const Eigen::Matrix3d predicted = propagated_covariance(covariance_, pose_, expected, moved);
     const Eigen::Matrix3d prior = predicted.inverse();
     pose_ = expected;
     covariance_ = predicted;
     const Match found = match_from_several(map_.fine, map_.coarse, scan.points, expected, prior, match_);
-    if (found.explained >= least_explained && scan.points.size() >= least_points) {
+    if (found.explained >= kMinExplained && scan.points.size() >= kMinPoints) {
       pose_ = found.T_map_base;
       covariance_ = (prior + found.information).inverse();
       silent_ = 0;
@@ -124,14 +124,14 @@ class Localizer final : public Slam {
       ++silent_;
     }
     const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
-    if (silent_ >= patience || sigma > lost_sigma) mode_ = Mode::lost;
+    if (silent_ >= kPatience || sigma > kLostSigma) mode_ = Mode::lost;
   }
 
   void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
     pose_ = pose_ * step.step;
     ++lost_scans_;
-    if (lost_scans_ % retry_every == 1 && search_near(scan, 1.5, 0.6, found_again)) return;
-    if (lost_scans_ >= give_up_after) {
+    if (lost_scans_ % kRetryEvery == 1 && search_near(scan, 1.5, 0.6, kFoundAgain)) return;
+    if (lost_scans_ >= kGiveUpAfter) {
       mode_ = Mode::searching;
       search_.restart();
     }

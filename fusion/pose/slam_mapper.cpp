@@ -1,9 +1,9 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/loop_closing.hpp"
 #include "fusion/pose/mapped_scan.hpp"
-#include "fusion/pose/mapping_front.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -11,8 +11,8 @@ namespace {
 class Mapper final : public Slam {
  public:
   Mapper(const RobotDescription& robot, const SlamOptions& options)
-      : robot_(robot), options_(options), front_(robot, {}) {
-    if (options.start) front_.set_start({options.start->x(), options.start->y(), options.start->z()});
+      : robot_(robot), options_(options), front_end_(robot, {}) {
+    if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 
   void add(const Odometry& odometry) override { odometry_.add(odometry); }
@@ -21,27 +21,27 @@ class Mapper final : public Slam {
     const auto step = odometry_.step_to(scan.stamp);
     if (!step) return std::nullopt;
     const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
-    const MappingFront::Word word = front_.add(points, step->step);
-    if (front_.keyframes().empty()) return std::nullopt;  // only empty scans yet
-    PoseEstimate estimate = planar_estimate(scan.stamp, word.T_map_base, word.covariance,
-                                            word.lost ? SlamState::lost : SlamState::tracking);
-    words_.push_back(estimate);
+    const SlamFrontEnd::Estimate tracked = front_end_.add(points, step->step);
+    if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
+    PoseEstimate estimate = planar_estimate(scan.stamp, tracked.T_map_base, tracked.covariance,
+                                            tracked.lost ? SlamState::lost : SlamState::tracking);
+    estimates_.push_back(estimate);
     finished_ = false;
     return estimate;
   }
 
   std::vector<PoseEstimate> finish() override {
     close_loops();
-    const std::vector<Keyframe>& keyframes = front_.keyframes();
+    const std::vector<Keyframe>& keyframes = front_end_.keyframes();
     const std::string id = grid_map().id;
     std::vector<PoseEstimate> trajectory;
     std::size_t k = 0;
     const std::size_t first = keyframes.empty() ? 0 : keyframes.front().scan_index;
-    for (std::size_t i = 0; i < words_.size(); ++i) {
+    for (std::size_t i = 0; i < estimates_.size(); ++i) {
       const std::size_t scan = first + i;
       while (k + 1 < keyframes.size() && keyframes[k + 1].scan_index <= scan) ++k;
-      PoseEstimate estimate = words_[i];
-      estimate.T_map_base = transform<Map, Base>(corrected(k, scan, planar(words_[i].T_map_base)));
+      PoseEstimate estimate = estimates_[i];
+      estimate.T_map_base = transform<Map, Base>(corrected(k, scan, planar(estimates_[i].T_map_base)));
       estimate.causal = false;
       estimate.map_id = id;
       trajectory.push_back(std::move(estimate));
@@ -61,19 +61,21 @@ class Mapper final : public Slam {
  private:
   void close_loops() {
     if (finished_) return;
-    final_ = closed_loops(front_.keyframes(), {}, options_.progress);
+    final_ = closed_loops(front_end_.keyframes(), {}, options_.progress);
     grid_.reset();
     finished_ = true;
   }
 
   const Pose2& final_pose(std::size_t k) const {
-    return finished_ ? final_[k] : front_.keyframes()[k].T_map_base;
+    return finished_ ? final_[k] : front_end_.keyframes()[k].T_map_base;
   }
 
   /// Between two keyframes the correction is interpolated.
-  Pose2 corrected(std::size_t k, std::size_t scan, const Pose2& word) const {
-    const std::vector<Keyframe>& keyframes = front_.keyframes();
-    const auto by = [&](std::size_t i) { return final_pose(i) * (keyframes[i].T_map_base.inverse() * word); };
+  Pose2 corrected(std::size_t k, std::size_t scan, const Pose2& tracked) const {
+    const std::vector<Keyframe>& keyframes = front_end_.keyframes();
+    const auto by = [&](std::size_t i) {
+      return final_pose(i) * (keyframes[i].T_map_base.inverse() * tracked);
+    };
     if (k + 1 >= keyframes.size()) return by(k);
     const double s = static_cast<double>(scan - keyframes[k].scan_index) /
                      static_cast<double>(keyframes[k + 1].scan_index - keyframes[k].scan_index);
@@ -83,8 +85,8 @@ class Mapper final : public Slam {
   std::vector<MappedScan> mapped_scans() const {
     std::vector<MappedScan> scans;
     const LaserDescription& laser = *robot_.laser;
-    for (std::size_t k = 0; k < front_.keyframes().size(); ++k) {
-      scans.push_back({final_pose(k), laser.T_base_laser, rectified(front_.keyframes()[k].scan, laser),
+    for (std::size_t k = 0; k < front_end_.keyframes().size(); ++k) {
+      scans.push_back({final_pose(k), laser.T_base_laser, rectified(front_end_.keyframes()[k].scan, laser),
                        static_cast<double>(laser.convention.range_max)});
     }
     return scans;
@@ -93,8 +95,8 @@ class Mapper final : public Slam {
   RobotDescription robot_;
   SlamOptions options_;
   ScanOdometry odometry_;
-  MappingFront front_;
-  std::vector<PoseEstimate> words_;
+  SlamFrontEnd front_end_;
+  std::vector<PoseEstimate> estimates_;
   std::vector<Pose2> final_;
   bool finished_ = false;
   mutable std::optional<GridMap> grid_;

@@ -31,9 +31,9 @@ Eigen::Isometry3d from_mrpt(const mrpt::poses::CPose3D& pose) {
 CObservation2DRangeScan::Ptr to_mrpt(const MappedScan& mapped) {
   auto scan = CObservation2DRangeScan::Create();
   const std::size_t n = mapped.scan.ranges.size();
-  const auto step = static_cast<double>(mapped.scan.angle_step);
+  const auto step = static_cast<double>(mapped.scan.angle_increment);
   const double span = step * static_cast<double>(n - 1);
-  const Eigen::AngleAxisd to_middle(static_cast<double>(mapped.scan.angle_first) + span / 2,
+  const Eigen::AngleAxisd to_middle(static_cast<double>(mapped.scan.angle_min) + span / 2,
                                     Eigen::Vector3d::UnitZ());
   scan->sensorPose = to_mrpt(mapped.T_base_laser.isometry() * to_middle);
   scan->timestamp = mrpt::Clock::fromDouble((mapped.scan.stamp - SensorTime{}).seconds());
@@ -57,8 +57,8 @@ MappedScan from_mrpt(const CObservation2DRangeScan& scan, const mrpt::poses::CPo
   mapped.range_max = static_cast<double>(scan.maxRange);
   const std::size_t n = scan.getScanSize();
   const double step = n > 1 ? static_cast<double>(scan.aperture) / static_cast<double>(n - 1) : 0;
-  mapped.scan.angle_step = static_cast<float>(scan.rightToLeft ? step : -step);
-  mapped.scan.angle_first =
+  mapped.scan.angle_increment = static_cast<float>(scan.rightToLeft ? step : -step);
+  mapped.scan.angle_min =
       static_cast<float>(static_cast<double>(scan.aperture) * (scan.rightToLeft ? -0.5 : 0.5));
   for (std::size_t i = 0; i < n; ++i) {
     const float range = scan.getScanRange(i);
@@ -125,8 +125,8 @@ std::vector<Eigen::Vector2d> points_of(const MappedScan& mapped) {
   for (std::size_t i = 0; i < mapped.scan.ranges.size(); ++i) {
     const auto range = static_cast<double>(mapped.scan.ranges[i]);
     if (!std::isfinite(range)) continue;
-    const double angle = static_cast<double>(mapped.scan.angle_first) +
-                         static_cast<double>(i) * static_cast<double>(mapped.scan.angle_step);
+    const double angle = static_cast<double>(mapped.scan.angle_min) +
+                         static_cast<double>(i) * static_cast<double>(mapped.scan.angle_increment);
     points.push_back(
         (mapped.T_base_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0))
             .head<2>());

@@ -27,12 +27,12 @@ Axes axes(double xx, double xy, double yy) {
 SurfelMap::SurfelMap(double cell) : cell_(cell) {}
 
 SurfelMap::Cell* SurfelMap::find(std::int64_t cx, std::int64_t cy) const {
-  const std::int64_t tx = floor_divide(cx, tile_cells) - tx0_, ty = floor_divide(cy, tile_cells) - ty0_;
+  const std::int64_t tx = floor_divide(cx, kTileCells) - tx0_, ty = floor_divide(cy, kTileCells) - ty0_;
   if (tx < 0 || ty < 0 || tx >= tiles_x_ || ty >= tiles_y_) return nullptr;
   Tile* tile = tiles_[static_cast<std::size_t>(ty * tiles_x_ + tx)].get();
   if (tile == nullptr) return nullptr;
-  const std::int64_t x = cx - (tx + tx0_) * tile_cells, y = cy - (ty + ty0_) * tile_cells;
-  return &tile->cells[static_cast<std::size_t>(y * tile_cells + x)];
+  const std::int64_t x = cx - (tx + tx0_) * kTileCells, y = cy - (ty + ty0_) * kTileCells;
+  return &tile->cells[static_cast<std::size_t>(y * kTileCells + x)];
 }
 
 void SurfelMap::grow(std::int64_t tx, std::int64_t ty) {
@@ -54,7 +54,7 @@ void SurfelMap::grow(std::int64_t tx, std::int64_t ty) {
 }
 
 SurfelMap::Cell& SurfelMap::make(std::int64_t cx, std::int64_t cy) {
-  const std::int64_t tx = floor_divide(cx, tile_cells), ty = floor_divide(cy, tile_cells);
+  const std::int64_t tx = floor_divide(cx, kTileCells), ty = floor_divide(cy, kTileCells);
   if (tx < tx0_ || ty < ty0_ || tx >= tx0_ + tiles_x_ || ty >= ty0_ + tiles_y_) grow(tx, ty);
   auto& tile = tiles_[static_cast<std::size_t>((ty - ty0_) * tiles_x_ + tx - tx0_)];
   if (!tile) tile = std::make_unique<Tile>();
@@ -141,8 +141,8 @@ const Surfel* SurfelMap::nearest_slow(const Eigen::Vector2d& p_map) const {
   const std::int64_t cx = cell_of(p_map.x(), cell_), cy = cell_of(p_map.y(), cell_);
   const Surfel* best = nullptr;
   double best_distance = 0;
-  for (std::int64_t y = ty0_ * tile_cells; y < (ty0_ + tiles_y_) * tile_cells; ++y) {
-    for (std::int64_t x = tx0_ * tile_cells; x < (tx0_ + tiles_x_) * tile_cells; ++x) {
+  for (std::int64_t y = ty0_ * kTileCells; y < (ty0_ + tiles_y_) * kTileCells; ++y) {
+    for (std::int64_t x = tx0_ * kTileCells; x < (tx0_ + tiles_x_) * kTileCells; ++x) {
       if (std::abs(x - cx) > 1 || std::abs(y - cy) > 1) continue;
       Cell* cell = find(x, y);
       if (cell == nullptr) continue;

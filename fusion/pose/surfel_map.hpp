@@ -37,14 +37,14 @@ class SurfelMap {
   const Surfel* nearest_slow(const Eigen::Vector2d& p_map) const;
 
  private:
-  static constexpr int tile_cells = 16;
+  static constexpr int kTileCells = 16;
   struct Cell {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;  ///< moments about the cell's centre
     Surfel surfel;
     bool stale = true, valid = false;
   };
   struct Tile {
-    std::vector<Cell> cells = std::vector<Cell>(tile_cells * tile_cells);
+    std::vector<Cell> cells = std::vector<Cell>(kTileCells * kTileCells);
   };
 
   Cell* find(std::int64_t cx, std::int64_t cy) const;

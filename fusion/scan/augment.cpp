@@ -67,8 +67,8 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
 void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const RangeHit> body_hits,
                    std::span<const RangeHit> building_hits, SensorTime stamp, Scan& out) {
   out.stamp = stamp;
-  out.angle_first = static_cast<float>(laser.angle_first);
-  out.angle_step = static_cast<float>(laser.angle_step);
+  out.angle_min = static_cast<float>(laser.angle_min);
+  out.angle_increment = static_cast<float>(laser.angle_increment);
   out.intensities.resize(laser.intensities ? body_hits.size() : 0);
   out.ranges.resize(body_hits.size());
   for (std::size_t i = 0; i < body_hits.size(); ++i) {

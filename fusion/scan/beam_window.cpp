@@ -13,8 +13,8 @@ constexpr double kSlack = 1e-4;  // rad; larger than coarse_bearing's error, far
 /// atan2 to 2e-5 rad (Abramowitz and Stegun 4.4.49), 0 at the origin.
 double coarse_bearing(double y, double x) {
   const double ax = std::abs(x), ay = std::abs(y);
-  const double most = std::max(ax, ay);
-  const double q = most > 0 ? std::min(ax, ay) / most : 0;
+  const double larger = std::max(ax, ay);
+  const double q = larger > 0 ? std::min(ax, ay) / larger : 0;
   const double z = q * q;
   double a = q * (0.9998660 + z * (-0.3302995 + z * (0.1801410 + z * (-0.0851330 + z * 0.0208351))));
   if (ay > ax) a = std::numbers::pi / 2 - a;
@@ -40,8 +40,8 @@ void BeamRanges::add(BeamRange r) {
 }
 
 BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt, double max_range)
-    : angle_first_(beams.angle_first),
-      beams_per_radian_(1 / double{beams.angle_step}),
+    : angle_min_(beams.angle_min),
+      beams_per_radian_(1 / double{beams.angle_increment}),
       beams_per_turn_(kFullTurn * std::abs(beams_per_radian_)),
       beams_(beams.time.size()),
       turns_per_beam_(1 / beams_per_turn_),
@@ -52,8 +52,9 @@ BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt,
       cos_turn_(std::cos(half_turn)) {
   // For sweeps of many turns, or of zero angle, every beam is a candidate.
   const double turns = static_cast<double>(beams_) / beams_per_turn_;
-  const bool told = beams.angle_step != 0 && turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
-  if (!told || std::abs(angle_first_) > 1e3 || beams_per_turn_ > 1e9) beams_per_turn_ = 0;
+  const bool is_usable =
+      beams.angle_increment != 0 && turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
+  if (!is_usable || std::abs(angle_min_) > 1e3 || beams_per_turn_ > 1e9) beams_per_turn_ = 0;
 }
 
 BeamRanges BeamWindow::all() const {
@@ -90,7 +91,7 @@ BeamRanges BeamWindow::about(double bearing, double width) const {
   if (beams_per_turn_ == 0 || 2 * half >= beams_per_turn_) return all();
   // In beam numbers: [middle - half, middle + half], and the same a turn later and earlier.
   const auto n = static_cast<long>(beams_);
-  double middle = (bearing - angle_first_) * beams_per_radian_;
+  double middle = (bearing - angle_min_) * beams_per_radian_;
   middle -= static_cast<double>(floor_of((middle + half) * turns_per_beam_)) * beams_per_turn_;
   BeamRanges ranges;
   for (; middle - half < static_cast<double>(n); middle += beams_per_turn_) {

@@ -44,7 +44,7 @@ class BeamWindow {
   BeamRanges all() const;
   BeamRanges about(double bearing, double width) const;
 
-  double angle_first_;
+  double angle_min_;
   double beams_per_radian_, beams_per_turn_;  ///< infinite where bearings do not distinguish the beams
   std::size_t beams_;
   double turns_per_beam_;

@@ -60,11 +60,11 @@ void LeafFit::set_scan(const Scan& real, const LaserDescription& laser, const La
   const std::size_t beams = std::min(real.ranges.size(), time.size());
   const bool usable =
       motion.T_map_laser_start.finite() && motion.T_map_laser_end.finite() && std::isfinite(sigma);
-  beams_ = {real.angle_first, real.angle_step, time.first(usable ? beams : 0)};
+  beams_ = {real.angle_min, real.angle_increment, time.first(usable ? beams : 0)};
   if (!usable) return;
   rays_.set(motion, beams_);
-  margin_ = std::min(options_.most_margin,
-                     options_.margin + options_.sigmas * std::hypot(sigma, laser.noise_sigma));
+  margin_ =
+      std::min(options_.max_margin, options_.margin + options_.sigmas * std::hypot(sigma, laser.noise_sigma));
 }
 
 /// The beams that come near the hinge, in the drawn leaf's plane.
@@ -159,7 +159,7 @@ std::optional<double> LeafFit::refine(const Leaf& leaf, double angle, Judged& ju
   judged = judge(leaf, angle, margin_);
   const auto on = static_cast<double>(judged.on);
   const bool enough = judged.on >= options_.min_returns &&
-                      on >= options_.min_share * (on + static_cast<double>(judged.through)) &&
+                      on >= options_.min_fraction * (on + static_cast<double>(judged.through)) &&
                       judged.last - judged.first >= options_.min_extent * leaf.length();
   const double middle = (leaf.lower + leaf.upper) / 2, half = (leaf.upper - leaf.lower) / 2;
   const double off = between(angle, middle);
@@ -167,9 +167,9 @@ std::optional<double> LeafFit::refine(const Leaf& leaf, double angle, Judged& ju
   return middle + std::clamp(off, -half, half);
 }
 
-LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
-                        std::span<const WallBeside> walls) {
-  LeafSight sight;
+LeafFitResult LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
+                            std::span<const WallBeside> walls) {
+  LeafFitResult sight;
   const Eigen::Vector3d& size = door.size;
   if (beams_.time.empty() || door.T_map_body.rotation()(2, 2) < kUpright) return sight;
   const Leaf leaf{-size.x() / 2 - hinge.axis.x(),

@@ -16,7 +16,7 @@
 namespace parhelion::scan {
 
 /// Result for one leaf from one scan.
-struct LeafSight {
+struct LeafFitResult {
   std::optional<double> angle;  ///< rad, of the hinge; none: too few beams meet it, or they fit no leaf
   bool gone = false;            ///< beams pass through its last known position
   std::size_t returns = 0;      ///< that lie on the leaf
@@ -33,14 +33,14 @@ std::vector<WallBeside> walls_beside(const ModelEntity& door, const Hinge& hinge
 
 struct LeafFitOptions {
   std::size_t min_returns = 6;
-  double min_share = 0.8;    ///< minimum fraction of the beams at the leaf that end on it
-  double min_extent = 0.45;  ///< minimum fraction of the leaf's length with returns; a person covers less
-  double margin = 0.03;      ///< m across the leaf
-  double sigmas = 2;         ///< standard deviations of a return, added to `margin`...
-  double most_margin = 0.1;  ///< m, ...up to this limit
-  double jamb = 0.1;         ///< m from the axis: nearer returns belong to frame and wall
-  double in_wall = 0.08;     ///< m: a return this near a wall belongs to the wall
-  double apart = 0.17;       ///< rad: two fits this far apart are ambiguous, and no angle is reported
+  double min_fraction = 0.8;  ///< minimum fraction of the beams at the leaf that end on it
+  double min_extent = 0.45;   ///< minimum fraction of the leaf's length with returns; a person covers less
+  double margin = 0.03;       ///< m across the leaf
+  double sigmas = 2;          ///< standard deviations of a return, added to `margin`...
+  double max_margin = 0.1;    ///< m, ...up to this limit
+  double jamb = 0.1;          ///< m from the axis: nearer returns belong to frame and wall
+  double in_wall = 0.08;      ///< m: a return this near a wall belongs to the wall
+  double apart = 0.17;        ///< rad: two fits this far apart are ambiguous, and no angle is reported
 };
 
 /// One-dimensional: each return votes for its angle about the hinge (a Hough transform, Duda and Hart 1972);
@@ -56,8 +56,8 @@ class LeafFit {
   void set_scan(const Scan& real, const LaserDescription& laser, const LaserMotion& motion,
                 std::span<const float> time, double sigma);
   /// `known`: rad, the last known hinge angle, if any.
-  LeafSight find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
-                 std::span<const WallBeside> walls = {});
+  LeafFitResult find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
+                     std::span<const WallBeside> walls = {});
 
  private:
   /// A beam in the drawn leaf's plane, from the hinge's axis.

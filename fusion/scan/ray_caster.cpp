@@ -52,7 +52,7 @@ double reach_along(const Shape& shape, const Vector3d& direction) {
 /// Without a finite pose and finite bearings there are no hits.
 bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
   return laser.T_map_laser_start.finite() && laser.T_map_laser_end.finite() &&
-         std::isfinite(beams.angle_first) && std::isfinite(beams.angle_step);
+         std::isfinite(beams.angle_min) && std::isfinite(beams.angle_increment);
 }
 
 }  // namespace
@@ -140,16 +140,16 @@ void RayCaster::State::cast_groups(const LaserMotion& laser, const BeamSet& beam
   const BeamWindow window(beams, rays.half_turn(), rays.half_tilt(), max_range);
   const Vector3d middle = 0.5 * (rays.start() + rays.end());
   const Matrix3d R_middle_map = rays.R_map_middle().transpose();
-  const double half_way = 0.5 * (rays.end() - rays.start()).norm();
+  const double half_travel = 0.5 * (rays.end() - rays.start()).norm();
   by_distance.clear();
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const double nearest = (groups[g].center - middle).norm() - groups[g].radius - half_way;
+    const double nearest = (groups[g].center - middle).norm() - groups[g].radius - half_travel;
     if (nearest <= max_range) by_distance.emplace_back(nearest, static_cast<std::int32_t>(g));
   }
   std::sort(by_distance.begin(), by_distance.end());
   for (const auto& [nearest, g] : by_distance) {
     const BodyGroup& group = groups[static_cast<std::size_t>(g)];
-    if (hidden(window.meet(R_middle_map * (group.center - middle), group.radius + half_way), nearest))
+    if (hidden(window.meet(R_middle_map * (group.center - middle), group.radius + half_travel), nearest))
       continue;
     for (std::uint32_t b = group.first; b < group.last; ++b) {
       const BodyMotion& motion = bodies[b];
@@ -270,8 +270,9 @@ void RayCaster::cast_building_before(std::span<const RangeHit> nearer, const Las
   if (can_cast(laser, beams)) {
     state.rays.set(laser, beams);
     for (std::size_t i = 0; i < hits.size(); ++i) {
-      const double most = std::min(max_range, double{nearer[i].range});
-      const BuildingTree::Hit hit = state.building->cast(state.rays.origin(i), state.rays.direction(i), most);
+      const double range_limit = std::min(max_range, double{nearer[i].range});
+      const BuildingTree::Hit hit =
+          state.building->cast(state.rays.origin(i), state.rays.direction(i), range_limit);
       state.range[i] = hit.range;
       state.reflectivity[i] = hit.reflectivity;
     }

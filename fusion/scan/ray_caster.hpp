@@ -35,8 +35,8 @@ struct LaserMotion {
 
 /// The beams to cast: angles from the scan, times from the description, normalized to [0, 1] over the sweep.
 struct BeamSet {
-  float angle_first = 0, angle_step = 0;  ///< rad
-  std::span<const float> time;            ///< per beam: 0 at the sweep's start, 1 at its end
+  float angle_min = 0, angle_increment = 0;  ///< rad
+  std::span<const float> time;               ///< per beam: 0 at the sweep's start, 1 at its end
 };
 
 /// Exact range of the nearest surface along each beam, and the body it belongs to. Shapes are solid: a beam

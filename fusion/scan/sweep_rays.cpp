@@ -46,9 +46,9 @@ Eigen::Matrix3d RotationSweep::at(double s) const {
 }
 
 void SweepRays::set_angles(float first, float step, std::size_t n) {
-  if (direction_laser_.size() == n && angle_first_ == first && angle_step_ == step) return;
-  angle_first_ = first;
-  angle_step_ = step;
+  if (direction_laser_.size() == n && angle_min_ == first && angle_increment_ == step) return;
+  angle_min_ = first;
+  angle_increment_ = step;
   direction_laser_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double angle = double{first} + static_cast<double>(i) * double{step};
@@ -57,7 +57,7 @@ void SweepRays::set_angles(float first, float step, std::size_t n) {
 }
 
 bool SweepRays::holds(const LaserMotion& laser, const BeamSet& beams) const {
-  return angle_first_ == beams.angle_first && angle_step_ == beams.angle_step &&
+  return angle_min_ == beams.angle_min && angle_increment_ == beams.angle_increment &&
          std::equal(time_.begin(), time_.end(), beams.time.begin(), beams.time.end()) &&
          laser.T_map_laser_start.isometry().matrix() == T_start_ &&
          laser.T_map_laser_end.isometry().matrix() == T_end_;
@@ -66,7 +66,7 @@ bool SweepRays::holds(const LaserMotion& laser, const BeamSet& beams) const {
 void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
   if (holds(laser, beams)) return;
   const std::size_t n = beams.time.size();
-  set_angles(beams.angle_first, beams.angle_step, n);
+  set_angles(beams.angle_min, beams.angle_increment, n);
   T_start_ = laser.T_map_laser_start.isometry().matrix();
   T_end_ = laser.T_map_laser_end.isometry().matrix();
   const RotationSweep rotation(laser.T_map_laser_start.rotation(), laser.T_map_laser_end.rotation());

@@ -53,7 +53,7 @@ class SweepRays {
   void set_angles(float first, float step, std::size_t n);
 
   Eigen::Matrix4d T_start_ = Eigen::Matrix4d::Zero(), T_end_ = Eigen::Matrix4d::Zero();
-  float angle_first_ = 0, angle_step_ = 0;
+  float angle_min_ = 0, angle_increment_ = 0;
   std::vector<Eigen::Vector3d> direction_laser_;
   std::vector<float> time_;
   std::vector<Eigen::Vector3d> origin_, direction_;

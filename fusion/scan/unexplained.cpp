@@ -17,7 +17,7 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
   discs_.reserve(beams);
   cluster_.reserve(beams);
   if (beams == 0 || !motion.T_map_laser_start.finite() || !motion.T_map_laser_end.finite()) return discs_;
-  rays_.set(motion, {real.angle_first, real.angle_step, time.first(beams)});
+  rays_.set(motion, {real.angle_min, real.angle_increment, time.first(beams)});
 
   // Returns in front of the model and apart from its surfaces.
   const double doubt = options_.sigmas * std::hypot(sigma, laser.noise_sigma);
@@ -30,12 +30,13 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
     const double height = (rays_.origin(i) + range * rays_.direction(i)).z();
     if (rays_.direction(i).z() < -1e-6 && height < options_.floor_margin + options_.floor_slope * range)
       continue;
-    unexplained_[i] = clear_of_model(i, range, building_hits, options_.clearance + doubt, real.angle_step);
+    unexplained_[i] =
+        clear_of_model(i, range, building_hits, options_.clearance + doubt, real.angle_increment);
   }
 
   // Neighbouring returns close to each other form one obstacle. A full turn starts at a gap, so that no
   // obstacle is cut.
-  const double step = std::abs(double{real.angle_step});
+  const double step = std::abs(double{real.angle_increment});
   std::size_t start = 0;
   if (step * static_cast<double>(beams + 1) >= 2 * std::numbers::pi) {
     start = static_cast<std::size_t>(std::find(unexplained_.begin(), unexplained_.end(), 0) -
@@ -57,11 +58,11 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
 }
 
 bool UnexplainedReturns::clear_of_model(std::size_t i, double range, std::span<const RangeHit> building_hits,
-                                        double clearance, double angle_step) const {
+                                        double clearance, double angle_increment) const {
   // Modelled surfaces nearer than the clearance lie within asin(clearance / range) of the beam's bearing.
   const std::size_t beams = unexplained_.size();
   const double angle = clearance < range ? std::asin(clearance / range) : std::numbers::pi;
-  const double width = std::ceil(angle / std::max(std::abs(angle_step), 1e-9));
+  const double width = std::ceil(angle / std::max(std::abs(angle_increment), 1e-9));
   const std::size_t reach = width < static_cast<double>(beams) ? static_cast<std::size_t>(width) : beams;
   const Eigen::Vector3d p = rays_.origin(i) + range * rays_.direction(i);
   const std::size_t first = i > reach ? i - reach : 0, last = std::min(i + reach + 1, beams);

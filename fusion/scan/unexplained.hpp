@@ -46,7 +46,7 @@ class UnexplainedReturns {
 
  private:
   bool clear_of_model(std::size_t i, double range, std::span<const RangeHit> building_hits, double clearance,
-                      double angle_step) const;
+                      double angle_increment) const;
   void close_cluster();
 
   UnexplainedOptions options_;

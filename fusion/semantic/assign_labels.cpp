@@ -225,7 +225,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
       steps.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::stairs, each}}));
       const std::uint32_t tread = flight.steps[i].horizontal;
       climbs.emplace_back(steps[i], EntityLabel::stairs);
-      if (i > 0 && i + 1 < flight.steps.size() && tread != no_surface) {
+      if (i > 0 && i + 1 < flight.steps.size() && tread != kNoSurface) {
         climbs.emplace_back(horizontals[tread], EntityLabel::unknown);
         net.relate(steps[i], EntityLabel::stairs, horizontals[tread], EntityLabel::floor, kTreadAndFloor);
       }

@@ -10,23 +10,23 @@
 namespace parhelion::semantic {
 
 BlockPlates::BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block)
-    : x0_(site.blocks.blocks()[block].x * block_cells),
-      y0_(site.blocks.blocks()[block].y * block_cells),
+    : x0_(site.blocks.blocks()[block].x * kBlockCells),
+      y0_(site.blocks.blocks()[block].y * kBlockCells),
       per_cell_(1 / site.cell()),
       surfaces_(horizontals.surfaces),
       near_(site.options.near) {
   plates_ = std::span(horizontals.plates)
                 .subspan(horizontals.first[block], horizontals.first[block + 1] - horizontals.first[block]);
   for (const Plate& plate : plates_)
-    ++first_[static_cast<std::size_t>((plate.y - y0_) * block_cells + plate.x - x0_ + 1)];
+    ++first_[static_cast<std::size_t>((plate.y - y0_) * kBlockCells + plate.x - x0_ + 1)];
   for (std::size_t c = 1; c < first_.size(); ++c)
     first_[c] = static_cast<std::uint16_t>(first_[c] + first_[c - 1]);
 }
 
 std::span<const Plate> BlockPlates::at(const Eigen::Vector3f& p) const {
-  const int x = std::clamp(static_cast<int>(std::floor(p.x() * per_cell_)) - x0_, 0, block_cells - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(p.y() * per_cell_)) - y0_, 0, block_cells - 1);
-  const auto cell = static_cast<std::size_t>(y * block_cells + x);
+  const int x = std::clamp(static_cast<int>(std::floor(p.x() * per_cell_)) - x0_, 0, kBlockCells - 1);
+  const int y = std::clamp(static_cast<int>(std::floor(p.y() * per_cell_)) - y0_, 0, kBlockCells - 1);
+  const auto cell = static_cast<std::size_t>(y * kBlockCells + x);
   return plates_.subspan(first_[cell], static_cast<std::size_t>(first_[cell + 1] - first_[cell]));
 }
 
@@ -95,7 +95,7 @@ void assign_block(const Site& site, const HorizontalSearch& horizontals, std::si
     const Eigen::Vector3f& p = site.blocks.sorted()[i];
     const Eigen::Vector2d q = p.head<2>().cast<double>();
     double nearest = near;
-    std::uint32_t surface = no_surface;
+    std::uint32_t surface = kNoSurface;
     for (const Band& band : bands) {
       const double distance = band.distance(q, near);
       if (distance > nearest) continue;
@@ -138,7 +138,7 @@ void measure(const Site& site, const std::vector<std::uint32_t>& surface_of, std
 }  // namespace
 
 void assign_points(const Site& site, const HorizontalSearch& horizontals, Segmentation& result) {
-  result.surface_of.assign(site.cloud.size(), no_surface);
+  result.surface_of.assign(site.cloud.size(), kNoSurface);
   const auto pairs = near_blocks(site, result.verticals);
   const auto count = static_cast<std::uint32_t>(result.verticals.size());
   tbb::parallel_for(std::size_t{0}, site.blocks.blocks().size(), [&](std::size_t b) {
@@ -156,7 +156,7 @@ void assign_points(const Site& site, const HorizontalSearch& horizontals, Segmen
   });
   for (HorizontalSurface& surface : result.horizontals) surface.points = 0;
   for (const std::uint32_t surface : result.surface_of) {
-    if (surface != no_surface && surface >= count) ++result.horizontals[surface - count].points;
+    if (surface != kNoSurface && surface >= count) ++result.horizontals[surface - count].points;
   }
 }
 

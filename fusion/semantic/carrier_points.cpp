@@ -166,15 +166,15 @@ class Carriers {
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
       const std::size_t view = view_of(i);
       if (view >= ahead.size() || ahead[view].empty()) continue;
-      const Eigen::Vector3d eye = cloud_.viewpoints[view], way = cloud_.points[i].cast<double>() - eye;
-      for (const Thing* thing : ahead[view]) pass(eye, way, *thing);
+      const Eigen::Vector3d eye = cloud_.viewpoints[view], to_point = cloud_.points[i].cast<double>() - eye;
+      for (const Thing* thing : ahead[view]) pass(eye, to_point, *thing);
     }
   }
 
-  static void pass(const Eigen::Vector3d& eye, const Eigen::Vector3d& way, const Thing& thing) {
-    const double length = way.norm(), radius = 0.5 * thing.bounds.diagonal().norm() + kCube;
+  static void pass(const Eigen::Vector3d& eye, const Eigen::Vector3d& to_point, const Thing& thing) {
+    const double length = to_point.norm(), radius = 0.5 * thing.bounds.diagonal().norm() + kCube;
     if (!(length > 0)) return;
-    const Eigen::Vector3d ray = way / length, to_middle = thing.bounds.center() - eye;
+    const Eigen::Vector3d ray = to_point / length, to_middle = thing.bounds.center() - eye;
     const double along = to_middle.dot(ray);
     if (along < 0 || along - radius > length || (to_middle - along * ray).squaredNorm() > radius * radius)
       return;

@@ -8,7 +8,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr long box_price = 2;  ///< minimum number of saved non-solid cells that justifies one more box
+constexpr long kBoxPrice = 2;  ///< minimum number of saved non-solid cells that justifies one more box
 
 struct Rectangle {
   int x0 = 0, y0 = 0, x1 = -1, y1 = -1;  ///< cells, inclusive
@@ -61,7 +61,7 @@ class BlockCover {
       if (r.empty()) continue;
       const long wasted = open_.sum(r);
       const Cut cut = wasted > 0 ? best_cut(r) : Cut{};
-      const bool pays = cut.price + box_price < wasted;
+      const bool pays = cut.price + kBoxPrice < wasted;
       const bool hollow = 2 * wasted > wanted_.sum(r);
       const bool holed = wasted > limits_.not_solid || free_.sum(r) > limits_.free;
       if (cut.found && (pays || hollow || holed)) {
@@ -115,11 +115,11 @@ class BlockCover {
       const long price = open_.sum(first) + open_.sum(second);
       const long gap = std::max(second.x0 - first.x1, second.y0 - first.y1);
       if (price > best.price || (price == best.price && gap < best_gap)) return;
-      const long most_clean = std::max(clean(first), clean(second));
-      if (price == best.price && gap == best_gap && most_clean <= best_clean) return;
+      const long clean_cells = std::max(clean(first), clean(second));
+      if (price == best.price && gap == best_gap && clean_cells <= best_clean) return;
       best = {true, first, second, price};
       best_gap = gap;
-      best_clean = most_clean;
+      best_clean = clean_cells;
     };
     for (int x = r.x0; x < r.x1; ++x) consider({r.x0, r.y0, x, r.y1}, {x + 1, r.y0, r.x1, r.y1});
     for (int y = r.y0; y < r.y1; ++y) consider({r.x0, r.y0, r.x1, y}, {r.x0, y + 1, r.x1, r.y1});

@@ -18,7 +18,7 @@ constexpr double kUnknown = 0.02;    // m, sigma of a tread with too few points
 constexpr double kBand = 0.06;       // m, around a tread's height
 constexpr std::size_t kEnough = 15;  // points
 constexpr double kOutlier = 2.5,
-                 kLeastBand = 0.008;  // medians, m: points farther from its line are ignored
+                 kMinBand = 0.008;  // medians, m: points farther from its line are ignored
 
 /// Line of height over distance along the flight.
 struct Profile {
@@ -52,7 +52,7 @@ Profile profile_of(const std::vector<Eigen::Vector2d>& points) {
     std::vector<double> off;
     for (const Eigen::Vector2d& p : points)
       off.push_back(std::abs(p.y() - mean.y() - profile.slope * (p.x() - mean.x())));
-    const double band = std::max(kLeastBand, kOutlier * median(std::vector<double>(off)));
+    const double band = std::max(kMinBand, kOutlier * median(std::vector<double>(off)));
     for (std::size_t i = 0; i < off.size(); ++i) used[i] = off[i] < band;
   }
   return profile;

@@ -15,8 +15,8 @@ constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's index ha
 
 EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options)
     : options_(options) {
-  if (options_.most_blocks == 0)
-    options_.most_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
+  if (options_.max_blocks == 0)
+    options_.max_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
   // Surfaces first: a measured cube stays measured even if a line of sight crosses its corner, and gets its
   // memory first.
   for (const Eigen::Vector3f& point : cloud.points) {
@@ -56,7 +56,7 @@ EvidenceGrid::Block* EvidenceGrid::block_at(const Index& cube, bool make) {
   const std::uint64_t key = key_of(cube);
   if (key == last_key_) return last_;
   const auto found = block_of_.find(key);
-  if (found == block_of_.end() && (!make || blocks_.size() >= options_.most_blocks)) return nullptr;
+  if (found == block_of_.end() && (!make || blocks_.size() >= options_.max_blocks)) return nullptr;
   if (found == block_of_.end()) {
     block_of_.emplace(key, static_cast<std::uint32_t>(blocks_.size()));
     blocks_.emplace_back();
@@ -71,8 +71,8 @@ EvidenceGrid::Block* EvidenceGrid::block_at(const Index& cube, bool make) {
 
 /// From cube to cube (Amanatides and Woo 1987), excluding the one in which the ray ends.
 void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end) {
-  const Eigen::Vector3d way = end - eye;
-  if (!(way.norm() <= options_.range)) return;
+  const Eigen::Vector3d ray = end - eye;
+  if (!(ray.norm() <= options_.range)) return;
   Index at = index_of(eye);
   const Index last = index_of(end);
   Index step = Index::Zero();
@@ -80,10 +80,10 @@ void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end
       each;  // ray parameters of the next border along each axis, and of one cube
   for (int axis = 0; axis < 3; ++axis) {
     next[axis] = each[axis] = std::numeric_limits<double>::infinity();
-    if (way[axis] == 0) continue;
-    step[axis] = way[axis] > 0 ? 1 : -1;
-    each[axis] = options_.cube / std::abs(way[axis]);
-    next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / way[axis];
+    if (ray[axis] == 0) continue;
+    step[axis] = ray[axis] > 0 ? 1 : -1;
+    each[axis] = options_.cube / std::abs(ray[axis]);
+    next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / ray[axis];
   }
   for (int left = (last - at).abs().sum(); left > 0; --left) {
     if (Block* block = block_at(at, true)) {

@@ -20,7 +20,7 @@ struct EvidenceOptions {
   double range = 30;   ///< m, of a line of sight; for a longer one only its end counts
   /// Maximum number of blocks of 16 x 16 x 16 cubes, 12 kB each; further ones stay unobserved. 0: as many as
   /// take the memory of the cloud itself, plus 5,000.
-  std::size_t most_blocks = 0;
+  std::size_t max_blocks = 0;
 };
 
 /// Immutable after construction.

@@ -12,16 +12,16 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
-constexpr double kReach = 0.6;      ///< m, search range beyond the end
-constexpr double kInto = 0.05;      ///< m, overlap with the end's own strip: edges are not sharp
-constexpr double kOff = 0.03;       ///< m, the next rise may differ from the flight's median
-constexpr double kSkin = 0.03;      ///< m, thickness of a cell's outermost layer, noise included
-constexpr double kWindow = 0.03;    ///< m, tolerance of the heights of one level
-constexpr double kAcross = 0.5;     ///< minimum fraction of the flight's width on which it is seen
-constexpr double kAgree = 0.3;      ///< minimum fraction of the cells there: less is a slope
-constexpr std::size_t kLeast = 50;  ///< points
-constexpr std::size_t kMostSteps = 60;
+constexpr double kCell = 0.05;          ///< m, of the plan beside the flight's end
+constexpr double kReach = 0.6;          ///< m, search range beyond the end
+constexpr double kInto = 0.05;          ///< m, overlap with the end's own strip: edges are not sharp
+constexpr double kOff = 0.03;           ///< m, the next rise may differ from the flight's median
+constexpr double kSkin = 0.03;          ///< m, thickness of a cell's outermost layer, noise included
+constexpr double kWindow = 0.03;        ///< m, tolerance of the heights of one level
+constexpr double kAcross = 0.5;         ///< minimum fraction of the flight's width on which it is seen
+constexpr double kAgree = 0.3;          ///< minimum fraction of the cells there: less is a slope
+constexpr std::size_t kMinPoints = 50;  ///< points
+constexpr std::size_t kMaxSteps = 60;
 
 struct Seen {
   double s, height;  ///< m; height relative to the end's tread, onwards
@@ -53,10 +53,10 @@ Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, c
 /// Height of a cell's outermost points: the lower edge of a riser, or the level itself. A riser higher than
 /// one rise has them elsewhere.
 double outermost(std::vector<Seen>& seen) {
-  const double most = std::max_element(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
-                        return a.height < b.height;
-                      })->height;
-  std::erase_if(seen, [&](const Seen& point) { return point.height < most - kSkin; });
+  const double largest = std::max_element(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
+                           return a.height < b.height;
+                         })->height;
+  std::erase_if(seen, [&](const Seen& point) { return point.height < largest - kSkin; });
   std::vector<double> heights;
   for (const Seen& point : seen) heights.push_back(point.height);
   return median(heights);
@@ -65,27 +65,27 @@ double outermost(std::vector<Seen>& seen) {
 /// The centre of the fullest window of heights around one more rise.
 std::optional<double> fullest_window(std::vector<double> heights, double rise) {
   std::sort(heights.begin(), heights.end());
-  std::size_t begin = 0, most = 0;
+  std::size_t begin = 0, largest = 0;
   double middle = 0;
   for (std::size_t end = 0; end < heights.size(); ++end) {
     while (heights[end] - heights[begin] > kWindow) ++begin;
     const double centre = 0.5 * (heights[begin] + heights[end]);
-    if (end + 1 - begin > most && std::abs(centre - rise) < kOff) {
-      most = end + 1 - begin;
+    if (end + 1 - begin > largest && std::abs(centre - rise) < kOff) {
+      largest = end + 1 - begin;
       middle = centre;
     }
   }
-  return most > 0 ? std::optional(middle) : std::nullopt;
+  return largest > 0 ? std::optional(middle) : std::nullopt;
 }
 
 /// The surface of the majority of these points, if there is one.
 std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, std::size_t total,
                            std::size_t verticals) {
   for (const auto& [surface, points] : count) {
-    if (surface != no_surface && surface >= verticals && 2 * points > total)
+    if (surface != kNoSurface && surface >= verticals && 2 * points > total)
       return static_cast<std::uint32_t>(surface - verticals);
   }
-  return no_surface;
+  return kNoSurface;
 }
 
 /// The level that continues the series beyond one end: across the flight's width, level, one rise further.
@@ -112,7 +112,7 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
     }
   }
   const auto wide = static_cast<double>(std::count(across.begin(), across.end(), true));
-  if (agreeing.size() < kLeast || wide < kAcross * static_cast<double>(across.size()) ||
+  if (agreeing.size() < kMinPoints || wide < kAcross * static_cast<double>(across.size()) ||
       static_cast<double>(agree) < kAgree * static_cast<double>(cells.size()))
     return std::nullopt;
   const double z = end.z + (below ? -1 : 1) * median(agreeing);
@@ -162,7 +162,7 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
   const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
   for (std::size_t i = 0; i < flight.steps.size(); ++i) {
     const std::uint32_t surface = flight.steps[i].horizontal;
-    if (surface != no_surface && segmentation.horizontals[surface].thickness < kThick) continue;
+    if (surface != kNoSurface && segmentation.horizontals[surface].thickness < kThick) continue;
     if (treads[i].size() < kEnough) continue;
     std::vector<double> heights;
     for (const Eigen::Vector2d& p : treads[i]) heights.push_back(p.y());
@@ -172,7 +172,7 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
 
 void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
   for (const bool below : {true, false}) {
-    while (flight.steps.size() < kMostSteps) {
+    while (flight.steps.size() < kMaxSteps) {
       const auto step = next_level(points, segmentation, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);

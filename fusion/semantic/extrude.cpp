@@ -10,12 +10,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int solid_side = 8;  ///< cells: minimum width in both directions of a block, instead of a wall
-constexpr double max_cells = 4e8;
+constexpr int kSolidSide = 8;  ///< cells: minimum width in both directions of a block, instead of a wall
+constexpr double kMaxCells = 4e8;
 
 Status check(const pose::GridMap& map, const ExtrudeOptions& options) {
   const double cells = static_cast<double>(map.width) * map.height;
-  if (map.width <= 0 || map.height <= 0 || cells > max_cells ||
+  if (map.width <= 0 || map.height <= 0 || cells > kMaxCells ||
       static_cast<double>(map.occupied.size()) != cells) {
     return Error{"the grid map has " + std::to_string(map.occupied.size()) +
                  " cells, expected width x height = " + std::to_string(map.width) + " x " +
@@ -106,7 +106,7 @@ std::vector<ModelEntity> walls_of(const CellGrid& grid, const ExtrudeOptions& op
     ModelEntity wall = upright_box(grid, box, 0, options.height);
     wall.label = EntityLabel::wall;
     const bool doubled = std::any_of(walls.begin(), walls.end(), [&](const ModelEntity& other) {
-      return overlap_share(wall, other) > 0.5;
+      return overlap_fraction(wall, other) > 0.5;
     });
     if (doubled) continue;
     wall.name = "wall " + std::to_string(walls.size() + 1);
@@ -154,7 +154,7 @@ Result<SemanticModel> extrude(const pose::GridMap& map, const ExtrudeOptions& op
                  std::to_string(options.occupied_above) + "): there is no wall to extrude"};
   }
   // Blocks first: lines through a solid block would cut it at odd angles.
-  const CellMask solid = solid_areas(grid, left, solid_side);
+  const CellMask solid = solid_areas(grid, left, kSolidSide);
   for (std::size_t i = 0; i < left.size(); ++i) left[i] = left[i] != 0 && solid[i] == 0 ? 1 : 0;
 
   SemanticModel model;

@@ -14,12 +14,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::uint32_t few_points = 10;
-constexpr double min_area = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
-constexpr double around_height = 0.3;  // m
+constexpr std::uint32_t kFewPoints = 10;
+constexpr double kMinArea = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
+constexpr double kAroundHeight = 0.3;  // m
 // Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by selecting its
 // fuller cells; of a tread with its risers about 1.
-constexpr double min_flatness = 0.4;
+constexpr double kMinFlatness = 0.4;
 
 /// Merges heights that differ by less than two pixels.
 std::vector<double> merged(std::vector<double> heights, double pixel) {
@@ -45,14 +45,14 @@ double densest(const Site& site, const PlanBlocks::Block& block, double level) {
     if (bin >= 0 && bin < bins) ++count[static_cast<std::size_t>(bin)];
   }
   constexpr int window = 8;  // 2 cm of the default 10
-  int sum = std::accumulate(count.begin(), count.begin() + window, 0), most = sum, first = 0, last = 0;
+  int sum = std::accumulate(count.begin(), count.begin() + window, 0), largest = sum, first = 0, last = 0;
   for (int b = 1; b + window <= bins; ++b) {
     sum += count[static_cast<std::size_t>(b + window - 1)] - count[static_cast<std::size_t>(b - 1)];
-    if (sum > most) {
-      most = sum;
+    if (sum > largest) {
+      largest = sum;
       first = b;
     }
-    if (sum == most) last = b;
+    if (sum == largest) last = b;
   }
   return level - near + ((first + std::max(first, last)) / 2.0 + window / 2.0) * width;
 }
@@ -76,14 +76,14 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
     double sum = 0, squares = 0;
     Plate plate;
   };
-  std::array<Sums, block_cells * block_cells> cells{};
+  std::array<Sums, kBlockCells * kBlockCells> cells{};
   for (std::uint32_t i = block.begin; i < block.end; ++i) {
     const Eigen::Vector3f& p = site.blocks.sorted()[i];
-    const int cx = std::clamp(static_cast<int>(std::floor(p.x() * per_cell)) - block.x * block_cells, 0,
-                              block_cells - 1);
-    const int cy = std::clamp(static_cast<int>(std::floor(p.y() * per_cell)) - block.y * block_cells, 0,
-                              block_cells - 1);
-    Sums& cell = cells[static_cast<std::size_t>(cy * block_cells + cx)];
+    const int cx = std::clamp(static_cast<int>(std::floor(p.x() * per_cell)) - block.x * kBlockCells, 0,
+                              kBlockCells - 1);
+    const int cy = std::clamp(static_cast<int>(std::floor(p.y() * per_cell)) - block.y * kBlockCells, 0,
+                              kBlockCells - 1);
+    Sums& cell = cells[static_cast<std::size_t>(cy * kBlockCells + cx)];
     const double dz = static_cast<double>(p.z()) - z;
     if (std::abs(dz) <= near) {
       ++cell.plate.points;
@@ -94,17 +94,17 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
       cell.plate.from_below += side < 0;
     } else {
       cell.plate.beside += std::abs(dz) <= 2 * near;
-      cell.plate.around += std::abs(dz) <= around_height;
+      cell.plate.around += std::abs(dz) <= kAroundHeight;
       ++(dz > 0 ? cell.plate.column_above : cell.plate.column_below);
     }
   }
   for (std::size_t c = 0; c < cells.size(); ++c) {
     Plate plate = cells[c].plate;
     // A few points may have some beside them by chance.
-    if (plate.points == 0 || plate.points < plate.beside * (plate.points < few_points ? 1U : 2U)) continue;
+    if (plate.points == 0 || plate.points < plate.beside * (plate.points < kFewPoints ? 1U : 2U)) continue;
     const double mean = cells[c].sum / plate.points;
-    plate.x = block.x * block_cells + static_cast<int>(c % block_cells);
-    plate.y = block.y * block_cells + static_cast<int>(c / block_cells);
+    plate.x = block.x * kBlockCells + static_cast<int>(c % kBlockCells);
+    plate.y = block.y * kBlockCells + static_cast<int>(c / kBlockCells);
     plate.z = static_cast<float>(z + mean);
     plate.variance = static_cast<float>(std::max(0.0, cells[c].squares / plate.points - mean * mean));
     plates.push_back(plate);
@@ -131,9 +131,9 @@ void drop_doubles(std::vector<Plate>& plates, double apart) {
 std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stages) {
   const LevelLines lines = level_lines(site, tile, stages);
   std::vector<Plate> plates;
-  const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
+  const int bx = tile.x * kTileBlocks, by = tile.y * kTileBlocks;
   site.blocks.for_each_in(
-      bx, by, bx + tile_blocks - 1, by + tile_blocks - 1, [&](const PlanBlocks::Block& block, std::size_t) {
+      bx, by, bx + kTileBlocks - 1, by + kTileBlocks - 1, [&](const PlanBlocks::Block& block, std::size_t) {
         std::vector<double> heights = lines.along_x[static_cast<std::size_t>(block.x - bx + 1)];
         const auto& more = lines.along_y[static_cast<std::size_t>(block.y - by + 1)];
         heights.insert(heights.end(), more.begin(), more.end());
@@ -187,7 +187,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
                   HorizontalSurface& surface, Plate& sums) {
   const double cell = site.cell();
   surface.area = static_cast<double>(members.size()) * cell * cell;
-  if (surface.area < min_area) return false;
+  if (surface.area < kMinArea) return false;
   std::vector<std::pair<float, std::uint32_t>> heights;
   double variance = 0;
   std::uint64_t points = 0;
@@ -206,7 +206,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
     surface.low = surface.low.cwiseMin(Eigen::Vector2d(plate.x, plate.y) * cell);
     surface.high = surface.high.cwiseMax(Eigen::Vector2d(plate.x + 1, plate.y + 1) * cell);
   }
-  if (static_cast<double>(points) < min_flatness * sums.around) return false;
+  if (static_cast<double>(points) < kMinFlatness * sums.around) return false;
   std::sort(heights.begin(), heights.end());
   surface.z = trimmed_median(heights);
   surface.points = static_cast<std::uint32_t>(points);
@@ -217,7 +217,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
 /// Plates by block, with their range per block.
 void index_by_block(const Site& site, HorizontalSearch& search) {
   const auto block_of = [](std::int32_t cell) {
-    return cell >= 0 ? cell / block_cells : -((-cell + block_cells - 1) / block_cells);
+    return cell >= 0 ? cell / kBlockCells : -((-cell + kBlockCells - 1) / kBlockCells);
   };
   const auto key = [&](const Plate& p) { return std::tuple(block_of(p.y), block_of(p.x), p.y, p.x, p.z); };
   std::sort(search.plates.begin(), search.plates.end(),

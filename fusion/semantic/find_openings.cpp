@@ -23,7 +23,7 @@ double outside(double value, double low, double high, double margin) {
 /// beside measured ones count as measured: the edge is one row further.
 double head_of(const WallRaster& raster, int c0, int c1, double floor, double ceiling) {
   for (double z = floor + 1.5; z < ceiling - 0.5 * raster.row; z += raster.row) {
-    if (raster.shares(c0, c1, z, z + raster.row).on > 0.6)
+    if (raster.fractions(c0, c1, z, z + raster.row).on > 0.6)
       return std::min(raster.z_low + raster.row * (raster.row_of(z + 0.5 * raster.row) + 1), ceiling);
   }
   return ceiling;
@@ -32,8 +32,8 @@ double head_of(const WallRaster& raster, int c0, int c1, double floor, double ce
 /// Points per cell of the columns beside an opening.
 double density_beside(const WallRaster& raster, int c0, int c1, double low, double high) {
   constexpr int kBeside = 6;  // columns
-  const WallRaster::Shares left = raster.shares(c0 - kBeside, c0, low, high),
-                           right = raster.shares(c1, c1 + kBeside, low, high);
+  const WallRaster::Fractions left = raster.fractions(c0 - kBeside, c0, low, high),
+                              right = raster.fractions(c1, c1 + kBeside, low, high);
   const int cells = left.cells + right.cells;
   return cells > 0 ? static_cast<double>(left.points + right.points) / cells : 0;
 }
@@ -44,7 +44,7 @@ double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
   const double beside = density_beside(raster, c0, c1, floor + 0.2, floor + kBody);
   double z = floor + 0.1;
   for (; z < floor + 1.6; z += raster.row) {
-    const WallRaster::Shares row = raster.shares(c0, c1, z, z + raster.row);
+    const WallRaster::Fractions row = raster.fractions(c0, c1, z, z + raster.row);
     if (row.on <= 0.5 && !(beside > 0 && row.stopped > 0.5 * beside * row.cells)) break;
   }
   return z > floor + 0.25 && z < floor + 1.3 ? z - raster.row : floor;
@@ -77,7 +77,7 @@ void judge(Opening& opening, const WallCandidate& wall, const SemanticNetOptions
 std::vector<bool> solid_columns(const WallCandidate& wall, double low, double high) {
   std::vector<bool> solid;
   for (int c = 0; c < wall.raster.columns; ++c)
-    solid.push_back(wall.raster.shares(c, c + 1, low, high).on >= kSolidColumn);
+    solid.push_back(wall.raster.fractions(c, c + 1, low, high).on >= kSolidColumn);
   return solid;
 }
 
@@ -88,7 +88,7 @@ long count_in(const std::vector<bool>& columns, int from, int to) {
 
 /// Runs of columns [first, end) that are not solid, between solid ones.
 std::vector<std::pair<int, int>> gaps(const std::vector<bool>& solid) {
-  constexpr int kJambs = 3, kLeast = 5;  // columns
+  constexpr int kJambs = 3, kMinColumns = 5;  // columns
   std::vector<std::pair<int, int>> found;
   const int n = static_cast<int>(solid.size());
   for (int c = 0; c < n;) {
@@ -96,7 +96,7 @@ std::vector<std::pair<int, int>> gaps(const std::vector<bool>& solid) {
     while (end < n && !solid[static_cast<std::size_t>(end)]) ++end;
     const bool framed =
         count_in(solid, c - 2 * kJambs, c) >= kJambs && count_in(solid, end, end + 2 * kJambs) >= kJambs;
-    if (end - c > kLeast && framed) found.emplace_back(c, end);
+    if (end - c > kMinColumns && framed) found.emplace_back(c, end);
     c = end + 1;
   }
   return found;
@@ -104,8 +104,8 @@ std::vector<std::pair<int, int>> gaps(const std::vector<bool>& solid) {
 
 /// Fraction of the rays towards an opening without a hit: relative to the number beside it, those that are
 /// missing. Glass and the sky return nothing; a part hidden by furniture is no opening.
-double empty_share(const WallRaster& raster, int c0, int c1, double low, double high) {
-  const WallRaster::Shares inside = raster.shares(c0, c1, low, high);
+double empty_fraction(const WallRaster& raster, int c0, int c1, double low, double high) {
+  const WallRaster::Fractions inside = raster.fractions(c0, c1, low, high);
   const double expected = inside.cells * density_beside(raster, c0, c1, low, high);
   const double met =
       inside.points + static_cast<double>(inside.crossed) + static_cast<double>(inside.stopped);
@@ -140,12 +140,12 @@ Opening measured(const PlanPoints& points, const WallCandidate& wall, std::size_
   opening.to = (c1 + 1) * raster.column;
   opening.head = head_of(raster, c0, c1, wall.floor, wall.ceiling);
   opening.sill = sill_of(raster, c0, c1, wall.floor);
-  opening.lintel = raster.shares(c0, c1, opening.head, wall.ceiling - 0.1).on;
+  opening.lintel = raster.fractions(c0, c1, opening.head, wall.ceiling - 0.1).on;
   const double from = std::max(low, opening.sill), to = std::min(high, opening.head);
-  const WallRaster::Shares body = raster.shares(c0, c1, from, to);
+  const WallRaster::Fractions body = raster.fractions(c0, c1, from, to);
   opening.closed = body.behind;
   opening.seen_through = body.rays >= 10 && body.behind < 0.35;
-  opening.empty = empty_share(raster, c0, c1, from, to);
+  opening.empty = empty_fraction(raster, c0, c1, from, to);
   opening.sill_floor = floor_through(points, wall, c0, c1);
   double sum = 0;
   int n = 0;

@@ -8,30 +8,30 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double max_turn = 0.1;                         // rad, 6 degrees between neighbours
-constexpr double min_spacing = 0.15, max_spacing = 1.2;  // m; no tread is narrower, a landing is wider
-constexpr double min_rise = 0.08, max_rise = 0.30;       // m, between the tops of neighbours
-constexpr double unequal = 0.25;                         // of the median spacing
-constexpr double min_overlap = 0.5;                      // of the shorter segment
-constexpr std::size_t min_members = 3;                   // fewer are parallel by chance
+constexpr double kMaxTurn = 0.1;                         // rad, 6 degrees between neighbours
+constexpr double kMinSpacing = 0.15, max_spacing = 1.2;  // m; no tread is narrower, a landing is wider
+constexpr double kMinRise = 0.08, max_rise = 0.30;       // m, between the tops of neighbours
+constexpr double kUnequal = 0.25;                        // of the median spacing
+constexpr double kMinOverlap = 0.5;                      // of the shorter segment
+constexpr std::size_t kMinMembers = 3;                   // fewer are parallel by chance
 
 /// m from a to b across a, signed; 0 where b cannot be the riser after a.
 double step_across(const VerticalSurface& a, const VerticalSurface& b) {
   const Eigen::Vector2d d = (a.end - a.start).normalized();
   const Eigen::Vector2d e = (b.end - b.start).normalized();
-  if (std::abs(d.x() * e.y() - d.y() * e.x()) > max_turn) return 0;
+  if (std::abs(d.x() * e.y() - d.y() * e.x()) > kMaxTurn) return 0;
   const double rise = b.z_high - a.z_high;
-  if (rise < min_rise || rise > max_rise) return 0;
+  if (rise < kMinRise || rise > max_rise) return 0;
   const double length = (a.end - a.start).norm();
   const double t0 = d.dot(b.start - a.start), t1 = d.dot(b.end - a.start);
   const double overlap = std::min(length, std::max(t0, t1)) - std::max(0.0, std::min(t0, t1));
-  if (overlap < min_overlap * std::min(length, std::abs(t1 - t0))) return 0;
+  if (overlap < kMinOverlap * std::min(length, std::abs(t1 - t0))) return 0;
   const Eigen::Vector2d offset = (b.start + b.end - a.start - a.end) / 2;
   const double across = d.x() * offset.y() - d.y() * offset.x();
-  return std::abs(across) >= min_spacing && std::abs(across) <= max_spacing ? across : 0;
+  return std::abs(across) >= kMinSpacing && std::abs(across) <= max_spacing ? across : 0;
 }
 
-/// For each surface the nearest following riser, or no_surface.
+/// For each surface the nearest following riser, or kNoSurface.
 std::vector<std::uint32_t> next_risers(const std::vector<VerticalSurface>& verticals) {
   std::vector<Eigen::Vector3f> middles;
   for (const VerticalSurface& v : verticals) {
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> next_risers(const std::vector<VerticalSurface>& verti
   }
   constexpr double widest = 6;  // m of a flight; longer segments are walls
   const PlanBlocks blocks(middles, widest / 2 + max_spacing);
-  std::vector<std::uint32_t> next(verticals.size(), no_surface);
+  std::vector<std::uint32_t> next(verticals.size(), kNoSurface);
   for (std::uint32_t i = 0; i < verticals.size(); ++i) {
     if ((verticals[i].end - verticals[i].start).norm() > widest) continue;
     const int x = blocks.coordinate(static_cast<double>(middles[i].x()));
@@ -73,7 +73,7 @@ ParallelSet equidistant(const std::vector<VerticalSurface>& verticals,
       for (std::size_t i = from; i < to; ++i) sorted.push_back(std::abs(steps[i]));
       std::sort(sorted.begin(), sorted.end());
       const double median = sorted[sorted.size() / 2];
-      if (sorted.front() < (1 - unequal) * median || sorted.back() > (1 + unequal) * median) continue;
+      if (sorted.front() < (1 - kUnequal) * median || sorted.back() > (1 + kUnequal) * median) continue;
       if (to - from + 1 <= best.members.size()) break;
       best.members.assign(chain.begin() + static_cast<std::ptrdiff_t>(from),
                           chain.begin() + static_cast<std::ptrdiff_t>(to) + 1);
@@ -97,7 +97,7 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
   std::vector<ParallelSet> sets;
   for (const std::uint32_t lowest : lowest_first) {
     std::vector<std::uint32_t> chain;
-    for (std::uint32_t i = lowest; i != no_surface && !used[i]; i = next[i]) {
+    for (std::uint32_t i = lowest; i != kNoSurface && !used[i]; i = next[i]) {
       // A flight does not reverse its direction.
       if (chain.size() >= 2) {
         const auto middle = [&](std::uint32_t m) -> Eigen::Vector2d {
@@ -109,7 +109,7 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
       chain.push_back(i);
     }
     ParallelSet set = equidistant(verticals, chain);
-    if (set.members.size() < min_members) continue;
+    if (set.members.size() < kMinMembers) continue;
     for (const std::uint32_t m : set.members) used[m] = 1;
     const VerticalSurface &first = verticals[set.members.front()], &last = verticals[set.members.back()];
     const Eigen::Vector2d d = (first.end - first.start).normalized();

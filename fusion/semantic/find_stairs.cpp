@@ -10,11 +10,11 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::size_t kMostPoints = 600;  ///< sample size of a surface for locating it
-constexpr int kDirections = 72;           ///< number of tested directions
-constexpr std::size_t kLeastRises = 3;    ///< of a flight; two may be a threshold and a box
-constexpr std::size_t kSeedRises = 2;     ///< of surfaces: the floor is too wide for a strip; added later
-constexpr double kGap = 0.30;             ///< m, between two treads in the plan: hidden by the step's edge
+constexpr std::size_t kMaxPoints = 600;  ///< sample size of a surface for locating it
+constexpr int kDirections = 72;          ///< number of tested directions
+constexpr std::size_t kMinRises = 3;     ///< of a flight; two may be a threshold and a box
+constexpr std::size_t kSeedRises = 2;    ///< of surfaces: the floor is too wide for a strip; added later
+constexpr double kGap = 0.30;            ///< m, between two treads in the plan: hidden by the step's edge
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
 constexpr double kBlock = 2;       ///< m, block side of the plan for point look-ups
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
@@ -33,9 +33,9 @@ std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmenta
     treads.push_back({h, segmentation.horizontals[h].z, {}});
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t surface = segmentation.surface_of[i];
-    if (surface == no_surface || surface < verticals) continue;
+    if (surface == kNoSurface || surface < verticals) continue;
     const std::size_t h = surface - verticals;
-    const std::size_t stride = 1 + segmentation.horizontals[h].points / kMostPoints;
+    const std::size_t stride = 1 + segmentation.horizontals[h].points / kMaxPoints;
     if (seen[h]++ % stride == 0) treads[h].plan.emplace_back(cloud.points[i].head<2>().cast<double>());
   }
   std::erase_if(treads, [&](const Tread& tread) {
@@ -101,12 +101,12 @@ void drop_repeated(std::vector<Flight>& flights) {
                    [](const Flight& a, const Flight& b) { return a.score > b.score; });
   std::vector<Flight> kept;
   for (Flight& flight : flights) {
-    const auto shares = [&](const Flight& better) {
+    const auto repeats = [&](const Flight& better) {
       return std::any_of(flight.steps.begin() + 1, flight.steps.end() - 1, [&](const Step& step) {
-        return step.horizontal != no_surface && has_step(better, step.horizontal);
+        return step.horizontal != kNoSurface && has_step(better, step.horizontal);
       });
     };
-    if (std::none_of(kept.begin(), kept.end(), shares)) kept.push_back(std::move(flight));
+    if (std::none_of(kept.begin(), kept.end(), repeats)) kept.push_back(std::move(flight));
   }
   flights = std::move(kept);
 }
@@ -168,7 +168,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     extend(*points, segmentation, best);
     refine_heights(*points, segmentation, best);
     even_rises(*points, best);
-    if (best.steps.size() <= kLeastRises) continue;
+    if (best.steps.size() <= kMinRises) continue;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     judge(best);
     flights.push_back(std::move(best));

@@ -14,7 +14,7 @@ namespace parhelion::semantic {
 /// One level of a flight, in the flight's own plan axes.
 struct Step {
   std::uint32_t horizontal =
-      no_surface;              ///< surface of the segmentation; none: only interpolated between the others
+      kNoSurface;              ///< surface of the segmentation; none: only interpolated between the others
   double z = 0;                ///< m, of its tread
   double near = 0, far = 0;    ///< m along the flight's direction
   double left = 0, right = 0;  ///< m across it

@@ -14,8 +14,8 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double layer_height = 0.04;  // m; 64 of them wrap at 2.56 m
-constexpr int min_layers = 3;  // about 0.12 m: less than the riser of a step, more than a floor's noise
+constexpr double kLayerHeight = 0.04;  // m; 64 of them wrap at 2.56 m
+constexpr int kMinLayers = 3;  // about 0.12 m: less than the riser of a step, more than a floor's noise
 
 struct TileLines {
   std::vector<PlanLine> seeds;
@@ -26,21 +26,21 @@ class TilePlan {
  public:
   TilePlan(const Site& site, const HorizontalSearch& horizontals, Tile tile)
       : site_(site), horizontals_(horizontals), tile_(tile) {
-    x0_ = (tile.x * tile_blocks - 1) * block_pixels - 1;
-    y0_ = (tile.y * tile_blocks - 1) * block_pixels - 1;
+    x0_ = (tile.x * kTileBlocks - 1) * kBlockPixels - 1;
+    y0_ = (tile.y * kTileBlocks - 1) * kBlockPixels - 1;
   }
 
   TileLines search(StageImages* stages) {
-    chain_.input.reset(image_pixels, image_pixels);
+    chain_.input.reset(kImagePixels, kImagePixels);
     for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
-      const double layer = std::floor(static_cast<double>(p.z()) / layer_height);
+      const double layer = std::floor(static_cast<double>(p.z()) / kLayerHeight);
       // Outlier points may be anywhere.
       chain_.input.add(x, y, static_cast<int>(std::clamp(layer, -1e6, 1e6)));
     });
-    threshold(chain_.input, min_layers, chain_.above_threshold);
+    threshold(chain_.input, kMinLayers, chain_.above_threshold);
     chain_.run();
     TileLines result{seeds(stages), evidence()};
-    const int core = block_pixels + 1, end = image_pixels - block_pixels - 1;
+    const int core = kBlockPixels + 1, end = kImagePixels - kBlockPixels - 1;
     if (stages != nullptr) chain_.keep(Projection::oxy, core, core, end, end, x0_, y0_, *stages);
     return result;
   }
@@ -50,9 +50,9 @@ class TilePlan {
   template <class Visit>
   void for_each_point(int margin, Visit&& visit) const {
     const double per_pixel = 1 / site_.options.pixel;
-    const int bx = tile_.x * tile_blocks, by = tile_.y * tile_blocks;
-    site_.blocks.for_each_in(bx - margin, by - margin, bx + tile_blocks - 1 + margin,
-                             by + tile_blocks - 1 + margin,
+    const int bx = tile_.x * kTileBlocks, by = tile_.y * kTileBlocks;
+    site_.blocks.for_each_in(bx - margin, by - margin, bx + kTileBlocks - 1 + margin,
+                             by + kTileBlocks - 1 + margin,
                              [&](const PlanBlocks::Block& block, std::size_t b) {
                                const BlockPlates plates(site_, horizontals_, b);
                                for (std::uint32_t i = block.begin; i < block.end; ++i) {
@@ -80,7 +80,7 @@ class TilePlan {
       const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;
       // Half a block beyond the core as well: two tiles may each place the middle on the other's side.
       const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
-      constexpr int low = block_pixels / 2, high = image_pixels - block_pixels / 2;
+      constexpr int low = kBlockPixels / 2, high = kImagePixels - kBlockPixels / 2;
       if (x < low || y < low || x >= high || y >= high) continue;
       lines.push_back({middle, (b - a).normalized(), -(b - a).norm() / 2, (b - a).norm() / 2, 0});
       if (stages != nullptr) stages->hough[static_cast<int>(Projection::oxy)].push_back({a, b});
@@ -93,7 +93,7 @@ class TilePlan {
   /// ones: far away a wall is hit in single columns.
   std::vector<Eigen::Vector3f> evidence() const {
     static thread_local std::vector<std::uint32_t> slot;
-    slot.resize(static_cast<std::size_t>(image_pixels) * image_pixels);
+    slot.resize(static_cast<std::size_t>(kImagePixels) * kImagePixels);
     const auto& set = chain_.above_threshold.set();
     for (std::uint32_t k = 0; k < set.size(); ++k) slot[set[k]] = k;
     std::vector<Eigen::Vector3d> sums(set.size(), Eigen::Vector3d::Zero());

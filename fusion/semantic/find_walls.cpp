@@ -10,15 +10,15 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double strip = 1.0;         ///< cells on either side of a line that may belong to a wall
-constexpr double fit_strip = 1.5;     ///< the same for the fit
-constexpr double max_free_gap = 2.0;  ///< cells of free space that a wall may bridge; doors are wider
-constexpr double max_gap = 6.0;       ///< cells, if none of them is known to be free
-constexpr int patch = 8;              ///< cells: side of the patches that are skipped where empty
-static_assert(patch - strip > max_gap);
-constexpr int max_half_thickness = 6;  ///< cells
-constexpr double layer_width = 0.25;   ///< cells
-constexpr int max_layer = static_cast<int>(max_half_thickness / layer_width);
+constexpr double kStrip = 1.0;       ///< cells on either side of a line that may belong to a wall
+constexpr double kFitStrip = 1.5;    ///< the same for the fit
+constexpr double kMaxFreeGap = 2.0;  ///< cells of free space that a wall may bridge; doors are wider
+constexpr double kMaxGap = 6.0;      ///< cells, if none of them is known to be free
+constexpr int kPatch = 8;            ///< cells: side of the patches that are skipped where empty
+static_assert(kPatch - kStrip > kMaxGap);
+constexpr int kMaxHalfThickness = 6;  ///< cells
+constexpr double kLayerWidth = 0.25;  ///< cells
+constexpr int kMaxLayer = static_cast<int>(kMaxHalfThickness / kLayerWidth);
 
 /// A piece of a line without a gap, from t = begin to end.
 struct Run {
@@ -33,8 +33,8 @@ class WallFinder {
         min_length_(min_length),
         left_(left),
         accumulator_(grid),
-        patches_across_(grid.width / patch + 1),
-        patches_up_(grid.height / patch + 1),
+        patches_across_(grid.width / kPatch + 1),
+        patches_up_(grid.height / kPatch + 1),
         patches_(static_cast<std::size_t>(patches_across_) * static_cast<std::size_t>(patches_up_)) {
     for (std::size_t i = 0; i < left_.size(); ++i) {
       if (left_[i] == 0) continue;
@@ -45,8 +45,8 @@ class WallFinder {
 
   std::vector<PlanBox> find() {
     std::vector<PlanBox> walls;
-    const int least = std::max(3, static_cast<int>(min_length_ * 0.7));
-    while (auto line = accumulator_.peak(least)) {
+    const int min_votes = std::max(3, static_cast<int>(min_length_ * 0.7));
+    while (auto line = accumulator_.peak(min_votes)) {
       const auto wall = wall_on(*line);
       if (!wall || take_cells(*wall) == 0) {
         accumulator_.bury_peak();
@@ -70,8 +70,8 @@ class WallFinder {
   /// Whether a cell is left in the patch around p or in a neighbouring one: at least all within `patch` cells
   /// of p.
   bool is_near_left(const Eigen::Vector2d& p) const {
-    const int x = static_cast<int>(std::floor(p.x() / patch)),
-              y = static_cast<int>(std::floor(p.y() / patch));
+    const int x = static_cast<int>(std::floor(p.x() / kPatch)),
+              y = static_cast<int>(std::floor(p.y() / kPatch));
     for (int k = 0; k < 9; ++k) {
       const int i = x + k % 3 - 1, j = y + k / 3 - 1;
       if (i < 0 || j < 0 || i >= patches_across_ || j >= patches_up_) continue;
@@ -84,7 +84,7 @@ class WallFinder {
            static_cast<std::size_t>(i);
   }
   int& patch_of(const Eigen::Vector2d& p) {
-    return patches_[patch_index(static_cast<int>(p.x() / patch), static_cast<int>(p.y() / patch))];
+    return patches_[patch_index(static_cast<int>(p.x() / kPatch), static_cast<int>(p.y() / kPatch))];
   }
 
   /// The best run on a line, sampled at half cells.
@@ -101,10 +101,10 @@ class WallFinder {
         // No cell within the next `patch` cells, which is more than any bridged gap.
         open = false;
         gap = free_in_gap = 0;
-        t += patch - strip - step;
+        t += kPatch - kStrip - step;
         continue;
       }
-      const bool hit = is_left(line.at(t, 0)) || is_left(line.at(t, strip)) || is_left(line.at(t, -strip));
+      const bool hit = is_left(line.at(t, 0)) || is_left(line.at(t, kStrip)) || is_left(line.at(t, -kStrip));
       if (hit) {
         if (!open) run = Run{t, t, 0};
         open = true;
@@ -116,7 +116,7 @@ class WallFinder {
         const bool is_free = cell(line.at(t, 0)) == Cell::free;
         gap += step;
         free_in_gap += is_free ? step : 0;
-        open = gap <= max_gap && free_in_gap <= max_free_gap;
+        open = gap <= kMaxGap && free_in_gap <= kMaxFreeGap;
         if (!open) gap = free_in_gap = 0;
       }
     }
@@ -141,7 +141,7 @@ class WallFinder {
 
   /// Total least squares through the cells of a run.
   std::optional<GridLine> fit(const GridLine& line, const Run& run) const {
-    const auto inliers = cells_of(line, run, fit_strip);
+    const auto inliers = cells_of(line, run, kFitStrip);
     if (inliers.size() < 3) return std::nullopt;
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const std::size_t i : inliers) mean += grid_.centre(i);
@@ -179,32 +179,32 @@ class WallFinder {
   /// A cell left out would need a box of its own, so wall counts double; unknown space counts half as much as
   /// free space.
   PlanBox box_around(const GridLine& line, const Run& run) const {
-    const auto cells = cells_of(line, run, max_half_thickness + 0.5);
-    std::array<double, 2 * max_layer + 1> gain{};
+    const auto cells = cells_of(line, run, kMaxHalfThickness + 0.5);
+    std::array<double, 2 * kMaxLayer + 1> gain{};
     for (const std::size_t i : cells) {
       const auto layer =
-          std::lround((grid_.centre(i) - line.point).dot(line.across()) / layer_width) + max_layer;
+          std::lround((grid_.centre(i) - line.point).dot(line.across()) / kLayerWidth) + kMaxLayer;
       if (layer >= 0 && layer < static_cast<long>(gain.size())) gain.at(static_cast<std::size_t>(layer)) += 2;
     }
-    for (int layer = 0; layer <= 2 * max_layer; ++layer) {
+    for (int layer = 0; layer <= 2 * kMaxLayer; ++layer) {
       for (double t = run.begin; t <= run.end; t += 1) {
-        const Cell seen = cell(line.at(t, (layer - max_layer) * layer_width));
+        const Cell seen = cell(line.at(t, (layer - kMaxLayer) * kLayerWidth));
         const double price = seen == Cell::free ? 1 : seen == Cell::unknown ? 0.5 : 0;
-        gain.at(static_cast<std::size_t>(layer)) -= price * layer_width;
+        gain.at(static_cast<std::size_t>(layer)) -= price * kLayerWidth;
       }
     }
     const auto reach = [&](int direction) {
       int best = 0;
-      double sum = 0, most = 0;
-      for (int k = 1; k <= max_layer; ++k) {
-        const int layer = max_layer + direction * k;
+      double sum = 0, largest = 0;
+      for (int k = 1; k <= kMaxLayer; ++k) {
+        const int layer = kMaxLayer + direction * k;
         sum += gain.at(static_cast<std::size_t>(layer));
-        if (sum > most) {
-          most = sum;
+        if (sum > largest) {
+          largest = sum;
           best = k;
         }
       }
-      return (best + 0.5) * layer_width;
+      return (best + 0.5) * kLayerWidth;
     };
     return tight_box(line, cells, -reach(-1), reach(1));
   }

@@ -99,8 +99,8 @@ class ScanFloor {
     const auto found = index_.find(key_of(x, y));
     if (found == index_.end() || cells_[found->second].reached) return;
     Cell& cell = cells_[found->second];
-    const double way = kCell * std::hypot(dx, dy);
-    const double z = mean_near(cell, cells_[from].z, kUneven + kSlope * way);
+    const double distance = kCell * std::hypot(dx, dy);
+    const double z = mean_near(cell, cells_[from].z, kUneven + kSlope * distance);
     const double begun = cells_[from].begun;
     if (!(z <= begun + kOver && z >= begun - kUnder)) return;
     cell.z = z;

@@ -11,19 +11,19 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int angles = 180;  // of the normal: 1 degree
-constexpr int upright = 90;  // the normal of a row
+constexpr int kAngles = 180;  // of the normal: 1 degree
+constexpr int kUpright = 90;  // the normal of a row
 
 class Transform2d {
  public:
   Transform2d(const PixelSet& image, const HoughOptions& options)
       : image_(image), options_(options), left_(image.set().size(), 1), voted_(image.set().size(), 0) {
     radius_ = static_cast<int>(std::ceil(std::hypot(image.width(), image.height()))) + 1;
-    first_ = std::max(0, upright - options.max_rise);
-    end_ = std::min(angles, upright + options.max_rise + 1);
-    votes_.assign(static_cast<std::size_t>(angles) * static_cast<std::size_t>(2 * radius_ + 1), 0);
-    for (int a = 0; a < angles; ++a) {
-      const double angle = a * std::numbers::pi / angles;
+    first_ = std::max(0, kUpright - options.max_rise);
+    end_ = std::min(kAngles, kUpright + options.max_rise + 1);
+    votes_.assign(static_cast<std::size_t>(kAngles) * static_cast<std::size_t>(2 * radius_ + 1), 0);
+    for (int a = 0; a < kAngles; ++a) {
+      const double angle = a * std::numbers::pi / kAngles;
       cosine_[static_cast<std::size_t>(a)] = static_cast<float>(std::cos(angle));
       sine_[static_cast<std::size_t>(a)] = static_cast<float>(std::sin(angle));
     }
@@ -71,11 +71,11 @@ class Transform2d {
   int vote(std::uint32_t k) {
     const int x = x_of(image_.set()[k]), y = y_of(image_.set()[k]);
     int best = -1;
-    int most = options_.votes - 1;
+    int max_votes = options_.votes - 1;
     for (int a = first_; a < end_; ++a) {
       const int count = ++votes(a, x, y);
-      if (count > most) {
-        most = count;
+      if (count > max_votes) {
+        max_votes = count;
         best = a;
       }
     }
@@ -103,7 +103,7 @@ class Transform2d {
   /// Follows the line from pixel k in both directions over gaps up to the limit; removes the pixels it
   /// passes.
   PixelSegment follow(std::uint32_t k, int angle) {
-    const double normal = angle * std::numbers::pi / angles;
+    const double normal = angle * std::numbers::pi / kAngles;
     double dx = -std::sin(normal), dy = std::cos(normal);
     const bool steep = std::abs(dy) > std::abs(dx);
     const double longest = std::max(std::abs(dx), std::abs(dy));
@@ -139,10 +139,10 @@ class Transform2d {
 
   const PixelSet& image_;
   const HoughOptions& options_;
-  int radius_, first_ = 0, end_ = angles;   // votes go to angles [first, end)
+  int radius_, first_ = 0, end_ = kAngles;  // votes go to angles [first, end)
   std::vector<std::uint8_t> left_, voted_;  // per pixel of set()
   std::vector<std::uint16_t> votes_;
-  std::array<float, angles> cosine_{}, sine_{};
+  std::array<float, kAngles> cosine_{}, sine_{};
 };
 
 }  // namespace

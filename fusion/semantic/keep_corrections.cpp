@@ -28,7 +28,7 @@ bool same_place(const ModelEntity& a, const ModelEntity& b) {
   ModelEntity grown_a = a, grown_b = b;
   grown_a.size.array() += 2 * kNoise;
   grown_b.size.array() += 2 * kNoise;
-  return overlap_share(grown_a, grown_b) > kSame;
+  return overlap_fraction(grown_a, grown_b) > kSame;
 }
 
 std::string free_name(const std::string& wanted, const std::set<std::string>& taken) {

@@ -31,12 +31,12 @@ class BoxesByPlace {
       const Eigen::Isometry3d T_body_map = entity->T_map_body.isometry().inverse();
       const Eigen::Vector3f half = (0.5 * entity->size.array() + kNear).cast<float>();
       const Eigen::Vector2d centre = entity->T_map_body.translation().head<2>();
-      const double reach = half.head<2>().norm();
+      const double kReach = half.head<2>().norm();
       const auto index = static_cast<std::uint32_t>(boxes_.size());
       boxes_.push_back({T_body_map.linear().cast<float>(), T_body_map.translation().cast<float>(), half,
                         static_cast<std::uint8_t>(entity->label)});
-      for (int y = cell(centre.y() - reach); y <= cell(centre.y() + reach); ++y) {
-        for (int x = cell(centre.x() - reach); x <= cell(centre.x() + reach); ++x)
+      for (int y = cell(centre.y() - kReach); y <= cell(centre.y() + kReach); ++y) {
+        for (int x = cell(centre.x() - kReach); x <= cell(centre.x() + kReach); ++x)
           by_cell_[{x, y}].push_back(index);
       }
     }
@@ -94,7 +94,7 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t surface = segmentation.surface_of[i];
     net.labels[i] =
-        static_cast<std::uint8_t>(surface == no_surface ? EntityLabel::unknown : of_surface[surface]);
+        static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
   }
   const BoxesByPlace boxes(boxes_of(net));
   for (std::size_t i = 0; i < cloud.size(); ++i) boxes.label(cloud.points[i], net.labels[i]);

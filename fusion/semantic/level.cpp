@@ -11,13 +11,13 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr std::size_t enough_points = 1'000'000;  // more points change the result by less than the noise
-constexpr double patch_side = 0.25;               // m; less than the tread of a step
-constexpr double reach = 1e5;                     // m; a patch number still fits
-constexpr double level_within = 6 * degree;
-constexpr double upright_within = 4 * degree;
-constexpr double max_tilt = 40 * degree;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kEnoughPoints = 1'000'000;  // more points change the result by less than the noise
+constexpr double kPatchSide = 0.25;               // m; less than the tread of a step
+constexpr double kReach = 1e5;                    // m; a patch number still fits
+constexpr double kLevelWithin = 6 * kDegree;
+constexpr double kUprightWithin = 4 * kDegree;
+constexpr double kMaxTilt = 40 * kDegree;
 
 struct Patch {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -32,13 +32,13 @@ struct Patch {
 std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<Patch> patches;
   std::unordered_map<std::uint64_t, std::uint32_t> number;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / enough_points);
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kEnoughPoints);
   for (std::size_t i = 0; i < points.size(); i += step) {
     const Eigen::Vector3d p = points[i].cast<double>();
-    if (!(p.cwiseAbs().maxCoeff() < reach)) continue;
+    if (!(p.cwiseAbs().maxCoeff() < kReach)) continue;
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis)
-      key = key << 21 | static_cast<std::uint64_t>(std::floor((p[axis] + reach) / patch_side));
+      key = key << 21 | static_cast<std::uint64_t>(std::floor((p[axis] + kReach) / kPatchSide));
     const auto [it, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(patches.size()));
     if (is_new) patches.emplace_back();
     Patch& patch = patches[it->second];
@@ -56,24 +56,24 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(patch.squares);
     const Eigen::Vector3d lambda = solver.eigenvalues();
     // Wide in both directions (variance of a full cube: a twelfth of its side squared), and flat.
-    patch.planar = lambda[1] > patch_side * patch_side / 100 && lambda[0] < 0.1 * lambda[1];
+    patch.planar = lambda[1] > kPatchSide * kPatchSide / 100 && lambda[0] < 0.1 * lambda[1];
     patch.normal = solver.eigenvectors().col(0);
   }
   return patches;
 }
 
 bool is_upright(const Patch& patch, const Eigen::Vector3d& up) {
-  return patch.planar && std::abs(patch.normal.dot(up)) < std::sin(upright_within);
+  return patch.planar && std::abs(patch.normal.dot(up)) < std::sin(kUprightWithin);
 }
 
-/// The direction within `max_tilt` of the hint to which the most planar patches are normal; zero where there
+/// The direction within `kMaxTilt` of the hint to which the most planar patches are normal; zero where there
 /// is none.
-Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
-  constexpr double width = 4 * degree;
+Eigen::Vector3d dominant_normal(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
+  constexpr double width = 4 * kDegree;
   std::vector<Eigen::Vector3d> faced;
   for (const Patch& patch : patches) {
     const double along = patch.normal.dot(hint);
-    if (patch.planar && std::abs(along) > std::cos(max_tilt))
+    if (patch.planar && std::abs(along) > std::cos(kMaxTilt))
       faced.push_back(along > 0 ? patch.normal : -patch.normal);
   }
   // Upright patches vote with half weight, since many more directions are perpendicular to them.
@@ -85,16 +85,16 @@ Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vecto
     return level_ones < 4 ? 0 : 2 * level_ones + upright;
   };
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  std::ptrdiff_t most = 0;
+  std::ptrdiff_t max_count = 0;
   const std::size_t step = std::max<std::size_t>(1, faced.size() / 200);
   for (std::size_t i = 0; i < faced.size(); i += step) {
     const auto count = votes(faced[i]);
-    if (count > most) {
-      most = count;
+    if (count > max_count) {
+      max_count = count;
       best = faced[i];
     }
   }
-  for (int round = 0; round < 5 && most > 0; ++round) {
+  for (int round = 0; round < 5 && max_count > 0; ++round) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& n : faced) {
       if (n.dot(best) > std::cos(width)) sum += n;
@@ -114,24 +114,24 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
   constexpr double thickness = 0.10;  // m
   std::vector<double> heights;
   for (const Patch& patch : patches) {
-    if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(level_within))
+    if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(kLevelWithin))
       heights.push_back(patch.mean.dot(up));
   }
   std::sort(heights.begin(), heights.end());
   std::vector<Layer> layers;
   while (!heights.empty()) {
-    std::size_t begin = 0, most = 0, from = 0;
+    std::size_t begin = 0, max_count = 0, from = 0;
     for (std::size_t end = 0; end < heights.size(); ++end) {
       while (heights[end] - heights[begin] > thickness) ++begin;
-      if (end + 1 - begin > most) {
-        most = end + 1 - begin;
+      if (end + 1 - begin > max_count) {
+        max_count = end + 1 - begin;
         from = begin;
       }
     }
-    if (most < 4) break;
+    if (max_count < 4) break;
     const auto first = heights.begin() + static_cast<std::ptrdiff_t>(from);
-    layers.push_back({first[static_cast<std::ptrdiff_t>(most / 2)], static_cast<int>(most)});
-    heights.erase(first, first + static_cast<std::ptrdiff_t>(most));
+    layers.push_back({first[static_cast<std::ptrdiff_t>(max_count / 2)], static_cast<int>(max_count)});
+    heights.erase(first, first + static_cast<std::ptrdiff_t>(max_count));
     if (layers.size() == 8) break;
   }
   return layers;
@@ -140,8 +140,8 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
 /// One plane direction for all layers together, each about its own centre, perpendicular to upright patches:
 /// wide layers decide, and walls where there are none. The band that counts as a layer narrows to the noise.
 Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up) {
-  constexpr double noise_height = 0.02;      // m, of a patch's centre: floors are not more accurate
-  constexpr double noise_turn = 3 * degree;  // of its normal
+  constexpr double noise_height = 0.02;       // m, of a patch's centre: floors are not more accurate
+  constexpr double noise_turn = 3 * kDegree;  // of its normal
   for (const double band : {0.15, 0.08, 0.05, 0.05, 0.05}) {
     Eigen::Matrix3d together = Eigen::Matrix3d::Zero();  // both kinds in units of their own noise
     for (const Patch& patch : patches) {
@@ -151,7 +151,7 @@ Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up
     for (const Layer& layer : layers_of(patches, up)) {
       Patch all;
       for (const Patch& patch : patches) {
-        if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(level_within) ||
+        if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(kLevelWithin) ||
             std::abs(patch.mean.dot(up) - layer.height) > band)
           continue;
         all.sum += patch.mean;
@@ -165,7 +165,7 @@ Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(together);
     if (solver.eigenvalues()[1] <= 0) return up;  // a single row of patches: no plane
     const Eigen::Vector3d normal = solver.eigenvectors().col(0);
-    if (std::abs(normal.dot(up)) < std::cos(level_within)) return up;
+    if (std::abs(normal.dot(up)) < std::cos(kLevelWithin)) return up;
     up = normal.dot(up) > 0 ? normal : -normal;
   }
   return up;
@@ -178,7 +178,7 @@ Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3
     std::vector<std::pair<double, int>> values;
     std::int64_t total = 0, passed = 0;
     for (const Patch& patch : patches) {
-      if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(level_within)) continue;
+      if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(kLevelWithin)) continue;
       values.emplace_back(patch.mean[axis], patch.count);
       total += patch.count;
     }
@@ -192,8 +192,8 @@ Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3
 
 /// Ratio of hanging to standing points above which a cloud counts as upside down. Scanners usually stand low,
 /// so viewpoints in the upper half of the room lower the ratio.
-double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen::Vector3d& up, double low,
-                    double high) {
+double needed_fraction(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen::Vector3d& up, double low,
+                       double high) {
   if (viewpoints.empty()) return 1.5;
   double sum = 0;
   for (const Eigen::Vector3d& viewpoint : viewpoints) sum += (viewpoint.dot(up) - low) / (high - low);
@@ -219,12 +219,13 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
   const double reach_up = std::min(tall, (high - low) / 2);
   for (const Patch& patch : patches) {
     // Walls count as both, as do objects too thin to be seen.
-    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * degree))) continue;
+    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kDegree)))
+      continue;
     const double height = patch.mean.dot(up);
     standing += height > low + beside && height < low + reach_up;
     hanging += height < high - beside && height > high - reach_up;
   }
-  if (hanging < 20 || hanging < needed_share(viewpoints, up, low, high) * standing) return "";
+  if (hanging < 20 || hanging < needed_fraction(viewpoints, up, low, high) * standing) return "";
   std::ostringstream words;
   words << "the cloud seems to be upside down: " << hanging << " patches close below its top, " << standing
         << " close above its bottom; expected fewer at the top: give the up direction";
@@ -239,7 +240,7 @@ Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const
   if (!(std::abs(up_hint.norm() - 1) < 1e-3))
     return Error{"levelling: the up direction has length " + std::to_string(up_hint.norm()) + "; expected 1"};
   const std::vector<Patch> patches = patches_of(cloud.points);
-  const Eigen::Vector3d faced = most_faced(patches, up_hint);
+  const Eigen::Vector3d faced = dominant_normal(patches, up_hint);
   if (faced.isZero()) {
     const auto planar =
         std::count_if(patches.begin(), patches.end(), [](const Patch& p) { return p.planar; });

@@ -9,13 +9,13 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kCell = 0.25;      ///< m, plan cell for the lowest and highest point
-constexpr double kSame = 0.15;      ///< m, heights that count as one level
-constexpr double kLeastRoom = 1.9;  ///< m, from a floor to the ceiling over it
-constexpr double kLeastArea = 1.0;  ///< m^2, of a floor or a ceiling
-constexpr double kBow = 0.12;       ///< m, height variation of one floor
-constexpr double kPart = 3;         ///< deduction for a part of a larger level
-constexpr double kBeside = 0.6;     ///< m, a level reaches this far beyond its bounds
+constexpr double kCell = 0.25;          ///< m, plan cell for the lowest and highest point
+constexpr double kSame = 0.15;          ///< m, heights that count as one level
+constexpr double kMinRoomHeight = 1.9;  ///< m, from a floor to the ceiling over it
+constexpr double kMinArea = 1.0;        ///< m^2, of a floor or a ceiling
+constexpr double kBow = 0.12;           ///< m, height variation of one floor
+constexpr double kPart = 3;             ///< deduction for a part of a larger level
+constexpr double kBeside = 0.6;         ///< m, a level reaches this far beyond its bounds
 
 /// Lowest and highest point of each plan cell.
 struct Extremes {
@@ -61,7 +61,7 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   ceiling_part_.assign(n, 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t surface = segmentation.surface_of[i];
-    if (surface == no_surface || surface < verticals) continue;
+    if (surface == kNoSurface || surface < verticals) continue;
     const std::size_t h = surface - verticals;
     const Eigen::Vector3f& p = cloud.points[i];
     const std::size_t cell = extremes.index(p);
@@ -111,14 +111,14 @@ void Levels::find_parts() {
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
-  return -floor_part_[i] + 8 * (evidence_[i].lowest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) -
-         (evidence_[i].highest > 0.9 && h.z > floor_ + kLeastRoom && has_floor_ ? 3 : 0);
+  return -floor_part_[i] + 8 * (evidence_[i].lowest - 0.6) + std::min(std::log(h.area / kMinArea), 1.5) -
+         (evidence_[i].highest > 0.9 && h.z > floor_ + kMinRoomHeight && has_floor_ ? 3 : 0);
 }
 
 double Levels::ceiling_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
-  if (h.z < floor_ + kLeastRoom) return -6;
-  return -ceiling_part_[i] + 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) +
+  if (h.z < floor_ + kMinRoomHeight) return -6;
+  return -ceiling_part_[i] + 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kMinArea), 1.5) +
          (h.faces_down ? 1 : -2);
 }
 

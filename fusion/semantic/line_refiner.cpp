@@ -6,12 +6,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double block_side = 0.32;   // m; small against a wall, large against a pixel
-constexpr double max_gap = 0.5;       // m; narrower than any doorway
-constexpr double coverage_bin = 0.1;  // m; closer than the rays of a laser on a far wall
-constexpr double min_coverage = 0.6;
-constexpr double min_contrast = 1.8;  // of clutter that fills the plan it is 1
-constexpr int max_rounds = 30;
+constexpr double kBlockSide = 0.32;   // m; small against a wall, large against a pixel
+constexpr double kMaxGap = 0.5;       // m; narrower than any doorway
+constexpr double kCoverageBin = 0.1;  // m; closer than the rays of a laser on a far wall
+constexpr double kMinCoverage = 0.6;
+constexpr double kMinContrast = 1.8;  // of clutter that fills the plan it is 1
+constexpr int kMaxRounds = 30;
 
 }  // namespace
 
@@ -20,7 +20,7 @@ LineRefiner::LineRefiner(std::span<const Eigen::Vector3f> evidence, double pixel
     : pixel_(pixel),
       near_(near),
       min_length_(min_length),
-      evidence_(evidence, block_side),
+      evidence_(evidence, kBlockSide),
       claimed_(evidence_.sorted().size(), 0) {}
 
 void LineRefiner::gather(const PlanLine& line, double low, double high, double band, bool claimed_too,
@@ -35,8 +35,8 @@ void LineRefiner::gather(const PlanLine& line, double low, double high, double b
     double x0 = std::min(a.x(), b.x()), x1 = std::max(a.x(), b.x());
     if (std::abs(line.d.y()) > 0.05) {
       const double slope = line.d.x() / line.d.y();
-      const double at0 = line.p.x() + (row * block_side - margin - line.p.y()) * slope;
-      const double at1 = line.p.x() + ((row + 1) * block_side + margin - line.p.y()) * slope;
+      const double at0 = line.p.x() + (row * kBlockSide - margin - line.p.y()) * slope;
+      const double at1 = line.p.x() + ((row + 1) * kBlockSide + margin - line.p.y()) * slope;
       x0 = std::max(x0, std::min(at0, at1));
       x1 = std::min(x1, std::max(at0, at1));
     }
@@ -91,7 +91,7 @@ bool LineRefiner::grow(PlanLine& line, std::vector<Hit>& hits) const {
   for (std::size_t i = 0; i < hits.size();) {
     double inside = 0;
     std::size_t end = i;
-    for (; end < hits.size() && (end == i || hits[end].along - hits[end - 1].along <= max_gap); ++end)
+    for (; end < hits.size() && (end == i || hits[end].along - hits[end - 1].along <= kMaxGap); ++end)
       inside += hits[end].along >= line.low && hits[end].along <= line.high ? hits[end].weight : 0;
     if (inside > best) {
       best = inside;
@@ -108,14 +108,14 @@ bool LineRefiner::grow(PlanLine& line, std::vector<Hit>& hits) const {
 
 bool LineRefiner::covered(const PlanLine& line, const std::vector<Hit>& hits) const {
   const double length = line.high - line.low;
-  const auto bins = static_cast<std::size_t>(std::ceil(length / coverage_bin));
+  const auto bins = static_cast<std::size_t>(std::ceil(length / kCoverageBin));
   std::vector<std::uint8_t> filled(bins, 0);
   for (const Hit& h : hits) {
     if (h.along < line.low || h.along > line.high) continue;
-    filled[std::min(bins - 1, static_cast<std::size_t>((h.along - line.low) / coverage_bin))] = 1;
+    filled[std::min(bins - 1, static_cast<std::size_t>((h.along - line.low) / kCoverageBin))] = 1;
   }
   return static_cast<double>(std::count(filled.begin(), filled.end(), 1)) >=
-         min_coverage * static_cast<double>(bins);
+         kMinCoverage * static_cast<double>(bins);
 }
 
 /// Clutter continues on both sides of any line through it; a surface has empty space on at least one side.
@@ -124,15 +124,15 @@ bool LineRefiner::stands_out(const PlanLine& line) const {
   gather(line, line.low, line.high, 2 * near_, false, hits);
   double inside = 0, left = 0, right = 0;
   for (const Hit& h : hits) (std::abs(h.across) <= near_ ? inside : h.across > 0 ? left : right) += h.weight;
-  return inside >= min_contrast * 2 * std::min(left, right);
+  return inside >= kMinContrast * 2 * std::min(left, right);
 }
 
 std::optional<PlanLine> LineRefiner::refine(PlanLine line) const {
   std::vector<Hit> hits;
-  for (int round = 0; round < max_rounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const PlanLine before = line;
-    const double reach = std::max(1.0, (line.high - line.low) / 2);
-    gather(line, line.low - reach, line.high + reach, near_, false, hits);
+    const double kReach = std::max(1.0, (line.high - line.low) / 2);
+    gather(line, line.low - kReach, line.high + kReach, near_, false, hits);
     if (!grow(line, hits) || !fit(line, hits)) return std::nullopt;
     if (line.high - line.low < min_length_ / 2) return std::nullopt;
     if (std::abs(before.across(line.p)) < pixel_ / 20 && std::abs(line.d.dot(before.d)) > 1 - 1e-6 &&

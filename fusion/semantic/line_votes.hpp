@@ -30,7 +30,7 @@ class LineVotes {
       : rows_(2 * static_cast<int>(std::ceil(std::hypot(grid.width, grid.height))) + 3),
         votes_(static_cast<std::size_t>(kAngles) * static_cast<std::size_t>(rows_)),
         dead_(votes_.size()),
-        bounds_((votes_.size() + block - 1) / block, std::numeric_limits<int>::max()) {
+        bounds_((votes_.size() + kBlock - 1) / kBlock, std::numeric_limits<int>::max()) {
     for (int a = 0; a < kAngles; ++a) {
       const double radians = a * std::numbers::pi / kAngles;
       normal_.at(static_cast<std::size_t>(a)) = {std::cos(radians), std::sin(radians)};
@@ -44,19 +44,19 @@ class LineVotes {
     }
   }
 
-  /// The line with the most votes that is not excluded, if it has at least `least`. Votes only decrease as
-  /// walls are removed, so the last count of a block of bins is an upper bound of its current count.
-  std::optional<GridLine> peak(int least) {
+  /// The line with the most votes that is not excluded, if it has at least `min_votes`. Votes only decrease
+  /// as walls are removed, so the last count of a block of bins is an upper bound of its current count.
+  std::optional<GridLine> peak(int min_votes) {
     std::size_t best = votes_.size();
-    int most = least - 1;
+    int max_votes = min_votes - 1;
     for (std::size_t b = 0; b < bounds_.size(); ++b) {
-      if (bounds_[b] <= most) continue;
+      if (bounds_[b] <= max_votes) continue;
       bounds_[b] = 0;
-      for (std::size_t i = b * block; i < std::min((b + 1) * block, votes_.size()); ++i) {
+      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, votes_.size()); ++i) {
         if (dead_[i] != 0) continue;
         bounds_[b] = std::max(bounds_[b], votes_[i]);
-        if (votes_[i] > most) {
-          most = votes_[i];
+        if (votes_[i] > max_votes) {
+          max_votes = votes_[i];
           best = i;
         }
       }
@@ -78,7 +78,7 @@ class LineVotes {
   std::size_t bin(int a, int row) const {
     return static_cast<std::size_t>(a) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
   }
-  static constexpr std::size_t block = 64;
+  static constexpr std::size_t kBlock = 64;
   int rows_;
   std::vector<int> votes_;
   std::vector<std::uint8_t> dead_;

@@ -17,16 +17,16 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int title_bar = 74;          // pixels
-constexpr double shortest_wall = 0.6;  ///< m; shorter walls get no length label
+constexpr int kTitleBar = 74;          // pixels
+constexpr double kShortestWall = 0.6;  ///< m; shorter walls get no length label
 
-const Colour ink{32, 38, 46};
-const Colour faint{110, 119, 129};
-const Colour paper{255, 255, 255};
-const Colour rule{208, 215, 222};
-const Colour hatch_colour{196, 203, 211};
-const Colour grid_colour{236, 239, 242};
-const Colour axis_x{207, 34, 46}, axis_y{26, 127, 55};
+const Colour kInk{32, 38, 46};
+const Colour kFaint{110, 119, 129};
+const Colour kPaper{255, 255, 255};
+const Colour kRule{208, 215, 222};
+const Colour kHatchColour{196, 203, 211};
+const Colour kGridColour{236, 239, 242};
+const Colour kAxisX{207, 34, 46}, axis_y{26, 127, 55};
 
 /// In drawing order.
 struct Layer {
@@ -34,7 +34,7 @@ struct Layer {
   const char* legend;
   Colour colour;
 };
-constexpr Layer layers[] = {
+constexpr Layer kLayers[] = {
     {EntityLabel::free_space, "free space of a door", {203, 236, 208}},
     {EntityLabel::stairs, "stairs", {130, 154, 196}},
     {EntityLabel::unknown, "unknown (solid)", {201, 178, 150}},
@@ -43,23 +43,23 @@ constexpr Layer layers[] = {
     {EntityLabel::door, "door", {214, 137, 16}},
     {EntityLabel::pillar, "pillar", {120, 80, 130}},
 };
-const Colour virtual_colour{163, 113, 247};
+const Colour kVirtualColour{163, 113, 247};
 
-class Painter {
+class PlanRenderer {
  public:
-  Painter(const MainPart& shown, const ModelPlan& plan, const Eigen::AlignedBox2d& view)
+  PlanRenderer(const MainPart& shown, const ModelPlan& plan, const Eigen::AlignedBox2d& view)
       : model_(shown.model),
         plan_(plan),
         view_(view),
         left_out_(shown.left_out),
-        canvas_(plan.width, view, title_bar, PlanLegend::height),
+        canvas_(plan.width, view, kTitleBar, PlanLegend::kHeight),
         labels_(canvas_) {}
 
   bool paint(const std::string& path) {
     paint_unobserved();
     paint_floors();
     paint_meshes();
-    for (const Layer& layer : layers) paint_layer(layer);
+    for (const Layer& layer : kLayers) paint_layer(layer);
     paint_virtual();
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && entity.hinge) paint_swing(entity);
@@ -93,8 +93,8 @@ class Painter {
     canvas_.fill(
         {{whole.min(), {whole.max().x(), whole.min().y()}, whole.max(), {whole.min().x(), whole.max().y()}}},
         {247, 248, 250}, 1);
-    hatch(whole, hatch_colour, 13);
-    legend_.add({"not observed", hatch_colour, LegendEntry::Mark::area});
+    hatch(whole, kHatchColour, 13);
+    legend_.add({"not observed", kHatchColour, LegendEntry::Mark::area});
   }
 
   void paint_floors() {
@@ -104,8 +104,8 @@ class Painter {
     }
     if (floors.empty()) return;
     // Only its outer half remains: borders between pieces of a floor are not drawn.
-    for (const Outline& floor : floors) canvas_.line(Points(floor.begin(), floor.end()), rule, 2, true);
-    canvas_.fill(floors, paper, 1);
+    for (const Outline& floor : floors) canvas_.line(Points(floor.begin(), floor.end()), kRule, 2, true);
+    canvas_.fill(floors, kPaper, 1);
     for (const Outline& floor : floors) {
       Eigen::AlignedBox2d box;
       for (const Eigen::Vector2d& p : floor) box.extend(p);
@@ -114,11 +114,11 @@ class Painter {
       for (int axis = 0; axis < 2; ++axis) {
         for (double at = std::ceil(box.min()[axis]); at <= box.max()[axis]; at += 1) {
           if (const auto piece = chord(edge, axis, at))
-            canvas_.line({piece->first, piece->second}, grid_colour, 1);
+            canvas_.line({piece->first, piece->second}, kGridColour, 1);
         }
       }
     }
-    legend_.add({"floor (grid 1 m)", rule, LegendEntry::Mark::line});
+    legend_.add({"floor (grid 1 m)", kRule, LegendEntry::Mark::line});
   }
 
   void paint_meshes() {
@@ -136,7 +136,7 @@ class Painter {
       }
     }
     if (triangles.empty()) return;
-    canvas_.fill(triangles, layers[2].colour, 0.8);
+    canvas_.fill(triangles, kLayers[2].colour, 0.8);
   }
 
   void paint_layer(const Layer& layer) {
@@ -150,7 +150,7 @@ class Painter {
     if (outlines.empty() && !mesh) return;
     const double opacity = layer.label == EntityLabel::free_space ? 0.7 : 1;
     canvas_.fill(outlines, layer.colour, opacity);
-    if (!faint_ones.empty()) canvas_.fill(faint_ones, paper, 0.55);
+    if (!faint_ones.empty()) canvas_.fill(faint_ones, kPaper, 0.55);
     const Colour edge{static_cast<std::uint8_t>(layer.colour.red * 2 / 3),
                       static_cast<std::uint8_t>(layer.colour.green * 2 / 3),
                       static_cast<std::uint8_t>(layer.colour.blue * 2 / 3)};
@@ -164,9 +164,9 @@ class Painter {
       if (in_plan(entity) && entity.is_virtual) outlines.push_back(outline_of(entity));
     }
     if (outlines.empty()) return;
-    canvas_.fill(outlines, virtual_colour, 0.8);
-    for (const Outline& outline : outlines) canvas_.line(outline, virtual_colour, 1.5, true);
-    legend_.add({"virtual wall", virtual_colour, LegendEntry::Mark::area});
+    canvas_.fill(outlines, kVirtualColour, 0.8);
+    for (const Outline& outline : outlines) canvas_.line(outline, kVirtualColour, 1.5, true);
+    legend_.add({"virtual wall", kVirtualColour, LegendEntry::Mark::area});
   }
 
   /// The arc of a door's free edge between the limits of its hinge.
@@ -181,10 +181,10 @@ class Painter {
       const Eigen::Vector2d tip = hinge.axis + Eigen::Rotation2Dd(angle) * Eigen::Vector2d(side * leaf, 0);
       arc.push_back((door.T_map_body * Eigen::Vector3d(tip.x(), tip.y(), 0)).head<2>());
     }
-    canvas_.line(arc, layers[5].colour, 1.2);
+    canvas_.line(arc, kLayers[5].colour, 1.2);
     const Eigen::Vector2d axis =
         (door.T_map_body * Eigen::Vector3d(hinge.axis.x(), hinge.axis.y(), 0)).head<2>();
-    canvas_.line({axis, arc.back()}, layers[5].colour, 1.2);
+    canvas_.line({axis, arc.back()}, kLayers[5].colour, 1.2);
   }
 
   void write_dimensions() {
@@ -200,18 +200,18 @@ class Painter {
     write_stairs();
     std::vector<const ModelEntity*> walls;
     for (const ModelEntity& entity : model_.entities) {
-      if (in_plan(entity) && entity.label == EntityLabel::wall && entity.size.x() >= shortest_wall)
+      if (in_plan(entity) && entity.label == EntityLabel::wall && entity.size.x() >= kShortestWall)
         walls.push_back(&entity);
     }
     std::stable_sort(walls.begin(), walls.end(),
                      [](const auto* a, const auto* b) { return a->size.x() > b->size.x(); });
     for (const ModelEntity* wall : walls) {
       if (walls.size() > 60 && wall->size.x() * canvas_.pixels_per_metre() < 60) break;
-      labels_.beside(*wall, length_text(wall->size.x()), 12, wall->is_virtual ? virtual_colour : ink);
+      labels_.beside(*wall, length_text(wall->size.x()), 12, wall->is_virtual ? kVirtualColour : kInk);
     }
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))
-        labels_.beside(entity, entity.name, 11, faint);
+        labels_.beside(entity, entity.name, 11, kFaint);
     }
   }
 
@@ -231,8 +231,8 @@ class Painter {
       if ((to - from).norm() > 0.1) {
         const Eigen::Vector2d along = (to - from).normalized() * (9 / canvas_.pixels_per_metre());
         const Eigen::Vector2d across(-along.y(), along.x());
-        canvas_.line({from, to}, paper, 2.2);
-        canvas_.fill({{to + along, to - along + across * 0.8, to - along - across * 0.8}}, paper, 1);
+        canvas_.line({from, to}, kPaper, 2.2);
+        canvas_.fill({{to + along, to - along + across * 0.8, to - along - across * 0.8}}, kPaper, 1);
       }
       std::string words =
           name + "  " + std::to_string(steps.size()) + (steps.size() == 1 ? " step" : " steps");
@@ -246,7 +246,7 @@ class Painter {
 
   /// In the title bar, where they hide nothing.
   void paint_axes() {
-    const Eigen::Vector2d from(canvas_.width() - 76, title_bar - 14);
+    const Eigen::Vector2d from(canvas_.width() - 76, kTitleBar - 14);
     const auto arrow = [&](const Eigen::Vector2d& along, Colour colour, const char* name) {
       const Eigen::Vector2d to = from + 34 * along, across(-along.y(), along.x());
       canvas_.pixel_line(from, to, colour, 2.5);
@@ -255,16 +255,16 @@ class Painter {
       const Eigen::Vector2d at = to + 10 * along;
       canvas_.text({at.x() - 4, at.y() + 5}, name, 12, colour);
     };
-    arrow({1, 0}, axis_x, "x");
+    arrow({1, 0}, kAxisX, "x");
     arrow({0, -1}, axis_y, "y");
-    canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, faint);
+    canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, kFaint);
   }
 
   void paint_title() {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), title_bar)}, paper);
-    canvas_.pixel_line({0, title_bar}, {double(canvas_.width()), title_bar}, rule, 1);
-    canvas_.text({24, 36}, plan_.title, 20, ink);
-    canvas_.text({24, 62}, plan_.subtitle + (left_out_.empty() ? "" : "; " + left_out_), 12, faint);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitleBar)}, kPaper);
+    canvas_.pixel_line({0, kTitleBar}, {double(canvas_.width()), kTitleBar}, kRule, 1);
+    canvas_.text({24, 36}, plan_.title, 20, kInk);
+    canvas_.text({24, 62}, plan_.subtitle + (left_out_.empty() ? "" : "; " + left_out_), 12, kFaint);
   }
 
   const SemanticModel& model_;
@@ -286,7 +286,7 @@ Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const 
   if (view.isEmpty()) return Error{"plan: the model has nothing to draw"};
   if (!view.min().allFinite() || !view.max().allFinite())
     return Error{"plan: the model's coordinates are not finite"};
-  if (!Painter(shown, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
+  if (!PlanRenderer(shown, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
   return {};
 }
 

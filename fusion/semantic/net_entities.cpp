@@ -125,8 +125,8 @@ std::string Entities::add_piece(const WallCandidate& wall, const CandidateLabel&
   ModelEntity& piece = add(
       name, label, as, Transform<Map, Body>::planar(centre.x(), centre.y(), wall.yaw(), 0.5 * (low + high)),
       {to - from, std::clamp(wall.thickness, kThinnest, 0.10), high - low});
-  const WallRaster::Shares seen = wall.raster.shares(static_cast<int>(from / wall.raster.column),
-                                                     static_cast<int>(to / wall.raster.column), low, high);
+  const WallRaster::Fractions seen = wall.raster.fractions(
+      static_cast<int>(from / wall.raster.column), static_cast<int>(to / wall.raster.column), low, high);
   piece.observed = std::clamp(seen.on + seen.behind + seen.through, 0.0, 1.0);
   return name;
 }
@@ -179,7 +179,7 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
 void Entities::add_wall(std::size_t w) {
   const WallCandidate& wall = candidates_.walls.walls[w];
   const CandidateLabel& label = labelling_.walls[w];
-  const bool round = wall.curve != no_curve;
+  const bool round = wall.curve != kNoCurve;
   if (round && round_.count(wall.curve) == 0) round_[wall.curve] = {numbered("wall"), 0};
   const std::string name = round ? round_[wall.curve].first : numbered("wall");
   const double top = top_of(candidates_, labelling_, w);

@@ -22,7 +22,7 @@ struct Kind {
   Colour colour;
   bool directed;
 };
-constexpr Kind kinds[] = {
+constexpr Kind kKinds[] = {
     {RelationKind::parallel, "parallel", {150, 160, 172}, false},
     {RelationKind::orthogonal, "orthogonal", {191, 160, 106}, false},
     {RelationKind::equal_height, "equal height", {140, 190, 160}, false},
@@ -33,7 +33,7 @@ constexpr Kind kinds[] = {
 };
 
 const Kind& kind_of(RelationKind kind) {
-  return *std::find_if(std::begin(kinds), std::end(kinds), [&](const Kind& k) { return k.kind == kind; });
+  return *std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return k.kind == kind; });
 }
 
 Colour colour_of(EntityLabel label) {
@@ -83,13 +83,13 @@ std::string formatted(const char* format, Values... values) {
 class Drawing {
  public:
   Drawing(const SemanticNet& net, const Eigen::AlignedBox2d& view, const std::string& left_out)
-      : net_(net), canvas_(2000, view, kTitle, PlanLegend::height), left_out_(left_out) {
+      : net_(net), canvas_(2000, view, kTitle, PlanLegend::kHeight), left_out_(left_out) {
     for (const ModelEntity& entity : net.entities) place(entity);
   }
 
   bool write(const std::string& path) {
     outlines();
-    for (const Kind& kind : kinds) edges(kind);
+    for (const Kind& kind : kKinds) edges(kind);
     for (const ModelEntity& entity : net_.entities) node(entity);
     words();
     canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitle)}, {255, 255, 255});
@@ -141,7 +141,7 @@ class Drawing {
       any = true;
       const Eigen::Vector2d along = (to->second - from->second).normalized(), across(-along.y(), along.x());
       // Offset by kind, so that two relations of one pair are two lines.
-      const Eigen::Vector2d shift = 2.5 * (static_cast<double>(&kind - kinds) - 3) * across;
+      const Eigen::Vector2d shift = 2.5 * (static_cast<double>(&kind - kKinds) - 3) * across;
       const Eigen::Vector2d a = from->second + shift, b = to->second + shift;
       canvas_.pixel_line(a, b, kind.colour, kind.directed ? 2 : 1);
       if (kind.directed) {
@@ -166,17 +166,17 @@ class Drawing {
   bool write_free(const Eigen::Vector2d& middle, const std::string& words, double size, Colour colour) {
     const Eigen::Vector2d half(canvas_.text_width(words, size) / 2 + 2, size / 2 + 3);
     const Eigen::AlignedBox2d box(middle - half, middle + half);
-    const bool clear =
-        std::none_of(words_.begin(), words_.end(), [&](const auto& other) { return other.intersects(box); });
+    const bool clear = std::none_of(label_boxes_.begin(), label_boxes_.end(),
+                                    [&](const auto& other) { return other.intersects(box); });
     if (!clear || !on_plan(box.min()) || !on_plan(box.max())) return false;
-    words_.push_back(box);
+    label_boxes_.push_back(box);
     canvas_.text({box.min().x() + 2, middle.y() + size / 2}, words, size, colour, true);
     return true;
   }
 
   void words() {
     for (const auto& [name, p] : nodes_)
-      words_.emplace_back(Eigen::Vector2d(p.array() - 9), Eigen::Vector2d(p.array() + 9));
+      label_boxes_.emplace_back(Eigen::Vector2d(p.array() - 9), Eigen::Vector2d(p.array() + 9));
     for (const ModelEntity& entity : net_.entities) {
       const std::string text = entity.name + formatted(" %.2f", entity.confidence);
       const Eigen::Vector2d& p = nodes_[entity.name];
@@ -200,7 +200,7 @@ class Drawing {
   PlanLegend legend_;
   std::map<std::string, Eigen::Vector2d> nodes_;  ///< pixels
   std::vector<Middle> middles_;
-  std::vector<Eigen::AlignedBox2d> words_;
+  std::vector<Eigen::AlignedBox2d> label_boxes_;
   std::set<EntityLabel> shown_;
 };
 

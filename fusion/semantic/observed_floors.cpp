@@ -11,14 +11,14 @@ namespace {
 
 constexpr double kSomePieces = 100;  ///< of one floor, plus one per kPerPiece; more are reduced by
 constexpr double kPerPiece = 10;     ///< larger cells; m^2
-constexpr double kMostCells = 4e6;
-constexpr double kLeastPiece = 0.1;  ///< m^2; next to steps a tenth of it
-constexpr double kMostHole = 0.5;    ///< m^2, unobserved part of a piece
-constexpr long kFreeCells = 8;       ///< of a piece that lie in steps or were looked through
-constexpr double kHeadroom = 1.9;    ///< m, minimum height of a floor above a step
-constexpr double kFlush = 0.05;      ///< m, height difference of a floor and a step at its edge
-constexpr int kUnder = 4;            ///< cubes (0.4 m) below a floor: scans bend by less
-constexpr int kFiner = 4;            ///< subdivision of a cell where a floor ends at steps
+constexpr double kMaxCells = 4e6;
+constexpr double kMinPiece = 0.1;  ///< m^2; next to steps a tenth of it
+constexpr double kMaxHole = 0.5;   ///< m^2, unobserved part of a piece
+constexpr long kFreeCells = 8;     ///< of a piece that lie in steps or were looked through
+constexpr double kHeadroom = 1.9;  ///< m, minimum height of a floor above a step
+constexpr double kFlush = 0.05;    ///< m, height difference of a floor and a step at its edge
+constexpr int kUnder = 4;          ///< cubes (0.4 m) below a floor: scans bend by less
+constexpr int kFiner = 4;          ///< subdivision of a cell where a floor ends at steps
 
 /// Whether the floor's surface at `p` or the air just over it was observed.
 bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
@@ -125,7 +125,7 @@ CellGrid finer(const CellGrid& grid) {
 void end_at_steps(const EvidenceGrid& evidence, const ModelEntity& floor,
                   const std::vector<const ModelEntity*>& steps, CellGrid& grid) {
   const double coarse = grid.resolution;
-  if (16.0 * static_cast<double>(grid.cells.size()) < kMostCells) grid = finer(grid);
+  if (16.0 * static_cast<double>(grid.cells.size()) < kMaxCells) grid = finer(grid);
   const auto place = [&](double x, double y) {
     const Eigen::Vector2d p = grid.origin + grid.resolution * Eigen::Vector2d(x, y);
     return Eigen::Vector3d(floor.T_map_body * Eigen::Vector3d(p.x(), p.y(), floor.size.z() / 2));
@@ -152,7 +152,7 @@ void end_at_steps(const EvidenceGrid& evidence, const ModelEntity& floor,
 }
 
 /// Box of an upright entity.
-double share_of(const CellGrid& grid, const PlanBox& box) {
+double fraction_of(const CellGrid& grid, const PlanBox& box) {
   const double c = std::abs(std::cos(box.yaw)), d = std::abs(std::sin(box.yaw));
   const Eigen::Vector2d half =
       0.5 * Eigen::Vector2d(c * box.length + d * box.thickness, d * box.length + c * box.thickness);
@@ -171,9 +171,9 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
                                    const std::vector<const ModelEntity*>& steps) {
   CellGrid grid;
   std::vector<PlanBox> boxes;
-  const double least = steps.empty() ? kLeastPiece : kLeastPiece / 10;
+  const double min_area = steps.empty() ? kMinPiece : kMinPiece / 10;
   double cell = 2 * evidence.cube();
-  while (floor.size.x() * floor.size.y() / (cell * cell) > kMostCells) cell *= 2;
+  while (floor.size.x() * floor.size.y() / (cell * cell) > kMaxCells) cell *= 2;
   for (;; cell *= 2) {
     grid = cells_of(evidence, floor, cell);
     close_gaps(grid);
@@ -181,10 +181,10 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
     CellMask mask(grid.cells.size());
     std::transform(grid.cells.begin(), grid.cells.end(), mask.begin(),
                    [](Cell c) { return c == Cell::occupied ? std::uint8_t{1} : std::uint8_t{0}; });
-    const CoverLimits limits{static_cast<long>(kMostHole / std::pow(grid.resolution, 2)), kFreeCells};
+    const CoverLimits limits{static_cast<long>(kMaxHole / std::pow(grid.resolution, 2)), kFreeCells};
     boxes = cover_with_blocks(grid, mask, limits);
     std::erase_if(boxes, [&](const PlanBox& b) {
-      return b.length * b.thickness * std::pow(grid.resolution, 2) < least;
+      return b.length * b.thickness * std::pow(grid.resolution, 2) < min_area;
     });
     if (static_cast<double>(boxes.size()) <= kSomePieces + floor.size.x() * floor.size.y() / kPerPiece) break;
   }
@@ -197,7 +197,7 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
     const Eigen::Vector2d centre = grid.origin + grid.resolution * box.centre;
     piece.T_map_body = floor.T_map_body * Transform<Body, Body>::planar(centre.x(), centre.y(), box.yaw, 0);
     piece.size = {grid.resolution * box.length, grid.resolution * box.thickness, floor.size.z()};
-    piece.observed = share_of(grid, box);
+    piece.observed = fraction_of(grid, box);
     if (!pieces.empty()) {
       piece.name = floor.name + "." + std::to_string(pieces.size() + 1);
       piece.part_of = floor.name;

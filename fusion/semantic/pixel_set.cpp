@@ -55,7 +55,7 @@ int LayerImage::count_along(std::size_t i) const {
   return std::popcount(at[-1] | at[0] | at[1]);
 }
 
-void threshold_ridges(const LayerImage& image, int layers, int reach, double share, PixelSet& result) {
+void threshold_ridges(const LayerImage& image, int layers, int reach, double fraction, PixelSet& result) {
   result.reset(image.width(), image.height());
   const auto width = static_cast<std::size_t>(image.width());
   for (const std::uint32_t i : image.touched()) {
@@ -63,12 +63,12 @@ void threshold_ridges(const LayerImage& image, int layers, int reach, double sha
     if (count < layers) continue;
     const int row = static_cast<int>(i / width);
     const int first = std::max(1, row - reach), last = std::min(image.height() - 2, row + reach);
-    int most = 0;
+    int max_layers = 0;
     for (int y = first; y <= last; ++y) {
       const std::size_t at = i + (static_cast<std::size_t>(y) - static_cast<std::size_t>(row)) * width;
-      if (image.layers(at) != 0) most = std::max(most, image.count_along(at));
+      if (image.layers(at) != 0) max_layers = std::max(max_layers, image.count_along(at));
     }
-    if (count >= share * most) result.add(i);
+    if (count >= fraction * max_layers) result.add(i);
   }
   result.sort();
 }

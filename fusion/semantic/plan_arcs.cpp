@@ -11,17 +11,17 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kLargest = 100;        ///< m, a radius
-constexpr double kApart = 1.0;          ///< m, maximum gap between neighbouring lines of an arc
-constexpr double kLeastTurn = 0.07;     ///< rad, minimum between them: less is one line seen twice
-constexpr double kMostTurn = 1.05;      ///< rad
-constexpr double kLayers = 0.2;         ///< m, across: imperfectly aligned scans show one wall in layers
-constexpr double kGap = 0.5;            ///< m along, as between the pieces of a line
-constexpr double kLeastSagitta = 0.15;  ///< m: a flatter arc is a wall that is not quite straight
-constexpr double kBin = 0.1;            ///< m along
-constexpr double kCovered = 0.6;        ///< minimum fraction of bins
-constexpr double kReplaced = 0.7;       ///< minimum fraction of a line that runs along the arc
-constexpr double kLeastSpread = 0.005;  ///< m, minimum standard deviation of the points
+constexpr double kLargest = 100;      ///< m, a radius
+constexpr double kApart = 1.0;        ///< m, maximum gap between neighbouring lines of an arc
+constexpr double kMinTurn = 0.07;     ///< rad, minimum between them: less is one line seen twice
+constexpr double kMaxTurn = 1.05;     ///< rad
+constexpr double kLayers = 0.2;       ///< m, across: imperfectly aligned scans show one wall in layers
+constexpr double kGap = 0.5;          ///< m along, as between the pieces of a line
+constexpr double kMinSagitta = 0.15;  ///< m: a flatter arc is a wall that is not quite straight
+constexpr double kBin = 0.1;          ///< m along
+constexpr double kCovered = 0.6;      ///< minimum fraction of bins
+constexpr double kReplaced = 0.7;     ///< minimum fraction of a line that runs along the arc
+constexpr double kMinSpread = 0.005;  ///< m, minimum standard deviation of the points
 
 struct Hit {
   double along, across, weight;
@@ -34,7 +34,7 @@ Eigen::Vector2d middle_of(const PlanLine& line) { return line.p + 0.5 * (line.lo
 std::optional<PlanArc> through(const PlanLine& a, const PlanLine& b, double smallest) {
   const Eigen::Vector2d normal_a(-a.d.y(), a.d.x()), p = middle_of(a), q = middle_of(b);
   const double sine = normal_a.dot(b.d);
-  if (std::abs(sine) < std::sin(kLeastTurn) || std::abs(sine) > std::sin(kMostTurn)) return std::nullopt;
+  if (std::abs(sine) < std::sin(kMinTurn) || std::abs(sine) > std::sin(kMaxTurn)) return std::nullopt;
   if (std::abs(a.d.dot(b.d)) < 0.4) return std::nullopt;
   // (p + t n_a - q) is orthogonal to b.d
   const double t = (q - p).dot(b.d) / sine;
@@ -117,8 +117,9 @@ class ArcFitter {
  private:
   bool refine(PlanArc& arc, double smallest, double band) const {
     for (int round = 0; round < 12; ++round) {
-      const double reach = 1.0, half_turn = std::numbers::pi * arc.radius;
-      const double low = std::max(arc.low - reach, -half_turn), high = std::min(arc.high + reach, half_turn);
+      const double kReach = 1.0, half_turn = std::numbers::pi * arc.radius;
+      const double low = std::max(arc.low - kReach, -half_turn),
+                   high = std::min(arc.high + kReach, half_turn);
       const std::vector<Hit> hits = gather(arc, low, high, band);
       if (!grow(arc, hits) || !fit(arc, hits, band)) return false;
       if (arc.radius < smallest || arc.radius > kLargest) return false;
@@ -210,7 +211,7 @@ bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const s
   Explained round, straight;
   for (const auto& [index, bin] : bins) {
     const double mean = bin.across / bin.weight;
-    const double spread = std::max(bin.squares / bin.weight - mean * mean, kLeastSpread * kLeastSpread);
+    const double spread = std::max(bin.squares / bin.weight - mean * mean, kMinSpread * kMinSpread);
     double nearest = kLayers;
     for (const PlanLine& line : lines) {
       const Eigen::Vector2d p = bin.p / bin.weight;
@@ -240,8 +241,8 @@ std::vector<Pair> neighbours(const std::vector<PlanLine>& lines) {
   std::vector<Pair> pairs;
   for (std::size_t a = 0; a < lines.size(); ++a) {
     for (std::size_t b = a + 1; b < lines.size(); ++b) {
-      const double reach = lines[a].high - lines[a].low + lines[b].high - lines[b].low + kApart;
-      if ((middle_of(lines[a]) - middle_of(lines[b])).norm() > reach) continue;
+      const double kReach = lines[a].high - lines[a].low + lines[b].high - lines[b].low + kApart;
+      if ((middle_of(lines[a]) - middle_of(lines[b])).norm() > kReach) continue;
       if (apart(lines[a], lines[b]) < kApart) pairs.push_back({lines[a].weight + lines[b].weight, a, b});
     }
   }
@@ -262,7 +263,7 @@ std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double m
   for (const Pair& pair : neighbours(lines)) {
     if (replaced[pair.a] || replaced[pair.b]) continue;
     auto arc = through(lines[pair.a], lines[pair.b], smallest);
-    if (!arc || !fitter.refine(*arc, smallest) || sagitta(*arc) < kLeastSagitta) continue;
+    if (!arc || !fitter.refine(*arc, smallest) || sagitta(*arc) < kMinSagitta) continue;
     std::vector<PlanLine> along;
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < lines.size(); ++i) {

@@ -7,7 +7,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
 /// Order of keys is the order of (y, x).
 std::uint64_t key_of(int x, int y) {
@@ -18,18 +18,18 @@ std::uint64_t key_of(int x, int y) {
 /// Gives each point the number of its block, in the order of first appearance.
 std::vector<std::uint32_t> number_blocks(std::span<const Eigen::Vector3f> points, double side,
                                          std::vector<PlanBlocks::Block>& blocks) {
-  std::vector<std::uint32_t> number(points.size(), nowhere);
+  std::vector<std::uint32_t> number(points.size(), kNowhere);
   std::unordered_map<std::uint64_t, std::uint32_t> known;
   const double per_metre = 1 / side;
   std::uint64_t last_key = 0;
-  std::uint32_t last = nowhere;
+  std::uint32_t last = kNowhere;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = points[i].x(), y = points[i].y();
-    if (!(std::abs(x) <= PlanBlocks::reach && std::abs(y) <= PlanBlocks::reach)) continue;
+    if (!(std::abs(x) <= PlanBlocks::kReach && std::abs(y) <= PlanBlocks::kReach)) continue;
     const int bx = static_cast<int>(std::floor(x * per_metre));
     const int by = static_cast<int>(std::floor(y * per_metre));
     const std::uint64_t key = key_of(bx, by);
-    if (last == nowhere || key != last_key) {
+    if (last == kNowhere || key != last_key) {
       const auto [it, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(blocks.size()));
       if (is_new) blocks.push_back({bx, by, 0, 0});
       last = it->second;
@@ -62,7 +62,7 @@ PlanBlocks::PlanBlocks(std::span<const Eigen::Vector3f> points, double side) : s
   sorted_.resize(at);
   order_.resize(at);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (number[i] == nowhere) continue;
+    if (number[i] == kNowhere) continue;
     const std::uint32_t to = next[number[i]]++;
     sorted_[to] = points[i];
     order_[to] = static_cast<std::uint32_t>(i);

@@ -22,7 +22,7 @@ class PlanBlocks {
   /// Blocks with sides of `side` metres (> 0), aligned with the origin. Points beyond `reach` are ignored.
   PlanBlocks(std::span<const Eigen::Vector3f> points, double side);
 
-  static constexpr double reach = 1e7;  ///< m in x and y; a float's step there is 1 m
+  static constexpr double kReach = 1e7;  ///< m in x and y; a float's step there is 1 m
 
   double side() const { return side_; }
   const std::vector<Block>& blocks() const { return blocks_; }  ///< by y, then x

@@ -7,7 +7,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double gap = 6;  ///< pixels between an object and its label
+constexpr double kGap = 6;  ///< pixels between an object and its label
 
 }  // namespace
 
@@ -27,7 +27,8 @@ double PlanLabels::cost(const Eigen::AlignedBox2d& box) const {
   const Eigen::AlignedBox2d axes(Eigen::Vector2d(0, canvas_.plan_bottom() - 125),
                                  Eigen::Vector2d(135, canvas_.plan_bottom()));
   if (!plan.contains(box) || axes.intersects(box)) return never;
-  if (std::any_of(words_.begin(), words_.end(), [&](const auto& other) { return other.intersects(box); }))
+  if (std::any_of(label_boxes_.begin(), label_boxes_.end(),
+                  [&](const auto& other) { return other.intersects(box); }))
     return never;
   return static_cast<double>(
       std::count_if(drawn_.begin(), drawn_.end(), [&](const auto& p) { return box.contains(p); }));
@@ -50,7 +51,7 @@ void PlanLabels::beside(const ModelEntity& entity, const std::string& words, dou
         const Eigen::Vector2d outward = (edge - at(0)).normalized();
         // Far enough out for the label's box to clear the side.
         const double reach =
-            std::abs(outward.x()) * half.x() + std::abs(outward.y()) * half.y() + gap + extra;
+            std::abs(outward.x()) * half.x() + std::abs(outward.y()) * half.y() + kGap + extra;
         const Eigen::Vector2d middle = edge + outward * reach;
         const Eigen::AlignedBox2d box(middle - half, middle + half);
         const double value = cost(box) + 0.15 * rank++;
@@ -62,7 +63,7 @@ void PlanLabels::beside(const ModelEntity& entity, const std::string& words, dou
     }
   }
   if (!std::isfinite(best) || best > 12) return;
-  words_.push_back(place);
+  label_boxes_.push_back(place);
   canvas_.text({place.min().x() + 2, place.center().y() + size / 2}, words, size, colour, true);
 }
 

@@ -23,8 +23,8 @@ class PlanLabels {
   double cost(const Eigen::AlignedBox2d& box) const;
 
   PlanCanvas& canvas_;
-  std::vector<Eigen::AlignedBox2d> words_;  ///< pixels
-  std::vector<Eigen::Vector2d> drawn_;      ///< pixels, points that labels avoid
+  std::vector<Eigen::AlignedBox2d> label_boxes_;  ///< pixels
+  std::vector<Eigen::Vector2d> drawn_;            ///< pixels, points that labels avoid
 };
 
 }  // namespace parhelion::semantic

@@ -6,13 +6,13 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int most_rows = 2;
-constexpr double edge = 8;  // pixels above the first row and below the last
-constexpr double largest_text = 16, smallest_text = 6;
+constexpr int kMaxRows = 2;
+constexpr double kEdge = 8;  // pixels above the first row and below the last
+constexpr double kLargestText = 16, smallest_text = 6;
 
-const Colour ink{32, 38, 46};
-const Colour paper{255, 255, 255};
-const Colour rule{208, 215, 222};
+const Colour kInk{32, 38, 46};
+const Colour kPaper{255, 255, 255};
+const Colour kRule{208, 215, 222};
 
 /// Scale bar of a round number of metres, about a tenth of the width; returns its end.
 double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
@@ -20,13 +20,13 @@ double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
   const double power = std::pow(10, std::floor(std::log10(wanted)));
   const double metres = wanted / power >= 5 ? 5 * power : wanted / power >= 2 ? 2 * power : power;
   const double end = x + metres * canvas.pixels_per_metre();
-  canvas.pixel_line({x, y + 8}, {end, y + 8}, ink, 2);
-  canvas.pixel_line({x, y + 3}, {x, y + 13}, ink, 2);
-  canvas.pixel_line({end, y + 3}, {end, y + 13}, ink, 2);
+  canvas.pixel_line({x, y + 8}, {end, y + 8}, kInk, 2);
+  canvas.pixel_line({x, y + 3}, {x, y + 13}, kInk, 2);
+  canvas.pixel_line({end, y + 3}, {end, y + 13}, kInk, 2);
   char label[32];
   std::snprintf(label, sizeof label, "%g m", metres);
   const double width = canvas.text_width(label, 12);
-  canvas.text({(x + end - width) / 2, y - 4}, label, 12, ink);
+  canvas.text({(x + end - width) / 2, y - 4}, label, 12, kInk);
   return std::max(end, (x + end + width) / 2);
 }
 
@@ -34,17 +34,17 @@ double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
 
 void PlanLegend::paint(PlanCanvas& canvas) const {
   const double top = canvas.plan_bottom();
-  canvas.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas.width(), canvas.height())}, paper);
-  canvas.pixel_line({0, top}, {double(canvas.width()), top}, rule, 1);
-  const double left = paint_scale_bar(canvas, 24, top + height / 2.0) + 44;
+  canvas.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas.width(), canvas.height())}, kPaper);
+  canvas.pixel_line({0, top}, {double(canvas.width()), top}, kRule, 1);
+  const double left = paint_scale_bar(canvas, 24, top + kHeight / 2.0) + 44;
   if (entries_.empty()) return;
-  double size = largest_text;
+  double size = kLargestText;
   auto at = places(canvas, left, size);
-  for (; size > smallest_text && at.back().row >= most_rows; size -= 0.5)
+  for (; size > smallest_text && at.back().row >= kMaxRows; size -= 0.5)
     at = places(canvas, left, size - 0.5);
-  const double row_height = (height - 2 * edge) / (at.back().row + 1);
+  const double row_height = (kHeight - 2 * kEdge) / (at.back().row + 1);
   for (std::size_t i = 0; i < entries_.size(); ++i) {
-    paint_entry(canvas, entries_[i], {at[i].x, top + edge + row_height * (at[i].row + 0.5)}, size);
+    paint_entry(canvas, entries_[i], {at[i].x, top + kEdge + row_height * (at[i].row + 0.5)}, size);
   }
 }
 
@@ -70,7 +70,7 @@ void PlanLegend::paint_entry(PlanCanvas& canvas, const LegendEntry& entry, const
   if (entry.mark == Mark::dot) canvas.pixel_disc({at.x() + 12, at.y()}, 4.5, entry.colour);
   if (entry.mark == Mark::line || entry.mark == Mark::body) stroke(1.5, 22.5, 3);
   if (entry.mark == Mark::body || entry.mark == Mark::area) stroke(6, 18, 12);
-  canvas.text({at.x() + 34, at.y() + size / 2}, entry.label, size, ink);
+  canvas.text({at.x() + 34, at.y() + size / 2}, entry.label, size, kInk);
 }
 
 }  // namespace parhelion::semantic

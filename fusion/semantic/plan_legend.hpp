@@ -17,7 +17,7 @@ struct LegendEntry {
 
 class PlanLegend {
  public:
-  static constexpr int height = 96;  ///< pixels
+  static constexpr int kHeight = 96;  ///< pixels
 
   void add(LegendEntry entry) { entries_.push_back(std::move(entry)); }
   void paint(PlanCanvas& canvas) const;

@@ -11,19 +11,19 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int title_bar = 74;  // pixels
+constexpr int kTitleBar = 74;  // pixels
 
-const Colour ink{32, 38, 46};
-const Colour faint{110, 119, 129};
-const Colour paper{255, 255, 255};
-const Colour rule{208, 215, 222};
-const Colour wall_colour{84, 105, 141};
-const Colour door_colour{191, 135, 0};
-const Colour virtual_wall_colour{163, 113, 247};
-const Colour agent_colour{251, 143, 68};
-const Colour robot_colour{45, 164, 78};
-const Colour real_colour{0, 158, 190};
-const Colour injected_colour{207, 34, 46};
+const Colour kInk{32, 38, 46};
+const Colour kFaint{110, 119, 129};
+const Colour kPaper{255, 255, 255};
+const Colour kRule{208, 215, 222};
+const Colour kWallColour{84, 105, 141};
+const Colour kDoorColour{191, 135, 0};
+const Colour kVirtualWallColour{163, 113, 247};
+const Colour kAgentColour{251, 143, 68};
+const Colour kRobotColour{45, 164, 78};
+const Colour kRealColour{0, 158, 190};
+const Colour kInjectedColour{207, 34, 46};
 
 Colour darker(Colour colour) {
   const auto half = [](std::uint8_t v) { return static_cast<std::uint8_t>(v / 2); };
@@ -92,10 +92,10 @@ Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
   return {view.min().array() - margin, view.max().array() + margin};
 }
 
-class PlanPainter {
+class PlanPictureRenderer {
  public:
-  PlanPainter(const PlanPicture& picture, const Eigen::AlignedBox2d& view)
-      : picture_(picture), canvas_(picture.width, view, title_bar, PlanLegend::height) {}
+  PlanPictureRenderer(const PlanPicture& picture, const Eigen::AlignedBox2d& view)
+      : picture_(picture), canvas_(picture.width, view, kTitleBar, PlanLegend::kHeight) {}
 
   bool paint(const std::string& path) {
     if (picture_.map != nullptr) paint_map();
@@ -128,7 +128,7 @@ class PlanPainter {
       const Eigen::Vector2d side = Eigen::Vector2d(-beam.y(), beam.x()) * half;
       rays.push_back({laser, p + side, p - side});
     }
-    canvas_.fill(rays, real_colour, 0.10);
+    canvas_.fill(rays, kRealColour, 0.10);
   }
 
   void paint_model() {
@@ -137,9 +137,9 @@ class PlanPainter {
       if (!is_upright_part(entity)) continue;
       layers[entity.is_virtual ? 2 : entity.label == EntityLabel::door ? 1 : 0].push_back(outline_of(entity));
     }
-    const LegendEntry kinds[] = {{"walls of the model", wall_colour, LegendEntry::Mark::area},
-                                 {"doors", door_colour, LegendEntry::Mark::area},
-                                 {"virtual walls", virtual_wall_colour, LegendEntry::Mark::area}};
+    const LegendEntry kinds[] = {{"walls of the model", kWallColour, LegendEntry::Mark::area},
+                                 {"doors", kDoorColour, LegendEntry::Mark::area},
+                                 {"virtual walls", kVirtualWallColour, LegendEntry::Mark::area}};
     for (const auto& [kind, outlines] : layers) {
       const LegendEntry& entry = kinds[kind];
       canvas_.fill(outlines, entry.colour, 0.55);
@@ -150,10 +150,10 @@ class PlanPainter {
 
   void paint_path(const PlanPath& path) {
     if (path.points.empty()) return;
-    canvas_.line(path.points, paper, 6);
+    canvas_.line(path.points, kPaper, 6);
     canvas_.line(path.points, path.colour, 3);
     canvas_.disc(path.points.front(), 7, path.colour);
-    canvas_.disc(path.points.front(), 3.5, paper);
+    canvas_.disc(path.points.front(), 3.5, kPaper);
     paint_arrow(path);
     const auto mark = path.entity.empty() ? LegendEntry::Mark::line : LegendEntry::Mark::body;
     if (!path.label.empty()) legend_.add({path.label, path.colour, mark});
@@ -181,7 +181,7 @@ class PlanPainter {
       const auto own = std::find_if(picture_.paths.begin(), picture_.paths.end(),
                                     [&](const PlanPath& path) { return path.entity == seen.body->entity; });
       const bool has_path = own != picture_.paths.end();
-      const Colour colour = has_path ? own->colour : real ? robot_colour : agent_colour;
+      const Colour colour = has_path ? own->colour : real ? kRobotColour : kAgentColour;
       Outline corners;
       for (const Shape& shape : seen.body->shapes) {
         for (const Eigen::Vector2d& p : outline_of(shape, seen.state->T_map_body)) corners.push_back(p);
@@ -193,18 +193,18 @@ class PlanPainter {
       Eigen::AlignedBox2d& extent = extents_[seen.body->entity];
       for (const Eigen::Vector2d& p : outline) extent.extend(canvas_.pixel(p));
     }
-    if (robots) legend_.add({"real robot", robot_colour, LegendEntry::Mark::area});
-    if (agents) legend_.add({"virtual agents", agent_colour, LegendEntry::Mark::area});
+    if (robots) legend_.add({"real robot", kRobotColour, LegendEntry::Mark::area});
+    if (agents) legend_.add({"virtual agents", kAgentColour, LegendEntry::Mark::area});
   }
 
   void paint_returns() {
-    for (const Eigen::Vector2d& p : picture_.scan->real) canvas_.disc(p, 2.2, real_colour);
-    for (const Eigen::Vector2d& p : picture_.scan->injected) canvas_.disc(p, 2.8, injected_colour);
-    canvas_.disc(picture_.scan->laser, 5, paper);
-    canvas_.disc(picture_.scan->laser, 3.5, real_colour);
-    legend_.add({"real returns", real_colour, LegendEntry::Mark::dot});
+    for (const Eigen::Vector2d& p : picture_.scan->real) canvas_.disc(p, 2.2, kRealColour);
+    for (const Eigen::Vector2d& p : picture_.scan->injected) canvas_.disc(p, 2.8, kInjectedColour);
+    canvas_.disc(picture_.scan->laser, 5, kPaper);
+    canvas_.disc(picture_.scan->laser, 3.5, kRealColour);
+    legend_.add({"real returns", kRealColour, LegendEntry::Mark::dot});
     if (!picture_.scan->injected.empty()) {
-      legend_.add({"virtual returns", injected_colour, LegendEntry::Mark::dot});
+      legend_.add({"virtual returns", kInjectedColour, LegendEntry::Mark::dot});
     }
   }
 
@@ -234,15 +234,15 @@ class PlanPainter {
       const auto* place = std::find_if(std::begin(places), std::end(places), is_free);
       if (place == std::end(places)) place = std::begin(places);
       taken.push_back(box_at(*place));
-      canvas_.text(*place, name, size, ink, true);
+      canvas_.text(*place, name, size, kInk, true);
     }
   }
 
   void paint_title() {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), title_bar)}, paper);
-    canvas_.pixel_line({0, title_bar}, {double(canvas_.width()), title_bar}, rule, 1);
-    canvas_.text({24, 36}, picture_.title, 20, ink);
-    canvas_.text({24, 62}, picture_.subtitle, 12, faint);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitleBar)}, kPaper);
+    canvas_.pixel_line({0, kTitleBar}, {double(canvas_.width()), kTitleBar}, kRule, 1);
+    canvas_.text({24, 36}, picture_.title, 20, kInk);
+    canvas_.text({24, 62}, picture_.subtitle, 12, kFaint);
   }
 
   const PlanPicture& picture_;
@@ -261,7 +261,7 @@ PlanScan plan_scan(const Scan& scan, const LaserDescription& laser, std::span<co
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const float range = scan.ranges[i];
     if (laser.convention.classify(range) != BeamKind::hit) continue;
-    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     const Eigen::Vector3d p =
         T_map_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
     const bool injected = i < beam_agent.size() && beam_agent[i] >= 0;
@@ -281,7 +281,7 @@ Status draw_plan(const PlanPicture& picture, const std::string& path) {
   if (!view.min().allFinite() || !view.max().allFinite())
     return Error{path + ": coordinates that are not finite"};
   try {
-    if (PlanPainter(picture, view).paint(path)) return {};
+    if (PlanPictureRenderer(picture, view).paint(path)) return {};
   } catch (const cv::Exception& fault) {
     return Error{path + ": the picture cannot be made: " + fault.err};
   }

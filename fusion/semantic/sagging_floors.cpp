@@ -10,12 +10,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kBeside = 0.6;         // m, maximum gap between two parts of one floor
-constexpr double kDeepest = 0.5;        // m: larger errors do not occur where a floor is seen at all
-constexpr double kSkin = 0.12;          // m, of points around a floor
-constexpr double kMargin = 0.2;         // m, around a floor's box
-constexpr std::size_t kFewest = 50;     // minimum number of points for the angular error
-constexpr std::size_t kMost = 500'000;  // maximum number of points used
+constexpr double kBeside = 0.6;              // m, maximum gap between two parts of one floor
+constexpr double kDeepest = 0.5;             // m: larger errors do not occur where a floor is seen at all
+constexpr double kSkin = 0.12;               // m, of points around a floor
+constexpr double kMargin = 0.2;              // m, around a floor's box
+constexpr std::size_t kFewest = 50;          // minimum number of points for the angular error
+constexpr std::size_t kMaxPoints = 500'000;  // maximum number of points used
 
 struct Floor {
   std::size_t entity = 0;
@@ -46,7 +46,7 @@ std::vector<Eigen::Vector2d> sights_of(const cloud::PointCloud<Map>& cloud, cons
   std::vector<Eigen::Vector2d> sights;
   const Eigen::AlignedBox2d plan((floor.plan.min().array() - kMargin).matrix(),
                                  (floor.plan.max().array() + kMargin).matrix());
-  const std::size_t stride = std::max<std::size_t>(1, cloud.size() / kMost);
+  const std::size_t stride = std::max<std::size_t>(1, cloud.size() / kMaxPoints);
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     if (cloud.labels[i] != static_cast<std::uint8_t>(EntityLabel::floor)) continue;
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
@@ -72,10 +72,10 @@ std::optional<double> angles_off(const std::vector<Eigen::Vector2d>& sights) {
 }
 
 /// Whether errors of that size explain the height of `lower` relative to the floor at `height`.
-bool sags(const cloud::PointCloud<Map>& cloud, const Floor& lower, double height, double most) {
+bool sags(const cloud::PointCloud<Map>& cloud, const Floor& lower, double height, double max_slope) {
   std::vector<double> off;
   for (const Eigen::Vector2d& sight : sights_of(cloud, lower, height)) off.push_back(sight.y() / sight.x());
-  return off.size() >= kFewest && quantile(off, 0.5) <= most;
+  return off.size() >= kFewest && quantile(off, 0.5) <= max_slope;
 }
 
 }  // namespace
@@ -90,12 +90,12 @@ std::size_t join_sagging_floors(const cloud::PointCloud<Map>& cloud, SemanticMod
     if (gone[floors[g].entity]) continue;
     ModelEntity& larger = model.entities[floors[g].entity];
     if (larger.T_map_body.rotation()(2, 2) < 1 - 1e-9) continue;
-    const auto most = angles_off(sights_of(cloud, floors[g], floors[g].top));
-    for (std::size_t h = g + 1; most && h < floors.size(); ++h) {
+    const auto max_slope = angles_off(sights_of(cloud, floors[g], floors[g].top));
+    for (std::size_t h = g + 1; max_slope && h < floors.size(); ++h) {
       const double below = floors[g].top - floors[h].top;
       if (gone[floors[h].entity] || below <= 0 || below > kDeepest) continue;
       if (floors[g].plan.exteriorDistance(floors[h].plan) > kBeside) continue;
-      if (!sags(cloud, floors[h], floors[g].top, *most)) continue;
+      if (!sags(cloud, floors[h], floors[g].top, *max_slope)) continue;
       gone[floors[h].entity] = true;
       floors[g].plan.extend(floors[h].plan);
       for (Relation& relation : model.relations) {

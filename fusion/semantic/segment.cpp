@@ -12,7 +12,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double tallest = 200;  // m; few buildings are taller; a room in millimetres is
+constexpr double kTallest = 200;  // m; few buildings are taller; a room in millimetres is
 
 std::string check_options(const SegmentationOptions& o) {
   const auto inside = [](double value, double low, double high) { return value >= low && value <= high; };
@@ -28,13 +28,13 @@ std::pair<double, double> robust_heights(const std::vector<Eigen::Vector3f>& poi
   std::vector<float> z;
   const std::size_t step = std::max<std::size_t>(1, points.size() / 100'000);
   for (std::size_t i = 0; i < points.size(); i += step) z.push_back(points[i].z());
-  return {static_cast<double>(quantile(z, 0.001)) - height_margin,
-          static_cast<double>(quantile(z, 0.999)) + height_margin};
+  return {static_cast<double>(quantile(z, 0.001)) - kHeightMargin,
+          static_cast<double>(quantile(z, 0.999)) + kHeightMargin};
 }
 
 std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
   const auto floor_div = [](int a) {
-    return a >= 0 ? a / tile_blocks : -((-a + tile_blocks - 1) / tile_blocks);
+    return a >= 0 ? a / kTileBlocks : -((-a + kTileBlocks - 1) / kTileBlocks);
   };
   std::vector<Tile> tiles;
   for (const PlanBlocks::Block& block : blocks.blocks())
@@ -48,7 +48,7 @@ std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
 
 Result<Segmentation> run(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options,
                          double z_low, double z_high) {
-  Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * block_pixels), {}, z_low, z_high};
+  Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * kBlockPixels), {}, z_low, z_high};
   site.tiles = tiles_of(site.blocks);
   StageImages stages;
   StageImages* const kept = options.stages.empty() ? nullptr : &stages;
@@ -72,7 +72,7 @@ Result<Segmentation> segment(const cloud::PointCloud<Map>& cloud, const Segmenta
   if (cloud.empty()) return Error{"segmentation: the cloud is empty; expected the points of a scan"};
   const auto heights = robust_heights(cloud.points);
   const double z_low = heights.first, z_high = heights.second;  // clang 14 captures no structured bindings
-  if (z_high - z_low > tallest) {
+  if (z_high - z_low > kTallest) {
     std::ostringstream message;
     message << "segmentation: the site is " << std::lround(z_high - z_low)
             << " m high; expected metres: are the coordinates in millimetres?";

@@ -15,13 +15,13 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr double cube = 0.15;         // m; less than a riser is high
-constexpr double tilt = 20 * degree;  // of one point's normal from level or upright
-constexpr double turn = 15 * degree;  // between a region and a patch that joins it
-constexpr double min_area = 0.15;     // m^2, as in the image-based pipeline
-constexpr int min_points = 3;         // of a patch; fewer normals have no mean
-constexpr double cube_reach = 1e5;    // m; limit of a cube's index
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kCube = 0.15;          // m; less than a riser is high
+constexpr double kTilt = 20 * kDegree;  // of one point's normal from level or upright
+constexpr double kTurn = 15 * kDegree;  // between a region and a patch that joins it
+constexpr double kMinArea = 0.15;       // m^2, as in the image-based pipeline
+constexpr int kMinPoints = 3;           // of a patch; fewer normals have no mean
+constexpr double kCubeReach = 1e5;      // m; limit of a cube's index
 
 enum class Facing : std::uint8_t { level, upright };
 
@@ -32,7 +32,7 @@ struct Patch {
   std::uint32_t count = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< sum of the points', with consistent sign
-  std::uint32_t region = no_surface;
+  std::uint32_t region = kNoSurface;
 };
 
 /// An upright normal may point either way: its sign is chosen to agree with the others of its patch.
@@ -48,27 +48,27 @@ struct PatchIndex {
   }
   std::uint32_t find(const std::array<std::int32_t, 3>& c, Facing facing) const {
     const auto it = at.find(key(c));
-    return it == at.end() ? no_surface : it->second[static_cast<std::size_t>(facing)];
+    return it == at.end() ? kNoSurface : it->second[static_cast<std::size_t>(facing)];
   }
 };
 
 PatchIndex make_patches(const std::vector<Eigen::Vector3f>& points,
                         const std::vector<Eigen::Vector3f>& normals) {
   PatchIndex index;
-  index.patch_of.assign(points.size(), no_surface);
-  const float level = static_cast<float>(std::cos(tilt)), upright = static_cast<float>(std::sin(tilt));
+  index.patch_of.assign(points.size(), kNoSurface);
+  const float level = static_cast<float>(std::cos(kTilt)), upright = static_cast<float>(std::sin(kTilt));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f& n = normals[i];
     const float z = std::abs(n.z());
-    if (n.isZero() || (z < level && z > upright) || !(points[i].cwiseAbs().maxCoeff() < cube_reach)) continue;
+    if (n.isZero() || (z < level && z > upright) || !(points[i].cwiseAbs().maxCoeff() < kCubeReach)) continue;
     const Facing facing = z >= level ? Facing::level : Facing::upright;
     std::array<std::int32_t, 3> c;
     for (int axis = 0; axis < 3; ++axis)
       c[static_cast<std::size_t>(axis)] =
-          static_cast<std::int32_t>(std::floor(static_cast<double>(points[i][axis]) / cube));
-    auto& slot = index.at.try_emplace(PatchIndex::key(c), std::array{no_surface, no_surface})
+          static_cast<std::int32_t>(std::floor(static_cast<double>(points[i][axis]) / kCube));
+    auto& slot = index.at.try_emplace(PatchIndex::key(c), std::array{kNoSurface, kNoSurface})
                      .first->second[static_cast<std::size_t>(facing)];
-    if (slot == no_surface) {
+    if (slot == kNoSurface) {
       slot = static_cast<std::uint32_t>(index.patches.size());
       index.patches.push_back({c, facing});
     }
@@ -97,7 +97,7 @@ struct RegionPlane {
   }
   bool fits(const Patch& patch, double near) const {
     const Eigen::Vector3d n = normal.normalized();
-    return std::abs(n.dot(patch.normal)) > std::cos(turn) && std::abs(n.dot(patch.mean - mean)) < near;
+    return std::abs(n.dot(patch.normal)) > std::cos(kTurn) && std::abs(n.dot(patch.mean - mean)) < near;
   }
 };
 
@@ -110,7 +110,7 @@ std::vector<std::vector<std::uint32_t>> grow(PatchIndex& index, double near) {
   });
   std::vector<std::vector<std::uint32_t>> regions;
   for (const std::uint32_t seed : fullest) {
-    if (index.patches[seed].region != no_surface || index.patches[seed].count < min_points) continue;
+    if (index.patches[seed].region != kNoSurface || index.patches[seed].count < kMinPoints) continue;
     const auto number = static_cast<std::uint32_t>(regions.size());
     std::vector<std::uint32_t> members = {seed};
     index.patches[seed].region = number;
@@ -122,8 +122,8 @@ std::vector<std::vector<std::uint32_t>> grow(PatchIndex& index, double near) {
         const std::array<std::int32_t, 3> c{from.cube[0] + step % 3 - 1, from.cube[1] + step / 3 % 3 - 1,
                                             from.cube[2] + step / 9 - 1};
         const std::uint32_t other = index.find(c, from.facing);
-        if (other == no_surface || index.patches[other].region != no_surface ||
-            index.patches[other].count < min_points || !plane.fits(index.patches[other], near))
+        if (other == kNoSurface || index.patches[other].region != kNoSurface ||
+            index.patches[other].count < kMinPoints || !plane.fits(index.patches[other], near))
           continue;
         index.patches[other].region = number;
         plane.add(index.patches[other]);
@@ -165,7 +165,7 @@ bool make_vertical(const std::vector<Eigen::Vector3f>& points, double min_length
 
 bool make_horizontal(const std::vector<Eigen::Vector3f>& points, double area, HorizontalSurface& surface) {
   surface.area = area;
-  if (surface.area < min_area) return false;
+  if (surface.area < kMinArea) return false;
   std::vector<double> heights;
   surface.low.setConstant(1e30);
   surface.high.setConstant(-1e30);
@@ -189,7 +189,7 @@ void find_facing(const cloud::PointCloud<Map>& cloud, const std::vector<Eigen::V
   std::vector<std::int64_t> from_above(result.horizontals.size(), 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t s = result.surface_of[i];
-    if (s != no_surface && s >= verticals) from_above[s - verticals] += normals[i].z() > 0 ? 1 : -1;
+    if (s != kNoSurface && s >= verticals) from_above[s - verticals] += normals[i].z() > 0 ? 1 : -1;
   }
   const bool known = !cloud.viewpoints.empty() || !cloud.normals.empty();
   double lowest = 1e30;
@@ -222,11 +222,11 @@ Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
   std::vector<std::vector<std::uint32_t>> points_of(regions.size());
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t patch = index.patch_of[i];
-    if (patch != no_surface && index.patches[patch].region != no_surface)
+    if (patch != kNoSurface && index.patches[patch].region != kNoSurface)
       points_of[index.patches[patch].region].push_back(i);
   }
   Segmentation result;
-  result.surface_of.assign(cloud.size(), no_surface);
+  result.surface_of.assign(cloud.size(), kNoSurface);
   std::vector<std::uint32_t> horizontal_regions;
   const auto points_in = [&](std::size_t r) {
     std::vector<Eigen::Vector3f> points;
@@ -252,7 +252,7 @@ Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
       columns.emplace_back(index.patches[patch].cube[0], index.patches[patch].cube[1]);
     std::sort(columns.begin(), columns.end());
     const auto distinct = std::unique(columns.begin(), columns.end()) - columns.begin();
-    if (!make_horizontal(points_in(r), static_cast<double>(distinct) * cube * cube, surface)) continue;
+    if (!make_horizontal(points_in(r), static_cast<double>(distinct) * kCube * kCube, surface)) continue;
     for (const std::uint32_t i : points_of[r])
       result.surface_of[i] = static_cast<std::uint32_t>(result.verticals.size() + result.horizontals.size());
     result.horizontals.push_back(surface);

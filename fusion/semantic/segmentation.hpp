@@ -16,8 +16,8 @@
 
 namespace parhelion::semantic {
 
-constexpr std::uint32_t no_surface = 0xFFFFFFFF;
-constexpr std::uint32_t no_curve = 0xFFFFFFFF;
+constexpr std::uint32_t kNoSurface = 0xFFFFFFFF;
+constexpr std::uint32_t kNoCurve = 0xFFFFFFFF;
 
 /// A vertical surface over a line segment of the plan: prerequisite of a wall, a door, a railing, a riser. A
 /// round surface is a chain of facets; each begins where the previous one ends.
@@ -27,7 +27,7 @@ struct VerticalSurface {
   double z_low = 0, z_high = 0;  ///< m, of the points near it (1 and 99 percent)
   double thickness = 0;          ///< m, 2 sigma of the distances to its plane
   std::uint32_t points = 0;
-  std::uint32_t curve = no_curve;  ///< number of the round surface that it belongs to
+  std::uint32_t curve = kNoCurve;  ///< number of the round surface that it belongs to
 };
 
 /// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
@@ -62,7 +62,7 @@ struct Segmentation {
   std::vector<HorizontalSurface> horizontals;
   std::vector<ParallelSet> parallels;
   /// Per point of the cloud: index of the surface that it lies on; verticals first, then horizontals
-  /// (verticals.size() + i), or no_surface.
+  /// (verticals.size() + i), or kNoSurface.
   std::vector<std::uint32_t> surface_of;
 };
 

@@ -8,22 +8,22 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double min_line = 0.2;      // m; less than the tread of a step
-constexpr int min_layers = 3;         // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double ridge_reach = 0.12;  // m; less than the distance between steps
-constexpr double ridge_share = 0.6;   // of the largest layer count in reach
-constexpr int max_rise = 3;           // degrees: steeper surfaces are ramps
+constexpr double kMinLine = 0.2;        // m; less than the tread of a step
+constexpr int kMinLayers = 3;           // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
+constexpr double kRidgeReach = 0.12;    // m; less than the distance between steps
+constexpr double kRidgeFraction = 0.6;  // of the largest layer count in reach
+constexpr int kMaxRise = 3;             // degrees: steeper surfaces are ramps
 
 /// One tile's pictures from the side; x is along the picture, in site pixels.
 class SidePictures {
  public:
   SidePictures(const Site& site, Tile tile) : site_(site) {
-    x0_ = (tile.x * tile_blocks - 1) * block_pixels - 1;
-    y0_ = (tile.y * tile_blocks - 1) * block_pixels - 1;
+    x0_ = (tile.x * kTileBlocks - 1) * kBlockPixels - 1;
+    y0_ = (tile.y * kTileBlocks - 1) * kBlockPixels - 1;
     rows_ = static_cast<int>((site.z_high - site.z_low) / site.options.pixel) + 3;
-    for (ImageChain& chain : chains_) chain.input.reset(image_pixels, rows_);
-    const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
-    site.blocks.for_each_in(bx - 1, by - 1, bx + tile_blocks, by + tile_blocks,
+    for (ImageChain& chain : chains_) chain.input.reset(kImagePixels, rows_);
+    const int bx = tile.x * kTileBlocks, by = tile.y * kTileBlocks;
+    site.blocks.for_each_in(bx - 1, by - 1, bx + kTileBlocks, by + kTileBlocks,
                             [&](const PlanBlocks::Block& block, std::size_t) { add(block); });
   }
 
@@ -31,15 +31,15 @@ class SidePictures {
   using Levels = LevelHeights;
   Levels levels(Projection projection, StageImages* stages) {
     ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
-    threshold_ridges(chain.input, min_layers, static_cast<int>(ridge_reach / site_.options.pixel),
-                     ridge_share, chain.above_threshold);
+    threshold_ridges(chain.input, kMinLayers, static_cast<int>(kRidgeReach / site_.options.pixel),
+                     kRidgeFraction, chain.above_threshold);
     chain.run();
     const int offset = projection == Projection::oxz ? x0_ : y0_;
     if (stages != nullptr)
-      chain.keep(projection, block_pixels + 1, 0, image_pixels - block_pixels - 1, rows_, offset, 0, *stages);
+      chain.keep(projection, kBlockPixels + 1, 0, kImagePixels - kBlockPixels - 1, rows_, offset, 0, *stages);
     const double pixel = site_.options.pixel;
-    const int shortest = std::max(3, static_cast<int>(min_line / pixel));
-    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, max_rise, site_.options.seed};
+    const int shortest = std::max(3, static_cast<int>(kMinLine / pixel));
+    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, kMaxRise, site_.options.seed};
     Levels result;
     add_full_rows(chain.above_threshold, shortest, result);
     for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
@@ -64,21 +64,21 @@ class SidePictures {
       const int z = static_cast<int>(height) + 1;
       const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
       const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
-      if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / image_pixels);
-      if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / image_pixels);
+      if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / kImagePixels);
+      if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / kImagePixels);
     }
   }
 
   /// Finds what the random Hough transform may miss: rows with more pixels than those around them, over each
   /// block and half of its neighbours.
   void add_full_rows(const PixelSet& image, int shortest, Levels& levels) const {
-    constexpr int half = block_pixels / 2, halves = 2 * (tile_blocks + 2), rows_beside = 3;
+    constexpr int half = kBlockPixels / 2, halves = 2 * (kTileBlocks + 2), rows_beside = 3;
     std::vector<std::array<std::int32_t, halves>> counts(static_cast<std::size_t>(rows_));
     for (const std::uint32_t i : image.set()) {
       const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
       ++counts[static_cast<std::size_t>(y)][static_cast<std::size_t>((x - 1) / half)];
     }
-    for (int b = 0; b < tile_blocks + 2; ++b) {
+    for (int b = 0; b < kTileBlocks + 2; ++b) {
       const auto count = [&](int row) {
         int sum = 0;
         for (int h = std::max(0, 2 * b - 1); h < std::min(halves, 2 * b + 3) && row > 0 && row < rows_; ++h)
@@ -98,8 +98,8 @@ class SidePictures {
 
   void spread(const PixelSegment& s, Levels& levels) const {
     const auto [low, high] = std::minmax(s.x0, s.x1);
-    for (int b = (low - 1) / block_pixels; b <= (high - 1) / block_pixels; ++b) {
-      const double centre = std::clamp(1 + (b + 0.5) * block_pixels, low + 0.0, high + 0.0);
+    for (int b = (low - 1) / kBlockPixels; b <= (high - 1) / kBlockPixels; ++b) {
+      const double centre = std::clamp(1 + (b + 0.5) * kBlockPixels, low + 0.0, high + 0.0);
       const double row = s.y0 + (s.y1 - s.y0) * (centre - s.x0) / (s.x1 - s.x0);
       levels[static_cast<std::size_t>(b)].push_back(site_.z_low + (row - 0.5) * site_.options.pixel);
     }

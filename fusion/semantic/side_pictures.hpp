@@ -9,7 +9,7 @@
 namespace parhelion::semantic {
 
 /// Per block column or row of a tile and its margins: heights (m) of level lines.
-using LevelHeights = std::array<std::vector<double>, tile_blocks + 2>;
+using LevelHeights = std::array<std::vector<double>, kTileBlocks + 2>;
 
 struct LevelLines {
   LevelHeights along_x, along_y;  ///< in OXZ by block column, in OYZ by block row

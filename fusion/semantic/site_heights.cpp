@@ -12,16 +12,16 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kBand = 0.25;            // m, around a level's height
-constexpr double kNear = 1.5;             // m, around a scanner
-constexpr std::size_t kFewest = 50;       // minimum number of points for a height
-constexpr std::size_t kMost = 500'000;    // maximum number of points used: more change nothing
-constexpr std::size_t kMostScanners = 8;  // maximum number in one line of text
+constexpr double kBand = 0.25;               // m, around a level's height
+constexpr double kNear = 1.5;                // m, around a scanner
+constexpr std::size_t kFewest = 50;          // minimum number of points for a height
+constexpr std::size_t kMaxPoints = 500'000;  // maximum number of points used: more change nothing
+constexpr std::size_t kMaxScanners = 8;      // maximum number in one line of text
 
 std::vector<Eigen::Vector3d> points_of(const cloud::PointCloud<Map>& cloud, EntityLabel label, double z) {
   std::vector<Eigen::Vector3d> points;
   if (cloud.labels.size() != cloud.size()) return points;
-  const std::size_t stride = std::max<std::size_t>(1, cloud.size() / kMost);
+  const std::size_t stride = std::max<std::size_t>(1, cloud.size() / kMaxPoints);
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
     if (cloud.labels[i] == static_cast<std::uint8_t>(label) && std::abs(p.z() - z) < kBand)
@@ -62,7 +62,7 @@ std::optional<double> near_height(const std::vector<Eigen::Vector3d>& points,
   return median(z);
 }
 
-__attribute__((format(printf, 1, 2))) std::string words_of(const char* format, ...) {
+__attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...) {
   char text[200];
   va_list values;
   va_start(values, format);
@@ -71,9 +71,9 @@ __attribute__((format(printf, 1, 2))) std::string words_of(const char* format, .
   return text;
 }
 
-std::string in_words(const char* name, const LevelHeights& level) {
-  return words_of("%s %.3f m (nine tenths of its points from %.3f to %.3f)", name, level.median, level.low,
-                  level.high);
+std::string heights_text(const char* name, const LevelHeights& level) {
+  return format_text("%s %.3f m (nine tenths of its points from %.3f to %.3f)", name, level.median, level.low,
+                     level.high);
 }
 
 }  // namespace
@@ -92,19 +92,19 @@ SiteHeights site_heights(const cloud::PointCloud<Map>& cloud, std::optional<doub
   return heights;
 }
 
-std::string in_words(const SiteHeights& heights) {
+std::string heights_text(const SiteHeights& heights) {
   std::string words;
-  if (heights.floor) words += in_words("floor", *heights.floor);
-  if (heights.ceiling) words += (words.empty() ? "" : ", ") + in_words("ceiling", *heights.ceiling);
+  if (heights.floor) words += heights_text("floor", *heights.floor);
+  if (heights.ceiling) words += (words.empty() ? "" : ", ") + heights_text("ceiling", *heights.ceiling);
   if (heights.floor && heights.ceiling)
-    words += words_of(", %.3f m between them", heights.ceiling->median - heights.floor->median);
-  for (std::size_t i = 0; i < std::min(heights.scanners.size(), kMostScanners); ++i) {
+    words += format_text(", %.3f m between them", heights.ceiling->median - heights.floor->median);
+  for (std::size_t i = 0; i < std::min(heights.scanners.size(), kMaxScanners); ++i) {
     const ScannerHeights& scanner = heights.scanners[i];
     if (!scanner.floor && !scanner.ceiling) continue;
-    words += words_of("; scanner %zu:", i + 1);
-    if (scanner.floor) words += words_of(" %.3f m over its floor", scanner.z - *scanner.floor);
+    words += format_text("; scanner %zu:", i + 1);
+    if (scanner.floor) words += format_text(" %.3f m over its floor", scanner.z - *scanner.floor);
     if (scanner.floor && scanner.ceiling) words += ",";
-    if (scanner.ceiling) words += words_of(" %.3f m under its ceiling", *scanner.ceiling - scanner.z);
+    if (scanner.ceiling) words += format_text(" %.3f m under its ceiling", *scanner.ceiling - scanner.z);
   }
   return words;
 }

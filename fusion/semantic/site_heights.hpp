@@ -35,7 +35,7 @@ SiteHeights site_heights(const cloud::PointCloud<Map>& cloud, std::optional<doub
                          std::optional<double> ceiling);
 
 /// "floor -1.258 m (nine tenths of its points from -1.288 to -1.237), ...": one readable line.
-std::string in_words(const SiteHeights& heights);
+std::string heights_text(const SiteHeights& heights);
 
 /// A picture, heights.png in `folder`: the number of points at each centimetre around the floor and the
 /// ceiling, in the first scan's orientation and levelled. Writes nothing where neither exists. Errors: a

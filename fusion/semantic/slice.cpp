@@ -7,7 +7,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height belong to it
-constexpr std::size_t kMostRays = 4'000'000;
+constexpr std::size_t kMaxRays = 4'000'000;
 
 struct Evidence {
   std::uint32_t hits = 0;
@@ -31,19 +31,19 @@ class Slicer {
   /// The part of a line of sight within the band, shortened by a cell at its end.
   void cross(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
     const double low = options_.floor + options_.height - options_.band, high = low + 2 * options_.band;
-    const Eigen::Vector3d way = p - eye;
-    double from = 0, to = 1 - map_.resolution / std::max(way.norm(), map_.resolution);
-    if (way.z() == 0) {
+    const Eigen::Vector3d ray = p - eye;
+    double from = 0, to = 1 - map_.resolution / std::max(ray.norm(), map_.resolution);
+    if (ray.z() == 0) {
       if (eye.z() < low || eye.z() > high) return;
     } else {
-      const double a = (low - eye.z()) / way.z(), b = (high - eye.z()) / way.z();
+      const double a = (low - eye.z()) / ray.z(), b = (high - eye.z()) / ray.z();
       from = std::max(from, std::min(a, b));
       to = std::min(to, std::max(a, b));
     }
-    const double length = way.head<2>().norm();
+    const double length = ray.head<2>().norm();
     const double step = length > 0 ? map_.resolution / 2 / length : 1;
     for (double t = from; t <= to; t += step) {
-      if (Evidence* cell = at(eye.x() + t * way.x(), eye.y() + t * way.y())) cell->crossed = true;
+      if (Evidence* cell = at(eye.x() + t * ray.x(), eye.y() + t * ray.y())) cell->crossed = true;
     }
   }
 
@@ -97,7 +97,7 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
   map.occupied.assign(static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height), 0.5F);
   Slicer slicer(options, map);
   for (const Eigen::Vector3f& p : cloud.points) slicer.add(p.cast<double>());
-  const std::size_t stride = 1 + cloud.size() / kMostRays;
+  const std::size_t stride = 1 + cloud.size() / kMaxRays;
   for (std::size_t i = 0; i < cloud.size() && !cloud.viewpoints.empty(); i += stride) {
     const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
     if (scan < cloud.viewpoints.size()) slicer.cross(cloud.viewpoints[scan], cloud.points[i].cast<double>());

@@ -17,11 +17,11 @@
 
 namespace parhelion::semantic {
 
-constexpr double height_margin = 0.5;  ///< m, kept free below the lowest and above the highest point
-constexpr int block_pixels = 64;       ///< side of a block
-constexpr int tile_blocks = 8;         ///< 512 pixels, the paper's picture
-constexpr int image_pixels = (tile_blocks + 2) * block_pixels + 2;  ///< a tile, its margins and a border
-constexpr int block_cells = 16;  ///< horizontal surfaces are found per cell
+constexpr double kHeightMargin = 0.5;  ///< m, kept free below the lowest and above the highest point
+constexpr int kBlockPixels = 64;       ///< side of a block
+constexpr int kTileBlocks = 8;         ///< 512 pixels, the paper's picture
+constexpr int kImagePixels = (kTileBlocks + 2) * kBlockPixels + 2;  ///< a tile, its margins and a border
+constexpr int kBlockCells = 16;  ///< horizontal surfaces are found per cell
 
 struct Tile {
   int x = 0, y = 0;  ///< in tiles from the origin
@@ -35,7 +35,7 @@ struct Site {
   std::vector<Tile> tiles;       ///< those with points, by y, then x
   double z_low = 0, z_high = 0;  ///< m, of all points except outliers, with the margin
 
-  double cell() const { return options.pixel * block_pixels / block_cells; }
+  double cell() const { return options.pixel * kBlockPixels / kBlockCells; }
 };
 
 /// One set pixel of one stage; z rows count from the lowest.
@@ -69,7 +69,7 @@ struct Plate {
   std::uint32_t around = 0;                          ///< within the height of two steps above and below
   std::uint32_t from_above = 0, from_below = 0;      ///< points by the side they were seen from
   std::uint32_t column_above = 0, column_below = 0;  ///< the cell's other points
-  std::uint32_t surface = no_surface;                ///< into HorizontalSearch::surfaces
+  std::uint32_t surface = kNoSurface;                ///< into HorizontalSearch::surfaces
 };
 
 struct HorizontalSearch {
@@ -88,7 +88,7 @@ class BlockPlates {
 
  private:
   std::span<const Plate> plates_;
-  std::array<std::uint16_t, block_cells * block_cells + 1> first_{};
+  std::array<std::uint16_t, kBlockCells * kBlockCells + 1> first_{};
   int x0_ = 0, y0_ = 0;
   double per_cell_ = 1;
   std::span<const HorizontalSurface> surfaces_;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBits = 21;  ///< of a cube's index along one axis
 constexpr std::int64_t kReach = std::int64_t{1} << (kBits - 1);
-constexpr std::size_t kMostTriangles = 900'000;  ///< independent of the area: a model file holds a million
+constexpr std::size_t kMaxTriangles = 900'000;  ///< independent of the area: a model file holds a million
 
 using Index = std::array<std::int64_t, 3>;
 
@@ -152,8 +152,8 @@ Eigen::Vector3f Mesher::corner(const Index& i) const {
   const Eigen::Vector3d at = cube_ * Eigen::Vector3d(static_cast<double>(i[0]), static_cast<double>(i[1]),
                                                      static_cast<double>(i[2]));
   if (points == 0) return at.cast<float>();
-  const double most = 0.4 * cube_;
-  return (at + (sum / points - at).cwiseMax(-most).cwiseMin(most)).cast<float>();
+  const double limit = 0.4 * cube_;
+  return (at + (sum / points - at).cwiseMax(-limit).cwiseMin(limit)).cast<float>();
 }
 
 ModelMesh Mesher::surface() const {
@@ -194,7 +194,7 @@ Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<
     return Error{"mesh of unknown objects: " + std::to_string(labels.size()) + " labels for " +
                  std::to_string(cloud.size()) + " points"};
   }
-  if (!(options.cube > 0 && options.cube <= 10) || options.most_triangles < 100 ||
+  if (!(options.cube > 0 && options.cube <= 10) || options.max_triangles < 100 ||
       !(options.triangles_per_m2 >= 0))
     return Error{"mesh of unknown objects: expected 0 m < cube <= 10 m and at least 100 triangles"};
   for (double cube = options.cube;; cube *= 1.25) {
@@ -207,8 +207,8 @@ Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<
     }
     result.left_out += mesher.choose_solid();
     const auto by_area = static_cast<std::size_t>(options.triangles_per_m2 * mesher.covered_plan());
-    const std::size_t most = std::max(options.most_triangles, std::min(by_area, kMostTriangles));
-    if (mesher.count_triangles() > most) continue;
+    const std::size_t limit = std::max(options.max_triangles, std::min(by_area, kMaxTriangles));
+    if (mesher.count_triangles() > limit) continue;
     result.mesh = mesher.surface();
     return result;
   }

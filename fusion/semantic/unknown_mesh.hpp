@@ -16,8 +16,8 @@
 namespace parhelion::semantic {
 
 struct UnknownMeshOptions {
-  double cube = 0.10;                   ///< m, > 0; enlarged where there would be too many triangles
-  std::size_t most_triangles = 50'000;  ///< maximum for the whole mesh...
+  double cube = 0.10;                  ///< m, > 0; enlarged where there would be too many triangles
+  std::size_t max_triangles = 50'000;  ///< maximum for the whole mesh...
   double triangles_per_m2 = 600;  ///< ...or this number per m^2 of the plan that it covers, so that large
                                   ///< sites keep their resolution
   std::uint32_t min_points = 3;   ///< minimum in a cube; fewer are noise

@@ -8,13 +8,13 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kParallel = 0.07;     ///< rad (4 degrees): surfaces of one wall
-constexpr double kOffset = 0.08;       ///< m, from one wall's line
-constexpr double kGap = 3.0;           ///< m, between surfaces of one wall: a double door, a cupboard
-constexpr double kLeastLength = 0.5;   ///< m, of a wall
-constexpr double kNear = 0.045;        ///< m, on the plane: smaller than a shallow recess
-constexpr double kLeastWallTop = 1.6;  ///< m over the floor; lower ends are furniture or railings
-constexpr double kBody = 1.8;          ///< m over the floor: objects in front of a wall are rarely higher
+constexpr double kParallel = 0.07;   ///< rad (4 degrees): surfaces of one wall
+constexpr double kOffset = 0.08;     ///< m, from one wall's line
+constexpr double kGap = 3.0;         ///< m, between surfaces of one wall: a double door, a cupboard
+constexpr double kMinLength = 0.5;   ///< m, of a wall
+constexpr double kNear = 0.045;      ///< m, on the plane: smaller than a shallow recess
+constexpr double kMinWallTop = 1.6;  ///< m over the floor; lower ends are furniture or railings
+constexpr double kBody = 1.8;        ///< m over the floor: objects in front of a wall are rarely higher
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -27,10 +27,10 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
   wall.surfaces = {static_cast<std::uint32_t>(base)};
   wall.curve = seed.curve;
   used[base] = true;
-  for (bool grown = seed.curve == no_curve; grown;) {
+  for (bool grown = seed.curve == kNoCurve; grown;) {
     grown = false;
     for (std::size_t i = 0; i < segmentation.verticals.size(); ++i) {
-      if (used[i] || segmentation.verticals[i].curve != no_curve) continue;
+      if (used[i] || segmentation.verticals[i].curve != kNoCurve) continue;
       const VerticalSurface& other = segmentation.verticals[i];
       const Eigen::Vector2d a = other.start - seed.start, b = other.end - seed.start;
       if (std::abs(cross(along, (b - a).normalized())) > kParallel) continue;
@@ -51,12 +51,12 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
 /// Height above which a wall is visible: over the counter or the table along it.
 double visible_from(const Segmentation& segmentation, const WallCandidate& wall) {
   constexpr double kHighest = 1.2, kBeside = 0.4, kLeft = 0.4;  // m; at least that much of the wall remains
-  constexpr double kLeastArea = 0.2;                            // m^2
+  constexpr double kMinArea = 0.2;                              // m^2
   double from = wall.floor + 0.2;
   for (const HorizontalSurface& h : segmentation.horizontals) {
     const Eigen::AlignedBox2d plan((h.low.array() - kBeside).matrix(), (h.high.array() + kBeside).matrix());
     const bool along = plan.contains(0.5 * (wall.start + wall.end));
-    if (along && !h.faces_down && h.area > kLeastArea && h.z < wall.floor + kHighest &&
+    if (along && !h.faces_down && h.area > kMinArea && h.z < wall.floor + kHighest &&
         h.z < wall.z_high - kLeft)
       from = std::max(from, h.z);
   }
@@ -71,13 +71,13 @@ void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings)
     const bool in_opening = std::any_of(openings.begin(), openings.end(), [&](const Opening& opening) {
       return at > opening.from && at < opening.to && std::max(opening.door_score, opening.window_score) > 0;
     });
-    const WallRaster::Shares whole = raster.shares(c, c + 1, wall.visible_from, wall.ceiling - 0.15);
+    const WallRaster::Fractions whole = raster.fractions(c, c + 1, wall.visible_from, wall.ceiling - 0.15);
     seen += whole.cells * (whole.on + whole.behind + whole.through);
     all += whole.cells;
     if (in_opening) continue;
     covered += whole.cells * whole.on;
     cells += whole.cells;
-    const WallRaster::Shares above = raster.shares(c, c + 1, wall.floor + kBody, wall.ceiling - 0.15);
+    const WallRaster::Fractions above = raster.fractions(c, c + 1, wall.floor + kBody, wall.ceiling - 0.15);
     upper += above.cells * above.on;
     upper_cells += above.cells;
   }
@@ -102,7 +102,7 @@ void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
     if (in_door) continue;
     for (double z = wall.visible_from; z + kRows * raster.row <= wall.ceiling - 0.1;
          z += kRows * raster.row) {
-      const WallRaster::Shares block = raster.shares(c, c + kColumns, z, z + kRows * raster.row);
+      const WallRaster::Fractions block = raster.fractions(c, c + kColumns, z, z + kRows * raster.row);
       (block.on >= kSolid ? solid : block.rays >= kRays ? open : unknown) += 1;
     }
   }
@@ -123,22 +123,22 @@ bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
     if (c < 0 || c >= wall.raster.columns || std::abs(offset) < 0.15 || std::abs(offset) > 0.6) return;
     (offset > 0 ? left : right)[static_cast<std::size_t>(c)] = true;
   });
-  const auto share = [&](const std::vector<bool>& side) {
+  const auto fraction = [&](const std::vector<bool>& side) {
     return static_cast<double>(std::count(side.begin(), side.end(), true)) / static_cast<double>(columns);
   };
-  return std::min(share(left), share(right)) < 0.25;
+  return std::min(fraction(left), fraction(right)) < 0.25;
 }
 
 /// Whether a level surface begins at its top: then it is the front of a counter or a chest, not a wall.
 bool carries_top(const Segmentation& segmentation, const WallCandidate& wall) {
   constexpr double kHighest = 1.4, kSame = 0.08, kBeside = 0.15;  // m
-  constexpr double kLeastArea = 0.2;                              // m^2
-  if (wall.curve != no_curve || wall.z_high - wall.floor > kHighest) return false;
+  constexpr double kMinArea = 0.2;                                // m^2
+  if (wall.curve != kNoCurve || wall.z_high - wall.floor > kHighest) return false;
   return std::any_of(segmentation.horizontals.begin(), segmentation.horizontals.end(),
                      [&](const HorizontalSurface& h) {
                        const Eigen::AlignedBox2d plan((h.low.array() - kBeside).matrix(),
                                                       (h.high.array() + kBeside).matrix());
-                       return !h.faces_down && h.area > kLeastArea && std::abs(h.z - wall.z_high) < kSame &&
+                       return !h.faces_down && h.area > kMinArea && std::abs(h.z - wall.z_high) < kSame &&
                               plan.contains(0.5 * (wall.start + wall.end));
                      });
 }
@@ -146,8 +146,8 @@ bool carries_top(const Segmentation& segmentation, const WallCandidate& wall) {
 double wall_score(const WallCandidate& wall) {
   const double room = wall.ceiling - wall.floor, top = wall.z_high - wall.floor;
   double score = 6 * (wall.coverage - 0.45) + 0.6 * std::min(wall.whole_length(), 3.0) - 0.8;
-  if (room > kLeastWallTop + 0.4) {
-    score += wall.ceiling - wall.z_high < 0.4 ? 1.5 : top < kLeastWallTop ? -6 : -1.5;
+  if (room > kMinWallTop + 0.4) {
+    score += wall.ceiling - wall.z_high < 0.4 ? 1.5 : top < kMinWallTop ? -6 : -1.5;
     score += 5 * std::min(0.0, wall.upper_coverage - 0.45);
   } else {
     // Without a ceiling height: a wall reaches the top of the measurements and bounds the floor.
@@ -190,7 +190,7 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
 std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentation) {
   std::map<std::uint32_t, double> lengths;
   for (const VerticalSurface& s : segmentation.verticals) {
-    if (s.curve != no_curve) lengths[s.curve] += (s.end - s.start).norm();
+    if (s.curve != kNoCurve) lengths[s.curve] += (s.end - s.start).norm();
   }
   return lengths;
 }
@@ -199,11 +199,11 @@ std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentati
 std::vector<std::size_t> by_points(const Segmentation& segmentation) {
   std::map<std::uint32_t, std::uint32_t> of_curve;
   for (const VerticalSurface& s : segmentation.verticals) {
-    if (s.curve != no_curve) of_curve[s.curve] += s.points;
+    if (s.curve != kNoCurve) of_curve[s.curve] += s.points;
   }
   const auto key = [&](std::size_t i) {
     const VerticalSurface& s = segmentation.verticals[i];
-    return s.curve == no_curve ? std::pair(s.points, no_curve) : std::pair(of_curve.at(s.curve), s.curve);
+    return s.curve == kNoCurve ? std::pair(s.points, kNoCurve) : std::pair(of_curve.at(s.curve), s.curve);
   };
   std::vector<std::size_t> order(segmentation.verticals.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -212,15 +212,15 @@ std::vector<std::size_t> by_points(const Segmentation& segmentation) {
 }
 
 /// Facets of a round wall are labelled together: all are walls or none is.
-void share_scores(std::vector<WallCandidate>& walls) {
+void average_curve_scores(std::vector<WallCandidate>& walls) {
   std::map<std::uint32_t, Eigen::Vector2d> sums;  // score times length, length
   for (const WallCandidate& wall : walls) {
-    if (wall.curve == no_curve) continue;
+    if (wall.curve == kNoCurve) continue;
     sums.try_emplace(wall.curve, Eigen::Vector2d::Zero()).first->second +=
         wall.length() * Eigen::Vector2d(wall.score, 1);
   }
   for (WallCandidate& wall : walls) {
-    if (wall.curve != no_curve) wall.score = sums.at(wall.curve).x() / sums.at(wall.curve).y();
+    if (wall.curve != kNoCurve) wall.score = sums.at(wall.curve).x() / sums.at(wall.curve).y();
   }
 }
 
@@ -235,8 +235,8 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
   for (const std::size_t base : order) {
     if (used[base]) continue;
     WallCandidate wall = merged(segmentation, base, used);
-    if (wall.curve != no_curve) wall.round_length = round_lengths.at(wall.curve);
-    if (wall.whole_length() < kLeastLength) continue;
+    if (wall.curve != kNoCurve) wall.round_length = round_lengths.at(wall.curve);
+    if (wall.whole_length() < kMinLength) continue;
     const Eigen::Vector2d middle = 0.5 * (wall.start + wall.end);
     wall.floor = levels.under(middle, wall.z_low);
     wall.ceiling = levels.over(middle, wall.z_high);
@@ -252,7 +252,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.openings.insert(found.openings.end(), openings.begin(), openings.end());
     found.walls.push_back(std::move(wall));
   }
-  share_scores(found.walls);
+  average_curve_scores(found.walls);
   weigh_loners(found.walls);
   return found;
 }

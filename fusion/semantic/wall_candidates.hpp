@@ -40,12 +40,12 @@ struct WallCandidate {
   bool one_sided = false;         ///< floor was measured on at most one side of it
   WallRaster raster;
   double score = 0;                ///< log odds of a wall against an unknown object
-  std::uint32_t curve = no_curve;  ///< index of the round wall that it belongs to
+  std::uint32_t curve = kNoCurve;  ///< index of the round wall that it belongs to
   double round_length = 0;         ///< m, of the whole round wall
 
   double length() const { return (end - start).norm(); }
   /// m, of the whole wall, round walls included.
-  double whole_length() const { return curve == no_curve ? length() : round_length; }
+  double whole_length() const { return curve == kNoCurve ? length() : round_length; }
   double yaw() const { return std::atan2(end.y() - start.y(), end.x() - start.x()); }
 };
 

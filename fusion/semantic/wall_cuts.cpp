@@ -84,7 +84,7 @@ double top_of(const NetCandidates& candidates, const Labelling& labelling, std::
   const auto own = [](const WallCandidate& w) {
     return w.ceiling - w.z_high < kReaches ? w.ceiling : w.z_high;
   };
-  if (walls[wall].curve == no_curve) return own(walls[wall]);
+  if (walls[wall].curve == kNoCurve) return own(walls[wall]);
   std::vector<std::pair<double, double>> tops;  // height, length
   double all = 0;
   for (std::size_t w = 0; w < walls.size(); ++w) {

@@ -11,12 +11,12 @@ namespace {
 
 constexpr std::size_t kRays = 60'000;  ///< maximum for one wall, of few views
 constexpr std::size_t kRaysOfView = 20'000;
-constexpr std::size_t kMostRays = 200'000;  ///< maximum for any number of views
-constexpr double kSight = 40;               ///< m, from a wall to the scanners considered
-constexpr double kBeyond = 0.5;             ///< m, a ray that ends this far behind a plane went through it
-constexpr double kRecessMost = 0.40;        ///< m, maximum recess of a door
-constexpr double kFront = 0.80;             ///< m, maximum depth of furniture in front of a wall
-constexpr double kFaceFrom = 0.15;          ///< m over the raster's foot: height range of a door's leaf
+constexpr std::size_t kMaxRays = 200'000;  ///< maximum for any number of views
+constexpr double kSight = 40;              ///< m, from a wall to the scanners considered
+constexpr double kBeyond = 0.5;            ///< m, a ray that ends this far behind a plane went through it
+constexpr double kRecessMost = 0.40;       ///< m, maximum recess of a door
+constexpr double kFront = 0.80;            ///< m, maximum depth of furniture in front of a wall
+constexpr double kFaceFrom = 0.15;         ///< m over the raster's foot: height range of a door's leaf
 constexpr double kFaceTo = 1.8;
 constexpr std::size_t kFacePoints = 8;
 
@@ -28,8 +28,8 @@ void count(std::vector<std::uint16_t>& cells, std::size_t i) {
 
 PlanPoints::PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough) {
   for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
-  const std::size_t most = std::max(enough, cloud.size() / 4);
-  const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
+  const std::size_t max_points = std::max(enough, cloud.size() / 4);
+  const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + max_points - 1) / max_points);
   Eigen::AlignedBox2d bounds;
   for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>().cast<double>());
   if (cloud.empty()) return;
@@ -54,8 +54,9 @@ PlanPoints::PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough) 
 }
 
 std::size_t PlanPoints::direction_of(const Point& point) const {
-  const Eigen::Vector2f way = (point.p - viewpoints_[static_cast<std::size_t>(point.viewpoint)]).head<2>();
-  const double turns = std::atan2(way.y(), way.x()) / (2 * EIGEN_PI) + 0.5;
+  const Eigen::Vector2f to_point =
+      (point.p - viewpoints_[static_cast<std::size_t>(point.viewpoint)]).head<2>();
+  const double turns = std::atan2(to_point.y(), to_point.x()) / (2 * EIGEN_PI) + 0.5;
   return std::min(static_cast<std::size_t>(turns * kDirections), kDirections - 1);
 }
 
@@ -89,7 +90,7 @@ std::vector<PlanPoints::Fan> PlanPoints::fans_towards(const Eigen::Vector2d& a, 
   std::vector<Fan> fans;
   for (const std::size_t v : views) {
     const std::uint32_t* const start = fan_start_.data() + v * kDirections;
-    const std::size_t rays = std::max(kRays / views.size(), std::min(kRaysOfView, kMostRays / views.size()));
+    const std::size_t rays = std::max(kRays / views.size(), std::min(kRaysOfView, kMaxRays / views.size()));
     const auto stride =
         static_cast<std::uint32_t>(std::max<std::size_t>(1, (start[kDirections] - start[0]) / rays));
     const Eigen::Vector2d eye = viewpoints_[v].head<2>().cast<double>();
@@ -121,8 +122,8 @@ bool WallRaster::covered(int c, int r) const {
   return false;
 }
 
-WallRaster::Shares WallRaster::shares(int c0, int c1, double z0, double z1) const {
-  Shares sum;
+WallRaster::Fractions WallRaster::fractions(int c0, int c1, double z0, double z1) const {
+  Fractions sum;
   c0 = std::max(c0, 0), c1 = std::min(c1, columns);
   for (int r = std::max(row_of(z0 + 0.5 * row), 0); r < std::min(row_of(z1 + 0.5 * row), rows); ++r) {
     for (int c = c0; c < c1; ++c) {

@@ -100,7 +100,7 @@ struct WallRaster {
 
   /// Fractions of the cells of columns [c0, c1) and heights [z0, z1) that are measured (or touch a measured
   /// one, as a scan's lines leave gaps), else recessed, else seen through.
-  struct Shares {
+  struct Fractions {
     double on = 0, behind = 0, through = 0;
     int cells = 0;
     int rays = 0;    ///< that passed through
@@ -108,7 +108,7 @@ struct WallRaster {
     std::uint32_t crossed = 0, stopped = 0;
   };
   bool covered(int c, int r) const;
-  Shares shares(int c0, int c1, double z0, double z1) const;
+  Fractions fractions(int c0, int c1, double z0, double z1) const;
 };
 
 /// The raster of the plane over start..end between two heights. `near`: m, a point this near is on it.

@@ -15,16 +15,16 @@
 namespace parhelion {
 namespace {
 
-constexpr std::uint32_t sync_word = 0xEDA1DA01;
-constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
-constexpr std::size_t header_size = 28;
-constexpr std::size_t buffer_size = std::size_t{4} << 20;
+constexpr std::uint32_t kSyncBits = 0xEDA1DA01;
+constexpr std::uint8_t kSyncBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
+constexpr std::size_t kHeaderSize = 28;
+constexpr std::size_t kBufferSize = std::size_t{4} << 20;
 /// Events up to this size are read together with what follows; a quarter of the buffer, so that a file with
 /// wrong event lengths does not cause every byte to be read many times.
-constexpr std::uint64_t prefetch_size = buffer_size / 4;
-constexpr std::int64_t max_channel = 63;
-constexpr std::int64_t max_data = std::int64_t{1} << 28;  // liblcm's own limit of a message
-constexpr std::int64_t utime_of_2200 = 7'258'118'400'000'000;
+constexpr std::uint64_t kPrefetchSize = kBufferSize / 4;
+constexpr std::int64_t kMaxChannel = 63;
+constexpr std::int64_t kMaxData = std::int64_t{1} << 28;  // liblcm's own limit of a message
+constexpr std::int64_t kUtimeOf2200 = 7'258'118'400'000'000;
 
 struct Header {
   std::uint32_t sync;
@@ -38,10 +38,10 @@ struct Header {
         channel_size(wire::big_endian<std::int32_t>(at + 20)),
         data_size(wire::big_endian<std::int32_t>(at + 24)) {}
   bool sane() const {
-    return channel_size >= 1 && channel_size <= max_channel && data_size >= 0 && data_size <= max_data;
+    return channel_size >= 1 && channel_size <= kMaxChannel && data_size >= 0 && data_size <= kMaxData;
   }
   std::uint64_t event_size() const {
-    return header_size + static_cast<std::uint64_t>(channel_size + data_size);
+    return kHeaderSize + static_cast<std::uint64_t>(channel_size + data_size);
   }
 };
 
@@ -77,7 +77,7 @@ struct LogReader::State {
 const std::uint8_t* LogReader::State::bytes(std::uint64_t offset, std::size_t n) {
   if (offset >= buffer_at && offset + n <= buffer_at + buffered) return buffer.data() + (offset - buffer_at);
   const auto wanted =
-      static_cast<std::size_t>(std::min<std::uint64_t>(std::max(n, buffer_size), size - offset));
+      static_cast<std::size_t>(std::min<std::uint64_t>(std::max(n, kBufferSize), size - offset));
   if (buffer.size() < wanted) buffer.resize(wanted);
   buffer_at = offset;
   buffered = 0;
@@ -100,13 +100,13 @@ Error LogReader::State::unreadable() {
 }
 
 Result<std::uint64_t> LogReader::State::find_sync(std::uint64_t from, std::uint64_t end) {
-  while (from + sizeof sync_bytes <= end) {
-    const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_size, end - from));
+  while (from + sizeof kSyncBytes <= end) {
+    const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(kBufferSize, end - from));
     const std::uint8_t* first = bytes(from, n);
     if (first == nullptr) return unreadable();
-    const auto* found = std::search(first, first + n, std::begin(sync_bytes), std::end(sync_bytes));
+    const auto* found = std::search(first, first + n, std::begin(kSyncBytes), std::end(kSyncBytes));
     if (found != first + n) return from + static_cast<std::uint64_t>(found - first);
-    from += n - (sizeof sync_bytes - 1);
+    from += n - (sizeof kSyncBytes - 1);
   }
   return end;
 }
@@ -124,15 +124,15 @@ Error LogReader::State::damaged(const std::string& why, std::uint64_t resume_fro
 Result<bool> LogReader::State::plausible_end(std::uint64_t event_size) {
   const std::uint64_t end = at + event_size;
   if (end == size) return true;
-  if (end + sizeof sync_bytes <= size) {
-    const std::uint8_t* after = bytes(end, sizeof sync_bytes);
+  if (end + sizeof kSyncBytes <= size) {
+    const std::uint8_t* after = bytes(end, sizeof kSyncBytes);
     if (after == nullptr) return unreadable();
-    if (std::equal(std::begin(sync_bytes), std::end(sync_bytes), after)) return true;
+    if (std::equal(std::begin(kSyncBytes), std::end(kSyncBytes), after)) return true;
   }
   // No event follows: either the damage is there, or this event's length is wrong and covers other events. It
   // may overlap at most the first byte of the next one.
-  const std::uint64_t search_end = std::min<std::uint64_t>(end + sizeof sync_bytes - 1, size);
-  const auto inner = find_sync(at + sizeof sync_bytes, search_end);
+  const std::uint64_t search_end = std::min<std::uint64_t>(end + sizeof kSyncBytes - 1, size);
+  const auto inner = find_sync(at + sizeof kSyncBytes, search_end);
   if (!inner) return inner.error();
   return *inner == search_end;
 }
@@ -140,40 +140,40 @@ Result<bool> LogReader::State::plausible_end(std::uint64_t event_size) {
 Result<std::optional<Message>> LogReader::State::next() {
   if (at == size) return std::optional<Message>();
   const std::uint64_t left = size - at;
-  if (left < header_size) return damaged("the file ends within an event's header", size);
-  const std::uint8_t* head = bytes(at, header_size);
+  if (left < kHeaderSize) return damaged("the file ends within an event's header", size);
+  const std::uint8_t* head = bytes(at, kHeaderSize);
   if (head == nullptr) return unreadable();
   const Header header(head);
-  if (header.sync != sync_word)
+  if (header.sync != kSyncBits)
     return damaged("no event begins here (sync word 0xEDA1DA01 expected)", at + 1);
   if (!header.sane()) {
     return damaged("an event with channel length " + std::to_string(header.channel_size) +
                        " and data length " + std::to_string(header.data_size) +
                        ", expected 1..63 and 0..268435456",
-                   at + sizeof sync_bytes);
+                   at + sizeof kSyncBytes);
   }
   const std::uint64_t event_size = header.event_size();
   if (event_size > left) {
     return damaged("the file ends within an event of " + std::to_string(event_size) + " bytes",
-                   at + sizeof sync_bytes);
+                   at + sizeof kSyncBytes);
   }
   // Includes the following sync word, so that checking it does not move the buffer.
   const auto ahead =
-      static_cast<std::size_t>(std::min(event_size + sizeof sync_bytes, std::min(left, prefetch_size)));
+      static_cast<std::size_t>(std::min(event_size + sizeof kSyncBytes, std::min(left, kPrefetchSize)));
   if (bytes(at, ahead) == nullptr) return unreadable();
   const auto plausible = plausible_end(event_size);
   if (!plausible) return plausible.error();
   if (!*plausible) {
     return damaged("an event of " + std::to_string(event_size) + " bytes that covers the next one",
-                   at + sizeof sync_bytes);
+                   at + sizeof kSyncBytes);
   }
-  if (header.utime < 0 || header.utime >= utime_of_2200) {
+  if (header.utime < 0 || header.utime >= kUtimeOf2200) {
     return damaged("an event stamped " + std::to_string(header.utime) + " us, expected 1970 to 2200",
                    at + event_size);
   }
   const std::uint8_t* event = bytes(at, static_cast<std::size_t>(event_size));
   if (event == nullptr) return unreadable();
-  const std::uint8_t* channel = event + header_size;
+  const std::uint8_t* channel = event + kHeaderSize;
   const std::uint8_t* data = channel + header.channel_size;
   at += event_size;
   return std::optional<Message>(Message{

@@ -16,9 +16,9 @@
 namespace parhelion {
 namespace {
 
-constexpr std::uint32_t sync_word = 0xEDA1DA01;
-constexpr std::size_t header_size = 28;
-constexpr std::size_t max_data = std::size_t{1}
+constexpr std::uint32_t kSyncBits = 0xEDA1DA01;
+constexpr std::size_t kHeaderSize = 28;
+constexpr std::size_t kMaxData = std::size_t{1}
                                  << 28;  // liblcm's own limit of a message, also checked by LogReader
 
 }  // namespace
@@ -44,14 +44,14 @@ Status LogWriter::State::append(std::string_view channel, ArrivalTime stamp,
                                 std::span<const std::uint8_t> payload) {
   if (Status status = check_message(channel, payload.size()); !status)
     return Error{path + ": " + status.error().message};
-  if (payload.size() > max_data) {
+  if (payload.size() > kMaxData) {
     return Error{path + ": channel " + std::string(channel) + ": " + std::to_string(payload.size()) +
                  " bytes, an event has at most 268435456"};
   }
   const std::size_t start = buffer.size();
-  buffer.resize(start + header_size);
+  buffer.resize(start + kHeaderSize);
   std::uint8_t* at = buffer.data() + start;
-  wire::big_endian(sync_word, at);
+  wire::big_endian(kSyncBits, at);
   wire::big_endian(number, at + 4);
   wire::big_endian(stamp.utime(), at + 12);
   wire::big_endian(static_cast<std::int32_t>(channel.size()), at + 20);

@@ -11,7 +11,7 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_channel = 63;
+constexpr std::size_t kMaxChannel = 63;
 
 ArrivalTime now() {
   const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
@@ -21,7 +21,7 @@ ArrivalTime now() {
 }  // namespace
 
 Status check_message(std::string_view channel, std::size_t payload_size) {
-  if (channel.empty() || channel.size() > max_channel || channel.find('\0') != std::string_view::npos) {
+  if (channel.empty() || channel.size() > kMaxChannel || channel.find('\0') != std::string_view::npos) {
     return Error{"publish on '" + std::string(channel.substr(0, 80)) +
                  "': a channel name has 1 to 63 characters"};
   }

@@ -22,16 +22,16 @@
 namespace parhelion {
 namespace {
 
-constexpr const char* default_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
-constexpr const char* route_remedy =
+constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+constexpr const char* kRouteRemedy =
     "; give the machine a multicast route: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
 /// How many messages liblcm may queue above a subscription's capacity while receive() is not called.
-constexpr int liblcm_slack = 200;
+constexpr int kLiblcmSlack = 200;
 
 std::string chosen_url(const std::string& url) {
   if (!url.empty()) return url;
   const char* from_environment = std::getenv("LCM_DEFAULT_URL");
-  return from_environment != nullptr && *from_environment != '\0' ? from_environment : default_url;
+  return from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultUrl;
 }
 
 /// Queries the kernel for a route to the group of a udpm url: liblcm would print the reason instead of
@@ -46,7 +46,7 @@ Status check_route(const std::string& url) {
   if (host.empty()) inet_aton("239.255.76.67", &group.sin_addr);
   if (!host.empty() && inet_aton(host.c_str(), &group.sin_addr) == 0) {
     return Error{"network bus " + url + ": '" + host + "' is not an IPv4 multicast address, expected as in " +
-                 default_url};
+                 kDefaultUrl};
   }
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return Error{"network bus " + url + ": no UDP socket: " + std::strerror(errno)};
@@ -55,7 +55,7 @@ Status check_route(const std::string& url) {
   close(probe);
   if (connected == 0) return {};
   return Error{"network bus " + url + ": no route to the multicast group: " + std::strerror(reason) +
-               route_remedy};
+               kRouteRemedy};
 }
 
 Status send(lcm_t* lcm, const std::string& url, std::string_view channel,
@@ -128,7 +128,7 @@ class NetworkBus : public Bus {
   Status subscribe(const std::string& pattern, int capacity) override {
     if (Status status = check_capacity(pattern, capacity); !status) return status;
     auto subscription = std::make_unique<Subscription>(
-        Subscription{this, 0, std::min(capacity, max_drain) + liblcm_slack, 0, nullptr});
+        Subscription{this, 0, std::min(capacity, kMaxDrain) + kLiblcmSlack, 0, nullptr});
     {
       const std::lock_guard lock(mutex_);
       subscription->queue = queues_.add(capacity);
@@ -174,7 +174,7 @@ class NetworkBus : public Bus {
       for (auto& subscription : subscriptions_) subscription->drained = 0;
     }
     pollfd waiting{file_, POLLIN, 0};
-    for (int handled = 0; handled < max_drain && poll(&waiting, 1, 0) > 0; ++handled) {
+    for (int handled = 0; handled < kMaxDrain && poll(&waiting, 1, 0) > 0; ++handled) {
       if (lcm_handle(lcm_) != 0) return Error{"receive from " + url_ + ": liblcm could not handle a message"};
     }
     const std::lock_guard lock(mutex_);
@@ -184,7 +184,7 @@ class NetworkBus : public Bus {
     return {};
   }
 
-  static constexpr int max_drain = 10'000;  // a flood must not keep receive() from returning
+  static constexpr int kMaxDrain = 10'000;  // a flood must not keep receive() from returning
 
   lcm_t* lcm_;
   int file_;
@@ -203,13 +203,13 @@ struct Opened {
 Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_url(url);
   if (!chosen.starts_with("udpm://")) {
-    return Error{"network bus '" + chosen + "': expected a url such as " + default_url +
+    return Error{"network bus '" + chosen + "': expected a url such as " + kDefaultUrl +
                  " (logs are read with --log; tcpq would end the program without a server)"};
   }
   if (Status status = check_route(chosen); !status) return status.error();
   lcm_t* lcm = lcm_create(chosen.c_str());
   if (lcm == nullptr)
-    return Error{"network bus " + chosen + ": liblcm refused it; expected as in " + default_url};
+    return Error{"network bus " + chosen + ": liblcm refused it; expected as in " + kDefaultUrl};
   return Opened{lcm, chosen};
 }
 
@@ -229,7 +229,7 @@ Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
   const int file = lcm_get_fileno(lcm);
   if (file < 0) {
     lcm_destroy(lcm);
-    return Error{"network bus " + chosen + ": the program does not receive its own messages" + route_remedy};
+    return Error{"network bus " + chosen + ": the program does not receive its own messages" + kRouteRemedy};
   }
   return std::unique_ptr<Bus>(std::make_unique<NetworkBus>(lcm, file, chosen));
 }

@@ -45,7 +45,7 @@ class SubscriptionQueues {
     }
     if (first == nullptr) return false;
     std::swap(message, first->waiting.front().message);
-    if (spare_.size() < max_spare) spare_.push_back(std::move(first->waiting.front().message));
+    if (spare_.size() < kMaxSpare) spare_.push_back(std::move(first->waiting.front().message));
     first->waiting.pop_front();
     return true;
   }
@@ -58,7 +58,7 @@ class SubscriptionQueues {
   void count_dropped(std::uint64_t n) { dropped_ += n; }
 
  private:
-  static constexpr std::size_t max_spare = 64;
+  static constexpr std::size_t kMaxSpare = 64;
   struct Waiting {
     std::uint64_t number;
     Message message;

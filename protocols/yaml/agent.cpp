@@ -7,23 +7,23 @@
 namespace parhelion::yaml {
 namespace {
 
-constexpr std::size_t kinds = static_cast<std::size_t>(kLastAgentKind) + 1;
-const std::array<const char*, kinds> kind_names = [] {
-  std::array<const char*, kinds> names{};
-  for (std::size_t i = 0; i < kinds; ++i) names[i] = to_string(static_cast<AgentKind>(i));
+constexpr std::size_t kKinds = static_cast<std::size_t>(kLastAgentKind) + 1;
+const std::array<const char*, kKinds> kKindNames = [] {
+  std::array<const char*, kKinds> names{};
+  for (std::size_t i = 0; i < kKinds; ++i) names[i] = to_string(static_cast<AgentKind>(i));
   return names;
 }();
-constexpr std::size_t behaviours = static_cast<std::size_t>(kLastBehaviourKind) + 1;
-const std::array<const char*, behaviours> behaviour_names = [] {
-  std::array<const char*, behaviours> names{};
-  for (std::size_t i = 0; i < behaviours; ++i) names[i] = to_string(static_cast<BehaviourKind>(i));
+constexpr std::size_t kBehaviours = static_cast<std::size_t>(kLastBehaviourKind) + 1;
+const std::array<const char*, kBehaviours> kBehaviourNames = [] {
+  std::array<const char*, kBehaviours> names{};
+  for (std::size_t i = 0; i < kBehaviours; ++i) names[i] = to_string(static_cast<BehaviourKind>(i));
   return names;
 }();
 
 }  // namespace
 
 void read_behaviour(const Node& node, Behaviour& behaviour, Problems& problems) {
-  read(node, "kind", behaviour_names, behaviour.kind);
+  read(node, "kind", kBehaviourNames, behaviour.kind);
   read(node, "speed", behaviour.speed);
   if (const Node* waypoints = node.find("waypoints")) {
     for (const Node& point : waypoints->items) behaviour.waypoints.push_back(vector2(point));
@@ -49,7 +49,7 @@ void read_agent_pose(const Node& node, Transform<Map, Base>& T_map_base, Problem
 AgentDefinition read_agent(const Node& node, Problems& problems) {
   AgentDefinition agent;
   read(node, "name", agent.name);
-  read(node, "kind", kind_names, agent.kind);
+  read(node, "kind", kKindNames, agent.kind);
   read_agent_pose(node, agent.T_map_base, problems);
   if (const Node* size = node.find("size")) agent.size = vector3(*size);
   if (const Node* behaviour = node.find("behaviour")) read_behaviour(*behaviour, agent.behaviour, problems);

@@ -17,8 +17,8 @@
 namespace parhelion::yaml {
 namespace {
 
-constexpr std::size_t max_bytes = std::size_t{64} << 20U;
-constexpr std::size_t max_depth = 32;
+constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;
+constexpr std::size_t kMaxDepth = 32;
 
 /// Carries a rejection out of yaml-cpp's parser; never leaves this file.
 struct Refusal {
@@ -37,7 +37,7 @@ class TreeBuilder : public YAML::EventHandler {
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     add(make(Node::Kind::null, mark, "", anchor));
   }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { throw Refusal{line_of(mark), no_anchors}; }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { throw Refusal{line_of(mark), kNoAnchors}; }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
     Node node = make(Node::Kind::scalar, mark, tag, anchor);
@@ -59,16 +59,16 @@ class TreeBuilder : public YAML::EventHandler {
   void OnMapEnd() override { close(); }
 
  private:
-  static constexpr const char* no_anchors =
+  static constexpr const char* kNoAnchors =
       "anchors and aliases (&, *) are not used in these files: write the value out";
 
-  static constexpr std::string_view binary_tag = "tag:yaml.org,2002:binary";
+  static constexpr std::string_view kBinaryTag = "tag:yaml.org,2002:binary";
 
   static int line_of(const YAML::Mark& mark) { return mark.line + 1; }
 
   static Node make(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
-    if (anchor != 0) throw Refusal{line_of(mark), no_anchors};
-    const bool binary = tag == binary_tag && kind == Node::Kind::scalar;
+    if (anchor != 0) throw Refusal{line_of(mark), kNoAnchors};
+    const bool binary = tag == kBinaryTag && kind == Node::Kind::scalar;
     if (!tag.empty() && tag != "?" && tag != "!" && !binary) {
       throw Refusal{line_of(mark), "tags (" + printable(tag) + ") are not used in these files"};
     }
@@ -102,7 +102,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void open(Node node) {
     if (key_expected()) throw Refusal{node.line, "a key must be plain text"};
-    if (open_.size() >= max_depth) throw Refusal{node.line, "nested too deeply (more than 32 levels)"};
+    if (open_.size() >= kMaxDepth) throw Refusal{node.line, "nested too deeply (more than 32 levels)"};
     open_.push_back(std::move(node));
   }
 
@@ -163,7 +163,7 @@ Error Problems::error() const {
 }
 
 Result<Node> read_document(const std::string& text, const std::string& origin) {
-  if (text.size() > max_bytes) return error_at(origin, 1, "larger than 64 MiB: not a configuration file");
+  if (text.size() > kMaxBytes) return error_at(origin, 1, "larger than 64 MiB: not a configuration file");
   if (const auto bad = find_invalid_utf8(text)) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*bad), '\n');
     return error_at(origin, static_cast<int>(line),
@@ -195,7 +195,7 @@ Result<std::string> read_text(const std::string& path) {
   char block[1 << 16];
   while (file.read(block, sizeof block), file.gcount() > 0) {
     text.append(block, static_cast<std::size_t>(file.gcount()));
-    if (text.size() > max_bytes) return Error{path + ": larger than 64 MiB: not a configuration file"};
+    if (text.size() > kMaxBytes) return Error{path + ": larger than 64 MiB: not a configuration file"};
   }
   if (file.bad()) return Error{path + ": cannot be read: " + std::strerror(errno)};
   return text;

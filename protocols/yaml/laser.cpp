@@ -10,13 +10,13 @@
 namespace parhelion::yaml {
 namespace {
 
-constexpr std::array<const char*, 3> stamp_beam_names{"first", "middle", "last"};
+constexpr std::array<const char*, 3> kStampBeamNames{"first", "middle", "last"};
 
 /// Keys that the preset supplies where they are missing.
-constexpr const char* value_keys[] = {"range_min",   "range_max",   "no_return",    "too_close",
+constexpr const char* kValueKeys[] = {"range_min",   "range_max",   "no_return",    "too_close",
                                       "stamp_beam",  "passes",      "pass_period",  "beam_interval",
                                       "scan_period", "noise_sigma", "quantization", "intensity_scale",
-                                      "intensities", "beams",       "angle_first",  "angle_step"};
+                                      "intensities", "beams",       "angle_min",    "angle_increment"};
 
 void read_sentinel(const Node& map, std::string_view key, RangeConvention::Sentinel& kind, float& value) {
   const Node* node = map.find(key);
@@ -45,7 +45,7 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
   read(map, "range_max", convention.range_max);
   read_sentinel(map, "no_return", convention.no_return, convention.no_return_value);
   read_sentinel(map, "too_close", convention.too_close, convention.too_close_value);
-  read(map, "stamp_beam", stamp_beam_names, laser.stamp_beam);
+  read(map, "stamp_beam", kStampBeamNames, laser.stamp_beam);
   read(map, "passes", laser.passes);
   read(map, "pass_period", laser.pass_period);
   read(map, "beam_interval", laser.beam_interval);
@@ -55,8 +55,8 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
   read(map, "intensity_scale", laser.intensity_scale);
   read(map, "intensities", laser.intensities);
   read(map, "beams", laser.beams);
-  read(map, "angle_first", laser.angle_first);
-  read(map, "angle_step", laser.angle_step);
+  read(map, "angle_min", laser.angle_min);
+  read(map, "angle_increment", laser.angle_increment);
   read(map, "source", laser.source);
   if (convention.range_max == 0) {
     problems.add(map.line, "key 'range_max' is missing in 'laser'");
@@ -65,8 +65,8 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
                                format_quantity(convention.range_min, Quantity::length) + " and " +
                                format_quantity(convention.range_max, Quantity::length));
   }
-  if (laser.beams > 1 && laser.angle_step == 0) {
-    problems.add(map.line, "expected angle_step != 0 rad where beams > 1");
+  if (laser.beams > 1 && laser.angle_increment == 0) {
+    problems.add(map.line, "expected angle_increment != 0 rad where beams > 1");
   }
 }
 
@@ -86,7 +86,7 @@ LaserDescription read_preset(const Node& map, Problems& problems) {
 
 LaserDescription read_laser(const Node& map, Problems& problems) {
   LaserDescription laser;
-  const bool complete = std::all_of(std::begin(value_keys), std::end(value_keys),
+  const bool complete = std::all_of(std::begin(kValueKeys), std::end(kValueKeys),
                                     [&](const char* key) { return map.find(key) != nullptr; });
   if (const Node* preset = map.find("preset"); preset != nullptr && !complete) {
     auto loaded = load_laser_preset(preset->text);
@@ -113,7 +113,7 @@ void write_laser(Writer& writer, const LaserDescription& laser) {
   writer.quantity("range_max", convention.range_max, Quantity::length);
   writer.line("no_return", format_sentinel(convention.no_return, convention.no_return_value));
   writer.line("too_close", format_sentinel(convention.too_close, convention.too_close_value));
-  writer.word("stamp_beam", stamp_beam_names.at(static_cast<std::size_t>(laser.stamp_beam)));
+  writer.word("stamp_beam", kStampBeamNames.at(static_cast<std::size_t>(laser.stamp_beam)));
   writer.integer("passes", laser.passes);
   writer.quantity("pass_period", laser.pass_period, Quantity::time);
   writer.quantity("beam_interval", laser.beam_interval, Quantity::time);
@@ -123,8 +123,8 @@ void write_laser(Writer& writer, const LaserDescription& laser) {
   writer.number("intensity_scale", laser.intensity_scale);
   writer.flag("intensities", laser.intensities);
   writer.integer("beams", laser.beams);
-  writer.quantity("angle_first", laser.angle_first, Quantity::angle);
-  writer.quantity("angle_step", laser.angle_step, Quantity::angle);
+  writer.quantity("angle_min", laser.angle_min, Quantity::angle);
+  writer.quantity("angle_increment", laser.angle_increment, Quantity::angle);
   if (!laser.source.empty()) writer.text("source", laser.source);
 }
 

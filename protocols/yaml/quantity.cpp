@@ -17,27 +17,27 @@ struct Unit {
   double divide = 1;  ///< separate from `multiply`, so that 20 ms is the double nearest to 0.020
 };
 
-constexpr Unit lengths[] = {{"m"}, {"cm", 1, 100}, {"mm", 1, 1000}, {"km", 1000, 1}};
-constexpr Unit angles[] = {{"rad"}, {"deg", std::numbers::pi, 180}};
-constexpr Unit times[] = {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"ns", 1, 1e9}, {"min", 60, 1}};
-constexpr Unit rates[] = {{"Hz"}, {"kHz", 1000, 1}, {"MHz", 1e6, 1}, {"GHz", 1e9, 1}};
-constexpr Unit speeds[] = {{"m/s"}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}, {"km/h", 1, 3.6}};
-constexpr Unit angular_speeds[] = {{"rad/s"}, {"deg/s", std::numbers::pi, 180}};
-constexpr Unit accelerations[] = {{"m/s^2"}};
-constexpr Unit masses[] = {{"kg"}, {"g", 1, 1000}};
-constexpr Unit pixel_units[] = {{"px"}};
-constexpr Unit length_ratios[] = {{"m/m"}, {"%", 1, 100}};
-constexpr Unit angle_ratios[] = {{"rad/rad"}, {"deg/deg"}, {"%", 1, 100}};
-constexpr Unit forces[] = {{"N"}, {"kN", 1000, 1}};
-constexpr Unit torques[] = {{"N m"}};
-constexpr Unit impulses[] = {{"N s"}};
-constexpr Unit energies[] = {{"J"}, {"kJ", 1000, 1}, {"Wh", 3600, 1}};
-constexpr Unit powers[] = {{"W"}};
-constexpr Unit power_levels[] = {{"dBm"}};
-constexpr Unit losses[] = {{"dB"}};
-constexpr Unit dose_rates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
-constexpr Unit concentrations[] = {{"ppm"}, {"%", 10000, 1}};
-constexpr Unit digital_numbers[] = {{"DN"}};
+constexpr Unit kLengths[] = {{"m"}, {"cm", 1, 100}, {"mm", 1, 1000}, {"km", 1000, 1}};
+constexpr Unit kAngles[] = {{"rad"}, {"deg", std::numbers::pi, 180}};
+constexpr Unit kTimes[] = {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"ns", 1, 1e9}, {"min", 60, 1}};
+constexpr Unit kRates[] = {{"Hz"}, {"kHz", 1000, 1}, {"MHz", 1e6, 1}, {"GHz", 1e9, 1}};
+constexpr Unit kSpeeds[] = {{"m/s"}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}, {"km/h", 1, 3.6}};
+constexpr Unit kAngularSpeeds[] = {{"rad/s"}, {"deg/s", std::numbers::pi, 180}};
+constexpr Unit kAccelerations[] = {{"m/s^2"}};
+constexpr Unit kMasses[] = {{"kg"}, {"g", 1, 1000}};
+constexpr Unit kPixelUnits[] = {{"px"}};
+constexpr Unit kLengthRatios[] = {{"m/m"}, {"%", 1, 100}};
+constexpr Unit kAngleRatios[] = {{"rad/rad"}, {"deg/deg"}, {"%", 1, 100}};
+constexpr Unit kForces[] = {{"N"}, {"kN", 1000, 1}};
+constexpr Unit kTorques[] = {{"N m"}};
+constexpr Unit kImpulses[] = {{"N s"}};
+constexpr Unit kEnergies[] = {{"J"}, {"kJ", 1000, 1}, {"Wh", 3600, 1}};
+constexpr Unit kPowers[] = {{"W"}};
+constexpr Unit kPowerLevels[] = {{"dBm"}};
+constexpr Unit kLosses[] = {{"dB"}};
+constexpr Unit kDoseRates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
+constexpr Unit kConcentrations[] = {{"ppm"}, {"%", 10000, 1}};
+constexpr Unit kDigitalNumbers[] = {{"DN"}};
 
 struct Dimension {
   std::string_view name;
@@ -45,29 +45,29 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 21> dimensions{{{"length", lengths},
-                                                {"angle", angles},
-                                                {"time", times},
-                                                {"rate", rates},
-                                                {"speed", speeds},
-                                                {"angular_speed", angular_speeds},
-                                                {"acceleration", accelerations},
-                                                {"mass", masses},
-                                                {"pixels", pixel_units},
-                                                {"length_ratio", length_ratios},
-                                                {"angle_ratio", angle_ratios},
-                                                {"force", forces},
-                                                {"torque", torques},
-                                                {"impulse", impulses},
-                                                {"energy", energies},
-                                                {"power", powers},
-                                                {"power_level", power_levels},
-                                                {"loss", losses},
-                                                {"dose_rate", dose_rates},
-                                                {"concentration", concentrations},
-                                                {"digital_number", digital_numbers}}};
+constexpr std::array<Dimension, 21> kDimensions{{{"length", kLengths},
+                                                 {"angle", kAngles},
+                                                 {"time", kTimes},
+                                                 {"rate", kRates},
+                                                 {"speed", kSpeeds},
+                                                 {"angular_speed", kAngularSpeeds},
+                                                 {"acceleration", kAccelerations},
+                                                 {"mass", kMasses},
+                                                 {"pixels", kPixelUnits},
+                                                 {"length_ratio", kLengthRatios},
+                                                 {"angle_ratio", kAngleRatios},
+                                                 {"force", kForces},
+                                                 {"torque", kTorques},
+                                                 {"impulse", kImpulses},
+                                                 {"energy", kEnergies},
+                                                 {"power", kPowers},
+                                                 {"power_level", kPowerLevels},
+                                                 {"loss", kLosses},
+                                                 {"dose_rate", kDoseRates},
+                                                 {"concentration", kConcentrations},
+                                                 {"digital_number", kDigitalNumbers}}};
 
-const Dimension& dimension(Quantity quantity) { return dimensions[static_cast<std::size_t>(quantity)]; }
+const Dimension& dimension(Quantity quantity) { return kDimensions[static_cast<std::size_t>(quantity)]; }
 
 std::string accepted(Quantity quantity) {
   const auto units = dimension(quantity).units;
@@ -110,8 +110,8 @@ std::string found(std::string_view text) { return ", found '" + printable(text) 
 }  // namespace
 
 Result<Quantity> quantity_named(std::string_view name) {
-  for (std::size_t i = 0; i < dimensions.size(); ++i) {
-    if (dimensions[i].name == name) return static_cast<Quantity>(i);
+  for (std::size_t i = 0; i < kDimensions.size(); ++i) {
+    if (kDimensions[i].name == name) return static_cast<Quantity>(i);
   }
   return Error{"unknown quantity '" + std::string(name) + "'"};
 }

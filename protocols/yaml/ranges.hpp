@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "protocols/lesson.hpp"
+#include "protocols/fault.hpp"
 #include "protocols/yaml/document.hpp"
 
 namespace parhelion::yaml {

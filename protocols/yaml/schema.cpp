@@ -106,7 +106,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-const char* kind_words(const Node& node) {
+const char* kind_text(const Node& node) {
   switch (node.kind) {
     case Node::Kind::null:
       return "nothing";
@@ -132,7 +132,7 @@ class Checker {
     if (type == "array") return convert_list(node, schema, name);
     if (type == kAny) return nullptr;
     if (node.kind != Node::Kind::scalar) {
-      problems_.add(node.line, "'" + name + "': expected " + wanted(schema) + ", found " + kind_words(node));
+      problems_.add(node.line, "'" + name + "': expected " + wanted(schema) + ", found " + kind_text(node));
       return nullptr;
     }
     if (node.binary != schema.contains("binary")) {
@@ -158,7 +158,7 @@ class Checker {
   Json convert_map(Node& node, const Json& schema, const std::string& name) {
     if (node.kind != Node::Kind::map) {
       problems_.add(node.line, (name.empty() ? "" : "'" + name + "': ") +
-                                   "expected keys with values, found " + kind_words(node));
+                                   "expected keys with values, found " + kind_text(node));
       return nullptr;
     }
     static const Json none = Json::object();
@@ -192,7 +192,7 @@ class Checker {
 
   Json convert_list(Node& node, const Json& schema, const std::string& name) {
     if (node.kind != Node::Kind::list) {
-      problems_.add(node.line, "'" + name + "': expected a list, found " + kind_words(node));
+      problems_.add(node.line, "'" + name + "': expected a list, found " + kind_text(node));
       return nullptr;
     }
     const auto count = node.items.size();
@@ -337,7 +337,7 @@ Result<Node> read_checked(const std::string& text, const std::string& origin, st
 
 std::string guess_schema(const Node& root) {
   std::string best;
-  std::size_t most = 0;
+  std::size_t best_score = 0;
   for (const char* name : {"scenario", "model", "robot", "laser", "robot_model", "joystick", "course"}) {
     const Json& properties = schema_named(name).text.at("properties");
     const auto names = keys_of(properties);
@@ -346,8 +346,8 @@ std::string guess_schema(const Node& root) {
       if (key == "name" || key == "source" || key == "pose") continue;
       known += properties.contains(key) ? 2 : nearest_name(key, names).empty() ? 0 : 1;
     }
-    if (known > most) {
-      most = known;
+    if (known > best_score) {
+      best_score = known;
       best = name;
     }
   }

@@ -14,7 +14,7 @@
 namespace parhelion::yaml {
 namespace {
 
-constexpr const char* everyone = "all";
+constexpr const char* kEveryone = "all";
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
 
@@ -144,7 +144,7 @@ class Reader {
   }
 
   AgentFreeze read_freeze(const Node& name, bool frozen) {
-    if (name.text == everyone) return {.all = true, .frozen = frozen};
+    if (name.text == kEveryone) return {.all = true, .frozen = frozen};
     return {.agent = read_name(name), .frozen = frozen};
   }
 
@@ -202,7 +202,7 @@ void write_action(Writer& writer, const AgentRemove& command) {
 }
 
 void write_action(Writer& writer, const AgentFreeze& command) {
-  writer.text(command.frozen ? "freeze" : "unfreeze", command.all ? everyone : command.agent);
+  writer.text(command.frozen ? "freeze" : "unfreeze", command.all ? kEveryone : command.agent);
 }
 
 }  // namespace

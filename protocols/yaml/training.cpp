@@ -13,7 +13,7 @@ namespace parhelion::yaml {
 namespace {
 
 using Kind = Condition::Kind;
-constexpr std::array<const char*, 20> kinds{
+constexpr std::array<const char*, 20> kKinds{
     "event", "reach", "pass",  "climb", "near", "still",    "inspect", "follow", "avoid", "report",
     "grip",  "lift",  "place", "pitch", "roll", "yaw_rate", "speed",   "all",    "any",   "then"};
 
@@ -49,7 +49,7 @@ bool goes_with(Kind kind, const std::string& key) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   };
   if (one_of({"within", "never"})) return true;
-  if (kind == Kind::event) return one_of({"subject", "object", "text", "impulse", "least", "most", "count"});
+  if (kind == Kind::event) return one_of({"subject", "object", "text", "impulse", "min", "max", "count"});
   if (kind == Kind::place && key == "into") return true;
   return (takes_distance(kind) && key == "distance") || (takes_duration(kind) && key == "for");
 }
@@ -59,18 +59,18 @@ void read_optional(const Node& node, const char* key, std::optional<double>& out
 }
 
 /// s, minimum time until it can hold.
-double least_time(const Condition& condition) {
+double min_time(const Condition& condition) {
   double time = condition.duration;
   for (const Condition& part : condition.parts) {
-    const double part_time = least_time(part);
+    const double part_time = min_time(part);
     if (condition.kind == Kind::all) time = std::max(time, part_time);
     if (condition.kind == Kind::then) time += part_time;
   }
   if (condition.kind == Kind::any) {
-    const auto shortest = std::min_element(
-        condition.parts.begin(), condition.parts.end(),
-        [](const Condition& a, const Condition& b) { return least_time(a) < least_time(b); });
-    if (shortest != condition.parts.end()) time = least_time(*shortest);
+    const auto shortest =
+        std::min_element(condition.parts.begin(), condition.parts.end(),
+                         [](const Condition& a, const Condition& b) { return min_time(a) < min_time(b); });
+    if (shortest != condition.parts.end()) time = min_time(*shortest);
   }
   return time;
 }
@@ -82,22 +82,23 @@ void check_times(const Training& training, const Node& tasks, Problems& problems
   double before = 0;
   for (std::size_t i = 0; i < training.tasks.size(); ++i) {
     const Task& task = training.tasks[i];
-    const double least = least_time(task.done);
-    const auto say = [&](const std::string& words) {
+    const double min = min_time(task.done);
+    const auto add_problem = [&](const std::string& words) {
       problems.add(tasks.items[i].line, "task '" + printable(task.name) + "': " + words);
     };
-    if (task.done.within && least > *task.done.within)
-      say("its condition takes at least " + seconds_text(least) + ", and has to be within " +
-          seconds_text(*task.done.within));
-    if (task.limit && least > *task.limit)
-      say("it takes at least " + seconds_text(least) + ", its limit is " + seconds_text(*task.limit));
+    if (task.done.within && min > *task.done.within)
+      add_problem("its condition takes at least " + seconds_text(min) + ", and has to be within " +
+                  seconds_text(*task.done.within));
+    if (task.limit && min > *task.limit)
+      add_problem("it takes at least " + seconds_text(min) + ", its limit is " + seconds_text(*task.limit));
     if (training.limit && task.limit && *task.limit > *training.limit)
-      say("its limit of " + seconds_text(*task.limit) + " is after that of the whole, " +
-          seconds_text(*training.limit));
-    if (training.limit && before + least > *training.limit)
-      say("it cannot be done in time: the tasks up to it take at least " + seconds_text(before + least) +
-          ", the limit of the whole is " + seconds_text(*training.limit));
-    if (training.in_order) before += least;
+      add_problem("its limit of " + seconds_text(*task.limit) + " is after that of the whole, " +
+                  seconds_text(*training.limit));
+    if (training.limit && before + min > *training.limit)
+      add_problem("it cannot be done in time: the tasks up to it take at least " +
+                  seconds_text(before + min) + ", the limit of the whole is " +
+                  seconds_text(*training.limit));
+    if (training.in_order) before += min;
   }
 }
 
@@ -113,7 +114,7 @@ class Reader {
     if (!what) return condition;
     for (std::size_t i = 0; i < node.keys.size(); ++i) {
       const std::string& key = node.keys[i];
-      const bool known = std::find(kinds.begin(), kinds.end(), key) != kinds.end();
+      const bool known = std::find(kKinds.begin(), kKinds.end(), key) != kKinds.end();
       if (!known && !goes_with(condition.kind, key))
         problems_.add(node.key_lines[i],
                       "'" + printable(key) + "' does not go with '" + name_of(condition) + "'");
@@ -125,14 +126,14 @@ class Reader {
 
  private:
   static std::string name_of(const Condition& condition) {
-    return kinds[static_cast<std::size_t>(condition.kind)];
+    return kKinds[static_cast<std::size_t>(condition.kind)];
   }
 
   const Node* what_kind(const Node& node, Kind& kind) {
-    const Node* what = only_one(node, {kinds.begin(), kinds.end()}, "a condition", problems_,
+    const Node* what = only_one(node, {kKinds.begin(), kKinds.end()}, "a condition", problems_,
                                 "; join them with all, any or then");
-    for (std::size_t i = 0; what && i < kinds.size(); ++i) {
-      if (what == node.find(kinds[i])) kind = static_cast<Kind>(i);
+    for (std::size_t i = 0; what && i < kKinds.size(); ++i) {
+      if (what == node.find(kKinds[i])) kind = static_cast<Kind>(i);
     }
     return what;
   }
@@ -180,8 +181,8 @@ class Reader {
     read(node, "text", condition.text);
     read(node, "impulse", condition.impulse);
     read(node, "count", condition.count);
-    read_optional(node, "least", condition.least);
-    read_optional(node, "most", condition.most);
+    read_optional(node, "min", condition.min);
+    read_optional(node, "max", condition.max);
   }
 
   Problems& problems_;
@@ -217,7 +218,7 @@ Penalty read_penalty(Node& node, Reader& reader, Problems& problems) {
   read(node, "name", penalty.name);
   read(node, "points", penalty.points);
   read(node, "per_impulse", penalty.per_impulse);
-  read_optional(node, "most", penalty.most);
+  read_optional(node, "max", penalty.max);
   penalty.when = reader.read_condition(*node.find("when"));
   if (!(penalty.points > 0 || penalty.per_impulse > 0))
     problems.add(node.line,
@@ -233,13 +234,13 @@ void write_event(Writer& writer, const Condition& condition) {
   if (!condition.object.empty()) writer.text("object", condition.object);
   if (!condition.text.empty()) writer.text("text", condition.text);
   if (condition.impulse > 0) writer.quantity("impulse", condition.impulse, Quantity::impulse);
-  if (condition.least) writer.number("least", *condition.least);
-  if (condition.most) writer.number("most", *condition.most);
+  if (condition.min) writer.number("min", *condition.min);
+  if (condition.max) writer.number("max", *condition.max);
   if (condition.count > 1) writer.integer("count", condition.count);
 }
 
 void write_condition(Writer& writer, const Condition& condition) {
-  const char* name = kinds[static_cast<std::size_t>(condition.kind)];
+  const char* name = kKinds[static_cast<std::size_t>(condition.kind)];
   if (condition.kind == Kind::event) {
     write_event(writer, condition);
   } else if (const auto quantity = quantity_of(condition.kind)) {
@@ -357,7 +358,7 @@ void write_training(Writer& writer, const Training& training) {
       writer.text("name", penalty.name);
       writer.number("points", penalty.points);
       if (penalty.per_impulse > 0) writer.number("per_impulse", penalty.per_impulse);
-      if (penalty.most) writer.number("most", *penalty.most);
+      if (penalty.max) writer.number("max", *penalty.max);
       write_named(writer, "when", penalty.when);
       writer.end_item();
     }

@@ -32,26 +32,26 @@ NearestReturn::Distances NearestReturn::of(const Scan& scan, const ScanInfo* inf
   Distances nearest{kInfinity, kInfinity};
   if (!knows()) return nearest;
   const LaserDescription& laser = *robot_.laser;
-  if (directions_.size() != scan.ranges.size() || angle_first_ != scan.angle_first ||
-      angle_step_ != scan.angle_step) {
-    angle_first_ = scan.angle_first;
-    angle_step_ = scan.angle_step;
+  if (directions_.size() != scan.ranges.size() || angle_min_ != scan.angle_min ||
+      angle_increment_ != scan.angle_increment) {
+    angle_min_ = scan.angle_min;
+    angle_increment_ = scan.angle_increment;
     directions_.resize(scan.ranges.size());
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-      const double angle = angle_first_ + static_cast<double>(i) * angle_step_;
+      const double angle = angle_min_ + static_cast<double>(i) * angle_increment_;
       directions_[i] =
           (laser.T_base_laser.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)).head<2>();
     }
   }
-  const bool told = info && info->beam_agent.size() == scan.ranges.size();
+  const bool has_beam_agents = info && info->beam_agent.size() == scan.ranges.size();
   const Eigen::Vector2d origin = laser.T_base_laser.translation().head<2>();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const float range = scan.ranges[i];
     if (laser.convention.classify(range) != BeamKind::hit) continue;
-    const bool injected = told && info->beam_agent[i] >= 0;
+    const bool injected = has_beam_agents && info->beam_agent[i] >= 0;
     // Skip returns that are farther than the nearest one even from the nearest corner.
-    const double least = range * directions_[i].norm() - reach_;
-    if (least >= nearest.any && (!injected || least >= nearest.injected)) continue;
+    const double lower_bound = range * directions_[i].norm() - reach_;
+    if (lower_bound >= nearest.any && (!injected || lower_bound >= nearest.injected)) continue;
     const double d = distance_to_outline(origin + range * directions_[i], robot_.footprint);
     nearest.any = std::min(nearest.any, d);
     if (injected) nearest.injected = std::min(nearest.injected, d);

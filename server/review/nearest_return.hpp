@@ -25,7 +25,7 @@ class NearestReturn {
  private:
   const RobotDescription& robot_;
   double reach_ = 0;  ///< m, from the laser to the footprint's farthest corner
-  float angle_first_ = 0, angle_step_ = 0;
+  float angle_min_ = 0, angle_increment_ = 0;
   std::vector<Eigen::Vector2d> directions_;  ///< of beams, in base_link
 };
 

@@ -38,10 +38,10 @@ Json seconds_after(const std::optional<SimulationTime>& at, SimulationTime begin
 Json grade_json(const training::Grade& grade) {
   const SimulationTime begin = grade.begin;
   Json json{{"score", grade.score},
-            {"earned", grade.earned},
-            {"charged", grade.charged},
-            {"most", grade.most},
-            {"share", grade.share},
+            {"awarded", grade.awarded},
+            {"deducted", grade.deducted},
+            {"max", grade.max},
+            {"fraction", grade.fraction},
             {"grade", grade.grade},
             {"passed", grade.passed},
             {"complete", grade.complete},
@@ -55,12 +55,12 @@ Json grade_json(const training::Grade& grade) {
                      {"began", seconds_after(task.began, begin)},
                      {"ended", seconds_after(task.ended, begin)},
                      {"cause", task.cause ? event_json(*task.cause, begin) : Json()}});
-  Json& charges = json["charges"] = Json::array();
-  for (const training::Charge& charge : grade.charges)
-    charges.push_back({{"t", rounded((charge.at - begin).seconds())},
-                       {"rule", charge.rule},
-                       {"points", charge.points},
-                       {"cause", charge.cause ? event_json(*charge.cause, begin) : Json()}});
+  Json& deductions = json["deductions"] = Json::array();
+  for (const training::Deduction& deduction : grade.deductions)
+    deductions.push_back({{"t", rounded((deduction.at - begin).seconds())},
+                          {"rule", deduction.rule},
+                          {"points", deduction.points},
+                          {"cause", deduction.cause ? event_json(*deduction.cause, begin) : Json()}});
   return json;
 }
 
@@ -79,7 +79,7 @@ Json training_json(const Training& training) {
     rules.push_back({{"name", penalty.name},
                      {"points", penalty.points},
                      {"per_impulse", penalty.per_impulse},
-                     {"most", number_or_null(penalty.most)}});
+                     {"max", number_or_null(penalty.max)}});
   return json;
 }
 
@@ -167,9 +167,9 @@ Json session_json(const SessionReview& review) {
   json["events_left_out"] = review.events_left_out;
   Json& all = json["series"] = Json::object();
   for (const auto& [name, series] : review.series) {
-    const auto least = review.least_delay.find(name);
-    const bool is_delay = least != review.least_delay.end();
-    all[name] = series_json(series, is_delay ? 1000 : 1, is_delay ? least->second : 0);
+    const auto smallest = review.min_delay.find(name);
+    const bool is_delay = smallest != review.min_delay.end();
+    all[name] = series_json(series, is_delay ? 1000 : 1, is_delay ? smallest->second : 0);
   }
   json["plan"] = plan_json(review);
   json["pictures"] = pictures_json(review);
@@ -186,13 +186,13 @@ Json scores_json(const std::vector<SessionScore>& scores) {
                     {"scenario", each.scenario},
                     {"begin_us", grade.begin.utime()},
                     {"score", grade.score},
-                    {"most", grade.most},
-                    {"share", grade.share},
+                    {"max", grade.max},
+                    {"fraction", grade.fraction},
                     {"grade", grade.grade},
                     {"passed", grade.passed},
                     {"complete", grade.complete},
-                    {"charges", grade.charges.size()},
-                    {"charged", grade.charged},
+                    {"deductions", grade.deductions.size()},
+                    {"deducted", grade.deducted},
                     {"seconds", rounded((grade.end - grade.begin).seconds())}});
   }
   return json;

@@ -74,7 +74,7 @@ Bgr shrink(const Bgr& from, int width) {
 Result<Picture> picture_of(double t, const std::vector<std::uint8_t>& message, int width,
                            render::JpegCodec& codec) {
   Image image;
-  if (const Status read = decode(channel::mr_camera, message, image); !read) return read.error();
+  if (const Status read = decode(channel::kMrCamera, message, image); !read) return read.error();
   const auto pixels = pixels_of(image, codec);
   if (!pixels) return pixels.error();
   const Bgr small = shrink(*pixels, width);
@@ -91,7 +91,7 @@ void PictureChoice::saw(double t, std::vector<std::uint8_t>&& message) {
   if (t < strip_next_) return;
   strip_.push_back(last_);
   strip_next_ = t + strip_interval_;
-  if (strip_.size() <= 2 * strip_most_) return;
+  if (strip_.size() <= 2 * max_strip_) return;
   strip_interval_ *= 2;
   std::vector<std::shared_ptr<const Frame>> fewer;
   for (std::size_t i = 0; i < strip_.size(); i += 2) fewer.push_back(strip_[i]);
@@ -99,15 +99,15 @@ void PictureChoice::saw(double t, std::vector<std::uint8_t>&& message) {
   strip_next_ = strip_.back()->t + strip_interval_;
 }
 
-void PictureChoice::charged(double points) {
+void PictureChoice::handle_deduction(double points) {
   if (!last_) return;
-  charged_.push_back({points, last_});
-  if (charged_.size() <= most_) return;
+  deduction_pictures_.push_back({points, last_});
+  if (deduction_pictures_.size() <= max_deductions_) return;
   // Drops the smallest deduction, and of equal ones the latest.
-  auto cheapest = charged_.begin();
-  for (auto each = charged_.begin(); each != charged_.end(); ++each)
+  auto cheapest = deduction_pictures_.begin();
+  for (auto each = deduction_pictures_.begin(); each != deduction_pictures_.end(); ++each)
     if (each->points <= cheapest->points) cheapest = each;
-  charged_.erase(cheapest);
+  deduction_pictures_.erase(cheapest);
 }
 
 std::vector<Picture> PictureChoice::finish(std::uint64_t& unreadable) const {
@@ -116,7 +116,7 @@ std::vector<Picture> PictureChoice::finish(std::uint64_t& unreadable) const {
   const auto choose = [&](const Frame* frame, int width) {
     if (widths.try_emplace(frame, width).second) frames.push_back(frame);
   };
-  for (const Charged& each : charged_) choose(each.frame.get(), kWide);
+  for (const DeductionPicture& each : deduction_pictures_) choose(each.frame.get(), kWide);
   for (const auto& each : strip_) choose(each.get(), kNarrow);
   std::stable_sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->t < b->t; });
   render::JpegCodec codec;

@@ -19,13 +19,15 @@ struct Picture {
 /// Stores encoded messages and decodes only the selected ones.
 class PictureChoice {
  public:
-  /// At most `most` pictures for deductions (the largest ones), and `strip` pictures at equal intervals.
-  PictureChoice(std::size_t most, std::size_t strip) : most_(most), strip_most_(strip) {}
+  /// At most `max_deductions` pictures for deductions (the largest ones), and `strip` pictures at equal
+  /// intervals.
+  PictureChoice(std::size_t max_deductions, std::size_t strip)
+      : max_deductions_(max_deductions), max_strip_(strip) {}
 
   /// MR_CAMERA as it was logged.
   void saw(double t, std::vector<std::uint8_t>&& message);
   /// A deduction at this instant: the last published picture is kept.
-  void charged(double points);
+  void handle_deduction(double points);
   std::uint64_t seen() const { return seen_; }
 
   /// As JPEG, in the order of time. Messages that are no image or cannot be shown are left out and counted in
@@ -37,13 +39,13 @@ class PictureChoice {
     double t;
     std::vector<std::uint8_t> message;
   };
-  struct Charged {
+  struct DeductionPicture {
     double points;
     std::shared_ptr<const Frame> frame;
   };
-  std::size_t most_, strip_most_;
+  std::size_t max_deductions_, max_strip_;
   std::shared_ptr<const Frame> last_;
-  std::vector<Charged> charged_;
+  std::vector<DeductionPicture> deduction_pictures_;
   std::vector<std::shared_ptr<const Frame>> strip_;
   double strip_interval_ = 1, strip_next_ = 0;  // s
   std::uint64_t seen_ = 0;

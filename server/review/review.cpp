@@ -19,7 +19,7 @@ class Gathering {
       : limits_(limits),
         path_(path),
         grading_(path),
-        pictures_(limits.charge_pictures, limits.strip_pictures) {
+        pictures_(limits.deduction_pictures, limits.strip_pictures) {
     review_.log = std::filesystem::path(path).filename().string();
   }
 
@@ -71,7 +71,7 @@ class Gathering {
   SessionReview review_;
   std::optional<NearestReturn> nearest_;
   PictureChoice pictures_;
-  std::size_t charges_ = 0;
+  std::size_t handled_deductions_ = 0;
   WorldMessage world_;
   Scan scan_;
   ScanInfo info_;
@@ -90,7 +90,7 @@ Status Gathering::take(Message& message) {
 
 /// Without training, the review has no score.
 Status Gathering::grade(const Message& message) {
-  const bool first = message.channel == channel::mr_session;
+  const bool first = message.channel == channel::kMrSession;
   if (!graded_) return first ? Status{Error{path_ + ": a second MR_SESSION"}} : Status{};
   const Status taken = grading_.take(message);
   if (first && !configuration_) {
@@ -103,8 +103,9 @@ Status Gathering::grade(const Message& message) {
   }
   if (!taken) return taken;
   if (!configuration_) return {};
-  const auto& charges = grading_.grader()->charges();
-  for (; charges_ < charges.size(); ++charges_) pictures_.charged(charges[charges_].points);
+  const auto& deductions = grading_.grader()->deductions();
+  for (; handled_deductions_ < deductions.size(); ++handled_deductions_)
+    pictures_.handle_deduction(deductions[handled_deductions_].points);
   return {};
 }
 
@@ -115,21 +116,21 @@ Status Gathering::begin(const Message& message) {
   review_.scenario = configuration_->scenario;
   review_.robot = tick::graded_robot(*configuration_);
   review_.plan = plan_of(configuration_->model);
-  listen(channel::mr_events, &Gathering::event);
-  listen(channel::mr_world, &Gathering::world);
-  listen(channel::mr_camera, &Gathering::picture);
-  listen(channel::loop, &Gathering::loop);
+  listen(channel::kMrEvents, &Gathering::event);
+  listen(channel::kMrWorld, &Gathering::world);
+  listen(channel::kMrCamera, &Gathering::picture);
+  listen(channel::kLoop, &Gathering::loop);
   if (!tick::simulates_trainee(review_.scenario)) {
-    listen(channel::scan, &Gathering::real_scan);
-    listen(channel::camera, &Gathering::real_picture);
+    listen(channel::kScan, &Gathering::real_scan);
+    listen(channel::kCamera, &Gathering::real_picture);
   }
   if (review_.robot == configuration_->robot.name) {
     review_.footprint = configuration_->robot.footprint;
     nearest_.emplace(configuration_->robot);
-    listen(channel::mr_scan, &Gathering::scan);
-    listen(channel::mr_scan_info, &Gathering::scan_info);
-    listen(channel::teleop, &Gathering::asked);
-    listen(channel::mr_cmd, &Gathering::given);
+    listen(channel::kMrScan, &Gathering::scan);
+    listen(channel::kMrScanInfo, &Gathering::scan_info);
+    listen(channel::kTeleop, &Gathering::asked);
+    listen(channel::kMrCmd, &Gathering::given);
   } else {
     handlers_["MR_AGENT_" + review_.robot + "_TELEOP"] = &Gathering::asked;
   }
@@ -146,7 +147,7 @@ Status Gathering::event(Message& message) {
 
 /// All kinds are represented, however many events there are of one.
 void Gathering::list(Event&& event) {
-  if (event.kind == EventKind::collision_continued) return;
+  if (event.kind == EventKind::contact_continues) return;
   if (++listed_[event.kind] <= limits_.events_of_kind)
     review_.events.push_back(std::move(event));
   else
@@ -256,8 +257,8 @@ Status Gathering::delay(const char* name, const Message& message) {
   const auto stamp = leading_stamp(message.payload);
   if (!stamp) return {};
   const double late = Duration{message.arrival.ns - stamp->ns}.seconds();
-  const auto [least, first] = review_.least_delay.try_emplace(name, late);
-  if (!first) least->second = std::min(least->second, late);
+  const auto [smallest, first] = review_.min_delay.try_emplace(name, late);
+  if (!first) smallest->second = std::min(smallest->second, late);
   add(name, at(message.arrival), late);
   return {};
 }

@@ -21,7 +21,7 @@ struct ReviewLimits {
   std::size_t path_points = 3000;     ///< of the graded robot
   std::size_t agent_points = 20'000;  ///< of all other agents together
   std::size_t events_of_kind = 150;
-  std::size_t charge_pictures = 40, strip_pictures = 40;
+  std::size_t deduction_pictures = 40, strip_pictures = 40;
 };
 
 /// Path of a robot, a person or another agent.
@@ -53,7 +53,7 @@ struct SessionReview {
   std::map<std::string, Series> series;
   /// s, smallest delay from sensor to server, by series; plots show the excess over it, since clocks may
   /// differ.
-  std::map<std::string, double> least_delay;
+  std::map<std::string, double> min_delay;
   std::vector<Picture> pictures;
   std::uint64_t pictures_seen = 0, pictures_unreadable = 0;
 };

@@ -5,7 +5,8 @@
 
 namespace parhelion::review {
 
-Series::Series(std::size_t most, double width) : most_(std::max<std::size_t>(most, 1)), width_(width) {}
+Series::Series(std::size_t max_windows, double width)
+    : max_windows_(std::max<std::size_t>(max_windows, 1)), width_(width) {}
 
 void Series::add(double t, double value) {
   if (!std::isfinite(value) || !std::isfinite(t)) return;
@@ -18,11 +19,11 @@ void Series::add(double t, double value) {
     return;
   }
   windows_.push_back(window);
-  while (windows_.size() > most_) widen();
+  while (windows_.size() > max_windows_) widen();
 }
 
 void Series::join(Window& window, const Window& next) {
-  if (next.least.value < window.least.value) window.least = next.least;
+  if (next.smallest.value < window.smallest.value) window.smallest = next.smallest;
   if (next.greatest.value > window.greatest.value) window.greatest = next.greatest;
 }
 
@@ -44,9 +45,10 @@ std::vector<Series::Sample> Series::samples() const {
   std::vector<Sample> all;
   all.reserve(2 * windows_.size());
   for (const Window& window : windows_) {
-    const bool rises = window.least.t <= window.greatest.t;
-    all.push_back(rises ? window.least : window.greatest);
-    if (window.least.value != window.greatest.value) all.push_back(rises ? window.greatest : window.least);
+    const bool rises = window.smallest.t <= window.greatest.t;
+    all.push_back(rises ? window.smallest : window.greatest);
+    if (window.smallest.value != window.greatest.value)
+      all.push_back(rises ? window.greatest : window.smallest);
   }
   return all;
 }

@@ -6,11 +6,11 @@
 
 namespace parhelion::review {
 
-/// At most `most` windows of equal width, aligned to multiples of it. Each keeps its smallest and largest
-/// sample with their instants. The width doubles as the time grows, so memory stays bounded.
+/// At most `max_windows` windows of equal width, aligned to multiples of it. Each keeps its smallest and
+/// largest sample with their instants. The width doubles as the time grows, so memory stays bounded.
 class Series {
  public:
-  explicit Series(std::size_t most = 600, double width = 0.02);
+  explicit Series(std::size_t max_windows = 600, double width = 0.02);
 
   /// t: s; negative values count as 0. A sample more than a window older than the one before it is left out,
   /// and so is a value that is not finite.
@@ -27,12 +27,12 @@ class Series {
  private:
   struct Window {
     long long index;
-    Sample least, greatest;
+    Sample smallest, greatest;
   };
   static void join(Window& window, const Window& next);
   void widen();
 
-  std::size_t most_;
+  std::size_t max_windows_;
   double width_;
   std::vector<Window> windows_;
 };

@@ -7,7 +7,7 @@
 
 namespace parhelion::review {
 
-Track::Track(std::size_t most) : most_(std::max<std::size_t>(most, 2)) {}
+Track::Track(std::size_t max_points) : max_points_(std::max<std::size_t>(max_points, 2)) {}
 
 void Track::add(const TrackPoint& point) {
   if (!kept_.empty() && !point.after_jump) length_ += std::hypot(point.x - last_.x, point.y - last_.y);
@@ -22,19 +22,19 @@ void Track::add(const TrackPoint& point) {
   kept_.push_back(point);
   kept_.back().speed = fastest_;
   fastest_ = 0;
-  while (kept_.size() > most_) thin();
+  while (kept_.size() > max_points_) thin();
 }
 
-void Track::allow(std::size_t most) {
-  most_ = std::max<std::size_t>(most, 2);
-  while (kept_.size() > most_) thin();
+void Track::allow(std::size_t max_points) {
+  max_points_ = std::max<std::size_t>(max_points, 2);
+  while (kept_.size() > max_points_) thin();
 }
 
 void Track::thin() {
   step_ *= 2;
   turn_ *= 2;
   std::vector<TrackPoint> fewer;
-  fewer.reserve(most_ + 1);
+  fewer.reserve(max_points_ + 1);
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     if (i % 2 == 0) {
       fewer.push_back(kept_[i]);

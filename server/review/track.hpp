@@ -14,23 +14,23 @@ struct TrackPoint {
   bool after_jump = false;  ///< it was repositioned: no motion between the previous point and this one
 };
 
-/// Keeps a point after enough motion or rotation since the last kept point. Beyond `most` points, every other
-/// point is dropped and the distance doubles.
+/// Keeps a point after enough motion or rotation since the last kept point. Beyond `max_points` points, every
+/// other point is dropped and the distance doubles.
 class Track {
  public:
-  explicit Track(std::size_t most = 3000);
+  explicit Track(std::size_t max_points = 3000);
 
   void add(const TrackPoint& point);
   /// Always includes the last position.
   std::vector<TrackPoint> points() const;
   /// m, of all added points.
   double length() const { return length_; }
-  void allow(std::size_t most);
+  void allow(std::size_t max_points);
 
  private:
   void thin();
 
-  std::size_t most_;
+  std::size_t max_points_;
   double step_ = 0.02;  ///< m
   double turn_ = 0.05;  ///< rad
   std::vector<TrackPoint> kept_;

@@ -13,8 +13,8 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kPerBody = 4096;  // bytes besides its states: shapes, solver, watches
-constexpr double kShare = 0.8;     // of available memory
+constexpr double kPerBody = 4096;        // bytes besides its states: shapes, solver, watches
+constexpr double kUsableFraction = 0.8;  // of available memory
 constexpr std::uint64_t kPersonBodies = 9;
 
 std::string gigabytes(std::uint64_t bytes) {
@@ -45,16 +45,16 @@ Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> availa
   std::uint64_t bodies = 0;
   for (const AgentDefinition& agent : scenario.agents) bodies += simulation::agent_bodies(agent, 1).size();
   std::uint64_t agents = scenario.agents.size();
-  if (scenario.most_agents > Scenario{}.most_agents && scenario.most_agents > agents) {
-    bodies += (scenario.most_agents - agents) * kPersonBodies;
-    agents = scenario.most_agents;
+  if (scenario.max_agents > Scenario{}.max_agents && scenario.max_agents > agents) {
+    bodies += (scenario.max_agents - agents) * kPersonBodies;
+    agents = scenario.max_agents;
   }
   const std::uint64_t needed = memory_of_bodies(bodies, scenario.physics_rate);
-  const double share = kShare * static_cast<double>(*available);
-  if (static_cast<double>(needed) <= share) return {};
+  const double fraction = kUsableFraction * static_cast<double>(*available);
+  if (static_cast<double>(needed) <= fraction) return {};
   const auto fit =
-      static_cast<std::uint64_t>(static_cast<double>(agents) * share / static_cast<double>(needed));
-  return Error{"scenario: " + std::to_string(agents) + " agents (agents and most_agents) need about " +
+      static_cast<std::uint64_t>(static_cast<double>(agents) * fraction / static_cast<double>(needed));
+  return Error{"scenario: " + std::to_string(agents) + " agents (agents and max_agents) need about " +
                gigabytes(needed) + " for two seconds of the states of " + std::to_string(bodies) +
                " bodies, and this machine has " + gigabytes(*available) + " free; ask for at most " +
                std::to_string(fit) + ", or use a machine with more memory"};

@@ -15,7 +15,7 @@ std::uint64_t memory_of_bodies(std::uint64_t bodies, double physics_rate);
 /// Bytes available to this process (MemAvailable of /proc/meminfo); nullopt if unknown.
 std::optional<std::uint64_t> memory_available();
 
-/// Error: the scenario's agents, or its most_agents if that is more than the default, need more than four
+/// Error: the scenario's agents, or its max_agents if that is more than the default, need more than four
 /// fifths of `available`; the text gives the amount and how many would fit.
 Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> available);
 

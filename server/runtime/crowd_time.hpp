@@ -15,11 +15,11 @@ struct CrowdStep {
   double seconds = 0;  ///< wall time of one step, the median
 };
 
-/// Steps a separate world briefly: with the first `most` agents of the scenario, without the sensors of the
+/// Steps a separate world briefly: with the first `limit` agents of the scenario, without the sensors of the
 /// robot and the agents. Nullopt if the world cannot be created; make_state() gives the reason.
-std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, std::size_t most);
+std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, std::size_t limit);
 
-/// A warning with a remedy, if all agents of the scenario (or its most_agents, if that is more than the
+/// A warning with a remedy, if all agents of the scenario (or its max_agents, if that is more than the
 /// default) need more than the fraction `share` of real time at the measured time per agent; nullopt if they
 /// fit.
 std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep& measured);

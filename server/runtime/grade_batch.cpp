@@ -41,16 +41,16 @@ BatchRow row_of(const std::string& log) {
   row.level = session->level;
   row.grade = grade.grade;
   row.score = grade.score;
-  row.earned = grade.earned;
-  row.charged = grade.charged;
-  row.most = grade.most;
-  row.share = grade.share;
+  row.awarded = grade.awarded;
+  row.deducted = grade.deducted;
+  row.max = grade.max;
+  row.fraction = grade.fraction;
   row.passed = grade.passed;
   row.complete = grade.complete;
   row.tasks = grade.tasks.size();
   for (const training::TaskGrade& task : grade.tasks)
     row.tasks_done += task.outcome == training::TaskOutcome::done ? 1 : 0;
-  row.charges = grade.charges.size();
+  row.deductions = grade.deductions.size();
   row.duration = (grade.end - grade.begin).seconds();
   row.damaged_bytes = session->damaged_bytes;
   return row;
@@ -106,8 +106,9 @@ std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned
 
 std::string to_csv(const std::vector<BatchRow>& rows) {
   std::string text =
-      "log,error,identity,scenario,level,robot,score,earned,charged,most,share,grade,passed,complete,tasks,"
-      "tasks_done,charges,duration_s,damaged_bytes\r\n";
+      "log,error,identity,scenario,level,robot,score,awarded,deducted,max,fraction,grade,passed,complete,"
+      "tasks,"
+      "tasks_done,deductions,duration_s,damaged_bytes\r\n";
   for (const BatchRow& row : rows) {
     text += training::csv_field(row.log) + "," + training::csv_field(row.error);
     if (!row.error.empty()) {
@@ -116,10 +117,10 @@ std::string to_csv(const std::vector<BatchRow>& rows) {
     }
     for (const std::string& field : {row.identity, row.scenario, std::to_string(row.level), row.robot})
       text += "," + training::csv_field(field);
-    for (const double number : {row.score, row.earned, row.charged, row.most, row.share})
+    for (const double number : {row.score, row.awarded, row.deducted, row.max, row.fraction})
       text += "," + training::csv_number(number);
     text += "," + training::csv_field(row.grade) + (row.passed ? ",1" : ",0") + (row.complete ? ",1" : ",0");
-    for (const std::size_t number : {row.tasks, row.tasks_done, row.charges})
+    for (const std::size_t number : {row.tasks, row.tasks_done, row.deductions})
       text += "," + std::to_string(number);
     text += "," + training::csv_number(row.duration) + "," + std::to_string(row.damaged_bytes) + "\r\n";
   }
@@ -140,16 +141,16 @@ std::string to_json(const std::vector<BatchRow>& rows) {
                     {"level", row.level},
                     {"robot", row.robot},
                     {"score", row.score},
-                    {"earned", row.earned},
-                    {"charged", row.charged},
-                    {"most", row.most},
-                    {"share", row.share},
+                    {"awarded", row.awarded},
+                    {"deducted", row.deducted},
+                    {"max", row.max},
+                    {"fraction", row.fraction},
                     {"grade", row.grade},
                     {"passed", row.passed},
                     {"complete", row.complete},
                     {"tasks", row.tasks},
                     {"tasks_done", row.tasks_done},
-                    {"charges", row.charges},
+                    {"deductions", row.deductions},
                     {"duration_s", row.duration},
                     {"damaged_bytes", row.damaged_bytes}});
   }

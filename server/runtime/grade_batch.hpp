@@ -17,9 +17,9 @@ struct BatchRow {
   std::string error;  ///< why it could not be graded; the fields below are then unset
   std::string identity, scenario, robot, grade;
   int level = 0;
-  double score = 0, earned = 0, charged = 0, most = 0, share = 0;
+  double score = 0, awarded = 0, deducted = 0, max = 0, fraction = 0;
   bool passed = false, complete = false;
-  std::size_t tasks = 0, tasks_done = 0, charges = 0;
+  std::size_t tasks = 0, tasks_done = 0, deductions = 0;
   double duration = 0;  ///< s
   std::uint64_t damaged_bytes = 0;
 };

@@ -7,7 +7,7 @@
 #include "protocols/channels.hpp"
 #include "server/tick/check_training.hpp"
 #include "server/training/grade_json.hpp"
-#include "server/training/words.hpp"
+#include "server/training/grading_text.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -26,17 +26,17 @@ class SessionGrading::Reading {
   explicit Reading(std::string path) : path_(std::move(path)) {}
 
   Status take(const Message& message) {
-    if (message.channel == channel::mr_session) return begin(message);
+    if (message.channel == channel::kMrSession) return begin(message);
     if (!grader_) return {};
     const tick::ChannelMap& channels = configuration_->channels;
-    if (message.channel == channels.bus(channel::mr_events)) {
+    if (message.channel == channels.bus(channel::kMrEvents)) {
       Event event;
       if (const Status read = decode(message.channel, message.payload, event); !read) return read;
       grader_->take(event);
-    } else if (message.channel == channels.bus(channel::mr_world)) {
+    } else if (message.channel == channels.bus(channel::kMrWorld)) {
       if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
       grader_->take(world_);
-    } else if (message.channel == channel::loop) {
+    } else if (message.channel == channel::kLoop) {
       LoopDecision decision;
       if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
       if (decision.kind == LoopDecision::Kind::ended) grader_->close(simulation_time(message.arrival));
@@ -115,9 +115,9 @@ std::string to_text(const GradedSession& session) {
     text += (task.ended ? at_text(*task.ended, grade.begin) : "         -") + line + task.name +
             (task.required ? " (required)" : "") + by(task.cause) + "\n";
   }
-  for (const training::Charge& charge : grade.charges) {
-    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", -charge.points, "penalty");
-    text += at_text(charge.at, grade.begin) + line + charge.rule + by(charge.cause) + "\n";
+  for (const training::Deduction& deduction : grade.deductions) {
+    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", -deduction.points, "penalty");
+    text += at_text(deduction.at, grade.begin) + line + deduction.rule + by(deduction.cause) + "\n";
   }
   if (session.skipped_bytes > 0)
     text += "  " + std::to_string(session.skipped_bytes) +

@@ -9,11 +9,11 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr Duration poll = milliseconds(50);  // maximum delay until the thread ends
+constexpr Duration kPoll = milliseconds(50);  // maximum delay until the thread ends
 
-constexpr Duration foreign_again = seconds(60.0);  // continued publishing is not reported again before
+constexpr Duration kForeignAgain = seconds(60.0);  // continued publishing is not reported again before
 
-constexpr int most_at_end =
+constexpr int kMaxMessagesAtEnd =
     4096;  // limit for draining the bus, so that a continuous sender cannot prevent the end
 
 bool may_be_dropped(tick::InputKind kind) {
@@ -46,7 +46,7 @@ void Inbox::close() {
 void Inbox::run() {
   while (!stop_) {
     Message message;
-    auto received = bus_.receive(message, poll);
+    auto received = bus_.receive(message, kPoll);
     if (!received) {
       const std::lock_guard lock(mutex_);
       fault_ = received.error().message;
@@ -57,7 +57,7 @@ void Inbox::run() {
   }
   // Messages on the bus at the end are received, too.
   Message message;
-  for (int i = 0; i < most_at_end; ++i) {
+  for (int i = 0; i < kMaxMessagesAtEnd; ++i) {
     const auto received = bus_.receive(message, Duration{0});
     if (!received || !*received) return;
     push(std::move(message));
@@ -181,7 +181,7 @@ std::vector<std::int64_t> Inbox::take_foreign(WallTime now) {
   std::vector<std::int64_t> channels;
   for (const std::int64_t channel : std::exchange(foreign_, {})) {
     const auto taken = foreign_taken_.find(channel);
-    if (taken != foreign_taken_.end() && now - taken->second < foreign_again) continue;
+    if (taken != foreign_taken_.end() && now - taken->second < kForeignAgain) continue;
     foreign_taken_[channel] = now;
     channels.push_back(channel);
   }

@@ -17,7 +17,7 @@ void LineSweep::add(const Scan& line) {
     left_out_ += waiting_.size();
     waiting_.clear();
   }
-  if (waiting_.size() == most_waiting) {
+  if (waiting_.size() == kMaxWaiting) {
     ++left_out_;
     waiting_.pop_front();
   }
@@ -67,10 +67,10 @@ std::optional<LineView> LineSweep::keep(cloud::PlacedLine line) {
     const double distance = moved.translation().norm();
     const double angle = Eigen::AngleAxisd(moved.linear()).angle();
     const bool apart = distance > options_.leap || line.line.stamp - last.line.stamp > options_.silence;
-    if (!apart && distance < options_.least_move && angle < options_.least_turn) return std::nullopt;
+    if (!apart && distance < options_.min_travel && angle < options_.min_turn) return std::nullopt;
     if (apart || driven_ >= options_.drive || turned_ >= options_.turn) {
       LineView whole = start_anew();
-      if (whole.lines.size() >= options_.least_lines) done = std::move(whole);
+      if (whole.lines.size() >= options_.min_lines) done = std::move(whole);
     } else {
       driven_ += distance;
       turned_ += angle;

@@ -15,11 +15,11 @@ struct LineSweepOptions {
   Duration settle = milliseconds(250);
   double drive = 1.0, turn = 1.0;  ///< m and rad that the laser moves within one view
   /// Lines with less motion than both are left out: a laser at rest makes no view.
-  double least_move = 0.005, least_turn = 0.003;  ///< m, rad
+  double min_travel = 0.005, min_turn = 0.003;  ///< m, rad
   /// A larger step between two lines starts a new view.
   double leap = 0.5;  ///< m
   Duration silence = seconds(2.0);
-  std::size_t least_lines = 20;  ///< of a view
+  std::size_t min_lines = 20;  ///< of a view
 };
 
 /// Used only by the loop's thread, at the cost of two poses per line; points are computed on the mapper's
@@ -40,7 +40,7 @@ class LineSweep {
   std::optional<LineView> keep(cloud::PlacedLine line);
   LineView start_anew();
 
-  static constexpr std::size_t most_waiting = 1024;
+  static constexpr std::size_t kMaxWaiting = 1024;
   LineLaserDescription laser_;
   LineSweepOptions options_;
   std::deque<Scan> waiting_;  // oldest first

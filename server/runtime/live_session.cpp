@@ -9,19 +9,19 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int laser_threads = 2;  // the tick's own and one more: further cores render and encode
-constexpr int render_nice = 10;   // rendering never takes a core from the tick
-constexpr int mapping_nice = 15;  // mapping neither, nor from rendering
-constexpr Duration behind =
+constexpr int kLaserThreads = 2;  // the tick's own and one more: further cores render and encode
+constexpr int kRenderNice = 10;   // rendering never takes a core from the tick
+constexpr int kMappingNice = 15;  // mapping neither, nor from rendering
+constexpr Duration kBehind =
     milliseconds(250);  // physics later than this is skipped, with a record in the log
-constexpr Duration idle = milliseconds(100);
+constexpr Duration kIdle = milliseconds(100);
 
 Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
   LoopDecision decision;
   decision.stamp = {stamp.ns};
   decision.kind = kind;
   decision.count = static_cast<std::int64_t>(count);
-  Message message{channel::loop, stamp, {}};
+  Message message{channel::kLoop, stamp, {}};
   encode(decision, message.payload);
   return message;
 }
@@ -35,22 +35,22 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       real_time_(options.real_time),
       sent_(configuration),
       outbox_(&bus, std::move(log), &sent_),
-      mr_scan_(configuration.channels.bus(channel::mr_scan)),
+      mr_scan_(configuration.channels.bus(channel::kMrScan)),
       guard_(options.guard,
              [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
       inbox_(bus, configuration.channels, guard_, options.inbox, &sent_, options.clock),
-      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), render_nice,
+      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
                 [this] { inbox_.wake(); }) {
   if (configuration.scenario.mapping && options.update_site)
-    views_.emplace(options.update_site, configuration, mapping_nice);
+    views_.emplace(options.update_site, configuration, kMappingNice);
 }
 
 Status LiveSession::start() {
   started_ = last_ = inbox_.stamp();
-  auto made = make_session_state(configuration_, started_, laser_threads);
+  auto made = make_session_state(configuration_, started_, kLaserThreads);
   if (!made) return made.error();
   state_ = std::move(*made);
-  tick::Outputs::Entry header{channel::mr_session, {}};
+  tick::Outputs::Entry header{channel::kMrSession, {}};
   encode(tick::session_header(configuration_, {started_.ns}), header.payload);
   outbox_.send(nullptr, {&header, 1}, started_);
   if (!outbox_.complete()) return Error{outbox_.log_error()};
@@ -64,18 +64,19 @@ void LiveSession::keep_robot_stopped() {
   last_ = stop.arrival;
   outputs_.clear();
   tick::tick(configuration_, stop, *state_, outputs_, stages_);
-  tell_robot_stop();
+  report_robot_stop();
   outbox_.send(&stop, outputs_.entries(), stop.arrival);
   const std::string& robot = configuration_.robot.name;
-  if (options_.say)
-    options_.say("the emergency stop of '" + robot +
-                 "' was active when the previous server ended, and still is: release it at the base station, "
-                 "or by: parhelion "
-                 "inject release-emergency-stop --name " +
-                 robot);
+  if (options_.notify)
+    options_.notify(
+        "the emergency stop of '" + robot +
+        "' was active when the previous server ended, and still is: release it at the base station, "
+        "or by: parhelion "
+        "inject release-emergency-stop --name " +
+        robot);
 }
 
-void LiveSession::tell_robot_stop() {
+void LiveSession::report_robot_stop() {
   if (robot().command.emergency_stop == robot_stopped_) return;
   robot_stopped_ = robot().command.emergency_stop;
   if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
@@ -84,7 +85,7 @@ void LiveSession::tell_robot_stop() {
 Result<Report> LiveSession::operator()() {
   if (options_.real_time == RealTime::on && !real_time_.holds()) return Error{real_time_.note()};
   if (const Status begun = start(); !begun) return begun.error();
-  if (options_.say) options_.say("serving; stop with ^C");
+  if (options_.notify) options_.notify("serving; stop with ^C");
   const std::string fault = run_until_stopped();
   end();
   if (!fault.empty()) return Error{fault};
@@ -145,7 +146,7 @@ void LiveSession::handle(Arrived arrived) {
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
   tick::tick(configuration_, message, *state_, outputs_, stages_);
-  if (command) tell_robot_stop();
+  if (command) report_robot_stop();
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
   if (views_) views_->offer(configuration_.channels.kind(message.channel), robot());
@@ -164,7 +165,7 @@ bool LiveSession::refuse_unwritable(const Message& message) {
     event.subject = subject_of(command);
   }
   event.text = "the session log cannot be written: " + outbox_.log_error();
-  tick::Outputs::Entry answer{configuration_.channels.bus(channel::mr_events), {}};
+  tick::Outputs::Entry answer{configuration_.channels.bus(channel::kMrEvents), {}};
   encode(event, answer.payload);
   outbox_.send(nullptr, {&answer, 1}, message.arrival);
   return true;
@@ -199,7 +200,7 @@ void LiveSession::handle_scan(const Arrived& arrived) {
 Duration LiveSession::until_step() const {
   const Duration left{state_->simulation.next_step().ns - inbox_.now().ns};
   const double rate = options_.clock ? options_.clock->rate() : 1;
-  return rate > 0 ? std::min(seconds(left.seconds() / rate), idle) : idle;
+  return rate > 0 ? std::min(seconds(left.seconds() / rate), kIdle) : kIdle;
 }
 
 bool LiveSession::step_is_due() const { return state_->simulation.next_step().ns <= inbox_.now().ns; }
@@ -219,7 +220,7 @@ void LiveSession::step_on_time() {
 /// False: none skipped.
 bool LiveSession::skip_late_steps(ArrivalTime now) {
   const Duration late{now.ns - state_->simulation.next_step().ns};
-  if (late < behind) return false;
+  if (late < kBehind) return false;
   decide(LoopDecision::Kind::steps_skipped, state_->simulation.steps_due(simulation_time(now)) - 1, now);
   return true;
 }

@@ -34,7 +34,7 @@ class LiveSession : private tick::ScanSink {
   Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) override;
   bool refuse_unwritable(const Message& message);
   void keep_robot_stopped();
-  void tell_robot_stop();
+  void report_robot_stop();
   Duration until_step() const;
   bool step_is_due() const;
   const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }

@@ -8,9 +8,9 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int agents_nice = 15;                 // agents' images: lower priority than the trainee's robot
-constexpr Duration sync_period = seconds(1.0);  // limits the loss at a power cut (promise 6)
-constexpr Duration status_period = seconds(1.0);
+constexpr int kAgentsNice = 15;                 // agents' images: lower priority than the trainee's robot
+constexpr Duration kSyncPeriod = seconds(1.0);  // limits the loss at a power cut (promise 6)
+constexpr Duration kStatusPeriod = seconds(1.0);
 
 }  // namespace
 
@@ -18,7 +18,7 @@ void LiveSession::send_frames() {
   for (tick::Outputs::Frame& frame : outputs_.frames()) {
     const bool agents = !frame.agent.empty();
     if (agents && !agents_renderer_)
-      agents_renderer_.emplace(configuration_.model, true, agents_nice, [this] { inbox_.wake(); });
+      agents_renderer_.emplace(configuration_.model, true, kAgentsNice, [this] { inbox_.wake(); });
     const auto dropped = (agents ? *agents_renderer_ : renderer_).submit_newest(std::move(frame));
     if (!dropped) continue;
     ++(agents ? agent_frames_dropped_ : frames_dropped_);
@@ -46,7 +46,7 @@ void LiveSession::take_models() {
   while (auto ready = views_ ? views_->take() : std::nullopt) {
     last_ = inbox_.stamp();
     if (skip_late_steps(last_)) last_ = inbox_.stamp();
-    Message message{configuration_.channels.bus(channel::mr_model), last_, {}};
+    Message message{configuration_.channels.bus(channel::kMrModel), last_, {}};
     encode(ready->message, message.payload);
     state_->site.prepared = std::move(ready->prepared);
     outputs_.clear();
@@ -59,7 +59,7 @@ void LiveSession::take_models() {
 }
 
 void LiveSession::housekeeping() {
-  if (steady_now() - last_housekeeping_ < status_period) return;
+  if (steady_now() - last_housekeeping_ < kStatusPeriod) return;
   last_housekeeping_ = steady_now();
   note_foreign_messages();
   publish_status(last_);
@@ -68,25 +68,25 @@ void LiveSession::housekeeping() {
 /// Reports other publishers on our channels once, not each of their messages.
 void LiveSession::note_foreign_messages() {
   for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
-    if (channel == tick::another_server() && options_.say) options_.say(tick::another_server_text);
+    if (channel == tick::another_server() && options_.notify) options_.notify(tick::kAnotherServerText);
     decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
   }
 }
 
 /// On its own thread: a slow disk delays no scan.
 void LiveSession::sync_each_second(const std::stop_token& stop) {
-  give_way(0);
+  lower_priority(0);
   std::mutex mutex;
   std::condition_variable_any woken;
   std::unique_lock lock(mutex);
   const auto stopped = [&stop] { return stop.stop_requested(); };
-  while (!woken.wait_for(lock, stop, std::chrono::nanoseconds(sync_period.ns), stopped)) (void)outbox_.sync();
+  while (!woken.wait_for(lock, stop, std::chrono::nanoseconds(kSyncPeriod.ns), stopped)) (void)outbox_.sync();
 }
 
 void LiveSession::publish_status(ArrivalTime now) {
   std::vector<std::uint8_t> payload;
   encode(to_status(report(), now), payload);
-  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::kMrStatus), payload);
 }
 
 Report LiveSession::report() {
@@ -103,7 +103,7 @@ Report LiveSession::report() {
   report.physics_step_us = stages_.physics_step_us;
   report.physics_wait_us = stages_.physics_wait_us;
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
-  tell_completeness(outbox_, report);
+  report_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);

@@ -17,9 +17,9 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t kLeastTarget = 2000;  ///< points required for registration
-constexpr std::size_t kLeastNew = 200;      ///< points required for a new model
-constexpr double kAround = 0.5;             ///< m around a view, region of the cloud used for registration
+constexpr std::size_t kMinTargetPoints = 2000;  ///< points required for registration
+constexpr std::size_t kMinNewPoints = 200;      ///< points required for a new model
+constexpr double kAround = 0.5;  ///< m around a view, region of the cloud used for registration
 
 /// Boxes of a model, each grown by `reach`, to test whether a position is modelled.
 class Modelled {
@@ -102,13 +102,13 @@ Result<std::optional<SemanticModel>> LiveSite::add(const SiteView& view) {
   const auto cloud = seen(view);
   if (!cloud) return cloud.error();
   if (cloud_.viewpoints.size() + cloud->viewpoints.size() > std::numeric_limits<std::uint16_t>::max() ||
-      cloud_.size() >= options_.most_points)
+      cloud_.size() >= options_.max_points)
     return Error{"the live cloud is full: " + std::to_string(cloud_.size()) + " points of " +
                  std::to_string(cloud_.viewpoints.size()) + " viewpoints"};
-  if (cloud->size() < kLeastNew) return std::optional<SemanticModel>();
+  if (cloud->size() < kMinNewPoints) return std::optional<SemanticModel>();
   const auto T_map_seen = correction(*cloud);
   if (!T_map_seen) return T_map_seen.error();
-  if (merge(cloud::transformed(*T_map_seen, *cloud)) < kLeastNew) return std::optional<SemanticModel>();
+  if (merge(cloud::transformed(*T_map_seen, *cloud)) < kMinNewPoints) return std::optional<SemanticModel>();
   auto made = model();
   if (!made) return made.error();
   return std::optional<SemanticModel>(std::move(*made));
@@ -142,7 +142,7 @@ Result<Transform<Map, Map>> LiveSite::correction(const cloud::PointCloud<Map>& s
     near.points.push_back(cloud_.points[i]);
     near.scans.push_back(cloud_.scans[i]);
   }
-  if (near.size() < kLeastTarget) return Transform<Map, Map>();
+  if (near.size() < kMinTargetPoints) return Transform<Map, Map>();
   near.viewpoints = cloud_.viewpoints;
   // Relative to the view's centre, where corrections are small, not to the map's origin.
   const Eigen::Vector3d centre = bounds.center().cast<double>();

@@ -19,9 +19,9 @@ struct LiveSiteOptions {
   double range = 6;        ///< m along the optical axis; structured light is too noisy beyond
   double line_range = 20;  ///< m, of scan lines; beyond, a heading error of one degree matters too much
   double spacing = 0.03;   ///< m, minimum distance of points in the cloud
-  std::size_t most_points = 2'000'000;  ///< limit of the cloud's size
-  double largest_correction = 0.3;      ///< m, of a view's registration; a larger correction is a wrong match
-  double largest_turn = 0.09;           ///< rad, the same
+  std::size_t max_points = 2'000'000;  ///< limit of the cloud's size
+  double largest_correction = 0.3;     ///< m, of a view's registration; a larger correction is a wrong match
+  double largest_turn = 0.09;          ///< rad, the same
   double pose_sigma = 0.05;  ///< m, 1 sigma of a pose in directions that the view's surfaces leave open
   double turn_sigma = 0.01;  ///< rad, the same
   double explained = 0.15;   ///< m, a point or entity this near to a part of the model is not new

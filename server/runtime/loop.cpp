@@ -6,18 +6,19 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr Duration idle = milliseconds(100);
+constexpr Duration kIdle = milliseconds(100);
 
 }  // namespace
 
 Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
                                                        const ServeOptions& options) {
-  const std::string name = tick::ChannelMap(scenario).bus(channel::robot);
+  const std::string name = tick::ChannelMap(scenario).bus(channel::kRobot);
   if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
-  if (options.say) options.say("waiting for the robot description on " + name + " (or give --robot FILE)");
+  if (options.notify)
+    options.notify("waiting for the robot description on " + name + " (or give --robot FILE)");
   while (!options.stop || !options.stop()) {
     Message message;
-    const auto received = bus.receive(message, idle);
+    const auto received = bus.receive(message, kIdle);
     if (!received) return received.error();
     if (!*received) continue;
     RobotMessage robot;
@@ -39,8 +40,8 @@ Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const S
       return subscribed.error();
   }
   // Subscribed only to detect other publishers.
-  const SentMessages own_words(configuration);
-  for (const std::string& own : own_words.channels()) {
+  const SentMessages own_messages(configuration);
+  for (const std::string& own : own_messages.channels()) {
     if (const Status subscribed = bus.subscribe(own, 64); !subscribed) return subscribed.error();
   }
   std::optional<LogWriter> log;

@@ -30,8 +30,8 @@ struct ServeOptions {
   /// Called on each change of the emergency stop, before anything else; may be empty. The stored value
   /// outlives a server that crashes.
   std::function<void(bool)> robot_stop_held;
-  std::function<bool()> stop;                   ///< polled at least ten times a second
-  std::function<void(const std::string&)> say;  ///< messages for people: started, waiting, degraded
+  std::function<bool()> stop;                      ///< polled at least ten times a second
+  std::function<void(const std::string&)> notify;  ///< messages for people: started, waiting, degraded
 };
 
 /// Subscribes, waits for the robot description if the configuration has none, serves, and reports. Error: the

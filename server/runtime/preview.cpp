@@ -29,15 +29,15 @@ Result<Preview> look_ahead(const std::string& path) {
     if (!*next) break;
     const Message& message = **next;
     ++preview.events;
-    if (message.channel == channel::mr_session && !preview.session) {
+    if (message.channel == channel::kMrSession && !preview.session) {
       SessionHeader header;
       if (const Status read = decode(message.channel, message.payload, header); !read) return read.error();
       preview.session = header;
-    } else if (message.channel == channel::robot && !preview.robot_yaml) {
+    } else if (message.channel == channel::kRobot && !preview.robot_yaml) {
       RobotMessage robot;
       if (const Status read = decode(message.channel, message.payload, robot); !read) return read.error();
       preview.robot_yaml = robot.yaml;
-    } else if (message.channel == channel::loop) {
+    } else if (message.channel == channel::kLoop) {
       note_decision(message, preview);
     }
   }
@@ -80,9 +80,9 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
     robot = std::move(*given);
   }
   if (!robot && preview.robot_yaml) {
-    auto said = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
-    if (!said) return said.error();
-    robot = std::move(*said);
+    auto description = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
+    if (!description) return description.error();
+    robot = std::move(*description);
   }
   if (!robot) {
     return Error{options.log +

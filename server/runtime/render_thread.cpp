@@ -10,7 +10,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t most_waiting = 8;  // each holds a snapshot of the world
+constexpr std::size_t kMaxWaiting = 8;  // each holds a snapshot of the world
 
 render::RenderAnswer original(Image image, const std::string& reason) {
   render::RenderAnswer answer;
@@ -23,9 +23,9 @@ render::RenderAnswer original(Image image, const std::string& reason) {
 }  // namespace
 
 /// Renders a building's frames: a compositor, or a simulated robot's cameras. The building must outlive it.
-class Painter {
+class FrameRenderer {
  public:
-  Painter(const SemanticModel& building, bool simulates) : building_(building) {
+  FrameRenderer(const SemanticModel& building, bool simulates) : building_(building) {
     if (simulates) {
       take(render::VirtualCamera::create(building), camera_);
     } else {
@@ -105,7 +105,7 @@ std::optional<std::uint64_t> RenderThread::submit_newest(tick::Outputs::Frame fr
   std::optional<std::uint64_t> dropped;
   auto place = std::find_if(waiting_.begin(), waiting_.end(),
                             [&](const Waiting& each) { return each.frame.agent == frame.agent; });
-  if (place == waiting_.end() && waiting_.size() == most_waiting) {
+  if (place == waiting_.end() && waiting_.size() == kMaxWaiting) {
     dropped = waiting_.front().frame.sequence;
     waiting_.pop_front();
     place = waiting_.end();
@@ -146,15 +146,15 @@ std::string RenderThread::fault() const {
   return fault_;
 }
 
-void RenderThread::note_fault(const Painter& painter) {
+void RenderThread::note_fault(const FrameRenderer& renderer) {
   const std::lock_guard lock(mutex_);
-  fault_ = painter.fault();
+  fault_ = renderer.fault();
 }
 
 void RenderThread::run(const SemanticModel& building, bool simulates, int nice) {
-  give_way(nice);
-  auto painter = std::make_unique<Painter>(building, simulates);
-  note_fault(*painter);
+  lower_priority(nice);
+  auto renderer = std::make_unique<FrameRenderer>(building, simulates);
+  note_fault(*renderer);
   std::shared_ptr<const SemanticModel> model;
   std::unique_lock lock(mutex_);
   while (true) {
@@ -166,12 +166,12 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
     lock.unlock();
     if (frame.model != nullptr && frame.model != model) {
       model = frame.model;
-      painter.reset();  // destroy its EGL context before creating another one
-      painter = std::make_unique<Painter>(*model, simulates);
-      note_fault(*painter);
+      renderer.reset();  // destroy its EGL context before creating another one
+      renderer = std::make_unique<FrameRenderer>(*model, simulates);
+      note_fault(*renderer);
     }
     tick::FrameAnswer done{
-        frame.agent, frame.sequence, frame.exposure.has_value(), painter->answer(frame), {}};
+        frame.agent, frame.sequence, frame.exposure.has_value(), renderer->answer(frame), {}};
     done.latency = steady_now() - since;
     lock.lock();
     busy_ = false;

@@ -17,7 +17,7 @@
 
 namespace parhelion::runtime {
 
-class Painter;
+class FrameRenderer;
 
 class RenderThread {
  public:
@@ -45,7 +45,7 @@ class RenderThread {
     WallTime since;
   };
   void run(const SemanticModel& building, bool simulates, int nice);
-  void note_fault(const Painter& painter);
+  void note_fault(const FrameRenderer& renderer);
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -28,7 +28,7 @@ class Run : private tick::ScanSink {
 
  private:
   /// A renderer and its pending frame, if its result is not written yet.
-  struct Easel {
+  struct RenderSlot {
     std::optional<RenderThread> renderer;
     bool busy = false;
   };
@@ -42,8 +42,8 @@ class Run : private tick::ScanSink {
   ArrivalTime place_in_time(const Message& message);
   void skip_to(ArrivalTime arrival);
   void pace(ArrivalTime arrival);
-  void answer_frames();
-  void write_frame(Easel& easel);
+  void render_frames();
+  void write_frame(RenderSlot& slot);
   void take_stock();
   void publish_status();
   void finish(const LogReader& reader);
@@ -53,7 +53,7 @@ class Run : private tick::ScanSink {
   const Preview& preview_;
   const tick::Configuration& configuration_;
   Outbox& outbox_;
-  Easel robots_, agents_;  // agents_: its renderer is created at the first image of an agent's camera
+  RenderSlot robots_, agents_;  // agents_: its renderer is created at the first image of an agent's camera
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_, frame_outputs_;
   StageClock stages_;
@@ -77,8 +77,8 @@ void Run::pace(ArrivalTime arrival) {
 /// After a long gap (a recording paused for an hour) the steps in between are skipped, with a record in the
 /// session log.
 ArrivalTime Run::place_in_time(const Message& message) {
-  const bool says_so = configuration_.channels.kind(message.channel) == tick::InputKind::loop;
-  const auto placed = order_.place(message.arrival, says_so);
+  const bool is_loop_record = configuration_.channels.kind(message.channel) == tick::InputKind::loop;
+  const auto placed = order_.place(message.arrival, is_loop_record);
   if (placed.verdict != ArrivalOrder::Verdict::own_stamp) ++report_.arrivals_corrected;
   if (placed.verdict == ArrivalOrder::Verdict::real_leap) skip_to(placed.arrival - microseconds(1));
   return placed.arrival;
@@ -90,12 +90,12 @@ void Run::skip_to(ArrivalTime arrival) {
   decision.kind = LoopDecision::Kind::steps_skipped;
   const std::uint64_t due = state_->simulation.steps_due(simulation_time(arrival));
   decision.count = static_cast<std::int64_t>(due) - (due > 0 ? 1 : 0);
-  Message message{channel::loop, arrival, {}};
+  Message message{channel::kLoop, arrival, {}};
   encode(decision, message.payload);
   outputs_.clear();
   tick::tick(configuration_, message, *state_, outputs_, stages_);
   outbox_.send(&message, outputs_.entries(), arrival);
-  answer_frames();
+  render_frames();
 }
 
 Status Run::handle(Message message) {
@@ -105,7 +105,7 @@ Status Run::handle(Message message) {
     auto made = make_session_state(configuration_, first_, options_.threads);
     if (!made) return made.error();
     state_ = std::move(*made);
-    tick::Outputs::Entry header{channel::mr_session, {}};
+    tick::Outputs::Entry header{channel::kMrSession, {}};
     encode(tick::session_header(configuration_, {first_.ns}), header.payload);
     outbox_.send(nullptr, {&header, 1}, first_);
     last_ = first_ - microseconds(1);
@@ -118,7 +118,7 @@ Status Run::handle(Message message) {
   stages_.begin();
   tick::tick(configuration_, message, *state_, outputs_, stages_, *this);
   outbox_.send(&message, outputs_.entries(), message.arrival);
-  answer_frames();
+  render_frames();
   publish_status();
   if (options_.watch) options_.watch(configuration_, message, robot());
   return {};
@@ -127,25 +127,25 @@ Status Run::handle(Message message) {
 /// A replay waits for rendering: an image is rendered while the inputs up to the next image are handled, and
 /// its result is written before that of the next. With one thread it waits at once, and writes at the same
 /// place.
-void Run::answer_frames() {
+void Run::render_frames() {
   for (tick::Outputs::Frame& frame : outputs_.frames()) {
     const bool agents = !frame.agent.empty();
-    Easel& easel = agents ? agents_ : robots_;
-    write_frame(easel);
+    RenderSlot& slot = agents ? agents_ : robots_;
+    write_frame(slot);
     if (preview_.dropped_frames.contains(frame.sequence)) {
       ++(agents ? report_.agent_frames_dropped : report_.frames_dropped);
       continue;
     }
-    if (!easel.renderer) easel.renderer.emplace(configuration_.model, true, 0);
-    easel.renderer->submit(std::move(frame));
-    easel.busy = true;
-    if (options_.threads == 1) easel.renderer->wait();
+    if (!slot.renderer) slot.renderer.emplace(configuration_.model, true, 0);
+    slot.renderer->submit(std::move(frame));
+    slot.busy = true;
+    if (options_.threads == 1) slot.renderer->wait();
   }
 }
 
-void Run::write_frame(Easel& easel) {
-  if (!std::exchange(easel.busy, false)) return;
-  const auto done = easel.renderer->take(true);
+void Run::write_frame(RenderSlot& slot) {
+  if (!std::exchange(slot.busy, false)) return;
+  const auto done = slot.renderer->take(true);
   if (!done) return;
   frame_outputs_.clear();
   tick::publish_frame(configuration_, *done, frame_outputs_, state_->tally);
@@ -168,9 +168,9 @@ void Run::take_stock() {
   report_.physics_wait_us = stages_.physics_wait_us;
   report_.log_seconds = (last_ - first_).seconds();
   report_.wall_seconds = (steady_now() - begun_).seconds();
-  tell_completeness(outbox_, report_);
-  for (const Easel* easel : {&robots_, &agents_})
-    if (easel->renderer) note_what_images_lack(configuration_.robot, easel->renderer->fault(), report_);
+  report_completeness(outbox_, report_);
+  for (const RenderSlot* slot : {&robots_, &agents_})
+    if (slot->renderer) note_what_images_lack(configuration_.robot, slot->renderer->fault(), report_);
 }
 
 /// Once a second of log time; never in the session log, since the figures are measured.
@@ -180,7 +180,7 @@ void Run::publish_status() {
   take_stock();
   std::vector<std::uint8_t> payload;
   encode(to_status(report_, last_), payload);
-  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::kMrStatus), payload);
 }
 
 void Run::finish(const LogReader& reader) {
@@ -188,9 +188,9 @@ void Run::finish(const LogReader& reader) {
     outputs_.clear();
     tick::finish(configuration_, *state_, outputs_);
     outbox_.send(nullptr, outputs_.entries(), last_);
-    answer_frames();
+    render_frames();
   }
-  for (Easel* easel : {&robots_, &agents_}) write_frame(*easel);
+  for (RenderSlot* slot : {&robots_, &agents_}) write_frame(*slot);
   (void)outbox_.sync();
   take_stock();
   report_.log_damage_bytes = reader.skipped_bytes();

@@ -42,7 +42,7 @@ void StageClock::ended(tick::Stage stage) {
   last_ = now;
 }
 
-void tell_completeness(const Outbox& outbox, Report& report) {
+void report_completeness(const Outbox& outbox, Report& report) {
   report.complete = outbox.complete() && report.tally.scans_left_out == 0;
   report.incomplete_because = outbox.log_error();
   if (report.tally.scans_left_out == 0) return;
@@ -100,7 +100,7 @@ std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const tick::Tally& tally = report.tally;
   Json degraded = Json::object();
-  for (std::size_t i = 1; i < tick::degraded_kinds; ++i) {
+  for (std::size_t i = 1; i < tick::kDegradedKinds; ++i) {
     if (tally.scans_degraded[i] > 0)
       degraded[to_string(static_cast<tick::Degraded>(i))] = tally.scans_degraded[i];
   }

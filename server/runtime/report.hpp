@@ -54,7 +54,7 @@ struct Report {
 };
 
 /// Sets `complete` and the reason if not: a write failed, or published scans are missing in the log.
-void tell_completeness(const Outbox& outbox, Report& report);
+void report_completeness(const Outbox& outbox, Report& report);
 /// Adds a note if the robot description or the renderer prevents augmentation of images.
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
 

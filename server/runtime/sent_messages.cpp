@@ -19,7 +19,7 @@ std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> pa
 }  // namespace
 
 SentMessages::SentMessages(const tick::Configuration& configuration) {
-  channels_.push_back(configuration.channels.bus(channel::mr_status));
+  channels_.push_back(configuration.channels.bus(channel::kMrStatus));
   indices_.push_back(tick::another_server());
   if (!tick::simulates_trainee(configuration.scenario)) return;
   const std::vector<std::string>& names = sensor_channels();

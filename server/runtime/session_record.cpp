@@ -19,7 +19,7 @@ Result<Message> session_message(const std::string& path) {
     if (!next) continue;  // damage, counted by the grading
     if (!*next)
       return Error{path + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
-    if ((*next)->channel == channel::mr_session) return std::move(**next);
+    if ((*next)->channel == channel::kMrSession) return std::move(**next);
   }
 }
 

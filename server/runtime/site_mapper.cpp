@@ -29,7 +29,7 @@ void SiteMapper::submit(SiteView view) {
   {
     const std::lock_guard lock(mutex_);
     ++counts_.views;
-    if (waiting_.size() == capacity) {
+    if (waiting_.size() == kCapacity) {
       waiting_.pop_front();
       ++counts_.dropped;
     }
@@ -71,7 +71,7 @@ std::string to_text(const SiteMapper::Counts& counts) {
 }
 
 void SiteMapper::run(int nice) {
-  give_way(nice);
+  lower_priority(nice);
   std::uint64_t version = 1;
   std::unique_lock lock(mutex_);
   while (true) {

@@ -69,7 +69,7 @@ class SiteMapper {
   Counts counts() const;
 
  private:
-  static constexpr std::size_t capacity = 4;
+  static constexpr std::size_t kCapacity = 4;
   struct Waiting {
     SiteView view;
     WallTime since;

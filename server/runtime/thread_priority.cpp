@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int real_time_priority = 10;  // above normal threads, below the kernel's
+constexpr int kRealTimePriority = 10;  // above normal threads, below the kernel's
 
 bool set_policy(int policy, int priority) {
   sched_param parameters{};
@@ -21,16 +21,16 @@ bool set_policy(int policy, int priority) {
 
 }  // namespace
 
-void give_way(int nice) {
+void lower_priority(int nice) {
   // Lowering a priority is always permitted; an inherited one may be real-time.
   (void)set_policy(SCHED_BATCH, 0);
   (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), nice);
 }
 
-Status while_giving_way(int nice, const std::function<Status()>& task) {
+Status with_lower_priority(int nice, const std::function<Status()>& task) {
   Status done;
   std::thread([&] {
-    give_way(nice);
+    lower_priority(nice);
     done = task();
   }).join();
   return done;
@@ -56,7 +56,7 @@ RealTimeScope::RealTimeScope(RealTime wanted) {
   policy_before_ = sched_getscheduler(0);
   (void)sched_getparam(0, &before);
   priority_before_ = before.sched_priority;
-  holds_ = set_policy(SCHED_FIFO, real_time_priority);
+  holds_ = set_policy(SCHED_FIFO, kRealTimePriority);
   const int refusal = errno;
   note_ = holds_ ? std::string("real-time")
                  : std::string("normal priority: real-time: ") + std::strerror(refusal) +

@@ -12,10 +12,10 @@ namespace parhelion::runtime {
 
 /// For the calling thread and those that it starts later: CPU time according to `nice` (0..19), without
 /// preempting a running thread on wake-up (SCHED_BATCH).
-void give_way(int nice);
+void lower_priority(int nice);
 
 /// Runs `task` in a thread with this lower priority, inherited by threads that it starts, and waits for it.
-Status while_giving_way(int nice, const std::function<Status()>& task);
+Status with_lower_priority(int nice, const std::function<Status()>& task);
 
 enum class RealTime : std::uint8_t { off, on, automatic };
 /// Parses "off", "on" or "auto". Error: anything else.

@@ -11,8 +11,8 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kMostSpeed = 3.0;    // m/s, limit for behaviours
-constexpr double kMostDistance = 50;  // m, limit for distances of behaviours
+constexpr double kMaxSpeed = 3.0;    // m/s, limit for behaviours
+constexpr double kMaxDistance = 50;  // m, limit for distances of behaviours
 
 bool fits_a_channel(const std::string& name) {
   return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -69,20 +69,21 @@ Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& op
     return Error{who + "a " + to_string(agent.kind) + " cannot " + to_string(behaviour.kind) +
                  "; only persons and robots move by themselves"};
   }
-  if (!std::isfinite(behaviour.speed) || behaviour.speed < 0 || behaviour.speed > kMostSpeed) {
+  if (!std::isfinite(behaviour.speed) || behaviour.speed < 0 || behaviour.speed > kMaxSpeed) {
     return Error{who + "speed " + std::to_string(behaviour.speed) + " m/s; expected 0 to " +
-                 length_text(kMostSpeed) + "/s"};
+                 length_text(kMaxSpeed) + "/s"};
   }
-  const bool on_its_way = behaviour.kind == BehaviourKind::patrol || behaviour.kind == BehaviourKind::go;
-  if (on_its_way && behaviour.waypoints.empty()) {
+  const bool follows_waypoints =
+      behaviour.kind == BehaviourKind::patrol || behaviour.kind == BehaviourKind::go;
+  if (follows_waypoints && behaviour.waypoints.empty()) {
     return Error{who + "to " + to_string(behaviour.kind) + " it needs at least one waypoint"};
   }
-  if (!std::isfinite(behaviour.distance) || behaviour.distance < 0 || behaviour.distance > kMostDistance) {
+  if (!std::isfinite(behaviour.distance) || behaviour.distance < 0 || behaviour.distance > kMaxDistance) {
     return Error{who + "distance " + std::to_string(behaviour.distance) + " m; expected 0 to " +
-                 length_text(kMostDistance)};
+                 length_text(kMaxDistance)};
   }
   for (const Eigen::Vector2d& waypoint : behaviour.waypoints) {
-    if (!waypoint.allFinite() || waypoint.lpNorm<Eigen::Infinity>() > kMostPlace)
+    if (!waypoint.allFinite() || waypoint.lpNorm<Eigen::Infinity>() > kMaxCoordinate)
       return Error{who + "a waypoint is not finite or farther than 100 km; expected x, y in metres"};
     if (const std::string wrong = off_site(building, waypoint); !wrong.empty())
       return Error{who + "its waypoint " + wrong};
@@ -110,11 +111,10 @@ Status check_definition(const AgentDefinition& agent, bool trainee, const Simula
   if (std::any_of(fixed.begin(), fixed.end(), [&](const FixedObstacle& o) { return o.name == agent.name; })) {
     return Error{"agent '" + agent.name + "' has the name of a part of the building; choose another"};
   }
-  if (agents.size() >= options.most_agents) {
-    return Error{
-        "there are " + std::to_string(agents.size()) +
-        " agents, and the scenario's most_agents allows no more: what is stepped and sent in time on "
-        "one machine; remove some first, or raise it"};
+  if (agents.size() >= options.max_agents) {
+    return Error{"there are " + std::to_string(agents.size()) +
+                 " agents, and the scenario's max_agents allows no more: what is stepped and sent in time on "
+                 "one machine; remove some first, or raise it"};
   }
   if (Status status = check_size(agent); !status) return status;
   if (Status status = check_model(agent, options); !status) return status;

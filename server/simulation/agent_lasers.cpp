@@ -54,7 +54,7 @@ void handle_scan(AgentLaser& laser, const Scan& scan) {
     nearest = 0;
   };
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    const double swept = static_cast<double>(i) * std::abs(static_cast<double>(scan.angle_step));
+    const double swept = static_cast<double>(i) * std::abs(static_cast<double>(scan.angle_increment));
     if (swept > sector_end) {
       close_sector();
       sector_end = swept + sector_width;
@@ -63,7 +63,7 @@ void handle_scan(AgentLaser& laser, const Scan& scan) {
     if (laser.description.convention.classify(range) != BeamKind::hit || range > kSight) continue;
     if (nearest <= 0 || range < nearest) {
       nearest = range;
-      nearest_angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+      nearest_angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     }
   }
   close_sector();

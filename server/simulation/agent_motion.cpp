@@ -12,7 +12,9 @@ constexpr double kTurningFeet = 0.3;  // m/rad that feet move in a turn on the s
 constexpr double kSmallSteps = 0.35;  // fraction of a normal step's height and length
 constexpr double kStands = 0.05;      // m/s: below this the feet stand
 
-double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
+double towards(double from, double to, double max_change) {
+  return from + std::clamp(to - from, -max_change, max_change);
+}
 
 /// The footprint of an upright agent; for a tilted one the outline of its box.
 void place_footprint(Agent& agent) {

@@ -49,7 +49,7 @@ void ArticulatedRobot::start_again() {
     const RobotJoint& joint = model_->joints[layout_.joints[i].joint];
     servos_[i] = Servo{};
     servos_[i].target = joint.start;
-    servos_[i].most_speed = joint.velocity;
+    servos_[i].max_speed = joint.velocity;
   }
 }
 

@@ -76,7 +76,7 @@ class ArticulatedRobot {
     enum class Mode : std::uint8_t { position, velocity, effort };
     Mode mode = Mode::position;
     double target = 0;
-    double most_speed = 0;                ///< rad/s or m/s
+    double max_speed = 0;                 ///< rad/s or m/s
     std::optional<SimulationTime> until;  ///< of velocities and efforts
     double asked = 0;                     ///< rad/s or m/s, current motor command
     double speed = 0;                     ///< rad/s or m/s: current value of a ramped velocity command
@@ -101,7 +101,8 @@ class ArticulatedRobot {
   static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
   /// Fraction of its effort available to a geared joint: 0 where it would run ahead of the other. `way`: its
   /// sign is the direction.
-  double geared_share(Physics& physics, std::size_t i, const JointState& state, double way, double dt) const;
+  double geared_fraction(Physics& physics, std::size_t i, const JointState& state, double direction,
+                         double dt) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);
 
   std::shared_ptr<const RobotModel> model_;

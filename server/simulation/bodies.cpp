@@ -230,10 +230,10 @@ AgentForm agent_form(const AgentDefinition& agent) {
 
 AgentForm robot_form(const RobotModel& model) {
   const auto& corners = model.description.footprint;
-  Eigen::Vector2d most = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& corner : corners) most = most.cwiseMax(corner.cwiseAbs());
+  Eigen::Vector2d half_sizes = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& corner : corners) half_sizes = half_sizes.cwiseMax(corner.cwiseAbs());
   return {ShapeKind::box,
-          {2 * most.x(), 2 * most.y(), model.description.height},
+          {2 * half_sizes.x(), 2 * half_sizes.y(), model.description.height},
           model.description.mass,
           true,
           make_polygon(convex_hull(corners))};

@@ -149,7 +149,7 @@ std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const Doo
 void Building::move_leaf(const Door& door) {
   FixedObstacle& leaf = obstacles_[door.obstacle];
   leaf.is_measured = !door.dynamic && door.known;
-  leaf.gives_way = door.dynamic && !door.unhinged;
+  leaf.opens_when_pushed = door.dynamic && !door.unhinged;
   const Transform<Map, Body>& T_map_leaf = door.rigid.T_map_body;
   if (!door.unhinged) {
     place(door.outline, planar_pose(T_map_leaf), leaf.footprint);
@@ -193,8 +193,8 @@ void Building::build_grid() {
   grid_origin_ = low;
   extent_ = {low, high};
   const Eigen::Vector2d extent = high - low;
-  cell_ = std::max(kCell, std::sqrt(extent.x() * extent.y() / kMostCells));
-  cell_ = std::max(cell_, extent.maxCoeff() / kMostCells);
+  cell_ = std::max(kCell, std::sqrt(extent.x() * extent.y() / kMaxCells));
+  cell_ = std::max(cell_, extent.maxCoeff() / kMaxCells);
   columns_ = static_cast<int>(std::floor(extent.x() / cell_)) + 1;
   rows_ = static_cast<int>(std::floor(extent.y() / cell_)) + 1;
   cells_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));

@@ -31,8 +31,8 @@ struct FixedObstacle {
   /// Contacts of the real robot with it are computed from distance: false for doors moved by the physics and
   /// for doors with unknown angle.
   bool is_measured = true;
-  bool gives_way = false;     ///< a door leaf that can be pushed open
-  std::string relation = {};  ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: unknown
+  bool opens_when_pushed = false;  ///< a door leaf that can be pushed open
+  std::string relation = {};       ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: unknown
 };
 
 /// Constant after enter(), except for its door leaves.
@@ -126,8 +126,8 @@ class Building {
   std::pair<int, int> cell_range(double at, double reach, int count) const;
 
   // Obstacles by cell of a regular grid.
-  static constexpr double kCell = 2.0;         // m
-  static constexpr double kMostCells = 250e3;  // a model of a whole campus gets larger cells
+  static constexpr double kCell = 2.0;        // m
+  static constexpr double kMaxCells = 250e3;  // a model of a whole campus gets larger cells
   double cell_ = kCell;
   Eigen::Vector2d grid_origin_ = Eigen::Vector2d::Zero();
   int columns_ = 0, rows_ = 0;

@@ -8,7 +8,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kLinkLength = 0.06;  // m, approximate
-constexpr std::size_t kFewest = 4, kMost = 40;
+constexpr std::size_t kMinLinks = 4, kMaxLinks = 40;
 constexpr double kDensity = 2000;  // kg/m^3: copper in rubber
 constexpr double kFriction = 0.7;  // against anything
 constexpr double kBending =
@@ -29,8 +29,8 @@ Shape link_shape(const CableForm& form) {
 
 CableForm cable_form(const Eigen::Vector3d& size) {
   CableForm form;
-  form.links = static_cast<std::size_t>(std::clamp(std::round(size.x() / kLinkLength),
-                                                   static_cast<double>(kFewest), static_cast<double>(kMost)));
+  form.links = static_cast<std::size_t>(std::clamp(
+      std::round(size.x() / kLinkLength), static_cast<double>(kMinLinks), static_cast<double>(kMaxLinks)));
   form.pitch = size.x() / static_cast<double>(form.links);
   form.radius = size.y() / 2;
   form.mass = kDensity * std::numbers::pi * form.radius * form.radius * size.x();

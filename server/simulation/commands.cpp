@@ -213,7 +213,7 @@ void Simulation::teleop(const std::string& agent, const Twist2& twist) {
   Agent* driven = parts_->agents.find(agent);
   if (!driven || !finite(twist) || driven->supply.radio_lost) return;
   driven->teleop = twist;
-  driven->teleop_until = now() + driving_timing::teleop_silence;
+  driven->teleop_until = now() + driving_timing::kTeleopSilence;
 }
 
 void Simulation::block_sides(const std::string& agent, bool left, bool right) {

@@ -19,13 +19,13 @@ Event ContactTracker::event_of(EventKind kind, const Contact& contact, Simulatio
 }
 
 void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
-  events.push_back(event_of(EventKind::collision_stopped, contact, now, contact.peak));
+  events.push_back(event_of(EventKind::contact_ended, contact, now, contact.peak));
 }
 
 void ContactTracker::go_on(Contact& contact, SimulationTime now, std::vector<Event>& events) {
   contact.peak_reported = std::max(contact.peak_reported, contact.newest.impulse);
   if (contact.newest.rests || (now - contact.reported).seconds() < kPeriod) return;
-  events.push_back(event_of(EventKind::collision_continued, contact, now, contact.peak_reported));
+  events.push_back(event_of(EventKind::contact_continues, contact, now, contact.peak_reported));
   events.back().value = (now - contact.started).seconds();
   contact.reported = now;
   contact.peak_reported = 0;
@@ -44,7 +44,7 @@ void ContactTracker::update(const std::vector<TouchingPair>& touching, Simulatio
       continue;
     }
     contact.started = contact.reported = now;
-    events.push_back(event_of(EventKind::collision_started, contact, now, pair.impulse));
+    events.push_back(event_of(EventKind::contact_started, contact, now, pair.impulse));
   }
   for (auto entry = open_.begin(); entry != open_.end();) {
     const bool ended = (now - entry->second.last).seconds() > kPause;

@@ -29,9 +29,9 @@ class ContactTracker {
   static constexpr double kPeriod = 1.00;  // s: report interval of a continuing contact
 
   /// `touching`: the contacts in the step at `now`. Appends to `events`, in the order of names:
-  /// collision_started (impulse: of the first step), collision_continued while the contact exists and is not
+  /// contact_started (impulse: of the first step), contact_continues while the contact exists and is not
   /// mere resting (impulse: the largest of one step since the last report; value: s since the start), and
-  /// collision_stopped (impulse: the largest of one step).
+  /// contact_ended (impulse: the largest of one step).
   void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
   /// Ends the contacts of an entity that is removed or moved.
   void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);

@@ -9,7 +9,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kReleaseGap = 0.02;    // m in addition to the margin: the contact with a wall has ended
-constexpr double kMostMargin = 0.10;    // m: with a larger pose uncertainty contacts are unknown
+constexpr double kMaxMargin = 0.10;     // m: with a larger pose uncertainty contacts are unknown
 constexpr double kRests = 0.01;         // m/s
 constexpr double kClosingSpeed = 0.02;  // m/s: a slower robot stands beside a wall
 
@@ -47,7 +47,7 @@ Party party(PhysicsHandle handle, Agents& agents, const RealRobots& real_robots,
 }  // namespace
 
 double contact_margin(const RealRobot& robot) {
-  return std::isfinite(robot.last.sigma) ? std::clamp(robot.last.sigma, 0.0, kMostMargin) : kMostMargin;
+  return std::isfinite(robot.last.sigma) ? std::clamp(robot.last.sigma, 0.0, kMaxMargin) : kMaxMargin;
 }
 
 void Contacts::collect_body_contacts(Agents& agents, const RealRobots& real_robots, const Building& building,

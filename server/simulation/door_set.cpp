@@ -70,9 +70,9 @@ void turn_leaf(Door& door, const std::optional<double>& target, Building& buildi
                double dt) {
   const double left = target ? *target - door.angle : 0;
   if (left == 0 && !door.turning) return;
-  const double most = kFollowSpeed * dt;
-  const double turn = std::clamp(left, -most, most);
-  door.angle = std::abs(left) <= most && target ? *target : door.angle + turn;
+  const double max_turn = kFollowSpeed * dt;
+  const double turn = std::clamp(left, -max_turn, max_turn);
+  door.angle = std::abs(left) <= max_turn && target ? *target : door.angle + turn;
   door.turning = turn != 0;
   door.moved = true;
   const Eigen::Vector3d axis(door.hinge.axis.x(), door.hinge.axis.y(), 0);
@@ -110,11 +110,12 @@ Door* DoorSet::find(const std::string& name) {
   return at == doors_.end() ? nullptr : &*at;
 }
 
-bool DoorSet::gives_way(const Building& building, const FixedObstacle& leaf, const Eigen::Vector2d& p) const {
+bool DoorSet::opens_when_pushed(const Building& building, const FixedObstacle& leaf,
+                                const Eigen::Vector2d& p) const {
   const auto door = std::find_if(doors_.begin(), doors_.end(), [&](const Door& each) {
     return &building.obstacles()[each.obstacle] == &leaf;
   });
-  return door != doors_.end() && door->gives_way_to(p);
+  return door != doors_.end() && door->opens_when_pushed_from(p);
 }
 
 Status DoorSet::unknown(const std::string& name) const {

@@ -27,7 +27,7 @@ class DoorSet {
   /// nullptr: no such door.
   Door* find(const std::string& name);
   /// Whether somebody at p (map, m) pushes the leaf open by walking on.
-  bool gives_way(const Building& building, const FixedObstacle& leaf, const Eigen::Vector2d& p) const;
+  bool opens_when_pushed(const Building& building, const FixedObstacle& leaf, const Eigen::Vector2d& p) const;
 
   /// An instructor's command of a door's angle. Error: an unknown door, or an angle outside its range.
   Status command(const DoorCommand& command, Building& building, Agents& agents, Physics& physics);

@@ -7,9 +7,9 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kSpaceDepth = 0.3;                // m, of an opening without free space in the model
-constexpr double kLeafDensity = 250;               // kg/m^3: two boards and a honeycomb
-constexpr double kLeastMass = 5, kMostMass = 120;  // kg
+constexpr double kSpaceDepth = 0.3;             // m, of an opening without free space in the model
+constexpr double kLeafDensity = 250;            // kg/m^3: two boards and a honeycomb
+constexpr double kMinMass = 5, kMaxMass = 120;  // kg
 constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
 constexpr double kPassable = 0.9;  // rad: from this angle a person can pass
 
@@ -21,12 +21,12 @@ Eigen::Vector2d closed_center(const Door& door) {
 ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spaces) {
   const Eigen::Vector2d center = closed_center(door);
   const ModelEntity* nearest = nullptr;
-  double least = door.drawn.size.x() / 2;
+  double smallest = door.drawn.size.x() / 2;
   for (const ModelEntity& space : spaces) {
     if (space.name == "free space of " + door.drawn.name) return space;
     const double distance = (space.T_map_body.translation().head<2>() - center).norm();
-    if (distance < least) {
-      least = distance;
+    if (distance < smallest) {
+      smallest = distance;
       nearest = &space;
     }
   }
@@ -78,7 +78,7 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
   return door;
 }
 
-bool Door::gives_way_to(const Eigen::Vector2d& p) const {
+bool Door::opens_when_pushed_from(const Eigen::Vector2d& p) const {
   if (!dynamic || unhinged) return false;
   if (std::abs(opening()) > kPassable) return true;
   const Transform<Map, Body> T_map_closed = leaf_at(drawn, hinge, hinge.closed);
@@ -112,7 +112,7 @@ void hang_door(Physics& physics, Door& door) {
     door.handle = physics.add_fixed_box(door.rigid.T_map_body, size, false);
     return;
   }
-  const double mass = std::clamp(kLeafDensity * size.prod(), kLeastMass, kMostMass);
+  const double mass = std::clamp(kLeafDensity * size.prod(), kMinMass, kMaxMass);
   door.anchor = physics.add_anchor(door.drawn.T_map_body);
   door.handle = physics.add_leaf(size, mass, door.rigid.T_map_body);
   JointDefinition hinge;

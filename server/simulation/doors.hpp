@@ -68,7 +68,7 @@ struct Door {
   double opening() const { return opening_of(hinge, angle); }
   bool is_turned_open() const { return std::abs(opening()) > kDoorOpened; }
   /// Whether somebody at p (map, m) pushes it open by walking on, and far enough to pass.
-  bool gives_way_to(const Eigen::Vector2d& p) const;
+  bool opens_when_pushed_from(const Eigen::Vector2d& p) const;
 };
 
 /// A door of the model at its initial angle by the rules; body, obstacle and handle are set by the building.

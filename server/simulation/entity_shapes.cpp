@@ -13,7 +13,7 @@ namespace parhelion::simulation {
 namespace {
 
 /// Limit of unanswered commands; instructors send few at a time.
-constexpr std::size_t most_asked = 1000;
+constexpr std::size_t kMaxRequests = 1000;
 
 EntityShapes::Parts parts_of(const RobotModel& model) {
   EntityShapes::Parts parts;
@@ -65,7 +65,7 @@ void EntityShapes::stand(const AgentDefinition& agent) {
 
 void EntityShapes::take(const AgentSpawn& command) {
   asked_[command.request] = command.agent;
-  if (asked_.size() > most_asked) asked_.erase(asked_.begin());
+  if (asked_.size() > kMaxRequests) asked_.erase(asked_.begin());
 }
 
 void EntityShapes::take(const Event& event) {

@@ -68,7 +68,7 @@ Status check_place(const AgentDefinition& agent, const AgentForm& form, const Ag
                    std::span<const std::optional<RealRobotState>> now) {
   const std::string who = "agent '" + agent.name + "': ";
   const Pose2 pose = planar_pose(agent.T_map_base);
-  if (!agent.T_map_base.finite() || std::abs(pose.x) > kMostPlace || std::abs(pose.y) > kMostPlace) {
+  if (!agent.T_map_base.finite() || std::abs(pose.x) > kMaxCoordinate || std::abs(pose.y) > kMaxCoordinate) {
     return Error{who + "its place is not finite or farther than 100 km; expected metres in the map"};
   }
   if (const std::string wrong = off_site(*environment.building, pose.position()); !wrong.empty())

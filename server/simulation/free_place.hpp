@@ -13,7 +13,7 @@
 
 namespace parhelion::simulation {
 
-constexpr double kMostPlace = 1e5;  // m from the map's origin
+constexpr double kMaxCoordinate = 1e5;  // m from the map's origin
 
 /// An error text if the position is too far from everything modelled; else empty.
 std::string off_site(const Building& building, const Eigen::Vector2d& p);

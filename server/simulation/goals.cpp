@@ -90,15 +90,15 @@ std::optional<double> Behaviours::heading_away(const Agent& agent, const Target&
   for (int i = 0; i < directions; ++i) {
     const double angle = 2 * std::numbers::pi * i / directions;
     const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-    const double way = grid.free_way(p, direction, look, room_of(agent));
-    const Eigen::Vector2d end = p + way * direction;
+    const double travel = grid.free_distance(p, direction, look, room_of(agent));
+    const Eigen::Vector2d end = p + travel * direction;
     const double along = std::cos(wrap_angle(angle - agent.steering.heading));
     // The path must not come close to the target.
     const Footprint path = make_segment(p, end, 0);
     const double passes = (nearest_point(*target.placed, path) - target.pose.position()).norm();
     const double score = (end - target.pose.position()).norm() + 0.3 * along +
                          std::min(0.0, 2 * (passes - (p - target.pose.position()).norm()));
-    if (way < 0.3 || score <= best) continue;
+    if (travel < 0.3 || score <= best) continue;
     best = score;
     heading = angle;
   }
@@ -131,21 +131,22 @@ std::optional<Eigen::Vector2d> Behaviours::blocking_place(Agent& agent, const Ta
   const double kappa = stands ? 0 : target.twist.wz / speed;
   const Twist2 arc{stands ? 1 : target.twist.vx / speed, stands ? 0 : target.twist.vy / speed, kappa};
   const Eigen::Vector2d p = agent.pose.position();
-  const auto on_way = [&](double s) { return advance(target.pose, arc, s).position(); };
+  const auto point_on_path = [&](double s) { return advance(target.pose, arc, s).position(); };
   const double reach = target.placed->bound + agent.form.footprint.bound + kStopMargin;
   const double stopping = stopping_distance(target.brakes->limits, speed, kExclusionTime);
   const double farthest = std::min(look, std::abs(kappa) > 0 ? bend / std::abs(kappa) : look);
   // The current position suffices if the target must pass there.
-  double off_way = look;
-  for (double s = reach; s < farthest; s += spacing) off_way = std::min(off_way, (on_way(s) - p).norm());
-  agent.arrived = off_way < (agent.arrived ? 0.25 : 0.1);
+  double off_path = look;
+  for (double s = reach; s < farthest; s += spacing)
+    off_path = std::min(off_path, (point_on_path(s) - p).norm());
+  agent.arrived = off_path < (agent.arrived ? 0.25 : 0.1);
   if (agent.arrived) return std::nullopt;
   // The first position that it reaches before the target would have to brake for it.
   RouteGrid& grid = navigation_.grid_of(agent, around.environment);
   const double pace = std::max(0.1, agent.definition.behaviour.speed);
   std::optional<Eigen::Vector2d> place;
   for (double s = reach + stopping + agent.definition.behaviour.distance; s < farthest; s += spacing) {
-    const Eigen::Vector2d there = on_way(s);
+    const Eigen::Vector2d there = point_on_path(s);
     if (grid.clearance(there) < room_of(agent)) continue;
     place = there;
     const double arrives = (there - p).norm() / pace + 1;
@@ -166,8 +167,8 @@ Twist2 Behaviours::block(Agent& agent, const Surroundings& around) {
 /// The direction that leads out of an approaching vehicle's path soonest.
 std::optional<Twist2> Behaviours::step_aside(Agent& agent, const Surroundings& around) {
   const auto threatened = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& velocity, double radius) {
-    const Footprint way = make_segment(from, from + kThreat * velocity, radius);
-    return velocity.norm() > 0.05 && signed_distance(way, agent.placed) < kAside;
+    const Footprint travel = make_segment(from, from + kThreat * velocity, radius);
+    return velocity.norm() > 0.05 && signed_distance(travel, agent.placed) < kAside;
   };
   std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> from;  // position, velocity
   const Eigen::Vector2d p = agent.pose.position();
@@ -190,7 +191,7 @@ std::optional<Twist2> Behaviours::step_aside(Agent& agent, const Surroundings& a
   const Eigen::Vector2d left = Eigen::Vector2d(-from->second.y(), from->second.x()).normalized();
   const double side = left.dot(p - from->first) >= 0 ? 1 : -1;
   RouteGrid& grid = navigation_.grid_of(agent, around.environment);
-  const bool room = grid.free_way(p, side * left, 0.6, room_of(agent)) > 0.3;
+  const bool room = grid.free_distance(p, side * left, 0.6, room_of(agent)) > 0.3;
   const Eigen::Vector2d aside = (room ? side : -side) * left;
   // People sidestep without turning first.
   const Twist2 away{std::cos(agent.pose.yaw) * aside.x() + std::sin(agent.pose.yaw) * aside.y(),

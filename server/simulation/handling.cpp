@@ -4,20 +4,21 @@
 
 namespace parhelion::simulation {
 
-void GripperWatch::say(const Saying& saying, EventKind kind, const std::string& object,
-                       const HandledBody& body, double value) {
+void GripperWatch::report(const EventContext& context, EventKind kind, const std::string& object,
+                          const HandledBody& body, double value) {
   Event event;
-  event.stamp = saying.now;
+  event.stamp = context.now;
   event.kind = kind;
-  event.subject = saying.robot;
+  event.subject = context.robot;
   event.object = object;
-  event.pair = saying.pair;
+  event.pair = context.pair;
   event.position = body.center;
   event.value = value;
-  saying.events.push_back(std::move(event));
+  context.events.push_back(std::move(event));
 }
 
-void GripperWatch::press(const std::vector<FingerForce>& forces, const Look& look, const Saying& saying) {
+void GripperWatch::press(const std::vector<FingerForce>& forces, const Look& look,
+                         const EventContext& context) {
   for (const FingerForce& force : forces) {
     if (force.force < kPinch) continue;
     double other = 0;
@@ -27,7 +28,7 @@ void GripperWatch::press(const std::vector<FingerForce>& forces, const Look& loo
     if (other < kPinch) continue;
     const auto known = held_.find(*force.load);
     if (known != held_.end() && !known->second.released) {
-      known->second.pressed = saying.now;
+      known->second.pressed = context.now;
       continue;
     }
     const auto body = look(*force.load);
@@ -35,45 +36,45 @@ void GripperWatch::press(const std::vector<FingerForce>& forces, const Look& loo
     Held held;
     held.epoch = body->epoch;
     held.lay = body->lowest;
-    held.pressed = saying.now;
+    held.pressed = context.now;
     held_.insert_or_assign(*force.load, held);
-    say(saying, EventKind::gripped, *force.load, *body, std::min(force.force, other));
+    report(context, EventKind::gripped, *force.load, *body, std::min(force.force, other));
   }
 }
 
 bool GripperWatch::follow(const std::string& load, Held& held, const HandledBody& body,
-                          const Eigen::Vector3d& pads, const Saying& saying) {
-  const bool pressed = held.pressed == saying.now;
-  if (!pressed && (saying.now - held.pressed).seconds() > kLetGo) held.released = true;
+                          const Eigen::Vector3d& pads, const EventContext& context) {
+  const bool pressed = held.pressed == context.now;
+  if (!pressed && (context.now - held.pressed).seconds() > kReleaseTime) held.released = true;
   const double height = body.lowest - held.lay;
   if (pressed && !held.lifted && height > kLift) {
     held.lifted = held.was_lifted = true;
     held.grip = body.T_map_body.inverse() * pads;
-    say(saying, EventKind::lifted, load, body, height);
+    report(context, EventKind::lifted, load, body, height);
   } else if (pressed && held.lifted && height < kLift / 2) {
     held.lifted = false;
   }
   if (held.lifted && !held.dropped) {
     const bool slips = body.rigid && pressed && (body.T_map_body.inverse() * pads - held.grip).norm() > kSlip;
     const bool falls = !pressed && body.velocity.z() < -kSink && body.over.empty();
-    if (slips || falls) say(saying, EventKind::dropped, load, body, height);
+    if (slips || falls) report(context, EventKind::dropped, load, body, height);
     held.dropped = slips || falls;
   }
-  return !held.released || settle(load, held, body, saying);
+  return !held.released || settle(load, held, body, context);
 }
 
 bool GripperWatch::settle(const std::string& load, Held& held, const HandledBody& body,
-                          const Saying& saying) {
+                          const EventContext& context) {
   if (body.velocity.norm() >= kStill) {
     held.still_since.reset();
   } else if (!held.still_since) {
-    held.still_since = saying.now;
+    held.still_since = context.now;
   }
-  if (!held.still_since || (saying.now - *held.still_since).seconds() < kRest)
-    return (saying.now - held.pressed).seconds() < kForget;
+  if (!held.still_since || (context.now - *held.still_since).seconds() < kRest)
+    return (context.now - held.pressed).seconds() < kForget;
   if (held.was_lifted && !body.in.empty()) {
-    say(saying, EventKind::placed, body.in, body, 0);
-    saying.events.back().text = load;
+    report(context, EventKind::placed, body.in, body, 0);
+    context.events.back().text = load;
   }
   return false;
 }
@@ -81,12 +82,12 @@ bool GripperWatch::settle(const std::string& load, Held& held, const HandledBody
 void GripperWatch::update(const std::string& robot, PairKind pair, const Eigen::Vector3d& pads,
                           const std::vector<FingerForce>& forces, const Look& look, SimulationTime now,
                           std::vector<Event>& events) {
-  const Saying saying{robot, pair, now, events};
-  press(forces, look, saying);
+  const EventContext context{robot, pair, now, events};
+  press(forces, look, context);
   for (auto entry = held_.begin(); entry != held_.end();) {
     const auto body = look(entry->first);
     const bool there = body && body->epoch == entry->second.epoch;
-    const bool keep = there && follow(entry->first, entry->second, *body, pads, saying);
+    const bool keep = there && follow(entry->first, entry->second, *body, pads, context);
     entry = keep ? std::next(entry) : held_.erase(entry);
   }
 }

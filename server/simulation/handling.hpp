@@ -32,7 +32,7 @@ struct FingerForce {
 };
 
 /// Of one gripper. Each event is reported at the first step in which its condition holds:
-/// gripped: two of its links press on the object with kPinch each. It ends kLetGo after they stopped.
+/// gripped: two of its links press on the object with kPinch each. It ends kReleaseTime after they stopped.
 /// lifted: gripped, and its lowest point is kLift above that when gripped; repeated only after it was below
 /// half
 ///   of that height.
@@ -42,14 +42,14 @@ struct FingerForce {
 /// placed: it was lifted, was released, and has rested in a container (slower than kStill) for kRest.
 class GripperWatch {
  public:
-  static constexpr double kPinch = 1.0;   // N
-  static constexpr double kLetGo = 0.1;   // s
-  static constexpr double kLift = 0.02;   // m
-  static constexpr double kSlip = 0.04;   // m, relative to the centre between the links
-  static constexpr double kSink = 0.5;    // m/s: 1.3 cm of free fall
-  static constexpr double kStill = 0.02;  // m/s
-  static constexpr double kRest = 0.3;    // s
-  static constexpr double kForget = 10;   // s: an object moving this long is no longer tracked
+  static constexpr double kPinch = 1.0;        // N
+  static constexpr double kReleaseTime = 0.1;  // s
+  static constexpr double kLift = 0.02;        // m
+  static constexpr double kSlip = 0.04;        // m, relative to the centre between the links
+  static constexpr double kSink = 0.5;         // m/s: 1.3 cm of free fall
+  static constexpr double kStill = 0.02;       // m/s
+  static constexpr double kRest = 0.3;         // s
+  static constexpr double kForget = 10;        // s: an object moving this long is no longer tracked
 
   using Look = std::function<std::optional<HandledBody>(const std::string& load)>;
   /// `pads`: m, map, the centre between the gripper's links. `look`: none if the object no longer exists.
@@ -66,19 +66,20 @@ class GripperWatch {
     bool released = false, lifted = false, was_lifted = false, dropped = false;
     std::optional<SimulationTime> still_since;
   };
-  struct Saying {
+  struct EventContext {
     const std::string& robot;
     PairKind pair;
     SimulationTime now;
     std::vector<Event>& events;
   };
-  static void say(const Saying& saying, EventKind kind, const std::string& object, const HandledBody& body,
-                  double value);
-  void press(const std::vector<FingerForce>& forces, const Look& look, const Saying& saying);
+  static void report(const EventContext& context, EventKind kind, const std::string& object,
+                     const HandledBody& body, double value);
+  void press(const std::vector<FingerForce>& forces, const Look& look, const EventContext& context);
   /// False: no longer tracked.
   static bool follow(const std::string& load, Held& held, const HandledBody& body,
-                     const Eigen::Vector3d& pads, const Saying& saying);
-  static bool settle(const std::string& load, Held& held, const HandledBody& body, const Saying& saying);
+                     const Eigen::Vector3d& pads, const EventContext& context);
+  static bool settle(const std::string& load, Held& held, const HandledBody& body,
+                     const EventContext& context);
   std::map<std::string, Held> held_;
 };
 

@@ -14,10 +14,10 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNearest = 0.1;      // m: lower limit of the inverse-square law
-constexpr double kLeastWall = 0.005;  // m, minimum length of a line within a box
-constexpr double kCell = 0.25;        // m
-constexpr int kMostCells = 250;  // along a side; with the longest reach, cells are still narrower than a door
+constexpr double kNearest = 0.1;    // m: lower limit of the inverse-square law
+constexpr double kMinWall = 0.005;  // m, minimum length of a line within a box
+constexpr double kCell = 0.25;      // m
+constexpr int kMaxCells = 250;  // along a side; with the longest reach, cells are still narrower than a door
 constexpr double kBreath = 0.02;  // m: a gap narrower than twice this is closed to gas
 
 /// Obstacles that block gas: not door leaves, nor anything overhead.
@@ -30,7 +30,7 @@ Crossing crossing(const Building& building, const std::vector<Door>& doors, cons
   Crossing all;
   const auto count = [&](const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size) {
     const double within = line_in_box(T_map_body, size, a, b);
-    if (within < kLeastWall) return;
+    if (within < kMinWall) return;
     ++all.walls;
     all.thickness += within;
   };
@@ -57,7 +57,7 @@ void GasField::place(const Building& building, const Eigen::Vector3d& leak, doub
   leak_ = leak;
   reach_ = reach;
   const double range = kReaches * reach;
-  cell_ = std::max(kCell, 2 * range / kMostCells);
+  cell_ = std::max(kCell, 2 * range / kMaxCells);
   side_ = 2 * static_cast<int>(std::ceil(range / cell_)) + 1;
   const auto count = static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_);
   solid_.assign(count, 0);
@@ -89,16 +89,16 @@ void GasField::place(const Building& building, const Eigen::Vector3d& leak, doub
 
 /// Dijkstra's shortest paths from the middle.
 void GasField::spread() {
-  way_.assign(solid_.size(), kInfinity);
+  distance_.assign(solid_.size(), kInfinity);
   using Entry = std::pair<double, int>;  // distance, cell: ties ordered by cell
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   const int start = (side_ / 2) * side_ + side_ / 2;
-  way_[static_cast<std::size_t>(start)] = 0;
+  distance_[static_cast<std::size_t>(start)] = 0;
   open.emplace(0, start);
   while (!open.empty()) {
-    const auto [way, cell] = open.top();
+    const auto [distance, cell] = open.top();
     open.pop();
-    if (way > way_[static_cast<std::size_t>(cell)]) continue;
+    if (distance > distance_[static_cast<std::size_t>(cell)]) continue;
     const int row = cell / side_, column = cell % side_;
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
@@ -108,9 +108,9 @@ void GasField::spread() {
         // A thin diagonal wall may pass between two corners.
         const bool cuts_corner = solid_[static_cast<std::size_t>(row * side_ + x)] != 0 ||
                                  solid_[static_cast<std::size_t>(y * side_ + column)] != 0;
-        const double longer = way + cell_ * (dx != 0 && dy != 0 ? std::numbers::sqrt2 : 1);
-        if (solid_[next] != 0 || cuts_corner || longer >= way_[next]) continue;
-        way_[next] = longer;
+        const double longer = distance + cell_ * (dx != 0 && dy != 0 ? std::numbers::sqrt2 : 1);
+        if (solid_[next] != 0 || cuts_corner || longer >= distance_[next]) continue;
+        distance_[next] = longer;
         open.emplace(longer, static_cast<int>(next));
       }
     }
@@ -126,15 +126,17 @@ bool GasField::blocked(const Building& building, const Footprint& line) const {
 }
 
 /// Through the neighbour cells with an air connection to p: its own cell may be solid beside a wall.
-double GasField::way_over_grid(const Building& building, const Eigen::Vector2d& p) const {
+double GasField::distance_over_grid(const Building& building, const Eigen::Vector2d& p) const {
   const Eigen::Vector2d offset = p - leak_.head<2>();
   const Eigen::Vector2i cell = (offset / cell_).array().round().cast<int>() + side_ / 2;
   double nearest = kInfinity;
   for (int row = std::max(0, cell.y() - 1); row <= std::min(side_ - 1, cell.y() + 1); ++row) {
     for (int column = std::max(0, cell.x() - 1); column <= std::min(side_ - 1, cell.x() + 1); ++column) {
       const Eigen::Vector2d center(cell_ * (column - side_ / 2), cell_ * (row - side_ / 2));
-      const double way = way_[static_cast<std::size_t>(row * side_ + column)] + (offset - center).norm();
-      if (way < nearest && !blocked(building, make_segment(p, leak_.head<2>() + center, 0))) nearest = way;
+      const double distance =
+          distance_[static_cast<std::size_t>(row * side_ + column)] + (offset - center).norm();
+      if (distance < nearest && !blocked(building, make_segment(p, leak_.head<2>() + center, 0)))
+        nearest = distance;
     }
   }
   return nearest;
@@ -142,10 +144,10 @@ double GasField::way_over_grid(const Building& building, const Eigen::Vector2d& 
 
 double GasField::concentration(const Building& building, double strength, const Eigen::Vector3d& p) const {
   const Eigen::Vector2d from = leak_.head<2>(), to = p.head<2>();
-  double way = (to - from).norm();
-  if (way > kReaches * reach_) return 0;
-  if (blocked(building, make_segment(from, to, kBreath))) way = way_over_grid(building, to);
-  return way <= kReaches * reach_ ? strength * std::exp(-way / reach_) : 0;
+  double distance = (to - from).norm();
+  if (distance > kReaches * reach_) return 0;
+  if (blocked(building, make_segment(from, to, kBreath))) distance = distance_over_grid(building, to);
+  return distance <= kReaches * reach_ ? strength * std::exp(-distance / reach_) : 0;
 }
 
 }  // namespace parhelion::simulation

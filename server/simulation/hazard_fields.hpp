@@ -41,13 +41,13 @@ class GasField {
  private:
   bool blocked(const Building& building, const Footprint& line) const;
   void spread();
-  double way_over_grid(const Building& building, const Eigen::Vector2d& p) const;
+  double distance_over_grid(const Building& building, const Eigen::Vector2d& p) const;
   const Building* building_ = nullptr;
   Eigen::Vector3d leak_ = Eigen::Vector3d::Zero();
   double reach_ = 1, cell_ = 0.25;
-  int side_ = 0;             ///< cells along each side, the leak in the middle
-  std::vector<char> solid_;  ///< by cell, row by row
-  std::vector<double> way_;  ///< m, by cell; infinity: no path
+  int side_ = 0;                  ///< cells along each side, the leak in the middle
+  std::vector<char> solid_;       ///< by cell, row by row
+  std::vector<double> distance_;  ///< m, by cell; infinity: no path
 };
 
 }  // namespace parhelion::simulation

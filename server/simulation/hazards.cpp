@@ -93,7 +93,7 @@ void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
     entry.set_off = true;
     Event event;
     event.stamp = around.clock.now();
-    event.kind = EventKind::hazard_set_off;
+    event.kind = EventKind::hazard_triggered;
     event.subject = hazard.name;
     event.object = trigger.who;
     event.pair = trigger.pair;

@@ -9,7 +9,7 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr int kMostChanges = 6;   // of treads in one solution
+constexpr int kMaxChanges = 6;    // of treads in one solution
 constexpr double kSlack = 1e-12;  // N s and m/s, tolerance of a tread's bound
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -43,9 +43,9 @@ bool against_limit(const JointAim& aim) {
 }
 
 /// The motor's part of the impulse along a joint's axis: its maximum when it pushes into its limit.
-double motor_share(const JointAim& aim, double along) {
-  if (against_limit(aim)) return aim.is_lower ? -aim.most : aim.most;
-  return std::clamp(along, -aim.most, aim.most);
+double motor_fraction(const JointAim& aim, double along) {
+  if (against_limit(aim)) return aim.is_lower ? -aim.max_impulse : aim.max_impulse;
+  return std::clamp(along, -aim.max_impulse, aim.max_impulse);
 }
 
 }  // namespace
@@ -90,21 +90,21 @@ void JointTree::lay_treads(Joint& joint) {
     joint.treads[joint.count++] = {holds, speed, low, high};
   };
   const auto give = [&](double impulse) { lay(false, 0, impulse, impulse); };
-  const bool motor = aim.most > 0;
+  const bool motor = aim.max_impulse > 0;
   const bool against = against_limit(aim);
   if (aim.limited && aim.is_lower) {
-    lay(true, aim.limit_speed, against || !motor ? -aim.most : aim.most, kInfinity);
+    lay(true, aim.limit_speed, against || !motor ? -aim.max_impulse : aim.max_impulse, kInfinity);
   }
-  if (!(against && aim.is_lower) && motor) give(aim.most);
+  if (!(against && aim.is_lower) && motor) give(aim.max_impulse);
   if (!against && motor) {
     joint.tread = joint.count;
-    lay(true, aim.speed, -aim.most, aim.most);
+    lay(true, aim.speed, -aim.max_impulse, aim.max_impulse);
   }
-  if (!(against && !aim.is_lower) || !motor) give(-aim.most);
+  if (!(against && !aim.is_lower) || !motor) give(-aim.max_impulse);
   if (!motor) joint.tread = aim.limited && aim.is_lower ? 1 : 0;
   if (aim.limited && !aim.is_lower) {
     if (against && motor) joint.tread = joint.count;
-    lay(true, aim.limit_speed, -kInfinity, against || !motor ? aim.most : -aim.most);
+    lay(true, aim.limit_speed, -kInfinity, against || !motor ? aim.max_impulse : -aim.max_impulse);
   }
 }
 
@@ -220,7 +220,7 @@ bool JointTree::solve(btAlignedObjectArray<btSolverBody>& pool) {
   for (Joint& joint : joints_)
     joint.lacks = joint.target - (links_[static_cast<std::size_t>(joint.child)].change -
                                   links_[static_cast<std::size_t>(joint.parent)].change);
-  for (int change = 0; change < kMostChanges; ++change) {
+  for (int change = 0; change < kMaxChanges; ++change) {
     if (!articulated_) articulate();
     pass();
     if (!change_treads()) break;
@@ -246,7 +246,7 @@ void JointTree::finish() const {
     impulse.moment =
         btVector3(joint.impulse[0], joint.impulse[1], joint.impulse[2]) - arm.cross(impulse.force);
     const double along = joint.axis.dot(joint.impulse);
-    impulse.limit = along - motor_share(joint.aim, along);
+    impulse.limit = along - motor_fraction(joint.aim, along);
     joint.joint->bore(impulse);
   }
 }

@@ -18,8 +18,8 @@ struct JointAim {
   btVector3 axis{1, 0, 0};   ///< unit, map: axis of rotation or sliding
   bool slides = false;
   btVector3 shift{0, 0, 0},
-      turn{0, 0, 0};           ///< m/s and rad/s of b relative to a that correct its position error
-  double speed = 0, most = 0;  ///< of the motor: m/s or rad/s, and N s or N m s in the step
+      turn{0, 0, 0};                  ///< m/s and rad/s of b relative to a that correct its position error
+  double speed = 0, max_impulse = 0;  ///< of the motor: m/s or rad/s, and N s or N m s in the step
   bool limited = false, is_lower = false;  ///< near a limit, which one...
   double limit_speed = 0;                  ///< ...and the speed bound there, lower or upper
 };

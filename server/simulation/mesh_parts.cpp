@@ -75,10 +75,10 @@ void cut(const ModelMesh& mesh, const std::array<std::uint32_t, 3>& triangle, do
 
 }  // namespace
 
-std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t most_pieces) {
+std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t max_pieces) {
   double cell = kMeshCell;
-  const double most = static_cast<double>(std::max(most_pieces, 2 * mesh.triangles.size()));
-  while (cubes_met(mesh, cell) > most) cell *= 2;
+  const double limit = static_cast<double>(std::max(max_pieces, 2 * mesh.triangles.size()));
+  while (cubes_met(mesh, cell) > limit) cell *= 2;
   std::map<Cube, Polygon> points;
   for (const auto& triangle : mesh.triangles) cut(mesh, triangle, cell, points);
   std::vector<MeshPart> parts;

@@ -17,8 +17,8 @@ struct MeshPart {
 /// less than a cube.
 inline constexpr double kMeshCell = 0.25;
 
-/// Ascending by cube (z, y, x). Uses larger cubes if more than `most_pieces` would result. The mesh must have
+/// Ascending by cube (z, y, x). Uses larger cubes if more than `max_pieces` would result. The mesh must have
 /// passed check_mesh().
-std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t most_pieces = 2'000'000);
+std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t max_pieces = 2'000'000);
 
 }  // namespace parhelion::simulation

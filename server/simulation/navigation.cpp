@@ -14,15 +14,15 @@ constexpr double kRouteRoom = 0.03;      // m of clearance of a route in additio
 constexpr double kGoalMoved = 0.7;       // m that a goal moves before its route is searched again
 constexpr double kSwitchDistance = 2.0;  // m from a corner at which the next one is tried
 constexpr double kRetry = 5.0;           // s until an unsuccessful search is repeated
-constexpr int kMostFailures = 3;         // then the goal is reported unreachable
+constexpr int kMaxFailures = 3;          // then the goal is reported unreachable
 
 }  // namespace
 
 double room_of(const Agent& agent) { return agent.form.footprint.bound + kRouteRoom; }
 
 bool walks_through(const Agent& agent, const FixedObstacle& leaf, const Environment& environment) {
-  if (!leaf.gives_way || !agent.definition.behaviour.opens_doors) return false;
-  return environment.doors.gives_way(*environment.building, leaf, agent.pose.position());
+  if (!leaf.opens_when_pushed || !agent.definition.behaviour.opens_doors) return false;
+  return environment.doors.opens_when_pushed(*environment.building, leaf, agent.pose.position());
 }
 
 RouteGrid& Navigation::grid_of(const Agent& agent, const Environment& environment) {
@@ -60,9 +60,9 @@ bool Navigation::is_straight_free(const Agent& agent, const Eigen::Vector2d& p,
                                   const Environment& environment) {
   const Eigen::Vector2d from = agent.pose.position();
   const double room = room_of(agent);
-  const Footprint way = make_segment(from, p, room);
+  const Footprint travel = make_segment(from, p, room);
   const auto meets = [&](const Footprint& other) {
-    return distance_bound(way, other) < 0 && signed_distance(way, other) < 0;
+    return distance_bound(travel, other) < 0 && signed_distance(travel, other) < 0;
   };
   const auto& leaves = router_.doors(environment.building);
   if (std::any_of(leaves.begin(), leaves.end(), [&](const FixedObstacle* door) {
@@ -117,10 +117,10 @@ void Navigation::search_routes(Agents& agents, const Surroundings& around, std::
     }
     route.points.clear();
     route.retry_after = around.clock.step + around.clock.steps_in(kRetry);
-    route.failures = answer.round_agents ? route.failures + 1 : kMostFailures;
+    route.failures = answer.round_agents ? route.failures + 1 : kMaxFailures;
     // A following agent waits without an event.
     const bool goes = agent.definition.behaviour.kind == BehaviourKind::go;
-    if (!goes || route.failures < kMostFailures || route.reported) continue;
+    if (!goes || route.failures < kMaxFailures || route.reported) continue;
     route.reported = true;
     events.push_back(
         agent_event(EventKind::goal_unreachable, agent, around.clock.now(), 0,
@@ -163,13 +163,14 @@ std::optional<Twist2> Navigation::straight_to(const Agent& agent, const Eigen::V
   const Pose2 towards{agent.pose.x, agent.pose.y, agent.steering.heading};
   const SteeringLimits limits = limits_of(agent);
   const double distance = to.norm();
-  const double way = free_length(towards, limits.radius, margin, 0, std::min(distance + 0.3, 2.0), steering);
-  if (way < std::min(distance, enough)) return std::nullopt;
+  const double travel =
+      free_length(towards, limits.radius, margin, 0, std::min(distance + 0.3, 2.0), steering);
+  if (travel < std::min(distance, enough)) return std::nullopt;
   const double turn = wrap_angle(agent.steering.heading - agent.pose.yaw);
   const double wz = std::clamp(3 * turn, -limits.yaw_rate, limits.yaw_rate);
   if (std::abs(turn) > aligned) return Twist2{0, 0, wz};
-  const double speed = std::min(
-      {limits.speed, std::sqrt(limits.acceleration * way), 0.25 + std::sqrt(limits.acceleration * distance)});
+  const double speed = std::min({limits.speed, std::sqrt(limits.acceleration * travel),
+                                 0.25 + std::sqrt(limits.acceleration * distance)});
   return Twist2{speed * (1 - 0.8 * std::abs(turn) / aligned), 0, wz};
 }
 

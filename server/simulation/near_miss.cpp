@@ -42,8 +42,8 @@ void NearMissWatch::ahead(const Neighbour& thing, double time, bool moves, Simul
 void NearMissWatch::touch(std::string_view name, SimulationTime now) { meet({name}, now).touched = true; }
 
 void NearMissWatch::update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events) {
-  const auto say = [&](const auto& each, const Closest& closest, double most, const char* by) {
-    if (each.second.touched || !(closest.value <= most)) return;
+  const auto report = [&](const auto& each, const Closest& closest, double threshold, const char* by) {
+    if (each.second.touched || !(closest.value <= threshold)) return;
     Event event = event_of(EventKind::near_miss, body, motion, closest.value);
     event.object = each.first;
     event.pair = each.second.pair;
@@ -54,8 +54,8 @@ void NearMissWatch::update(const Supervised& body, const ObservedMotion& motion,
   };
   std::erase_if(open_, [&](const auto& each) {
     if ((motion.stamp - each.second.seen).seconds() <= kHold) return false;
-    say(each, each.second.gap, kGap, "gap");
-    say(each, each.second.time, kTime, "time");
+    report(each, each.second.gap, kGap, "gap");
+    report(each, each.second.time, kTime, "time");
     return true;
   });
 }

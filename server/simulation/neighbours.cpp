@@ -51,7 +51,7 @@ void Neighbours::near(const Eigen::Vector2d& p, double range, std::vector<std::u
   found.assign(large_.begin(), large_.end());
   const double reach = range + kLarge;
   const double cells = 2 * reach / kCell + 2;
-  if (!(p.cwiseAbs().maxCoeff() < 1e9) || !(cells * cells < kMostCells)) {
+  if (!(p.cwiseAbs().maxCoeff() < 1e9) || !(cells * cells < kMaxCells)) {
     for (std::uint32_t i = 0; i < bucket_of_.size(); ++i) {
       if (bucket_of_[i] != kNowhere) found.push_back(i);
     }

@@ -24,9 +24,9 @@ class Neighbours {
   void near(const Eigen::Vector2d& p, double range, std::vector<std::uint32_t>& found) const;
 
  private:
-  static constexpr double kCell = 2.0;    // m
-  static constexpr double kLarge = 1.0;   // m: discs with a larger radius are always found
-  static constexpr int kMostCells = 400;  // of a query; a larger one finds all
+  static constexpr double kCell = 2.0;   // m
+  static constexpr double kLarge = 1.0;  // m: discs with a larger radius are always found
+  static constexpr int kMaxCells = 400;  // of a query; a larger one finds all
 
   void start(std::size_t count);
   void add(std::uint32_t index, const Eigen::Vector2d& center, double radius);

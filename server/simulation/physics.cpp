@@ -254,12 +254,12 @@ void Physics::drive(RigidState& rigid, const Twist2& twist, double friction, dou
   const Eigen::Isometry3d& T = rigid.T_map_body.isometry();
   Eigen::Vector2d change = (T.linear() * Eigen::Vector3d(twist.vx, twist.vy, 0) - rigid.velocity).head<2>();
   // Coulomb: floor friction is at most mu * m * g in the plane, in any direction.
-  const double most = friction * kGravity * step;
+  const double max_change = friction * kGravity * step;
   const double length = change.norm();
-  if (length > most) change *= most / length;
+  if (length > max_change) change *= max_change / length;
   rigid.velocity.head<2>() += change;
   // The same force at a lever of 0.2 m on a body with a radius of gyration of about 0.2 m.
-  const double turn = std::clamp(twist.wz - rigid.rotation_rate.z(), -most / 0.2, most / 0.2);
+  const double turn = std::clamp(twist.wz - rigid.rotation_rate.z(), -max_change / 0.2, max_change / 0.2);
   rigid.rotation_rate = {0, 0, rigid.rotation_rate.z() + turn};
 }
 

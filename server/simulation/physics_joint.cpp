@@ -78,9 +78,9 @@ bool PartJoint::near_limit() const {
 /// A limit is reached within the step, not after it; an overshoot is corrected softly.
 double PartJoint::limit_speed(bool& is_lower) const {
   is_lower = position_ - lower_ < upper_ - position_;
-  const double way = is_lower ? lower_ - position_ : upper_ - position_;
-  const bool beyond = is_lower ? way > 0 : way < 0;
-  return way / step * (beyond ? kLimitRepair : 1);
+  const double to_limit = is_lower ? lower_ - position_ : upper_ - position_;
+  const bool beyond = is_lower ? to_limit > 0 : to_limit < 0;
+  return to_limit / step * (beyond ? kLimitRepair : 1);
 }
 
 JointAim PartJoint::aim(double repair) {
@@ -100,7 +100,7 @@ JointAim PartJoint::aim(double repair) {
   }
   aim.turn = -kRepair * repair * turned;
   aim.speed = motor_velocity_;
-  aim.most = motor_effort_ * step;
+  aim.max_impulse = motor_effort_ * step;
   aim.limited = near_limit();
   if (aim.limited) aim.limit_speed = limit_speed(aim.is_lower);
   return aim;

@@ -45,12 +45,12 @@ Eigen::Isometry3d inertial_frame(const PartDefinition& part, Eigen::Vector3d& mo
 
 void Runner::sum_up(double step) {
   const bool stands = normal_impulse > 0;
-  motion.too_weak = stands && held_by_motor && std::abs(forward_impulse) >= 0.98 * most_impulse;
+  motion.too_weak = stands && held_by_motor && std::abs(forward_impulse) >= 0.98 * max_impulse;
   motion.speed = speed;
   if (motion.too_weak) motion.speed += std::clamp(ground_moved / normal_impulse - speed, -yield, yield);
   motion.force = forward_impulse / step;
   motion.normal_force = normal_force = normal_impulse / step;
-  normal_impulse = forward_impulse = most_impulse = ground_moved = 0;
+  normal_impulse = forward_impulse = max_impulse = ground_moved = 0;
   held_by_motor = false;
 }
 
@@ -108,7 +108,7 @@ void Physics::run(PhysicsHandle part, std::size_t runner, const RunnerCommand& c
   RigidBody& rigid = world_->at(part);
   Runner& its = rigid.part->runners[runner];
   its.speed = command.speed;
-  its.most_force = command.force;
+  its.max_force = command.force;
   its.yield = command.yield;
   its.axis = to_bullet(Eigen::Vector3d(rigid.T_body_inertial.linear().transpose() * command.axis));
 }

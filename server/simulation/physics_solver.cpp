@@ -159,8 +159,8 @@ void PartSolver::limit_motors(int first_contact, int last_contact) {
     across.m_friction *= (slip_across + kCreep) / slip;
     for (Runner* runner : {runners.a, runners.b}) {
       if (!runner || !(runner->normal_force > 0)) continue;
-      runner->held_by_motor = runner->most_force < friction.m_friction * runner->normal_force;
-      friction.m_friction = std::min(friction.m_friction, runner->most_force / runner->normal_force);
+      runner->held_by_motor = runner->max_force < friction.m_friction * runner->normal_force;
+      friction.m_friction = std::min(friction.m_friction, runner->max_force / runner->normal_force);
     }
   }
 }

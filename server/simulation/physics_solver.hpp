@@ -25,22 +25,22 @@ struct Runner {
   double friction = 0.8;
   double speed = 0;            ///< m/s, commanded speed of the surface; forward is positive
   double yield = 0;            ///< m/s, maximum slowdown of the surface in a step with a weak motor
-  double most_force = 0;       ///< N, maximum of its motor
+  double max_force = 0;        ///< N, maximum of its motor
   double normal_force = 0;     ///< N, summed over its contacts, of the newest step
   bool held_by_motor = false;  ///< limited by the motor, not by friction (at its newest contact)
 
   // Sums at the end of a step: N s, N s, N m.
   double normal_impulse = 0;
   double forward_impulse = 0;
-  double most_impulse = 0;  ///< maximum of the motor
+  double max_impulse = 0;   ///< maximum of the motor
   double ground_moved = 0;  ///< sum of normal impulse times speed (m/s) of the ground below
   RunnerMotion motion;
 
   /// Adds one of its contacts: impulses, ground speed, and the motor's fraction of the load.
-  void meet(double normal, double forward, double ground_speed, double motor_share) {
+  void meet(double normal, double forward, double ground_speed, double motor_fraction) {
     normal_impulse += normal;
     forward_impulse += forward;
-    most_impulse += motor_share * normal;
+    max_impulse += motor_fraction * normal;
     ground_moved += normal * ground_speed;
   }
   /// Completes the step.

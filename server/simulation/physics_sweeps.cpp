@@ -96,14 +96,15 @@ btScalar PartSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodie
   const bool trees = !tree_.empty();
   // A cable needs many sweeps: they depend on its length, and none is skipped.
   const bool chains = m_maxOverrideNumSolverIterations > info.m_numIterations;
-  const int most =
+  const int max_sweeps =
       std::max({info.m_numIterations, m_maxOverrideNumSolverIterations, trees ? kTreeSweeps : 0});
   bool chose = false;
   // If joints changed after the last sweep, contacts are solved again.
-  for (int done = 1; done <= most || (chose && !chains && done <= 2 * most); ++done) {
+  for (int done = 1; done <= max_sweeps || (chose && !chains && done <= 2 * max_sweeps); ++done) {
     const bool calm = sweep() <= info.m_leastSquaresResidualThreshold;
     // Motors and limits choose early, and then less and less often.
-    const bool choose = trees && (calm || done >= most || std::has_single_bit(static_cast<unsigned>(done)));
+    const bool choose =
+        trees && (calm || done >= max_sweeps || std::has_single_bit(static_cast<unsigned>(done)));
     chose = choose && settle_trees();
     if (calm && !chose && !chains) break;
   }

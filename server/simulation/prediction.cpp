@@ -72,7 +72,7 @@ double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, doubl
     double gap = bound > kFar ? bound : separation(placed_a, placed_b) - touch;
     if (gap <= 0) gap = signed_distance(placed_a, placed_b) - touch;
     if (gap <= 0) return t > 0 ? t : kInfinity;
-    t += std::max(gap / closing, kLeastAdvance);
+    t += std::max(gap / closing, kMinAdvance);
     if (!still(a.twist)) place(*a.local, advance(a.pose, a.twist, t), placed_a);
     if (!still(b.twist)) place(*b.local, advance(b.pose, b.twist, t), placed_b);
   }
@@ -84,7 +84,7 @@ bool CollisionPrediction::due(SimulationTime now, const Twist2& twist) const {
   const double since = (now - *looked_).seconds();
   const double change = std::max(
       {std::abs(twist.vx - twist_.vx), std::abs(twist.vy - twist_.vy), std::abs(twist.wz - twist_.wz)});
-  return since >= wait_ || (!said_ && (change > kSameTwist || time_ - since <= kWarn));
+  return since >= wait_ || (!is_warned_ && (change > kSameTwist || time_ - since <= kWarn));
 }
 
 void CollisionPrediction::update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
@@ -108,13 +108,13 @@ void CollisionPrediction::update(const Supervised& body, const ObservedMotion& m
       events.push_back(std::move(event));
     }
   }
-  said_ = ahead && warned_.contains(ahead->object);
+  is_warned_ = ahead && warned_.contains(ahead->object);
   std::erase_if(warned_, [&](const auto& each) { return (motion.stamp - each.second).seconds() > kHold; });
 }
 
 void TippingPrediction::update(const Supervised& body, const ObservedMotion& motion, const Tipping& tipping,
                                std::vector<Event>& events) {
-  const bool threatened = tipping.share < kCareful && tipping.time <= kWarn;
+  const bool threatened = tipping.fraction < kCareful && tipping.time <= kWarn;
   if (threatened) threatened_ = motion.stamp;
   if (threatened && !warned_)
     events.push_back(event_of(EventKind::tipping_predicted, body, motion, tipping.time));
@@ -126,13 +126,13 @@ Tipping AttitudeTrend::update(const Transform<Map, Base>& T_map_base, const Atti
   const Eigen::Matrix3d R = T_map_base.rotation();
   const double pitch = std::abs(std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))));
   const double roll = std::abs(std::atan2(R(2, 1), R(2, 2)));
-  const double share = 1 - std::max(pitch / limits.pitch_limit, roll / limits.roll_limit);
-  const double trend = known_ ? (share - share_) / dt : 0;
+  const double fraction = 1 - std::max(pitch / limits.pitch_limit, roll / limits.roll_limit);
+  const double trend = known_ ? (fraction - fraction_) / dt : 0;
   trend_ += (trend - trend_) * std::min(1.0, dt / kSmoothing);
   known_ = true;
-  share_ = share;
-  if (share <= 0) return {share, 0};
-  return {share, trend_ < 0 ? share / -trend_ : kInfinity};
+  fraction_ = fraction;
+  if (fraction <= 0) return {fraction, 0};
+  return {fraction, trend_ < 0 ? fraction / -trend_ : kInfinity};
 }
 
 Stance stance_of(const RobotModel& model, const Joints& joints) {
@@ -173,7 +173,7 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
     const double level = angle_inside(Eigen::Vector3d::UnitZ()), left = angle_inside(up);
     if (!(level > 0) || !std::isfinite(left)) continue;
     const double rate = rotation_rate.dot(edge);
-    nearest.share = std::min(nearest.share, left / level);
+    nearest.fraction = std::min(nearest.fraction, left / level);
     if (left <= 0) nearest.time = 0;
     // It does not tip over an edge with a large margin.
     if (rate > 0 && left / level < TippingPrediction::kCareful)

@@ -26,10 +26,10 @@ struct MovingFootprint {
 
 /// s until the gap between two footprints, each on its arc, is at most `touch` (m); infinity: not within
 /// `horizon`, or the gap is that small already. Conservative advancement: the gap closes no faster than both
-/// fastest points move; advances are at least kLeastAdvance, which bounds the work for grazing motion and the
+/// fastest points move; advances are at least kMinAdvance, which bounds the work for grazing motion and the
 /// error.
 double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, double touch, double horizon);
-inline constexpr double kLeastAdvance = 0.004;  // s
+inline constexpr double kMinAdvance = 0.004;  // s
 
 /// The first object on the path.
 struct Ahead {
@@ -50,8 +50,8 @@ class CollisionPrediction {
   static constexpr double kPeriod = 0.016;  // s: other bodies may change their motion
   /// Before the first check: the second follows after the fraction `share` of kPeriod. Spreads the checks of
   /// robots that start together. turns.
-  void stagger(double share) {
-    if (!looked_) wait_ = share * kPeriod;
+  void stagger(double fraction) {
+    if (!looked_) wait_ = fraction * kPeriod;
   }
   /// Whether to search again: kPeriod is over; or a warning is possible because the motion changed or a far
   /// object may be near.
@@ -64,14 +64,14 @@ class CollisionPrediction {
       warned_;  ///< object, and the last time it was ahead within kRearm
   std::optional<SimulationTime> looked_;
   Twist2 twist_;
-  double time_ = 0;        ///< s, time to contact at the newest check; kRearm if nothing is ahead
-  bool said_ = false;      ///< warned
-  double wait_ = kPeriod;  ///< s until the next check
+  double time_ = 0;         ///< s, time to contact at the newest check; kRearm if nothing is ahead
+  bool is_warned_ = false;  ///< warned
+  double wait_ = kPeriod;   ///< s until the next check
 };
 
 /// Margin to tipping over.
 struct Tipping {
-  double share = 1;  ///< fraction of the margin at rest on level ground; 0: tips
+  double fraction = 1;  ///< fraction of the margin at rest on level ground; 0: tips
   double time = 0;  ///< s until tipping at the current rotation rate; infinity: no rotation in that direction
 };
 
@@ -99,7 +99,7 @@ class AttitudeTrend {
 
  private:
   bool known_ = false;
-  double share_ = 1, trend_ = 0;
+  double fraction_ = 1, trend_ = 0;
 };
 
 /// Support polygon and centre of mass of a simulated robot, in base_link.

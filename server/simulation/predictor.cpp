@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kTouch = 0.001;        // m: a smaller distance is contact
 constexpr double kUnderfoot = 0.02;     // m over base_link: lower obstacles are driven over
-constexpr double kMostClimb = 0.30;     // m: tracks climb steps up to this height
+constexpr double kMaxClimb = 0.30;      // m: tracks climb steps up to this height
 constexpr double kFlight = 0.8;         // slope of the steepest stairs
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, it counts as standing
 constexpr std::uint64_t kTurns = 4;     // robots take turns over so many steps
@@ -20,7 +20,7 @@ Twist2 twist_of(const RigidState& rigid) {
 }
 
 /// Upper bound of the speed of all its points, m/s.
-double most_speed(const MovingFootprint& it) {
+double max_speed(const MovingFootprint& it) {
   const double reach = it.local->center.norm() + it.local->bound;
   return std::sqrt(it.twist.vx * it.twist.vx + it.twist.vy * it.twist.vy) + std::abs(it.twist.wz) * reach;
 }
@@ -95,7 +95,7 @@ void Predictor::predict_body_collision(const PredictionQuery& query, const Other
   if (query.speed > kClosingSpeed)
     check_passing_distance(query, other.placed, other.name, pair, other.unsensed);
   const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
-  const double closing = query.speed + most_speed(other.moving);
+  const double closing = query.speed + max_speed(other.moving);
   if (distance_bound(query.placed, other.placed) - kTouch > closing * horizon) return;
   if (query.contacts.touch_each_other(*query.name, other.name)) return;
   const double time = time_to_contact(query.own, other.moving, kTouch, horizon);
@@ -208,7 +208,7 @@ void Predictor::predict(Agent& agent, const ObservedMotion& motion, const Surrou
                                 .margin = kTouch,
                                 .bottom = z + kUnderfoot,
                                 .top = z + agent.form.size.z(),
-                                .climb = climbs ? kMostClimb + lean * agent.form.footprint.bound : 0,
+                                .climb = climbs ? kMaxClimb + lean * agent.form.footprint.bound : 0,
                                 .is_virtual = !agent.trainee,
                                 .unsensed = false,
                                 .speed = fastest_point_speed(agent.form.footprint, twist),

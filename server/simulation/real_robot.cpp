@@ -46,10 +46,10 @@ void append_stop_zone(const RealRobot& robot, const RealRobotState& now, std::ve
                       double later) {
   const Pose2 pose = planar_pose(now.T_map_base);
   const double speed = fastest_point_speed(robot.footprint, now.twist);
-  const double way = stopping_distance(robot.limits, speed, later);
-  const int steps = static_cast<int>(std::min(1000.0, std::ceil(way / kZoneSpacing)));
+  const double braking_distance = stopping_distance(robot.limits, speed, later);
+  const int steps = static_cast<int>(std::min(1000.0, std::ceil(braking_distance / kZoneSpacing)));
   for (int i = 0; i <= steps; ++i) {
-    const double t = steps > 0 ? way / speed * i / steps : 0;
+    const double t = steps > 0 ? braking_distance / speed * i / steps : 0;
     Footprint footprint;
     place(robot.footprint, advance(pose, now.twist, t), footprint);
     footprint.radius += kStopMargin;

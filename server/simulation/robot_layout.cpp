@@ -34,9 +34,9 @@ class Builder {
       const double y = layout_.runners[i].center.y();
       const double low = std::tan(model_.joints[*steering].lower),
                    high = std::tan(model_.joints[*steering].upper);
-      const double least = low / (length + y * low), most = high / (length + y * high);
-      layout_.least_curvature = first ? least : std::max(layout_.least_curvature, least);
-      layout_.most_curvature = first ? most : std::min(layout_.most_curvature, most);
+      const double smallest = low / (length + y * low), largest = high / (length + y * high);
+      layout_.min_curvature = first ? smallest : std::max(layout_.min_curvature, smallest);
+      layout_.max_curvature = first ? largest : std::min(layout_.max_curvature, largest);
       first = false;
     }
   }

@@ -54,7 +54,7 @@ struct RobotLayout {
   std::vector<Runner> runners;  ///< in the model's order
 
   /// 1/m: the tightest turns possible with all steering joints (Ackermann), to the right and to the left.
-  double least_curvature = 0, most_curvature = 0;
+  double min_curvature = 0, max_curvature = 0;
 };
 
 RobotLayout make_layout(const RobotModel& model);

@@ -20,7 +20,9 @@ constexpr double kYield = 3;          // ratio of a weak motor's deceleration un
 constexpr double kFreely = 1e3;       // m/s in a step: a wheel without motor moves with the ground
 constexpr double kStandstill = 0.02;  // m/s below which steering does not follow the curvature
 
-double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
+double towards(double from, double to, double max_step) {
+  return from + std::clamp(to - from, -max_step, max_step);
+}
 
 }  // namespace
 
@@ -53,12 +55,12 @@ Status ArticulatedRobot::command(const Joints& joints, SimulationTime now) {
     const RobotJoint& joint = model_->joints[at->joint];
     servo.mode = mode;
     servo.target = (*values)[n];
-    servo.most_speed = joint.velocity;
+    servo.max_speed = joint.velocity;
     servo.until.reset();
-    if (mode != Servo::Mode::position) servo.until = now + driving_timing::teleop_silence;
+    if (mode != Servo::Mode::position) servo.until = now + driving_timing::kTeleopSilence;
     if (mode == Servo::Mode::position && joints.velocities.size() == joints.names.size() &&
         std::isfinite(joints.velocities[n]) && joints.velocities[n] > 0)
-      servo.most_speed = std::min(joint.velocity, joints.velocities[n]);
+      servo.max_speed = std::min(joint.velocity, joints.velocities[n]);
     if (mode == Servo::Mode::position && at->definition.limited)
       servo.target = std::clamp(servo.target, joint.lower, joint.upper);
   }
@@ -101,8 +103,8 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
   const bool ackermann = drive.kind == DriveKind::ackermann;
   if (ackermann) {
     const double speed = std::max(std::abs(wanted.vx), kStandstill);
-    curvature = std::clamp(wanted.wz / std::copysign(speed, wanted.vx), layout_.least_curvature,
-                           layout_.most_curvature);
+    curvature =
+        std::clamp(wanted.wz / std::copysign(speed, wanted.vx), layout_.min_curvature, layout_.max_curvature);
     steer(physics, curvature, dt);
     // From the current angle of the wheels, not the commanded one.
     double sum = 0;
@@ -169,7 +171,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
     const Servo& leader = servos_[gears_[i]->other];
     servo.mode = leader.mode;
     servo.target = leader.target;
-    servo.most_speed = leader.most_speed;
+    servo.max_speed = leader.max_speed;
   }
   if (servo.until && now > *servo.until) {
     servo.until.reset();
@@ -182,32 +184,32 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
     servo.asked = 0;
     // An effort is commanded as an unreachable speed with this effort as limit.
     physics.drive_joint(joint_handles_[i], std::copysign(joint.velocity, effort),
-                        std::abs(effort) * geared_share(physics, i, state, effort, dt));
+                        std::abs(effort) * geared_fraction(physics, i, state, effort, dt));
     return;
   }
   if (servo.mode == Servo::Mode::velocity) {
     servo.asked = keep_course(servo, joint, state.position, dt);
   } else {
     const double wanted =
-        std::clamp(kServo * (servo.target - state.position), -servo.most_speed, servo.most_speed);
+        std::clamp(kServo * (servo.target - state.position), -servo.max_speed, servo.max_speed);
     servo.asked = towards(servo.asked, wanted, joint.velocity / kSpeedUp * dt);
   }
   if (std::abs(servo.asked) > 0.01 * joint.velocity) awake_until_ = std::max(awake_until_.value_or(now), now);
-  const double share = geared_share(physics, i, state, servo.asked, dt);
-  physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
+  const double fraction = geared_fraction(physics, i, state, servo.asked, dt);
+  physics.drive_joint(joint_handles_[i], servo.asked, fraction * (joint.effort + joint.friction));
 }
 
 /// Motors under load yield a little: without position correction an arm commanded to stay would sink.
 double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, double position, double dt) {
-  const double most = kCourse * joint.velocity;
+  const double max_step = kCourse * joint.velocity;
   if (!servo.course) {
-    const double correction = std::clamp(servo.asked, -most, most);
+    const double correction = std::clamp(servo.asked, -max_step, max_step);
     servo.speed = servo.asked - correction;
     servo.course = position + correction / kServo;
   }
   // The position lost to an obstacle is not recovered afterwards.
-  servo.course = position + std::clamp(*servo.course - position, -most / kServo, most / kServo);
-  const double wanted = std::clamp(servo.target, -servo.most_speed, servo.most_speed);
+  servo.course = position + std::clamp(*servo.course - position, -max_step / kServo, max_step / kServo);
+  const double wanted = std::clamp(servo.target, -servo.max_speed, servo.max_speed);
   servo.speed = towards(servo.speed, wanted, joint.velocity / kSpeedUp * dt);
   const double asked = servo.speed + kServo * (*servo.course - position);
   *servo.course += servo.speed * dt;
@@ -215,12 +217,12 @@ double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, doub
 }
 
 /// Uses the positions after the step: with current ones the joints would oscillate against each other.
-double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, const JointState& state, double way,
-                                      double dt) const {
+double ArticulatedRobot::geared_fraction(Physics& physics, std::size_t i, const JointState& state,
+                                         double direction, double dt) const {
   if (!gears_[i] || servos_[gears_[i]->other].broken) return 1;
   const JointState other = physics.joint_state(joint_handles_[gears_[i]->other]);
   const double apart = state.position - other.position + (state.velocity - other.velocity) * dt;
-  return std::clamp(1 - std::copysign(1.0, way) * apart / kBacklash, 0.0, 1.0);
+  return std::clamp(1 - std::copysign(1.0, direction) * apart / kBacklash, 0.0, 1.0);
 }
 
 void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,
@@ -240,14 +242,14 @@ void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,
   const bool holds = std::find(model_->gripper.begin(), model_->gripper.end(),
                                model_->links[joint.child].name) != model_->gripper.end();
   if (holds || !(joint.effort > 0)) return;  // gripper links push with their full effort, by design
-  const double share = std::abs(state.effort) / joint.effort;
+  const double fraction = std::abs(state.effort) / joint.effort;
   const bool still = std::abs(state.velocity) < 0.05 * joint.velocity;
-  servo.stalled = share >= kAtLimit && still ? servo.stalled + dt : 0;
+  servo.stalled = fraction >= kAtLimit && still ? servo.stalled + dt : 0;
   if (servo.stalled > kStalled && !servo.overloaded) {
     servo.overloaded = true;
-    incidents.push_back({EventKind::joint_overload, joint.name, share, place});
+    incidents.push_back({EventKind::joint_overload, joint.name, fraction, place});
   }
-  if (share < 0.9) servo.overloaded = false;
+  if (fraction < 0.9) servo.overloaded = false;
 }
 
 }  // namespace parhelion::simulation

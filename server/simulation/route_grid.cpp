@@ -10,12 +10,13 @@ std::int32_t floor_div(std::int32_t a, std::int32_t b) { return a >= 0 ? a / b :
 
 double to_nearest(const Eigen::Vector2d& p, const std::vector<const FixedObstacle*>& near, Footprint& point) {
   point.center = point.vertices[0] = p;
-  double least = RouteGrid::kMostClearance;
+  double smallest = RouteGrid::kMaxClearance;
   for (const FixedObstacle* obstacle : near) {
-    if (obstacle->label == EntityLabel::door || distance_bound(point, obstacle->footprint) >= least) continue;
-    least = std::min(least, signed_distance(point, obstacle->footprint));
+    if (obstacle->label == EntityLabel::door || distance_bound(point, obstacle->footprint) >= smallest)
+      continue;
+    smallest = std::min(smallest, signed_distance(point, obstacle->footprint));
   }
-  return least;
+  return smallest;
 }
 
 }  // namespace
@@ -36,7 +37,7 @@ RouteGrid::Place RouteGrid::at(const RouteCell& cell, std::size_t& made) {
   if (newest_ == nullptr || key != newest_key_) {
     const auto known = tiles_.find(key);
     if (known == tiles_.end()) {
-      if (tiles_.size() == kMostTiles) return {0, nullptr};
+      if (tiles_.size() == kMaxTiles) return {0, nullptr};
       ++made;
       newest_ = tiles_.emplace(key, make(tile)).first->second.get();
     } else {
@@ -53,7 +54,7 @@ RouteGrid::Tile* RouteGrid::make(const RouteCell& tile) {
   const double side = kTile * kCell;
   const Eigen::Vector2d middle((tile.x + 0.5) * side, (tile.y + 0.5) * side);
   near_.clear();
-  building_->near(middle, side * 0.71 + kMostClearance, bottom_, top_, near_);
+  building_->near(middle, side * 0.71 + kMaxClearance, bottom_, top_, near_);
   Footprint point = make_disc(middle, 0);
   for (std::int32_t row = 0; row < kTile; ++row) {
     for (std::int32_t column = 0; column < kTile; ++column) {
@@ -67,7 +68,7 @@ RouteGrid::Tile* RouteGrid::make(const RouteCell& tile) {
 
 double RouteGrid::clearance(const Eigen::Vector2d& p) {
   near_.clear();
-  building_->near(p, kMostClearance, bottom_, top_, near_);
+  building_->near(p, kMaxClearance, bottom_, top_, near_);
   Footprint point = make_disc(p, 0);
   return to_nearest(p, near_, point);
 }
@@ -86,8 +87,8 @@ std::optional<double> RouteGrid::first_too_close(const Eigen::Vector2d& from,
   }
 }
 
-double RouteGrid::free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& direction, double limit,
-                           double needed) {
+double RouteGrid::free_distance(const Eigen::Vector2d& from, const Eigen::Vector2d& direction, double limit,
+                                double needed) {
   return first_too_close(from, direction, limit, needed).value_or(limit);
 }
 

@@ -23,11 +23,11 @@ struct RouteCell {
 /// The building without its doors, between `floor` + kOverFloor and `floor` + `height`.
 class RouteGrid {
  public:
-  static constexpr double kCell = 0.1;           ///< m
-  static constexpr double kMostClearance = 1.0;  ///< m: larger clearances are clamped
-  static constexpr double kOverFloor = 0.05;     ///< m: lower obstacles are driven over
-  static constexpr std::int32_t kTile = 32;      ///< cells along the side of a tile
-  static constexpr std::size_t kMostTiles = 4096;
+  static constexpr double kCell = 0.1;          ///< m
+  static constexpr double kMaxClearance = 1.0;  ///< m: larger clearances are clamped
+  static constexpr double kOverFloor = 0.05;    ///< m: lower obstacles are driven over
+  static constexpr std::int32_t kTile = 32;     ///< cells along the side of a tile
+  static constexpr std::size_t kMaxTiles = 4096;
 
   /// A search's state of a cell. Valid if `search` is its number.
   struct Node {
@@ -51,15 +51,15 @@ class RouteGrid {
   static RouteCell cell_of(const Eigen::Vector2d& p);
   static Eigen::Vector2d center(const RouteCell& cell);
 
-  /// Clearance of the cell's centre and the cell's node; nullptr for the node beyond kMostTiles. New tiles
+  /// Clearance of the cell's centre and the cell's node; nullptr for the node beyond kMaxTiles. New tiles
   /// are counted in `made`.
   Place at(const RouteCell& cell, std::size_t& made);
 
-  /// m from p to the nearest obstacle, at most kMostClearance; negative inside one. Exact.
+  /// m from p to the nearest obstacle, at most kMaxClearance; negative inside one. Exact.
   double clearance(const Eigen::Vector2d& p);
   /// Straight distance in the unit `direction` with this clearance, at most `limit`, m.
-  double free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& direction, double limit,
-                  double clearance);
+  double free_distance(const Eigen::Vector2d& from, const Eigen::Vector2d& direction, double limit,
+                       double clearance);
   /// Whether each point of the segment has at least `clearance` (m; up to 1 mm less), by advancement.
   bool free_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double clearance);
 

@@ -26,7 +26,7 @@ bool later(const auto& a, const auto& b) {
 std::uint32_t RouteCost::factor(double clearance, double needed) {
   if (clearance < needed) return 0;
   const double nearness = std::clamp(1 - (clearance - needed) / kComfort, 0.0, 1.0);
-  return kLeast + static_cast<std::uint32_t>(nearness * kLeast);
+  return kMinFactor + static_cast<std::uint32_t>(nearness * kMinFactor);
 }
 
 RouteSearch::RouteSearch(RouteGrid& grid, RouteQuery query, std::uint32_t number)
@@ -83,7 +83,7 @@ std::uint32_t RouteSearch::distance(const RouteCell& cell) const {
   const auto dx = static_cast<std::uint32_t>(std::abs(cell.x - goal_.x));
   const auto dy = static_cast<std::uint32_t>(std::abs(cell.y - goal_.y));
   const std::uint32_t diagonal = std::min(dx, dy), straight = std::max(dx, dy) - diagonal;
-  return RouteCost::kLeast * (RouteCost::kDiagonal * diagonal + RouteCost::kStraight * straight);
+  return RouteCost::kMinFactor * (RouteCost::kDiagonal * diagonal + RouteCost::kStraight * straight);
 }
 
 void RouteSearch::reach(const RouteCell& cell, std::uint32_t cost, std::uint8_t from) {
@@ -147,13 +147,13 @@ std::vector<Eigen::Vector2d> RouteSearch::cells() {
   return points;
 }
 
-bool RouteSearch::free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  constexpr double most = 12.0;  // m: longer shortcuts take long to check without benefit
-  if ((to - from).norm() > most) return false;
+bool RouteSearch::has_free_path(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  constexpr double max_length = 12.0;  // m: longer shortcuts take long to check without benefit
+  if ((to - from).norm() > max_length) return false;
   const double ends = std::min(grid_.clearance(from), grid_.clearance(to));
   const double needed = std::clamp(ends, query_.clearance, query_.clearance + kShortcutMargin);
-  const Footprint way = make_segment(from, to, 0);
-  const auto meets = [&](const Footprint& other) { return touches(way, other, query_.clearance); };
+  const Footprint path = make_segment(from, to, 0);
+  const auto meets = [&](const Footprint& other) { return touches(path, other, query_.clearance); };
   // Closed doors are crossed at their middle: the path through one keeps its cells.
   if (std::any_of(query_.blocked.begin(), query_.blocked.end(), meets)) return false;
   if (std::any_of(query_.doors.begin(), query_.doors.end(), meets)) return false;
@@ -161,22 +161,22 @@ bool RouteSearch::free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& t
 }
 
 std::vector<Eigen::Vector2d> RouteSearch::smooth() {
-  const std::vector<Eigen::Vector2d> way = cells();
-  std::vector<Eigen::Vector2d> points{way.front()};
+  const std::vector<Eigen::Vector2d> path = cells();
+  std::vector<Eigen::Vector2d> points{path.front()};
   std::size_t at = 0;
-  while (at + 1 < way.size()) {
+  while (at + 1 < path.size()) {
     // The farthest visible point, by doubling and bisection: visibility is almost monotone, which suffices.
     std::size_t seen = at + 1, reach = 2;
-    while (at + reach < way.size() && free_way(way[at], way[at + reach])) {
+    while (at + reach < path.size() && has_free_path(path[at], path[at + reach])) {
       seen = at + reach;
       reach *= 2;
     }
-    std::size_t unseen = std::min(at + reach, way.size());
+    std::size_t unseen = std::min(at + reach, path.size());
     while (seen + 1 < unseen) {
       const std::size_t middle = (seen + unseen) / 2;
-      (free_way(way[at], way[middle]) ? seen : unseen) = middle;
+      (has_free_path(path[at], path[middle]) ? seen : unseen) = middle;
     }
-    points.push_back(way[seen]);
+    points.push_back(path[seen]);
     at = seen;
   }
   return points;

@@ -27,7 +27,7 @@ struct RouteCost {
   static constexpr std::uint32_t kStraight = 10;  ///< 0.1 m
   static constexpr std::uint32_t kDiagonal = 14;
   static constexpr std::uint32_t kDoorCost = 1200;  ///< two or three cells: equivalent to about 3 m
-  static constexpr std::uint32_t kLeast = 10;       ///< factor without obstacles nearby
+  static constexpr std::uint32_t kMinFactor = 10;   ///< factor without obstacles nearby
   /// Factor for steps into a cell; 0: blocked.
   static std::uint32_t factor(double clearance, double needed);
 };
@@ -84,7 +84,7 @@ class RouteSearch {
   std::uint32_t distance(const RouteCell& cell) const;
   void reach(const RouteCell& cell, std::uint32_t cost, std::uint8_t from);
   void expand(const Open& at);
-  bool free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  bool has_free_path(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
 
   RouteGrid& grid_;
   RouteQuery query_;

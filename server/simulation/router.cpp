@@ -16,7 +16,7 @@ RouteGrid& Router::grid(const std::shared_ptr<const Building>& building, double 
     std::rotate(known, known + 1, grids_.end());
     return *grids_.back();
   }
-  if (grids_.size() == kMostGrids) {
+  if (grids_.size() == kMaxGrids) {
     search_.reset();  // it may use the grid that is removed; it starts again
     grids_.erase(grids_.begin());
   }

@@ -45,7 +45,7 @@ class Router {
     RouteQuery query;
     bool round_agents;
   };
-  static constexpr std::size_t kMostGrids = 8;
+  static constexpr std::size_t kMaxGrids = 8;
 
   std::vector<std::unique_ptr<RouteGrid>> grids_;  // most recently used last
   std::deque<Question> waiting_;

@@ -146,7 +146,7 @@ bool Simulation::clear_of_real(const std::string& agent) const {
   return found == nullptr || found->clear_of_real;
 }
 
-std::size_t Simulation::coasting() const {
+std::size_t Simulation::unconstrained_agents() const {
   return static_cast<std::size_t>(std::count_if(parts_->agents.begin(), parts_->agents.end(),
                                                 [](const Agent& agent) { return agent.unconstrained; }));
 }

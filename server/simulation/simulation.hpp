@@ -55,7 +55,7 @@ struct SimulationOptions {
   double rate = 240;  ///< Hz
   Duration history = seconds(2.0);
   std::uint64_t seed = 1;
-  std::size_t most_agents = 1000;
+  std::size_t max_agents = 1000;
   BodyId building_bodies = 0;  ///< ids reserved for the bodies of later buildings (set_building)
   /// The library of articulated robots: AgentDefinition::model names one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
@@ -190,10 +190,10 @@ class Simulation {
   std::shared_ptr<const Scene> scene() const;
 
   /// Number of agents that the newest step moved without the solver, as no contact was possible.
-  std::size_t coasting() const;
+  std::size_t unconstrained_agents() const;
 
   /// Events since the last call. A collision's subject is the real robot or else an agent. Its impulse: of
-  /// the first step in collision_started, the largest of one step in collision_stopped; of the real robot
+  /// the first step in contact_started, the largest of one step in contact_ended; of the real robot
   /// with the building, mass times closing speed.
   std::vector<Event> take_events();
 

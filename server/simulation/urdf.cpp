@@ -36,9 +36,9 @@ class Listener : public console_bridge::OutputHandler {
   }
   ~Listener() override { console_bridge::restorePreviousOutputHandler(); }
   void log(const std::string& text, console_bridge::LogLevel, const char*, int) override {
-    if (said.empty()) said = text;
+    if (first_message.empty()) first_message = text;
   }
-  std::string said;
+  std::string first_message;
 };
 
 int line_at(const std::string& text, std::size_t place) {
@@ -85,11 +85,11 @@ class Reader {
       const LeaksOfUrdfdom passed_over;
       model = urdf::parseURDF(urdf_);
     } catch (const std::exception& e) {
-      listener.said = e.what();
+      listener.first_message = e.what();
     }
     if (!model || !model->getRoot()) {
-      fault_ = Error{origin_ +
-                     ": liburdfdom refuses it: " + (listener.said.empty() ? "no root link" : listener.said)};
+      fault_ = Error{origin_ + ": liburdfdom refuses it: " +
+                     (listener.first_message.empty() ? "no root link" : listener.first_message)};
       if (fault_.message.find("No root link") != std::string::npos)
         fault_.message += " Either a joint closes a loop, or there is no link: one must be no joint's child";
       return nullptr;

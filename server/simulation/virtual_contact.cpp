@@ -11,7 +11,7 @@ bool is_zero(const Twist2& twist) { return twist.vx == 0 && twist.vy == 0 && twi
 /// Never larger than `value`, same sign; plain zero instead of minus zero.
 double scaled(double value, double scale) { return scale >= 1 ? value : scale * value + 0.0; }
 
-VirtualContactResult result(const VirtualContactInput& input, double scale, HoldReason reason) {
+VirtualContactResult result(const VirtualContactInput& input, double scale, SpeedLimitReason reason) {
   VirtualContactResult answer;
   answer.scale = scale;
   answer.reason = reason;
@@ -29,21 +29,21 @@ double stopping_distance(const RobotLimits& robot, double speed) {
 
 }  // namespace
 
-const char* to_string(HoldReason reason) {
+const char* to_string(SpeedLimitReason reason) {
   switch (reason) {
-    case HoldReason::none:
+    case SpeedLimitReason::none:
       return "none";
-    case HoldReason::contact:
+    case SpeedLimitReason::contact:
       return "contact";
-    case HoldReason::pose_lost:
-      return "pose_lost";
-    case HoldReason::crawl:
+    case SpeedLimitReason::localization_lost:
+      return "localization_lost";
+    case SpeedLimitReason::crawl:
       return "crawl";
-    case HoldReason::silence:
+    case SpeedLimitReason::silence:
       return "silence";
-    case HoldReason::invalid:
+    case SpeedLimitReason::invalid:
       return "invalid";
-    case HoldReason::emergency_stop:
+    case SpeedLimitReason::emergency_stop:
       return "emergency_stop";
   }
   return "unknown";
@@ -82,19 +82,20 @@ VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& 
   const bool released = silent || is_zero(input.teleop->twist);
   state.released_since_loss = !input.pose_known && (state.released_since_loss || released);
   state.stopped = input.emergency_stop || (state.stopped && !released);
-  if (silent) return result(input, 0, HoldReason::silence);
-  if (state.stopped) return result(input, 0, HoldReason::emergency_stop);
+  if (silent) return result(input, 0, SpeedLimitReason::silence);
+  if (state.stopped) return result(input, 0, SpeedLimitReason::emergency_stop);
 
   const double speed = footprint_speed(robot, input.teleop->twist);
   if (!std::isfinite(speed) || !std::isfinite(input.teleop->twist.wz))
-    return result(input, 0, HoldReason::invalid);
+    return result(input, 0, SpeedLimitReason::invalid);
   if (!input.pose_known) {
-    if (!state.released_since_loss) return result(input, 0, HoldReason::pose_lost);
-    return result(input, speed > limits.crawl_speed ? limits.crawl_speed / speed : 1.0, HoldReason::crawl);
+    if (!state.released_since_loss) return result(input, 0, SpeedLimitReason::localization_lost);
+    return result(input, speed > limits.crawl_speed ? limits.crawl_speed / speed : 1.0,
+                  SpeedLimitReason::crawl);
   }
-  if (released) return result(input, 1, HoldReason::none);
+  if (released) return result(input, 1, SpeedLimitReason::none);
   const double scale = contact_scale(limits, robot.limits, input.clearance.distance, speed);
-  return result(input, scale, scale < 1 ? HoldReason::contact : HoldReason::none);
+  return result(input, scale, scale < 1 ? SpeedLimitReason::contact : SpeedLimitReason::none);
 }
 
 }  // namespace parhelion::simulation

@@ -12,17 +12,17 @@
 namespace parhelion::simulation {
 
 /// Why MR_CMD differs from TELEOP.
-enum class HoldReason : std::uint8_t {
+enum class SpeedLimitReason : std::uint8_t {
   none,
-  contact,         ///< a virtual body is close on the path
-  pose_lost,       ///< stop until the dead-man is released
-  crawl,           ///< pose lost, dead-man released and pressed again: slow, without virtual contact
-  silence,         ///< no TELEOP, or none for ContactLimits::silence
-  invalid,         ///< TELEOP is not finite
-  emergency_stop,  ///< until it is released and the dead-man was released
+  contact,            ///< a virtual body is close on the path
+  localization_lost,  ///< stop until the dead-man is released
+  crawl,              ///< pose lost, dead-man released and pressed again: slow, without virtual contact
+  silence,            ///< no TELEOP, or none for ContactLimits::silence
+  invalid,            ///< TELEOP is not finite
+  emergency_stop,     ///< until it is released and the dead-man was released
 };
 
-const char* to_string(HoldReason reason);
+const char* to_string(SpeedLimitReason reason);
 
 struct VirtualContactInput {
   std::optional<TwistCommand> teleop;  ///< the newest; absent: none yet
@@ -43,7 +43,7 @@ struct VirtualContactState {
 struct VirtualContactResult {
   TwistCommand command;  ///< scale * TELEOP in each component; stamp of TELEOP (0 without one)
   double scale = 0;      ///< 0..1
-  HoldReason reason = HoldReason::none;
+  SpeedLimitReason reason = SpeedLimitReason::none;
 };
 
 /// m/s of the footprint's fastest point: used for clearances and braking, so that a turn on the spot counts

@@ -9,7 +9,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kLevelStep = 0.02;   // m: a smaller difference is the same level
-constexpr double kLeastFall = 0.05;   // m
+constexpr double kMinFall = 0.05;     // m
 constexpr double kFloorReach = 0.30;  // m: a floor farther below or above base_link does not support it
 
 /// z of the lowest point of the body's bounding box, map frame.
@@ -72,23 +72,23 @@ void AttitudeWatch::update(const Supervised& body, const ObservedMotion& motion,
 void AttitudeWatch::watch_tilt(const Supervised& body, const ObservedMotion& motion,
                                std::vector<Event>& events) {
   const Eigen::Matrix3d R = motion.T_map_base.rotation();
-  const auto say = [&](EventKind kind, double value) {
+  const auto report = [&](EventKind kind, double value) {
     events.push_back(event_of(kind, body, motion, value));
   };
   const double level = std::hypot(R(2, 1), R(2, 2));
   if (body.limits && !tipped_) {
     const double pitch = std::atan2(-R(2, 0), level), roll = std::atan2(R(2, 1), R(2, 2));
     const AttitudeLimits& limits = *body.limits;
-    if (pitch_warning_.update(std::abs(pitch), limits.pitch_warning)) say(EventKind::pitch_warning, pitch);
-    if (pitch_limit_.update(std::abs(pitch), limits.pitch_limit)) say(EventKind::pitch_limit, pitch);
-    if (roll_warning_.update(std::abs(roll), limits.roll_warning)) say(EventKind::roll_warning, roll);
-    if (roll_limit_.update(std::abs(roll), limits.roll_limit)) say(EventKind::roll_limit, roll);
+    if (pitch_warning_.update(std::abs(pitch), limits.pitch_warning)) report(EventKind::pitch_warning, pitch);
+    if (pitch_limit_.update(std::abs(pitch), limits.pitch_limit)) report(EventKind::pitch_limit, pitch);
+    if (roll_warning_.update(std::abs(roll), limits.roll_warning)) report(EventKind::roll_warning, roll);
+    if (roll_limit_.update(std::abs(roll), limits.roll_limit)) report(EventKind::roll_limit, roll);
   }
   const double tilt = std::atan2(std::hypot(R(2, 0), R(2, 1)), R(2, 2));
   if (tilt < kUpright) tipped_ = false;
   if (tipped_ || !(tilt > kTipped)) return;
   tipped_ = true;
-  say(EventKind::tipped_over, tilt);
+  report(EventKind::tipped_over, tilt);
 }
 
 void AttitudeWatch::watch_yaw_rate(const Supervised& body, const ObservedMotion& motion,
@@ -111,19 +111,19 @@ void FallWatch::update(const Supervised& body, const ObservedMotion& motion, dou
   lowest_ = lowest;
   middle_ = middle;
   if (fresh) {
-    falling_ = said_ = false;
+    falling_ = reported_ = false;
     top_ = lowest;
     return;
   }
   if (!falling_ && sinks > kFall && middle_sinks > kFall) falling_ = true;
   const double depth = top_ - lowest;
   const bool landed = falling_ && sinks <= kSink;
-  if (falling_ && !said_ && (landed || depth > kAbyss) && depth > kLeastFall) {
+  if (falling_ && !reported_ && (landed || depth > kAbyss) && depth > kMinFall) {
     events.push_back(event_of(EventKind::fell, body, motion, depth));
-    said_ = true;
+    reported_ = true;
   }
   if (sinks > kSink) return;
-  falling_ = said_ = false;
+  falling_ = reported_ = false;
   top_ = lowest;
 }
 

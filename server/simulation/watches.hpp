@@ -93,7 +93,7 @@ class FallWatch {
   void update(const Supervised& body, const ObservedMotion& motion, double dt, std::vector<Event>& events);
 
  private:
-  bool known_ = false, falling_ = false, said_ = false;
+  bool known_ = false, falling_ = false, reported_ = false;
   std::uint32_t epoch_ = 0;
   double lowest_ = 0, middle_ = 0;  ///< m, at the previous step
   double top_ = 0;                  ///< m, its lowest point when it last sank slowly

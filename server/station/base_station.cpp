@@ -13,7 +13,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int station_nice = 5;  // pages must not take a core from the tick
+constexpr int kStationNice = 5;  // pages must not take a core from the tick
 
 bool is_own_machine(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
@@ -23,8 +23,8 @@ VideoOptions video_options(const StationOptions& station) {
   const tick::Configuration& configuration = *station.configuration;
   VideoOptions video;
   video.robot = configuration.robot.name;
-  video.camera = configuration.channels.bus(channel::mr_camera);
-  video.original = configuration.channels.bus(channel::camera);
+  video.camera = configuration.channels.bus(channel::kMrCamera);
+  video.original = configuration.channels.bus(channel::kCamera);
   video.simulated = tick::simulates_trainee(configuration.scenario);
   video.agent_camera = [all = station.configuration](const std::string& agent) {
     return all->channels.bus(agent_camera_channel(agent));
@@ -81,7 +81,7 @@ struct BaseStation::Parts {
 
   std::unique_ptr<SharedEndpoint> bus;
   std::unique_ptr<Bus> teleop_bus;
-  std::unique_ptr<TeleopDesk> teleop;
+  std::unique_ptr<TeleopService> teleop;
   std::unique_ptr<VideoFeed> video;
   std::unique_ptr<RobotWatch> watch;
   std::unique_ptr<Station> station;
@@ -98,13 +98,13 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   TeleopOptions teleop_options;
   teleop_options.now = [] { return runtime::steady_now(); };
   teleop_options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
-  teleop_options.emergency_stops = options.station.configuration->channels.bus(channel::mr_emergency_stop);
+  teleop_options.emergency_stops = options.station.configuration->channels.bus(channel::kMrEmergencyStop);
   teleop_options.robot = options.station.configuration->robot.name;
   if (options.robot_stopped) teleop_options.held = {{teleop_options.robot, "the server that died"}};
   teleop_options.audit = [&audit = site->audit()](const std::string& who, const std::string& what) {
-    audit.say({who, {}, what, "done"});
+    audit.record({who, {}, what, "done"});
   };
-  teleop = std::make_unique<TeleopDesk>(*teleop_bus, std::move(teleop_options));
+  teleop = std::make_unique<TeleopService>(*teleop_bus, std::move(teleop_options));
   site->server().on_socket("/ws/teleop", Access::only({Role::trainee, Role::instructor, Role::admin}),
                            teleop->socket());
   return {};
@@ -113,7 +113,7 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
 Status BaseStation::Parts::open_video(const BaseStationOptions& options) {
   video = std::make_unique<VideoFeed>(bus->connect(), video_options(options.station));
   site->server().on_socket("/ws/video", Access::logged_in(), video->socket());
-  site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::stream_type, video->stream());
+  site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::kStreamType, video->stream());
   watch = std::make_unique<RobotWatch>(bus->connect(), options.station.configuration, *video, teleop.get(),
                                        options.why_not_driven);
   return watch->start();
@@ -136,18 +136,18 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   bus = std::make_unique<SharedEndpoint>(std::move(*network));
   if (Status driving = open_driving(options); !driving) return driving;
   if (Status pictures = open_video(options); !pictures) return pictures;
-  StationOptions& told = options.station;
-  told.audit = [&audit = site->audit()](const Identity& who, const std::string& remote,
-                                        const std::string& what, const std::string& outcome) {
-    audit.say({who.name, remote, what, outcome});
+  StationOptions& station_options = options.station;
+  station_options.audit = [&audit = site->audit()](const Identity& who, const std::string& remote,
+                                                   const std::string& what, const std::string& outcome) {
+    audit.record({who.name, remote, what, outcome});
   };
   if (teleop) {
-    told.emergency_stop = [this](bool on, const std::string& robot, const Identity& who) {
+    station_options.emergency_stop = [this](bool on, const std::string& robot, const Identity& who) {
       return on ? teleop->stop(robot, who.name) : teleop->reset(robot, who.name);
     };
-    told.stopped = [this] { return !teleop->stops().empty(); };
+    station_options.stopped = [this] { return !teleop->stops().empty(); };
   }
-  auto made = Station::open(bus->connect(), site->server(), std::move(told));
+  auto made = Station::open(bus->connect(), site->server(), std::move(station_options));
   if (!made) return made.error();
   station = std::move(*made);
   site->metrics([this](MetricsText& text) {
@@ -164,7 +164,7 @@ BaseStation::BaseStation(std::unique_ptr<Parts> parts) : parts_(std::move(parts)
 Result<std::unique_ptr<BaseStation>> BaseStation::open(BaseStationOptions options) {
   auto parts = std::make_unique<Parts>();
   const Status opened =
-      runtime::while_giving_way(station_nice, [&] { return parts->open(std::move(options)); });
+      runtime::with_lower_priority(kStationNice, [&] { return parts->open(std::move(options)); });
   if (!opened) return opened.error();
   return std::unique_ptr<BaseStation>(new BaseStation(std::move(parts)));
 }

@@ -6,30 +6,31 @@
 
 namespace parhelion::station {
 
-Duration PageClock::age(Duration at, WallTime now) {
+Duration ClientClock::age(Duration at, WallTime now) {
   const Duration apart = Duration{now.ns} - at;
   return apart - fastest_.add(apart, now);
 }
 
-void PageClock::heard(WallTime said, Duration heard_at) {
-  const Duration offset = Duration{said.ns} - heard_at;
+void ClientClock::handle_pong(WallTime sent, Duration received_at) {
+  const Duration offset = Duration{sent.ns} - received_at;
   // A later echo has priority, since the page's clock may have been suspended.
-  least_offset_ = offset;
+  min_offset_ = offset;
 }
 
-std::optional<Duration> PageClock::most_age(Duration at, WallTime now) const {
-  if (!least_offset_) return std::nullopt;
-  return Duration{now.ns} - at - *least_offset_;
+std::optional<Duration> ClientClock::max_age(Duration at, WallTime now) const {
+  if (!min_offset_) return std::nullopt;
+  return Duration{now.ns} - at - *min_offset_;
 }
 
-bool DeadManGate::pass(const PageStamp& stamp, PageClock& clock, WallTime now, const char*& why) {
+bool DeadManGate::pass(const ClientStamp& stamp, ClientClock& clock, WallTime now, const char*& why) {
   why = nullptr;
   const Duration age = clock.age(stamp.at, now);
   if (stamp.sequence <= sequence_) return false;
   sequence_ = stamp.sequence;
-  const auto most = clock.most_age(stamp.at, now);
-  if (age > driving_timing::command_lateness || (most && *most > driving_timing::command_max_age)) {
-    hold_back();
+  const auto largest_age = clock.max_age(stamp.at, now);
+  if (age > driving_timing::kCommandLateness ||
+      (largest_age && *largest_age > driving_timing::kCommandMaxAge)) {
+    require_release();
     why = "the command was too late: stopped; release and press again";
     return false;
   }
@@ -44,7 +45,7 @@ bool DeadManGate::pass(const PageStamp& stamp, PageClock& clock, WallTime now, c
 
 void DeadManGate::release() { held_ = rearm_ = false; }
 
-void DeadManGate::hold_back() {
+void DeadManGate::require_release() {
   held_ = false;
   rearm_ = true;
 }

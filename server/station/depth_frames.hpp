@@ -9,10 +9,11 @@
 
 namespace parhelion::station {
 
-/// Binary message 3, without colours. Samples the image at a fixed pixel step, for `most` (at least 1) points
-/// at most. Contains points within the camera's range, with the lens distortion removed. An image that does
-/// not have the camera's size gives no points. `t`: s of the session.
+/// Binary message 3, without colours. Samples the image at a fixed pixel step, for `max_points` (at least 1)
+/// points at most. Contains points within the camera's range, with the lens distortion removed. An image that
+/// does not have the camera's size gives no points. `t`: s of the session.
 std::string depth_bytes(const render::DepthPixels& pixels, const DepthCameraDescription& camera,
-                        const Transform<Map, DepthOptical>& T_map_optical, double t, std::size_t most = 8000);
+                        const Transform<Map, DepthOptical>& T_map_optical, double t,
+                        std::size_t max_points = 8000);
 
 }  // namespace parhelion::station

@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t header_bytes = 16, body_bytes = 32;
+constexpr std::size_t kHeaderBytes = 16, body_bytes = 32;
 
 void put_body(const WorldMessage::Entry& body, std::size_t part, bool attitude_known, bool unsensed,
               ByteWriter& bytes) {
@@ -28,7 +28,7 @@ int EntityTable::entity(const std::string& name) const {
 }
 
 bool EntityTable::fits(const WorldMessage& world) const {
-  return number_ != 0 && std::min(world.bodies.size(), most_parts) == parts_.size() &&
+  return number_ != 0 && std::min(world.bodies.size(), kMaxParts) == parts_.size() &&
          std::equal(parts_.begin(), parts_.end(), world.bodies.begin(),
                     [](const Part& part, const WorldMessage::Entry& body) {
                       return part.entity == body.entity && part.name == body.part;
@@ -39,7 +39,7 @@ void EntityTable::renew(const WorldMessage& world) {
   clear();
   number_ = static_cast<std::uint16_t>(number_ == 65'535 ? 1 : number_ + 1);
   for (const WorldMessage::Entry& body : world.bodies) {
-    if (parts_.size() == most_parts) break;
+    if (parts_.size() == kMaxParts) break;
     const auto [place, is_new] = entity_.try_emplace(body.entity, entities_.size());
     if (is_new) entities_.push_back({body.entity, body.owner, body.kind, {}});
     entities_[place->second].parts.push_back(parts_.size());
@@ -67,7 +67,7 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool unsense
     part = static_cast<std::size_t>(found - parts_.begin());
     shown.emplace_back(part++, body);
   }
-  ByteWriter bytes(header_bytes + body_bytes * shown.size());
+  ByteWriter bytes(kHeaderBytes + body_bytes * shown.size());
   bytes.put(std::uint8_t{1});
   bytes.put(std::uint8_t{0});
   bytes.put(number_);

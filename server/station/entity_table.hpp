@@ -23,7 +23,7 @@ class EntityTable {
     AgentKind kind = AgentKind::box;
     std::vector<std::size_t> parts;  ///< numbers of bodies
   };
-  static constexpr std::size_t most_parts = 65'535;  ///< numbers have 16 bits; further bodies are not shown
+  static constexpr std::size_t kMaxParts = 65'535;  ///< numbers have 16 bits; further bodies are not shown
 
   /// Counts from 1 and wraps around at 16 bits; 0: no world yet.
   std::uint16_t number() const { return number_; }

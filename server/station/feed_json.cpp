@@ -23,22 +23,22 @@ std::string text_of(const Json& message) {
   return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-const char* word(ShapeKind kind) {
-  static constexpr const char* words[] = {"box", "cylinder", "sphere", "capsule"};
-  return words[static_cast<std::size_t>(kind)];
+const char* name_of(ShapeKind kind) {
+  static constexpr const char* names[] = {"box", "cylinder", "sphere", "capsule"};
+  return names[static_cast<std::size_t>(kind)];
 }
-const char* word(BodyOwner owner) {
-  static constexpr const char* words[] = {"agent", "robot", "building"};
-  return words[static_cast<std::size_t>(owner)];
+const char* name_of(BodyOwner owner) {
+  static constexpr const char* names[] = {"agent", "robot", "building"};
+  return names[static_cast<std::size_t>(owner)];
 }
-const char* word(PairKind pair) {
-  static constexpr const char* words[] = {"none", "real_real", "real_virtual", "virtual_virtual"};
-  return words[static_cast<std::size_t>(pair)];
+const char* name_of(PairKind pair) {
+  static constexpr const char* names[] = {"none", "real_real", "real_virtual", "virtual_virtual"};
+  return names[static_cast<std::size_t>(pair)];
 }
 
 Json shape_json(const Shape& shape) {
   const Eigen::Quaterniond turn = shape.T_body_shape.quaternion();
-  return {{"shape", word(shape.kind)},
+  return {{"shape", name_of(shape.kind)},
           {"size", triple(shape.size)},
           {"at", triple(shape.T_body_shape.translation())},
           {"turn", {rounded(turn.x()), rounded(turn.y()), rounded(turn.z()), rounded(turn.w())}},
@@ -50,7 +50,7 @@ Json event_json(const Event& event, SimulationTime start) {
           {"kind", to_string(event.kind)},
           {"subject", event.subject},
           {"object", event.object},
-          {"pair", word(event.pair)},
+          {"pair", name_of(event.pair)},
           {"position", triple(event.position)},
           {"impulse", rounded(event.impulse)},
           {"value", rounded(event.value)},
@@ -80,7 +80,7 @@ std::string entities_json(const EntityTable& table, const ShapesOf& shapes_of, c
     }
     list.push_back({{"id", list.size()},
                     {"name", entity.name},
-                    {"owner", word(entity.owner)},
+                    {"owner", name_of(entity.owner)},
                     {"kind", entity.owner == BodyOwner::building ? "door" : to_string(entity.kind)},
                     {"robot_model", model_of(entity.name)},
                     {"parts", std::move(parts)}});
@@ -129,12 +129,12 @@ std::string status_json(const ServerStatus& status, const std::vector<SensorStat
   for (const auto& [name, value] : status.values) values[name] = rounded(value);
   for (const auto& [name, note] : status.notes) notes[name] = note;
   for (const SensorState& sensor : sensors) {
-    const bool heard = sensor.word != SensorState::Word::none;
+    const bool received = sensor.status != SensorState::Health::none;
     list.push_back({{"name", sensor.name},
                     {"rate_hz", rounded(sensor.rate)},
-                    {"age_ms", heard ? Json(std::round(sensor.age * 1e3)) : Json()},
+                    {"age_ms", received ? Json(std::round(sensor.age * 1e3)) : Json()},
                     {"loss", rounded(sensor.loss)},
-                    {"state", to_string(sensor.word)}});
+                    {"state", to_string(sensor.status)}});
   }
   return text_of({{"type", "status"},
                   {"values", std::move(values)},
@@ -150,22 +150,22 @@ std::string injection_json(const ScanInfo& info) {
 }
 
 std::string pose_json(const PoseEstimate& estimate) {
-  static constexpr const char* words[] = {"initializing", "tracking", "lost"};
+  static constexpr const char* statuses[] = {"initializing", "tracking", "lost"};
   const double variance = std::max(estimate.covariance(0, 0), estimate.covariance(1, 1));
   const bool tracking = estimate.state == SlamState::tracking;
   return text_of({{"type", "pose"},
-                  {"state", words[static_cast<std::size_t>(estimate.state)]},
+                  {"state", statuses[static_cast<std::size_t>(estimate.state)]},
                   {"sigma_m", tracking && variance >= 0 ? rounded(std::sqrt(variance)) : Json()}});
 }
 
-std::string operators_json(std::span<const OperatorWord> words) {
+std::string operators_json(std::span<const OperatorStatus> statuses) {
   static constexpr const char* states[] = {"drives", "ended", "lost"};
   Json list = Json::array();
-  for (const OperatorWord& word : words)
-    list.push_back({{"name", word.name},
-                    {"robot", word.robot},
-                    {"state", states[static_cast<std::size_t>(word.state)]},
-                    {"console", word.text}});
+  for (const OperatorStatus& status : statuses)
+    list.push_back({{"name", status.name},
+                    {"robot", status.robot},
+                    {"state", states[static_cast<std::size_t>(status.state)]},
+                    {"console", status.text}});
   return text_of({{"type", "operators"}, {"list", std::move(list)}});
 }
 
@@ -233,7 +233,7 @@ std::string chat_json(const ChatLine& line) {
   return text_of({{"type", "chat"},
                   {"t", rounded(line.t)},
                   {"from", line.from},
-                  {"role", role_word(line.role)},
+                  {"role", role_name(line.role)},
                   {"to", line.to},
                   {"text", line.text}});
 }

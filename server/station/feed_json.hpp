@@ -28,7 +28,7 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
 std::string status_json(const ServerStatus& status, const std::vector<SensorState>& sensors);
 std::string injection_json(const ScanInfo& info);
 std::string pose_json(const PoseEstimate& estimate);
-std::string operators_json(std::span<const OperatorWord> words);
+std::string operators_json(std::span<const OperatorStatus> statuses);
 std::string control_json(const ControlState& state);
 std::string hazard_json(const HazardReading& reading, double t);
 std::string joints_json(const std::string& robot, const Joints& joints);

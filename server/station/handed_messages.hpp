@@ -26,8 +26,8 @@ class HandedMessages {
 
   /// Copies the message. If too much waits in the queue, it is dropped and counted.
   void put(const Message& message) {
-    const std::size_t size = message.payload.size() + overhead;
-    if (bytes_.load(std::memory_order_relaxed) + size > most_bytes) {
+    const std::size_t size = message.payload.size() + kOverhead;
+    if (bytes_.load(std::memory_order_relaxed) + size > kMaxBytes) {
       dropped_.fetch_add(1, std::memory_order_relaxed);
       return;
     }
@@ -48,9 +48,9 @@ class HandedMessages {
     while (oldest != nullptr) {
       Node* node = std::exchange(oldest, oldest->next);
       take(std::as_const(node->message));
-      const std::size_t size = node->message.payload.size() + overhead;
+      const std::size_t size = node->message.payload.size() + kOverhead;
       // Memory for bursts and images is freed.
-      if (size > longest_kept || kept_.load(std::memory_order_relaxed) >= most_kept) {
+      if (size > kLongestKept || kept_.load(std::memory_order_relaxed) >= kMaxKept) {
         delete node;
       } else {
         kept_.fetch_add(1, std::memory_order_relaxed);
@@ -63,10 +63,10 @@ class HandedMessages {
   std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::size_t overhead = 128;                         // of a message without payload
-  static constexpr std::size_t most_bytes = std::size_t{64} << 20U;    // maximum in the queue
-  static constexpr std::size_t longest_kept = std::size_t{16} << 10U;  // bytes; larger nodes are not reused
-  static constexpr std::size_t most_kept = 64;                         // number of reusable nodes
+  static constexpr std::size_t kOverhead = 128;                        // of a message without payload
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;     // maximum in the queue
+  static constexpr std::size_t kLongestKept = std::size_t{16} << 10U;  // bytes; larger nodes are not reused
+  static constexpr std::size_t kMaxKept = 64;                          // number of reusable nodes
 
   struct Node {
     Message message;

@@ -7,40 +7,40 @@ namespace parhelion::station {
 
 bool Mailbox::put(Message message) {
   std::unique_lock lock(mutex_);
-  taken_.wait(lock, [&] { return closed_ || messages_ < most_messages; });
+  taken_.wait(lock, [&] { return closed_ || messages_ < kMaxMessages; });
   if (closed_) return false;
   ++messages_;
-  letters_.emplace_back(std::move(message));
+  events_.emplace_back(std::move(message));
   came_.notify_one();
   return true;
 }
 
-bool Mailbox::put(PageSaid text) {
+bool Mailbox::put(ClientText text) {
   const std::lock_guard lock(mutex_);
-  if (texts_ >= most_texts) return false;
+  if (texts_ >= kMaxTexts) return false;
   ++texts_;
-  letters_.emplace_back(std::move(text));
+  events_.emplace_back(std::move(text));
   came_.notify_one();
   return true;
 }
 
-void Mailbox::push(Letter letter) {
+void Mailbox::push(StationEvent event) {
   const std::lock_guard lock(mutex_);
-  letters_.push_back(std::move(letter));
+  events_.push_back(std::move(event));
   came_.notify_one();
 }
 
-bool Mailbox::take(Letter& letter, Duration timeout) {
+bool Mailbox::take(StationEvent& event, Duration timeout) {
   std::unique_lock lock(mutex_);
-  came_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return closed_ || !letters_.empty(); });
-  if (letters_.empty() || closed_) return false;
-  letter = std::move(letters_.front());
-  letters_.pop_front();
-  if (std::holds_alternative<Message>(letter)) {
+  came_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return closed_ || !events_.empty(); });
+  if (events_.empty() || closed_) return false;
+  event = std::move(events_.front());
+  events_.pop_front();
+  if (std::holds_alternative<Message>(event)) {
     --messages_;
     taken_.notify_one();
   }
-  if (std::holds_alternative<PageSaid>(letter)) --texts_;
+  if (std::holds_alternative<ClientText>(event)) --texts_;
   return true;
 }
 

@@ -14,44 +14,44 @@
 
 namespace parhelion::station {
 
-struct PageOpened {
+struct ClientConnected {
   std::shared_ptr<WebClient> client;
 };
-struct PageSaid {
+struct ClientText {
   std::uint64_t client = 0;
   std::string text;
 };
-struct PageClosed {
+struct ClientDisconnected {
   std::uint64_t client = 0;
 };
 struct BusFailed {
   std::string why;
 };
-using Letter = std::variant<Message, PageOpened, PageSaid, PageClosed, BusFailed>;
+using StationEvent = std::variant<Message, ClientConnected, ClientText, ClientDisconnected, BusFailed>;
 
 /// Thread-safe and bounded. When it is full, messages wait in the bus, where the newest of each channel wins.
 class Mailbox {
  public:
-  static constexpr std::size_t most_messages = 64;  ///< of the bus
-  static constexpr std::size_t most_texts = 4096;   ///< of pages
+  static constexpr std::size_t kMaxMessages = 64;  ///< of the bus
+  static constexpr std::size_t kMaxTexts = 4096;   ///< of pages
 
   /// Blocks until there is room. False: closed.
   bool put(Message message);
   /// Never blocks. False: the queue is full.
-  bool put(PageSaid text);
-  void put(PageOpened opened) { push(Letter(std::move(opened))); }
-  void put(PageClosed closed) { push(Letter(closed)); }
-  void put(BusFailed failed) { push(Letter(std::move(failed))); }
+  bool put(ClientText text);
+  void put(ClientConnected opened) { push(StationEvent(std::move(opened))); }
+  void put(ClientDisconnected closed) { push(StationEvent(closed)); }
+  void put(BusFailed failed) { push(StationEvent(std::move(failed))); }
   /// False: nothing arrived within `timeout`, or closed.
-  bool take(Letter& letter, Duration timeout);
+  bool take(StationEvent& event, Duration timeout);
   void close();
 
  private:
-  void push(Letter letter);
+  void push(StationEvent event);
 
   std::mutex mutex_;
   std::condition_variable came_, taken_;
-  std::deque<Letter> letters_;
+  std::deque<StationEvent> events_;
   std::size_t messages_ = 0, texts_ = 0;
   bool closed_ = false;
 };

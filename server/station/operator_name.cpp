@@ -25,7 +25,7 @@ std::uint64_t hashed(const std::string& text) {
 std::string operator_name(const Identity& who) {
   std::array<char, 16> number{};
   std::snprintf(number.data(), number.size(), "_%06x", static_cast<unsigned>(hashed(who.name) & 0xffffffU));
-  return std::string(role_word(who.role)) + number.data();
+  return std::string(role_name(who.role)) + number.data();
 }
 
 }  // namespace parhelion::station

@@ -5,7 +5,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t most_unanswered = 256;  // for a server that does not reply: the oldest are dropped
+constexpr std::size_t kMaxUnanswered = 256;  // for a server that does not reply: the oldest are dropped
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void PlacedAgents::take(const InstructorCommand& command) {
   const std::uint64_t request = request_of(command);
   if (request == 0) return;
   asked_[request] = command;
-  if (asked_.size() <= most_unanswered) return;
+  if (asked_.size() <= kMaxUnanswered) return;
   const auto stamp = [](const auto& each) {
     return std::visit([](const auto& asked) { return asked.stamp; }, each.second);
   };

@@ -9,8 +9,8 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration poll = milliseconds(20);  // the desk needs a turn every 50 ms
-constexpr Duration world_period = milliseconds(250);
+constexpr Duration kPoll = milliseconds(20);  // the desk needs a turn every 50 ms
+constexpr Duration kWorldPeriod = milliseconds(250);
 
 const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Configuration& configuration,
                                        const AgentDefinition* placed) {
@@ -36,8 +36,8 @@ TeleopRobot drivable(const DrivenRobot& robot, const tick::Configuration& config
                      const AgentDefinition* placed) {
   TeleopRobot made;
   made.driven = robot;
-  if (robot.teleop == channel::teleop) made.driven.teleop = configuration.channels.bus(channel::teleop);
-  if (robot.joints == channel::joint_cmd) made.driven.joints = configuration.channels.bus(channel::joint_cmd);
+  if (robot.teleop == channel::kTeleop) made.driven.teleop = configuration.channels.bus(channel::kTeleop);
+  if (robot.joints == channel::kJointCmd) made.driven.joints = configuration.channels.bus(channel::kJointCmd);
   const simulation::RobotModel* model = model_of(robot, configuration, placed);
   const bool trainees = robot.name == configuration.robot.name;
   if (trainees || model != nullptr) {
@@ -61,7 +61,7 @@ TeleopRobot drivable(const DrivenRobot& robot, const tick::Configuration& config
 }
 
 RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Configuration> configuration,
-                       VideoFeed& video, TeleopDesk* teleop, std::string trainee_why_not)
+                       VideoFeed& video, TeleopService* teleop, std::string trainee_why_not)
     : bus_(std::move(bus)),
       configuration_(std::move(configuration)),
       video_(video),
@@ -71,9 +71,9 @@ RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Con
 
 Status RobotWatch::start() {
   const tick::ChannelMap& channels = configuration_->channels;
-  std::vector<std::pair<std::string, int>> wanted{{channels.bus(channel::mr_world), 1},
-                                                  {channels.bus(channel::operators), 64},
-                                                  {channels.bus(channel::mr_events), 256}};
+  std::vector<std::pair<std::string, int>> wanted{{channels.bus(channel::kMrWorld), 1},
+                                                  {channels.bus(channel::kOperators), 64},
+                                                  {channels.bus(channel::kMrEvents), 256}};
   for (std::string& name : tick::command_channels(channels)) wanted.emplace_back(std::move(name), 256);
   for (const auto& [name, capacity] : wanted) {
     if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
@@ -86,10 +86,10 @@ void RobotWatch::run(const std::stop_token& stop) {
   Message message;
   WallTime turned;
   while (!stop.stop_requested()) {
-    const auto received = bus_->receive(message, poll);
+    const auto received = bus_->receive(message, kPoll);
     if (!received) return;  // the station reports it
     if (*received) take(message);
-    if (runtime::steady_now() - turned < poll) continue;
+    if (runtime::steady_now() - turned < kPoll) continue;
     turned = runtime::steady_now();
     if (teleop_ != nullptr) teleop_->turn();
   }
@@ -97,33 +97,33 @@ void RobotWatch::run(const std::stop_token& stop) {
 
 void RobotWatch::take(const Message& message) {
   const tick::ChannelMap& channels = configuration_->channels;
-  OperatorWord word_;
+  OperatorStatus operator_status;
   Event event;
   InstructorCommand command;
-  if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
+  if (message.channel == channels.bus(channel::kMrWorld)) return handle_world(message);
   if (tick::is_command(channels.kind(message.channel)) &&
       tick::read_command(channels, message, command).ok()) {
     placed_.take(command);
     const auto* stop = std::get_if<EmergencyStopCommand>(&command);
-    if (teleop_ != nullptr && stop != nullptr) teleop_->hear(*stop);
+    if (teleop_ != nullptr && stop != nullptr) teleop_->handle(*stop);
   }
-  if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
-      decode(message.channel, message.payload, word_).ok())
-    teleop_->hear(word_);
-  if (message.channel == channels.bus(channel::mr_events) &&
+  if (message.channel == channels.bus(channel::kOperators) && teleop_ != nullptr &&
+      decode(message.channel, message.payload, operator_status).ok())
+    teleop_->handle(operator_status);
+  if (message.channel == channels.bus(channel::kMrEvents) &&
       decode(message.channel, message.payload, event).ok()) {
     placed_.take(event);
     if (event.kind == EventKind::command_accepted) names_.clear();  // report the changes again
-    if (lessons_.hear(event)) video_.impair(lessons_.delay(), lessons_.loss());
-    if (teleop_ != nullptr) teleop_->hear(event);
+    if (faults_.handle(event)) video_.impair(faults_.delay(), faults_.loss());
+    if (teleop_ != nullptr) teleop_->handle(event);
   }
 }
 
-void RobotWatch::take_world(const Message& message) {
+void RobotWatch::handle_world(const Message& message) {
   const WallTime now = runtime::steady_now();
   WorldMessage world;
   if (now < world_due_ || !decode(message.channel, message.payload, world)) return;
-  world_due_ = now + world_period;
+  world_due_ = now + kWorldPeriod;
   const std::vector<DrivenRobot> robots = robots_in(world);
   std::vector<std::string> names;
   for (const DrivenRobot& robot : robots) names.push_back(robot.name);

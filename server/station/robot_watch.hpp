@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "server/station/placed_agents.hpp"
-#include "server/station/teleop_desk.hpp"
-#include "server/station/video/camera_lessons.hpp"
+#include "server/station/teleop_service.hpp"
+#include "server/station/video/camera_faults.hpp"
 #include "server/station/video/video_feed.hpp"
 #include "server/tick/configuration.hpp"
 
@@ -18,7 +18,7 @@ class RobotWatch {
   /// `teleop`: nullptr if nothing can be driven. Both outlive this object. `trainee_why_not`: reason why the
   /// trainee's robot cannot be driven; empty: it can.
   RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Configuration> configuration,
-             VideoFeed& video, TeleopDesk* teleop, std::string trainee_why_not = {});
+             VideoFeed& video, TeleopService* teleop, std::string trainee_why_not = {});
 
   /// Error: a channel cannot be subscribed to.
   Status start();
@@ -26,16 +26,16 @@ class RobotWatch {
  private:
   void run(const std::stop_token& stop);
   void take(const Message& message);
-  void take_world(const Message& message);
+  void handle_world(const Message& message);
 
   std::unique_ptr<Bus> bus_;
   std::shared_ptr<const tick::Configuration> configuration_;
   VideoFeed& video_;
-  TeleopDesk* teleop_;
+  TeleopService* teleop_;
   const std::string trainee_why_not_;
   WallTime world_due_;              ///< robots appear and disappear rarely: not every world is decoded
   std::vector<std::string> names_;  ///< last reported names
-  CameraLessons lessons_;
+  CameraFaults faults_;
   PlacedAgents placed_;
   std::jthread thread_;
 };

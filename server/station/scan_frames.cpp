@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t header_bytes = 40;
+constexpr std::size_t kHeaderBytes = 40;
 
 pose::PoseTrackOptions place_options(const tick::Configuration& configuration) {
   pose::PoseTrackOptions options;
@@ -28,7 +28,7 @@ const WorldMessage::Entry* first_body(const WorldMessage& world, const std::stri
 std::string scan_bytes(const Scan& scan, const ScanFrame& frame) {
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const auto& place = frame.T_map_laser;
-  ByteWriter bytes(header_bytes + 6 * scan.ranges.size());
+  ByteWriter bytes(kHeaderBytes + 6 * scan.ranges.size());
   bytes.put(std::uint8_t{2});
   bytes.put(static_cast<std::uint8_t>(frame.source));
   bytes.put(frame.part);
@@ -37,8 +37,8 @@ std::string scan_bytes(const Scan& scan, const ScanFrame& frame) {
   bytes.put(place ? static_cast<float>(place->translation().x()) : unknown);
   bytes.put(place ? static_cast<float>(place->translation().y()) : unknown);
   bytes.put(place ? static_cast<float>(place->yaw()) : unknown);
-  bytes.put(scan.angle_first);
-  bytes.put(scan.angle_step);
+  bytes.put(scan.angle_min);
+  bytes.put(scan.angle_increment);
   bytes.put(std::uint32_t{0});
   for (const float range : scan.ranges) bytes.put(range);
   for (std::size_t i = 0; i < scan.ranges.size(); ++i)
@@ -97,8 +97,9 @@ std::optional<Transform<Map, Laser>> AgentPlaces::laser_at(const std::string& ag
   const WorldMessage::Entry* older = first_body(worlds_[0], agent);
   const double between = (worlds_[1].stamp - worlds_[0].stamp).seconds();
   if (older != nullptr && older->epoch == newer->epoch && between > 0) {
-    const double share = (t - SimulationTime{worlds_[0].stamp.ns}).seconds() / between;
-    T_map_base = interpolate(simulation::base_of(older->T_map_body), T_map_base, std::clamp(share, 0.0, 2.0));
+    const double fraction = (t - SimulationTime{worlds_[0].stamp.ns}).seconds() / between;
+    T_map_base =
+        interpolate(simulation::base_of(older->T_map_body), T_map_base, std::clamp(fraction, 0.0, 2.0));
   }
   return T_map_base * T_base_laser;
 }

@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration window = seconds(10.0);  // window of rate and loss
+constexpr Duration kWindow = seconds(10.0);  // window of rate and loss
 
 /// Period in s; 0: fewer than two stamps. Usually the median gap, so that losses appear as longer gaps. A
 /// sensor that is sampled at the ticks of a faster clock (100 Hz at 120) has longer gaps at regular
@@ -35,12 +35,12 @@ double period_of(const std::deque<SensorTime>& stamps) {
 
 }  // namespace
 
-const char* to_string(SensorState::Word word) {
-  static constexpr const char* words[] = {"none", "ok", "late", "lost"};
-  return words[static_cast<std::size_t>(word)];
+const char* to_string(SensorState::Health status) {
+  static constexpr const char* names[] = {"none", "ok", "late", "lost"};
+  return names[static_cast<std::size_t>(status)];
 }
 
-void SensorWatch::heard(const std::string& name, SensorTime stamp, ArrivalTime arrival) {
+void SensorWatch::record(const std::string& name, SensorTime stamp, ArrivalTime arrival) {
   const auto sensor =
       std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& each) { return each.name == name; });
   if (sensor == sensors_.end()) return;
@@ -49,7 +49,7 @@ void SensorWatch::heard(const std::string& name, SensorTime stamp, ArrivalTime a
   // The clock was set, or a recording was rewound.
   if (!stamps.empty() && stamp <= stamps.back()) stamps.clear();
   stamps.push_back(stamp);
-  while (stamps.size() > kept || stamps.back() - stamps.front() > window) stamps.pop_front();
+  while (stamps.size() > kKept || stamps.back() - stamps.front() > kWindow) stamps.pop_front();
 }
 
 SimulationTime SensorWatch::to_server(SensorTime t) const {
@@ -74,7 +74,9 @@ std::vector<SensorState> SensorWatch::states(ArrivalTime now) const {
       state.loss = std::max(0.0, 1 - gaps / std::max(1.0, std::round(span / period)));
     }
     const bool lost = state.age > std::max(1.0, 10 * period), late = state.age > std::max(0.15, 3 * period);
-    state.word = lost ? SensorState::Word::lost : late ? SensorState::Word::late : SensorState::Word::ok;
+    state.status = lost   ? SensorState::Health::lost
+                   : late ? SensorState::Health::late
+                          : SensorState::Health::ok;
   }
   return states;
 }

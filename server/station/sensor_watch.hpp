@@ -11,7 +11,7 @@
 namespace parhelion::station {
 
 struct SensorState {
-  enum class Word : std::uint8_t {
+  enum class Health : std::uint8_t {
     none,  ///< no message yet
     ok,
     late,  ///< three periods, and more than 150 ms
@@ -21,9 +21,9 @@ struct SensorState {
   double rate = 0;   ///< Hz
   double age = 0;    ///< s, since the stamp of the newest message
   double loss = 0;   ///< fraction of the newest messages that is missing, by the gaps between stamps
-  Word word = Word::none;
+  Health status = Health::none;
 };
-const char* to_string(SensorState::Word word);
+const char* to_string(SensorState::Health status);
 
 /// Not thread-safe.
 class SensorWatch {
@@ -32,7 +32,7 @@ class SensorWatch {
 
   void watch(std::string name, Clock clock) { sensors_.push_back({std::move(name), clock, {}}); }
   /// `arrival`: on the server's axis. Unknown names are ignored.
-  void heard(const std::string& name, SensorTime stamp, ArrivalTime arrival);
+  void record(const std::string& name, SensorTime stamp, ArrivalTime arrival);
   /// In the order of watch().
   std::vector<SensorState> states(ArrivalTime now) const;
   /// Converts an instant of the robot's clock to the server's axis; unchanged while the clock offset is
@@ -41,7 +41,7 @@ class SensorWatch {
   void restart();
 
  private:
-  static constexpr std::size_t kept = 64;
+  static constexpr std::size_t kKept = 64;
   struct Sensor {
     std::string name;
     Clock clock = Clock::robot;

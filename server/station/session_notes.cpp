@@ -18,9 +18,9 @@ Result<SessionNotes> SessionNotes::open(const std::string& path) {
 
 Status SessionNotes::write(const std::string& by, const std::string& json, WallTime now) {
   if (!file_) return {};
-  std::size_t& said = said_[by];
-  if (said + json.size() > most_said) return Error{"'" + by + "' has reached the limit for one person"};
-  said += json.size();
+  std::size_t& bytes = note_bytes_[by];
+  if (bytes + json.size() > kMaxNoteBytes) return Error{"'" + by + "' has reached the limit for one person"};
+  bytes += json.size();
   const std::string line = "{\"at_us\":" + std::to_string(now.utime()) + "," + json.substr(1) + "\n";
   const bool written = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();
   if (written && std::fflush(file_.get()) == 0) return {};
@@ -29,18 +29,18 @@ Status SessionNotes::write(const std::string& by, const std::string& json, WallT
 
 Status SessionNotes::add(const ChatLine& line, WallTime now) {
   chat_.push_back(line);
-  if (chat_.size() > kept) chat_.pop_front();
+  if (chat_.size() > kKept) chat_.pop_front();
   return write(line.from, chat_json(line), now);
 }
 
 Status SessionNotes::add(const MarkLine& line, WallTime now) {
   marks_.push_back(line);
-  if (marks_.size() > kept) marks_.pop_front();
+  if (marks_.size() > kKept) marks_.pop_front();
   return write(line.by, mark_json(line), now);
 }
 
 bool is_for(const ChatLine& line, const Identity& who) {
-  return line.to == "all" || line.to == who.name || line.from == who.name || line.to == role_word(who.role);
+  return line.to == "all" || line.to == who.name || line.from == who.name || line.to == role_name(who.role);
 }
 
 }  // namespace parhelion::station

@@ -27,8 +27,8 @@ class SessionNotes {
   const std::deque<MarkLine>& marks() const { return marks_; }
 
  private:
-  static constexpr std::size_t kept = 500;             // of each kind, in memory
-  static constexpr std::size_t most_said = 1'000'000;  // maximum bytes of one person in the file
+  static constexpr std::size_t kKept = 500;                // of each kind, in memory
+  static constexpr std::size_t kMaxNoteBytes = 1'000'000;  // maximum bytes of one person in the file
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
@@ -36,7 +36,7 @@ class SessionNotes {
 
   std::string path_;
   std::unique_ptr<std::FILE, Close> file_;
-  std::map<std::string, std::size_t> said_;  // bytes, by person
+  std::map<std::string, std::size_t> note_bytes_;  // bytes, by person
   std::deque<ChatLine> chat_;
   std::deque<MarkLine> marks_;
 };

@@ -15,9 +15,9 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration period = milliseconds(5);
-constexpr Duration again = milliseconds(100);  // retry interval after a failure of the bus
-constexpr int least_waiting = 64;              // messages of a subscription in the meantime
+constexpr Duration kPeriod = milliseconds(5);
+constexpr Duration kAgain = milliseconds(100);  // retry interval after a failure of the bus
+constexpr int kMinCapacity = 64;                // messages of a subscription in the meantime
 
 }  // namespace
 
@@ -86,7 +86,7 @@ class SharedEndpoint::Endpoint : public Bus {
     if (!made) return made.error();
     const std::lock_guard lock(shared_->mutex);
     if (!shared_->subscribed.contains(pattern)) {
-      if (Status done = shared_->bus->subscribe(pattern, std::max(capacity, least_waiting)); !done)
+      if (Status done = shared_->bus->subscribe(pattern, std::max(capacity, kMinCapacity)); !done)
         return done;
       shared_->subscribed.insert(pattern);
     }
@@ -122,7 +122,7 @@ void SharedEndpoint::hand_on(const std::stop_token& stop) {
       shared_->hand_on(message);
     if (failed != !came) shared_->note(came ? std::nullopt : std::optional(came.error()));
     failed = !came;
-    std::this_thread::sleep_for(std::chrono::nanoseconds(failed ? again.ns : period.ns));
+    std::this_thread::sleep_for(std::chrono::nanoseconds(failed ? kAgain.ns : kPeriod.ns));
   }
 }
 

@@ -32,12 +32,12 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 /// The choices of an instructor, and the briefing of the trainee.
 Json scene_json(const tick::Configuration& configuration) {
   const Scenario& scenario = configuration.scenario;
-  Json scripts = Json::array(), lessons = Json::array(), doors = Json::array(), models = Json::array();
+  Json scripts = Json::array(), faults = Json::array(), doors = Json::array(), models = Json::array();
   for (const Script& script : scenario.scripts) scripts.push_back(script.name);
-  for (int i = 0; i <= static_cast<int>(Lesson::Kind::dead_wheel); ++i) {
-    const auto kind = static_cast<Lesson::Kind>(i);
+  for (int i = 0; i <= static_cast<int>(Fault::Kind::dead_wheel); ++i) {
+    const auto kind = static_cast<Fault::Kind>(i);
     const bool possible = !needs_simulated_robot(kind) || tick::simulates_trainee(scenario);
-    if (possible && kind != Lesson::Kind::low_battery) lessons.push_back(to_string(kind));
+    if (possible && kind != Fault::Kind::low_battery) faults.push_back(to_string(kind));
   }
   for (const ModelEntity& entity : configuration.model.entities) {
     if (entity.label == EntityLabel::door && !entity.deleted) doors.push_back(entity.name);
@@ -45,10 +45,10 @@ Json scene_json(const tick::Configuration& configuration) {
   for (const auto& model : configuration.robot_models) models.push_back(model->name);
   return {
       {"scripts", std::move(scripts)},
-      {"lessons", std::move(lessons)},
+      {"faults", std::move(faults)},
       {"doors", std::move(doors)},
       {"robot_models", std::move(models)},
-      {"agents_max", scenario.most_agents},
+      {"agents_max", scenario.max_agents},
       {"briefing", scenario.training ? training::briefing(scenario, tick::graded_robot(configuration)) : ""}};
 }
 
@@ -90,8 +90,8 @@ Json description_json(const RobotDescription& robot) {
 }
 
 const char* word(simulation::JointKind kind) {
-  static constexpr const char* words[] = {"fixed", "revolute", "continuous", "prismatic"};
-  return words[static_cast<std::size_t>(kind)];
+  static constexpr const char* names[] = {"fixed", "revolute", "continuous", "prismatic"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 /// Links and joints as in URDF: a link's frame is its joint's.
@@ -121,29 +121,29 @@ void put_links(const simulation::RobotModel& model, Json& json) {
 }  // namespace
 
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
-                       const HelloWords& words) {
+                       const HelloFields& hello_fields) {
   const Scenario& scenario = configuration.scenario;
-  const Json marks = Json::parse(words.marks, nullptr, false);
+  const Json marks = Json::parse(hello_fields.marks, nullptr, false);
   return text_of({{"type", "hello"},
                   {"protocol", 1},
-                  {"who", {{"name", who.name}, {"role", role_word(who.role)}}},
+                  {"who", {{"name", who.name}, {"role", role_name(who.role)}}},
                   {"session",
                    {{"name", scenario.name},
                     {"scenario", scenario.name},
-                    {"mode", words.recorded ? "recorded" : "live"},
+                    {"mode", hello_fields.recorded ? "recorded" : "live"},
                     {"level", scenario.level},
                     {"robot", configuration.robot.name},
                     {"graded", tick::graded_robot(configuration)},
                     {"simulated", tick::simulates_trainee(scenario)},
-                    {"started_us", words.start.utime()},
-                    {"mapped", words.mapped}}},
-                  {"server_us", words.now.utime()},
+                    {"started_us", hello_fields.start.utime()},
+                    {"mapped", hello_fields.mapped}}},
+                  {"server_us", hello_fields.now.utime()},
                   {"controls",
-                   {{"pause", words.can_pause},
-                    {"rate", words.can_rate},
-                    {"seek", words.can_seek},
-                    {"end", words.can_end},
-                    {"save", words.can_save}}},
+                   {{"pause", hello_fields.can_pause},
+                    {"rate", hello_fields.can_rate},
+                    {"seek", hello_fields.can_seek},
+                    {"end", hello_fields.can_end},
+                    {"save", hello_fields.can_save}}},
                   {"marks", marks.is_array() ? marks : Json::array()},
                   {"scene", scene_json(configuration)}});
 }

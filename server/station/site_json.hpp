@@ -9,7 +9,7 @@
 
 namespace parhelion::station {
 
-struct HelloWords {
+struct HelloFields {
   SimulationTime start;  ///< of the session
   WallTime now;          ///< the server's clock, to synchronize the page's
   bool recorded = false;
@@ -19,7 +19,7 @@ struct HelloWords {
 };
 /// hello: the first message to a page.
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
-                       const HelloWords& words);
+                       const HelloFields& hello_fields);
 
 /// GET /api/v1/model: {version, map_id, elements: [{name, label, at, turn, size, ...}], meshes}.
 std::string site_json(const SemanticModel& model, std::uint64_t version);

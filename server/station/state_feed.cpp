@@ -1,4 +1,4 @@
-// Messages from the bus. Periodic messages to pages are in state_feed_pages.cpp.
+// Messages from the bus. Periodic messages to pages are in state_feed_subscribers.cpp.
 #include "server/station/state_feed.hpp"
 
 #include <algorithm>
@@ -11,15 +11,15 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t kept_events = 500;
-constexpr Duration points_period = milliseconds(200);
-constexpr std::string_view agent_prefix = "MR_AGENT_", scan_suffix = "_SCAN";
+constexpr std::size_t kKeptEvents = 500;
+constexpr Duration kPointsPeriod = milliseconds(200);
+constexpr std::string_view kAgentPrefix = "MR_AGENT_", scan_suffix = "_SCAN";
 
 /// The agent of a channel MR_AGENT_<name>_SCAN; empty: another channel.
 std::string agent_of(const std::string& channel) {
-  if (!channel.starts_with(agent_prefix) || !channel.ends_with(scan_suffix)) return {};
-  if (channel.size() <= agent_prefix.size() + scan_suffix.size()) return {};
-  return channel.substr(agent_prefix.size(), channel.size() - agent_prefix.size() - scan_suffix.size());
+  if (!channel.starts_with(kAgentPrefix) || !channel.ends_with(scan_suffix)) return {};
+  if (channel.size() <= kAgentPrefix.size() + scan_suffix.size()) return {};
+  return channel.substr(kAgentPrefix.size(), channel.size() - kAgentPrefix.size() - scan_suffix.size());
 }
 
 }  // namespace
@@ -33,29 +33,29 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
       board_(configuration_->scenario.training),
       robot_(*configuration_) {
   using Clock = SensorWatch::Clock;
-  add(channel::scan, Kind::scan, 4, Clock::robot);
-  add(channel::odometry, Kind::odometry, 64, Clock::robot);
-  add(channel::pose_cov, Kind::pose_cov, 16,
+  add(channel::kScan, Kind::scan, 4, Clock::robot);
+  add(channel::kOdometry, Kind::odometry, 64, Clock::robot);
+  add(channel::kPoseCov, Kind::pose_cov, 16,
       configuration_->scenario.pose ? std::nullopt : std::optional(Clock::robot));
-  add(channel::pose, Kind::pose, 16,
+  add(channel::kPose, Kind::pose, 16,
       configuration_->scenario.pose ? std::optional(Clock::robot) : std::nullopt);
-  add(channel::imu, Kind::watched, 64, Clock::robot);
-  add(channel::joint_state, Kind::joints, 8, Clock::robot);
-  add(channel::camera, Kind::watched, 4, Clock::robot);
-  add(channel::depth, Kind::depth, 1, Clock::robot);
-  add(channel::hazard, Kind::hazard, 4, Clock::robot);
-  add(channel::mr_scan, Kind::mr_scan, 4, Clock::robot);
-  add(channel::mr_camera, Kind::watched, 4, Clock::robot);
-  add(channel::mr_world, Kind::world, 2, Clock::server);
-  add(channel::mr_scan_info, Kind::scan_info, 4, std::nullopt);
+  add(channel::kImu, Kind::watched, 64, Clock::robot);
+  add(channel::kJointState, Kind::joints, 8, Clock::robot);
+  add(channel::kCamera, Kind::watched, 4, Clock::robot);
+  add(channel::kDepth, Kind::depth, 1, Clock::robot);
+  add(channel::kHazard, Kind::hazard, 4, Clock::robot);
+  add(channel::kMrScan, Kind::mr_scan, 4, Clock::robot);
+  add(channel::kMrCamera, Kind::watched, 4, Clock::robot);
+  add(channel::kMrWorld, Kind::world, 2, Clock::server);
+  add(channel::kMrScanInfo, Kind::scan_info, 4, std::nullopt);
   const int whole_session = 16'384;  // a player repeats all of them after a rewind
-  add(channel::mr_events, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
-  add(channel::mr_status, Kind::status, 2, std::nullopt);
+  add(channel::kMrEvents, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
+  add(channel::kMrStatus, Kind::status, 2, std::nullopt);
   for (const char* command : kInstructorChannels)
     add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
-  add(channel::mr_model, Kind::model, 2, std::nullopt);
-  add(channel::operators, Kind::operators, 64, std::nullopt);
-  channels_[channel::mr_session] = {Kind::session, channel::mr_session, 2};  // never renamed
+  add(channel::kMrModel, Kind::model, 2, std::nullopt);
+  add(channel::kOperators, Kind::operators, 64, std::nullopt);
+  channels_[channel::kMrSession] = {Kind::session, channel::kMrSession, 2};  // never renamed
 }
 
 void StateFeed::add(const char* canonical, Kind kind, int capacity,
@@ -72,26 +72,26 @@ std::vector<std::pair<std::string, int>> StateFeed::channels() const {
 }
 
 void StateFeed::take(const Message& message, WallTime now) {
-  deaf_.clear();
+  bus_error_.clear();
   const auto known = channels_.find(message.channel);
-  if (known == channels_.end()) return take_agent_scan(message);
+  if (known == channels_.end()) return handle_agent_scan(message);
   if (const auto stamp = leading_stamp(message.payload))
-    sensors_.heard(known->second.canonical, *stamp, ArrivalTime{options_.clock().ns});
+    sensors_.record(known->second.canonical, *stamp, ArrivalTime{options_.clock().ns});
   const auto read = [&](auto& item) { return decode(message.channel, message.payload, item).ok(); };
   switch (known->second.kind) {
     case Kind::session:
       if (SessionHeader header; read(header)) restart({header.stamp.ns});
       return;
     case Kind::world:
-      return take_world(message, now);
+      return handle_world(message, now);
     case Kind::event:
-      return take_event(message);
+      return handle_event(message);
     case Kind::scan:
-      return take_scan(message, ScanFrame::Source::real);
+      return handle_scan(message, ScanFrame::Source::real);
     case Kind::mr_scan:
-      return take_scan(message, ScanFrame::Source::mixed);
+      return handle_scan(message, ScanFrame::Source::mixed);
     case Kind::scan_info:
-      return take_scan_info(message);
+      return handle_scan_info(message);
     case Kind::odometry:
       if (Odometry odometry; read(odometry)) robot_.take(odometry);
       return;
@@ -110,7 +110,7 @@ void StateFeed::take(const Message& message, WallTime now) {
       read(status_);
       return;
     case Kind::operators:
-      return take_operator(message, now);
+      return handle_operator(message, now);
     case Kind::joints:
       if (Joints joints; read(joints)) joints_ = std::move(joints);
       return;
@@ -118,7 +118,7 @@ void StateFeed::take(const Message& message, WallTime now) {
       if (HazardReading reading; read(reading)) hazard_ = std::move(reading);
       return;
     case Kind::model:
-      return take_model(message);
+      return handle_model(message);
     case Kind::command:
       if (InstructorCommand command; tick::read_command(configuration_->channels, message, command).ok()) {
         placed_.take(command);
@@ -126,7 +126,7 @@ void StateFeed::take(const Message& message, WallTime now) {
       }
       return;
     case Kind::depth:
-      return take_depth(message, now);
+      return handle_depth(message, now);
     case Kind::watched:
     case Kind::agent_scan:
     case Kind::none:
@@ -154,7 +154,7 @@ void StateFeed::restart(SimulationTime at) {
   operators_.clear();
   pose_known_ = false;
   table_due_ = depth_due_ = {};
-  for (Page& page : pages_.all()) greet(page);
+  for (Subscriber& subscriber : subscribers_.all()) greet(subscriber);
   if (restarted) restarted();
 }
 
@@ -163,11 +163,11 @@ void StateFeed::note_start(SimulationTime at) {
   if (!start_) restart(at);
 }
 
-void StateFeed::take_world(const Message& message, WallTime now) {
+void StateFeed::handle_world(const Message& message, WallTime now) {
   if (const auto stamp = leading_stamp(message.payload)) note_start({stamp->ns});
   world_message_ = message;
   world_unread_ = true;
-  if (!pages_.empty()) send_world(now);
+  if (!subscribers_.empty()) send_world(now);
 }
 
 /// Decodes the newest world on demand. False: there is none.
@@ -195,22 +195,22 @@ std::vector<std::string> StateFeed::agents_there() {
   return names;
 }
 
-void StateFeed::take_event(const Message& message) {
+void StateFeed::handle_event(const Message& message) {
   Event event;
   if (!decode(message.channel, message.payload, event)) return;
   note_start(event.stamp);
   placed_.take(event);
   shapes_.take(event);
   score_changed_ = board_.take(event) || score_changed_;
-  if (heard_event) heard_event(event);
-  if (event.kind == EventKind::collision_continued) return;  // reported at its start
+  if (event_received) event_received(event);
+  if (event.kind == EventKind::contact_continues) return;  // reported at its start
   events_.push_back(event);
-  if (events_.size() > kept_events) events_.pop_front();
-  if (!pages_.empty()) new_events_.push_back(std::move(event));
+  if (events_.size() > kKeptEvents) events_.pop_front();
+  if (!subscribers_.empty()) new_events_.push_back(std::move(event));
 }
 
-void StateFeed::take_scan(const Message& message, ScanFrame::Source source) {
-  if (pages_.empty()) return;
+void StateFeed::handle_scan(const Message& message, ScanFrame::Source source) {
+  if (subscribers_.empty()) return;
   const bool mixed = source == ScanFrame::Source::mixed;
   if (mixed && mixed_scan_) send_mixed_scan(nullptr);
   if (!decode(message.channel, message.payload, scan_)) return;
@@ -222,10 +222,10 @@ void StateFeed::take_scan(const Message& message, ScanFrame::Source source) {
   frame.source = source;
   frame.t = t(sensors_.to_server(scan_.stamp));
   frame.T_map_laser = robot_.laser_at(scan_.stamp);
-  send_scan(scan_, frame, page_slot::real_scan);
+  send_scan(scan_, frame, send_slot::real_scan);
 }
 
-void StateFeed::take_scan_info(const Message& message) {
+void StateFeed::handle_scan_info(const Message& message) {
   const bool live = info_.live;
   const std::string reason = std::move(info_.reason);
   if (!decode(message.channel, message.payload, info_)) {
@@ -251,25 +251,25 @@ void StateFeed::send_mixed_scan(const ScanInfo* info) {
     for (const std::int16_t agent : info->beam_agent)
       frame.entities.push_back(agent < 0 ? std::int16_t{-1} : entities[static_cast<std::size_t>(agent)]);
   }
-  send_scan(*mixed_scan_, frame, page_slot::mixed_scan);
+  send_scan(*mixed_scan_, frame, send_slot::mixed_scan);
   mixed_scan_.reset();
 }
 
 void StateFeed::send_scan(const Scan& scan, const ScanFrame& frame, int slot) {
-  PageText bytes;
-  for (const Page& page : pages_.all()) {
-    if (!page.wants.scan) continue;
-    if (!bytes) bytes = page_text(scan_bytes(scan, frame));
-    page.client->send(bytes, true, slot);
+  SharedText bytes;
+  for (const Subscriber& subscriber : subscribers_.all()) {
+    if (!subscriber.wants.scan) continue;
+    if (!bytes) bytes = shared_text(scan_bytes(scan, frame));
+    subscriber.client->send(bytes, true, slot);
   }
 }
 
-void StateFeed::take_agent_scan(const Message& message) {
+void StateFeed::handle_agent_scan(const Message& message) {
   const std::string agent = agent_of(message.channel);
   if (agent.empty()) return;
-  PageText bytes;
-  for (const Page& page : pages_.all()) {
-    const auto& wanted = page.wants.agent_scans;
+  SharedText bytes;
+  for (const Subscriber& subscriber : subscribers_.all()) {
+    const auto& wanted = subscriber.wants.agent_scans;
     const auto at = std::find(wanted.begin(), wanted.end(), agent);
     const int entity = table_.entity(agent);
     if (at == wanted.end() || entity < 0) continue;
@@ -283,43 +283,44 @@ void StateFeed::take_agent_scan(const Message& message) {
       frame.t = t(taken);
       if (const auto mount = shapes_.laser_mount(agent))
         frame.T_map_laser = agents_.laser_at(agent, *mount, taken);
-      bytes = page_text(scan_bytes(scan_, frame));
+      bytes = shared_text(scan_bytes(scan_, frame));
     }
-    page.client->send(bytes, true, page_slot::agent_scan + static_cast<int>(at - wanted.begin()));
+    subscriber.client->send(bytes, true, send_slot::kAgentScan + static_cast<int>(at - wanted.begin()));
   }
 }
 
 /// For pages that subscribe to points, a few times a second. The pose of a camera on a turning head is
 /// unknown here.
-void StateFeed::take_depth(const Message& message, WallTime now) {
-  const auto& all = pages_.all();
+void StateFeed::handle_depth(const Message& message, WallTime now) {
+  const auto& all = subscribers_.all();
   const auto& camera = configuration_->robot.depth;
-  const bool wanted = std::any_of(all.begin(), all.end(), [](const Page& page) { return page.wants.points; });
+  const bool wanted = std::any_of(all.begin(), all.end(),
+                                  [](const Subscriber& subscriber) { return subscriber.wants.points; });
   if (!wanted || !camera || !camera->head.empty() || now < depth_due_) return;
   Image image;
   if (!decode(message.channel, message.payload, image).ok()) return;
   const auto place = robot_.base_at(image.stamp);
   const auto pixels = place ? render::decode_depth(image) : Result<render::DepthPixels>(Error{"no pose"});
   if (!pixels) return;
-  depth_due_ = now + points_period;
-  const PageText bytes = page_text(
+  depth_due_ = now + kPointsPeriod;
+  const SharedText bytes = shared_text(
       depth_bytes(*pixels, *camera, *place * camera->T_base_optical, t(sensors_.to_server(image.stamp))));
-  for (const Page& page : all) {
-    if (page.wants.points) page.client->send(bytes, true, page_slot::points);
+  for (const Subscriber& subscriber : all) {
+    if (subscriber.wants.points) subscriber.client->send(bytes, true, send_slot::points);
   }
 }
 
-void StateFeed::take_operator(const Message& message, WallTime now) {
-  OperatorWord word;
-  if (!decode(message.channel, message.payload, word)) return;
-  const auto known = operators_.find(word.name);
-  const bool news = known == operators_.end() || known->second.first.robot != word.robot ||
-                    known->second.first.state != word.state;
+void StateFeed::handle_operator(const Message& message, WallTime now) {
+  OperatorStatus status;
+  if (!decode(message.channel, message.payload, status)) return;
+  const auto known = operators_.find(status.name);
+  const bool news = known == operators_.end() || known->second.first.robot != status.robot ||
+                    known->second.first.state != status.state;
   operators_changed_ = operators_changed_ || news;
-  operators_[word.name] = {word, now};
+  operators_[status.name] = {status, now};
 }
 
-void StateFeed::take_model(const Message& message) {
+void StateFeed::handle_model(const Message& message) {
   ModelVersion version;
   if (!decode(message.channel, message.payload, version)) return;
   const auto model = parse_model(version.yaml, message.channel);
@@ -327,7 +328,7 @@ void StateFeed::take_model(const Message& message) {
   model_version_ = version.version;
   shapes_.take(*model);
   if (model_changed) model_changed(site_json(*model, version.version), version.version);
-  pages_.tell(model_json(version.version));
+  subscribers_.send_to_all(model_json(version.version));
 }
 
 }  // namespace parhelion::station

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
+#include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -16,18 +16,18 @@
 #include "server/simulation/entity_shapes.hpp"
 #include "server/station/entity_table.hpp"
 #include "server/station/feed_json.hpp"
-#include "server/station/pages.hpp"
 #include "server/station/placed_agents.hpp"
 #include "server/station/scan_frames.hpp"
 #include "server/station/score_board.hpp"
 #include "server/station/sensor_watch.hpp"
 #include "server/station/site_json.hpp"
+#include "server/station/subscribers.hpp"
 #include "server/tick/configuration.hpp"
 
 namespace parhelion::station {
 
 struct FeedOptions {
-  HelloWords words;  ///< everything except the instants
+  HelloFields hello_fields;  ///< everything except the instants
   /// The server's clock (live: wall time; recording: time of the playback), for the age of sensors.
   std::function<ArrivalTime()> clock;
   std::function<ControlState()> control;  ///< may be empty
@@ -43,22 +43,22 @@ class StateFeed {
   std::vector<std::pair<std::string, int>> channels() const;
   void take(const Message& message, WallTime now);
   /// Pages get the reason until the next message arrives.
-  void bus_failed(const std::string& why) { deaf_ = why; }
+  void bus_failed(const std::string& why) { bus_error_ = why; }
   /// Periodic work: rates, ages, remaining times. At least 20 times a second. `now`: steady clock, as above.
   void look(WallTime now);
 
   /// Sends the current state to the new page.
   void open(std::shared_ptr<WebClient> client);
-  void close(std::uint64_t client) { pages_.close(client); }
+  void close(std::uint64_t client) { subscribers_.close(client); }
   void subscribe(std::uint64_t client, const Subscription& wanted);
-  Pages& pages() { return pages_; }
+  Subscribers& subscribers() { return subscribers_; }
 
   SimulationTime begun() const { return start(); }  ///< epoch: no session yet
   double t(SimulationTime instant) const { return (instant - start()).seconds(); }
   SimulationTime now() const { return simulation_time(options_.clock()); }
-  bool recorded() const { return options_.words.recorded; }
+  bool recorded() const { return options_.hello_fields.recorded; }
   const ServerStatus& status() const { return status_; }
-  const HelloWords& words() const { return options_.words; }
+  const HelloFields& hello_fields() const { return options_.hello_fields; }
   const PlacedAgents& placed() const { return placed_; }
   /// Names of the agents in the newest MR_WORLD, without the trainee's robot.
   std::vector<std::string> agents_there();
@@ -66,7 +66,7 @@ class StateFeed {
   /// Of the newest MR_WORLD; none: no such entity.
   std::optional<Transform<Map, Base>> place_of(const std::string& entity);
   /// Passes events to the instructor desk, which waits for replies to its commands.
-  std::function<void(const Event&)> heard_event;
+  std::function<void(const Event&)> event_received;
   /// A new version of the building: JSON for HTTP clients.
   std::function<void(std::string json, std::uint64_t version)> model_changed;
   /// MR_SESSION arrived: earlier messages belong to another session.
@@ -104,31 +104,31 @@ class StateFeed {
   SimulationTime start() const { return start_.value_or(SimulationTime{}); }
   void note_start(SimulationTime at);
   void restart(SimulationTime at);
-  void take_world(const Message& message, WallTime now);
+  void handle_world(const Message& message, WallTime now);
   bool read_world();
-  void take_event(const Message& message);
-  void take_scan(const Message& message, ScanFrame::Source source);
-  void take_scan_info(const Message& message);
-  void take_agent_scan(const Message& message);
-  void take_operator(const Message& message, WallTime now);
-  void take_model(const Message& message);
-  void take_depth(const Message& message, WallTime now);
+  void handle_event(const Message& message);
+  void handle_scan(const Message& message, ScanFrame::Source source);
+  void handle_scan_info(const Message& message);
+  void handle_agent_scan(const Message& message);
+  void handle_operator(const Message& message, WallTime now);
+  void handle_model(const Message& message);
+  void handle_depth(const Message& message, WallTime now);
   void send_world(WallTime now);
   void send_mixed_scan(const ScanInfo* info);
   void send_scan(const Scan& scan, const ScanFrame& frame, int slot);
   void send_plans();
-  void greet(Page& page);
+  void greet(Subscriber& subscriber);
   std::string hello(const Identity& who) const;
   std::string entities() const;
   std::string status_text() const;
   ControlState control() const;
   void forget_silent_operators(WallTime now);
-  void tell_operators() const;
+  void send_operators() const;
 
   std::shared_ptr<const tick::Configuration> configuration_;
   FeedOptions options_;
   std::unordered_map<std::string, Channel> channels_;  ///< by channel name on the bus
-  Pages pages_;
+  Subscribers subscribers_;
   std::optional<SimulationTime> start_;
 
   simulation::EntityShapes shapes_;
@@ -150,14 +150,14 @@ class StateFeed {
   PoseEstimate pose_;
   bool pose_known_ = false;
   ServerStatus status_;
-  std::string deaf_;  ///< why the bus delivers nothing; empty: it works
-  std::map<std::string, std::pair<OperatorWord, WallTime>> operators_;
+  std::string bus_error_;  ///< why the bus delivers nothing; empty: it works
+  std::map<std::string, std::pair<OperatorStatus, WallTime>> operators_;
   std::optional<Joints> joints_;
   std::optional<HazardReading> hazard_;
   std::uint64_t model_version_ = 0;
   bool score_changed_ = false, operators_changed_ = false, injection_changed_ = false, pose_changed_ = false;
   WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< due times of periodic work
-  std::string said_control_;
+  std::string sent_control_;
 };
 
 }  // namespace parhelion::station

@@ -12,7 +12,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration bus_poll = milliseconds(50), look_period = milliseconds(20), bus_again = milliseconds(500);
+constexpr Duration kBusPoll = milliseconds(50), look_period = milliseconds(20), bus_again = milliseconds(500);
 
 /// State for handlers on the server's thread.
 struct Published {
@@ -22,19 +22,19 @@ struct Published {
   std::string report, report_page;
   bool ending = false;  ///< a report will follow
   std::vector<std::pair<std::string, double>> status;
-  std::size_t pages = 0;
+  std::size_t subscribers = 0;
 };
 
 FeedOptions feed_options(const StationOptions& options) {
   FeedOptions feed;
-  feed.words.recorded = options.recorded;
-  feed.words.mapped = options.map.has_value();
-  feed.words.can_pause = static_cast<bool>(options.controls.pause);
-  feed.words.can_rate = static_cast<bool>(options.controls.rate);
-  feed.words.can_seek = static_cast<bool>(options.controls.seek);
-  feed.words.can_end = static_cast<bool>(options.controls.end);
-  feed.words.can_save = !options.scenarios.empty() && !options.recorded;
-  if (options.controls.marks) feed.words.marks = options.controls.marks();
+  feed.hello_fields.recorded = options.recorded;
+  feed.hello_fields.mapped = options.map.has_value();
+  feed.hello_fields.can_pause = static_cast<bool>(options.controls.pause);
+  feed.hello_fields.can_rate = static_cast<bool>(options.controls.rate);
+  feed.hello_fields.can_seek = static_cast<bool>(options.controls.seek);
+  feed.hello_fields.can_end = static_cast<bool>(options.controls.end);
+  feed.hello_fields.can_save = !options.scenarios.empty() && !options.recorded;
+  if (options.controls.marks) feed.hello_fields.marks = options.controls.marks();
   feed.clock = options.clock ? options.clock : [] { return ArrivalTime{runtime::wall_now().ns}; };
   feed.control = options.controls.state;
   feed.stopped = options.stopped;
@@ -50,12 +50,12 @@ struct Station::Running {
       : options(std::move(options_)),
         bus(std::move(bus_)),
         feed(options.configuration, feed_options(options)),
-        desk(*bus, feed, std::move(notes),
-             {controls(), options.emergency_stop, options.scenarios, options.audit}) {
-    feed.heard_event = [this](const Event& event) { desk.hear(event); };
+        instructor_service(*bus, feed, std::move(notes),
+                           {controls(), options.emergency_stop, options.scenarios, options.audit}) {
+    feed.event_received = [this](const Event& event) { instructor_service.handle(event); };
     feed.restarted = [this] {
       publish_start();
-      for (Page& page : feed.pages().all()) desk.greet(*page.client);
+      for (Subscriber& subscriber : feed.subscribers().all()) instructor_service.greet(*subscriber.client);
     };
     feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
     publish(site_json(options.configuration->model, 0));
@@ -78,7 +78,7 @@ struct Station::Running {
   void publish_figures() {
     const std::lock_guard lock(published.mutex);
     published.status = feed.status().values;
-    published.pages = feed.pages().all().size();
+    published.subscribers = feed.subscribers().all().size();
   }
   void publish_start() {
     const std::lock_guard lock(published.mutex);
@@ -103,13 +103,13 @@ struct Station::Running {
   std::string hello(const Identity& who);
   void receive(const std::stop_token& stop);
   void work(const std::stop_token& stop);
-  void take(Letter& letter);
+  void take(StationEvent& event);
 
   const StationOptions options;
   std::unique_ptr<Bus> bus;
   Mailbox mailbox;
   StateFeed feed;
-  InstructorDesk desk;
+  InstructorService instructor_service;
   Published published;
   std::jthread receiver, worker;
 };
@@ -117,7 +117,7 @@ struct Station::Running {
 void Station::Running::receive(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     Message message;
-    const auto received = bus->receive(message, bus_poll);
+    const auto received = bus->receive(message, kBusPoll);
     if (!received) {
       mailbox.put(BusFailed{received.error().message});
       std::this_thread::sleep_for(std::chrono::nanoseconds(bus_again.ns));
@@ -129,45 +129,45 @@ void Station::Running::receive(const std::stop_token& stop) {
 
 void Station::Running::work(const std::stop_token& stop) {
   WallTime looked;
-  Letter letter;
+  StationEvent event;
   while (!stop.stop_requested()) {
-    if (mailbox.take(letter, look_period)) take(letter);
+    if (mailbox.take(event, look_period)) take(event);
     const WallTime now = runtime::steady_now();
     if (now - looked < look_period) continue;
     looked = now;
     feed.look(now);
-    desk.look(now);
+    instructor_service.look(now);
     publish_figures();
   }
 }
 
-void Station::Running::take(Letter& letter) {
+void Station::Running::take(StationEvent& event) {
   const WallTime now = runtime::steady_now();
-  if (auto* message = std::get_if<Message>(&letter)) {
+  if (auto* message = std::get_if<Message>(&event)) {
     feed.take(*message, now);
-  } else if (auto* opened_page = std::get_if<PageOpened>(&letter)) {
-    feed.open(opened_page->client);
-    desk.greet(*opened_page->client);
-  } else if (auto* said = std::get_if<PageSaid>(&letter)) {
-    if (const Page* page = feed.pages().find(said->client)) {
-      const std::shared_ptr<WebClient> client = page->client;
-      desk.receive(*client, said->text, now);
+  } else if (auto* connected = std::get_if<ClientConnected>(&event)) {
+    feed.open(connected->client);
+    instructor_service.greet(*connected->client);
+  } else if (auto* client_text = std::get_if<ClientText>(&event)) {
+    if (const Subscriber* subscriber = feed.subscribers().find(client_text->client)) {
+      const std::shared_ptr<WebClient> client = subscriber->client;
+      instructor_service.receive(*client, client_text->text, now);
     }
-  } else if (auto* closed = std::get_if<PageClosed>(&letter)) {
+  } else if (auto* closed = std::get_if<ClientDisconnected>(&event)) {
     feed.close(closed->client);
-  } else if (auto* failed = std::get_if<BusFailed>(&letter)) {
+  } else if (auto* failed = std::get_if<BusFailed>(&event)) {
     feed.bus_failed(failed->why);
   }
 }
 
 std::string Station::Running::hello(const Identity& who) {
-  HelloWords words = feed.words();
-  words.now = runtime::wall_now();
+  HelloFields hello_fields = feed.hello_fields();
+  hello_fields.now = runtime::wall_now();
   {
     const std::lock_guard lock(published.mutex);
-    words.start = published.start;
+    hello_fields.start = published.start;
   }
-  return hello_json(*options.configuration, who, words);
+  return hello_json(*options.configuration, who, hello_fields);
 }
 
 HttpResponse Station::Running::map() const {
@@ -222,12 +222,14 @@ void Station::Running::add_report_routes(HttpServer& server) {
 
 void Station::Running::add_socket(HttpServer& server) {
   SocketHandler handler;
-  handler.opened = [this](std::shared_ptr<WebClient> client) { mailbox.put(PageOpened{std::move(client)}); };
+  handler.opened = [this](std::shared_ptr<WebClient> client) {
+    mailbox.put(ClientConnected{std::move(client)});
+  };
   handler.received = [this](WebClient& client, std::string_view bytes, bool binary) {
     if (binary) return client.close(1003, "expected text");
-    if (!mailbox.put(PageSaid{client.id(), std::string(bytes)})) client.close(1013, "too many messages");
+    if (!mailbox.put(ClientText{client.id(), std::string(bytes)})) client.close(1013, "too many messages");
   };
-  handler.closed = [this](WebClient& client) { mailbox.put(PageClosed{client.id()}); };
+  handler.closed = [this](WebClient& client) { mailbox.put(ClientDisconnected{client.id()}); };
   server.on_socket("/ws/state", Access::logged_in(), std::move(handler));
 }
 
@@ -260,8 +262,8 @@ void Station::set_report(std::string json_text, std::string page) {
 
 void Station::add_metrics(MetricsText& text) {
   const std::lock_guard lock(running_->published.mutex);
-  text.gauge("parhelion_pages", "Pages that show the session",
-             static_cast<double>(running_->published.pages));
+  text.gauge("parhelion_clients", "Pages that show the session",
+             static_cast<double>(running_->published.subscribers));
   for (const auto& [name, value] : running_->published.status)
     text.gauge("parhelion_status", "Figures of MR_STATUS, by their names", value, {{"name", name}});
 }

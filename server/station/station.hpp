@@ -9,7 +9,7 @@
 #include "protocols/bus/bus.hpp"
 #include "server/station/http/http_server.hpp"
 #include "server/station/http/metrics_text.hpp"
-#include "server/station/instructor_desk.hpp"
+#include "server/station/instructor_service.hpp"
 #include "server/tick/configuration.hpp"
 
 namespace parhelion::station {
@@ -32,7 +32,7 @@ struct StationOptions {
   std::string scenarios;               ///< folder for saved scenarios; empty: saving is disabled
   std::optional<StationMap> map;
   std::string cloud;  ///< binary message 3: points of the site, map frame; empty: none
-  DeskAudit audit;    ///< called on the station's thread
+  AuditHook audit;    ///< called on the station's thread
 };
 
 class Station {

@@ -18,11 +18,11 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration look_period = milliseconds(5);
-constexpr int least_waiting = 64;                // messages of a subscription, whichever side subscribed
-                                                 // first
-constexpr std::size_t most_remembered = 10'000;  // channels; agents come and go, so the number of names is
-                                                 // unbounded
+constexpr Duration kLookPeriod = milliseconds(5);
+constexpr int kMinCapacity = 64;              // messages of a subscription, whichever side subscribed
+                                              // first
+constexpr std::size_t kMaxChannels = 10'000;  // channels; agents come and go, so the number of names is
+                                              // unbounded
 
 /// Index of the first match; patterns.size(): none.
 std::size_t match(const std::vector<ChannelPattern>& patterns, std::string_view channel) {
@@ -37,8 +37,8 @@ std::size_t match(const std::vector<ChannelPattern>& patterns, std::string_view 
 struct TappedBus::Shared {
   enum Side : std::uint8_t { owner_side, tap_side };
 
-  Shared(std::unique_ptr<Bus> heard, std::unique_ptr<Bus> spoken)
-      : network(std::move(heard)), speaker(std::move(spoken)) {}
+  Shared(std::unique_ptr<Bus> receiver, std::unique_ptr<Bus> spoken)
+      : network(std::move(receiver)), speaker(std::move(spoken)) {}
 
   /// Subscribes to each pattern once on the network, for both sides.
   Status subscribe(Side side, ChannelPattern pattern, int capacity) {
@@ -78,7 +78,7 @@ class TappedBus::Tap : public Bus {
       }
       const Duration left = deadline - runtime::steady_now();
       if (left.ns <= 0) return false;
-      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, look_period).ns));
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, kLookPeriod).ns));
     }
   }
 
@@ -91,7 +91,7 @@ class TappedBus::Tap : public Bus {
       patterns_.push_back(*made);
       queues_.add(capacity);
     }
-    return shared_->subscribe(Shared::tap_side, std::move(*made), std::max(capacity, least_waiting));
+    return shared_->subscribe(Shared::tap_side, std::move(*made), std::max(capacity, kMinCapacity));
   }
 
   std::uint64_t dropped() const override {
@@ -134,7 +134,7 @@ Result<bool> TappedBus::receive(Message& message, Duration timeout) {
 
 /// Patterns are matched once for each channel.
 TappedBus::Wanted TappedBus::wanted(const std::string& channel) {
-  if (const std::uint64_t now = shared_->version; now != version_ || wanted_.size() > most_remembered) {
+  if (const std::uint64_t now = shared_->version; now != version_ || wanted_.size() > kMaxChannels) {
     version_ = now;
     wanted_.clear();
   }

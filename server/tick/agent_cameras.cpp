@@ -10,8 +10,8 @@ namespace {
 
 /// Frame numbers of agents' cameras are separate from the robot camera's: a LOOP record names either kind,
 /// and the noise depends on them.
-constexpr std::uint64_t first_sequence = std::uint64_t{1} << 32;
-constexpr double usual_rate = 15;  // Hz, if the description gives none
+constexpr std::uint64_t kFirstSequence = std::uint64_t{1} << 32;
+constexpr double kUsualRate = 15;  // Hz, if the description gives none
 
 std::string hertz(double rate) { return yaml::format_quantity(rate, yaml::Quantity::rate); }
 
@@ -27,9 +27,9 @@ Result<const CameraDescription*> camera_of(const Configuration& configuration, c
   if (!camera)
     return Error{"robot model '" + agent.model + "' of '" + agent.name +
                  "' has no camera; add a 'camera' to its 'robot' section"};
-  const double most = camera->rate > 0 ? camera->rate : usual_rate;
-  if (agent.camera_rate > most)
-    return Error{"the camera of robot model '" + agent.model + "' takes " + hertz(most) + ", and '" +
+  const double rate_limit = camera->rate > 0 ? camera->rate : kUsualRate;
+  if (agent.camera_rate > rate_limit)
+    return Error{"the camera of robot model '" + agent.model + "' takes " + hertz(rate_limit) + ", and '" +
                  agent.name + "' asks for " + hertz(agent.camera_rate)};
   return &*camera;
 }
@@ -45,11 +45,11 @@ Status check_agent_camera(const Configuration& configuration, const AgentDefinit
   if (const auto camera = camera_of(configuration, agent); !camera) return camera.error();
   double others = 0;
   for (const AgentCamera& each : cameras.cameras) others += each.agent == agent.name ? 0 : each.rate;
-  const double most = configuration.scenario.most_agent_pictures;
-  if (others + agent.camera_rate <= most) return {};
+  const double rate_limit = configuration.scenario.max_agent_image_rate;
+  if (others + agent.camera_rate <= rate_limit) return {};
   return Error{"the cameras of agents take " + hertz(others) + ", and '" + agent.name + "' asks for " +
-               hertz(agent.camera_rate) + " more; together at most " + hertz(most) +
-               " (the scenario's most_agent_pictures)"};
+               hertz(agent.camera_rate) + " more; together at most " + hertz(rate_limit) +
+               " (the scenario's max_agent_image_rate)"};
 }
 
 Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, SimulationTime now,
@@ -87,7 +87,7 @@ void capture_agent_images(const TickContext& context, const simulation::Simulati
   if (!simulation.at(now, job.world)) return;
   job.image.stamp = {now.ns};
   frame.agent = camera.agent;
-  frame.sequence = first_sequence + ++taken;
+  frame.sequence = kFirstSequence + ++taken;
   frame.model = site.model;
   frame.exposure = {true, job.camera.noise, context.configuration.scenario.seed, frame.sequence};
   ++context.tally.agent_frames_in;

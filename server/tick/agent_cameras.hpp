@@ -28,7 +28,7 @@ struct AgentCameras {
 };
 
 /// Checks that an agent's camera can run beside the existing ones. Error: the agent's robot model is unknown,
-/// has no camera or a slower one, or all cameras together would exceed the scenario's most_agent_pictures.
+/// has no camera or a slower one, or all cameras together would exceed the scenario's max_agent_image_rate.
 Status check_agent_camera(const Configuration& configuration, const AgentDefinition& agent,
                           const AgentCameras& cameras);
 /// Sets the rate of an existing agent's camera to agent.camera_rate images a second; 0 switches it off.

@@ -8,9 +8,9 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration depth_partner = milliseconds(50);  // a depth image further off in time is not used
-constexpr Duration same_moment = milliseconds(5);     // shorter than the interval of any camera
-constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
+constexpr Duration kDepthPartner = milliseconds(50);  // a depth image further off in time is not used
+constexpr Duration kSameMoment = milliseconds(5);     // shorter than the interval of any camera
+constexpr Duration kLongestWait = milliseconds(50);   // for the depth image of the same moment
 
 /// Passed through the render thread like all images, so that no original overtakes an earlier image in
 /// rendering.
@@ -29,7 +29,7 @@ void add_occluders(const RobotDescription& robot, const CameraPath& path, render
     const Duration apart = job.image.stamp - depth->stamp;
     const auto pose = robot_pose(path.pose, depth->stamp);
     const auto turn = pose::head_turn(robot.depth->head, path.pose.joints, depth->stamp);
-    if (pose && turn.ok() && std::abs(apart.ns) <= depth_partner.ns) {
+    if (pose && turn.ok() && std::abs(apart.ns) <= kDepthPartner.ns) {
       job.depth = depth;
       job.depth_camera = *robot.depth;
       job.T_map_depth = pose->T_map_base * *turn * robot.depth->T_base_optical;
@@ -130,7 +130,7 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
 
 /// The depth image of the image's own instant, or a later one, has arrived.
 bool depth_is_there(const CameraState& camera) {
-  return camera.depth && camera.depth->stamp - camera.waiting->image.stamp >= -same_moment;
+  return camera.depth && camera.depth->stamp - camera.waiting->image.stamp >= -kSameMoment;
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ void answer_waiting_image(const TickContext& context, const CameraPath& path) {
 
 void answer_overdue_image(const TickContext& context, const CameraPath& path) {
   const std::optional<WaitingImage>& waiting = path.camera.waiting;
-  if (waiting && context.now - waiting->arrival >= longest_wait) answer_waiting_image(context, path);
+  if (waiting && context.now - waiting->arrival >= kLongestWait) answer_waiting_image(context, path);
 }
 
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path) {

@@ -12,11 +12,11 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double kHeight = 0.5;                // m over the floor: range of obstacles for any robot
-constexpr double kSameFloor = 0.3;             // m
-constexpr double kBeyond = 2.0;                // m around the building that routes may use
-constexpr double kMostSide = 60.0;             // m of a zone: only this much is searched
-constexpr std::size_t kMostCells = 2'000'000;  // 2 hectares: a search that gets this far counts as success
+constexpr double kHeight = 0.5;               // m over the floor: range of obstacles for any robot
+constexpr double kSameFloor = 0.3;            // m
+constexpr double kBeyond = 2.0;               // m around the building that routes may use
+constexpr double kMaxSide = 60.0;             // m of a zone: only this much is searched
+constexpr std::size_t kMaxCells = 2'000'000;  // 2 hectares: a search that gets this far counts as success
 
 void collect(const Condition& condition, std::set<std::string>& zones) {
   if (condition.kind == Condition::Kind::reach) zones.insert(condition.target);
@@ -46,8 +46,8 @@ class Floor {
   std::vector<simulation::RouteCell> room_in(const Zone& zone) {
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector2d& corner : zone.outline) box.extend(corner);
-    box = box.intersection(Eigen::AlignedBox2d(box.center() - Eigen::Vector2d::Constant(kMostSide / 2),
-                                               box.center() + Eigen::Vector2d::Constant(kMostSide / 2)));
+    box = box.intersection(Eigen::AlignedBox2d(box.center() - Eigen::Vector2d::Constant(kMaxSide / 2),
+                                               box.center() + Eigen::Vector2d::Constant(kMaxSide / 2)));
     const simulation::RouteCell low = simulation::RouteGrid::cell_of(box.min()),
                                 high = simulation::RouteGrid::cell_of(box.max());
     const double z = std::clamp(height_, zone.bottom, zone.top);
@@ -78,7 +78,7 @@ class Floor {
     seen.insert(open.front());
     for (; !open.empty(); open.pop_front()) {
       const simulation::RouteCell at = open.front();
-      if (wanted.contains(at) || seen.size() > kMostCells) return true;
+      if (wanted.contains(at) || seen.size() > kMaxCells) return true;
       for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
         const simulation::RouteCell next{at.x + dx, at.y + dy};
         const Eigen::Vector2d p = simulation::RouteGrid::center(next);

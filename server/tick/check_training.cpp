@@ -22,12 +22,12 @@ std::vector<std::string> agent_names(const Scenario& scenario) {
 /// Whether the event's object is a name of the site or of an agent, not a joint, channel or task.
 bool is_about_things(EventKind kind) {
   switch (kind) {
-    case EventKind::collision_started:
-    case EventKind::collision_continued:
-    case EventKind::collision_stopped:
+    case EventKind::contact_started:
+    case EventKind::contact_continues:
+    case EventKind::contact_ended:
     case EventKind::collision_predicted:
     case EventKind::near_miss:
-    case EventKind::agent_withheld:
+    case EventKind::agent_hidden:
     case EventKind::agent_shown:
     case EventKind::door_opened:
     case EventKind::door_closed:
@@ -49,7 +49,7 @@ bool is_about_things(EventKind kind) {
 /// near_miss has two kinds of values, distinguished by its text.
 Status check_near_miss(const Condition& condition, const std::string& where) {
   if (condition.event != EventKind::near_miss) return {};
-  const bool limits = condition.least || condition.most;
+  const bool limits = condition.min || condition.max;
   if (condition.text == "gap" || condition.text == "time" || (condition.text.empty() && !limits)) return {};
   if (condition.text.empty())
     return Error{where +
@@ -59,7 +59,7 @@ Status check_near_miss(const Condition& condition, const std::string& where) {
 
 Status check_event(const Configuration& configuration, const Condition& condition, const std::string& where) {
   if (condition.kind != Condition::Kind::event) return {};
-  if (Status said = check_near_miss(condition, where); !said) return said;
+  if (Status checked = check_near_miss(condition, where); !checked) return checked;
   if (condition.object.empty() || !is_about_things(condition.event)) return {};
   const std::vector<std::string> names = known_names(configuration);
   if (std::find(names.begin(), names.end(), condition.object) != names.end()) return {};

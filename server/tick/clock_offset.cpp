@@ -17,17 +17,17 @@ bool ClockOffset::add(ArrivalTime arrival, SensorTime measured) {
     last_arrival_ = arrival;
     return true;
   }
-  if (!near(sample, *offset_, step)) {
-    outliers_ = outliers_ > 0 && near(sample, candidate_, step) ? outliers_ + 1 : 1;
+  if (!near(sample, *offset_, kStep)) {
+    outliers_ = outliers_ > 0 && near(sample, candidate_, kStep) ? outliers_ + 1 : 1;
     candidate_ = sample;
-    if (outliers_ < confirm) return false;
+    if (outliers_ < kConfirm) return false;
     offset_ = sample;
     outliers_ = 0;
     last_arrival_ = arrival;
     return true;
   }
   outliers_ = 0;
-  const Duration risen = *offset_ + seconds((arrival - last_arrival_).seconds() * slew);
+  const Duration risen = *offset_ + seconds((arrival - last_arrival_).seconds() * kSlew);
   offset_ = std::min(sample, risen);
   last_arrival_ = arrival;
   return true;

@@ -25,9 +25,9 @@ class ClockOffset {
   Duration offset() const { return *offset_; }
 
  private:
-  static constexpr double slew = 1e-4;            // s/s: an uncompensated quartz drifts by less
-  static constexpr Duration step = seconds(1.0);  // beyond any plausible latency of a local network
-  static constexpr int confirm = 5;
+  static constexpr double kSlew = 1e-4;            // s/s: an uncompensated quartz drifts by less
+  static constexpr Duration kStep = seconds(1.0);  // beyond any plausible latency of a local network
+  static constexpr int kConfirm = 5;
 
   std::optional<Duration> offset_;
   ArrivalTime last_arrival_;

@@ -32,13 +32,14 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
   return simulation::limit(configuration.scenario.contact, configuration.robot, input, path.command.contact);
 }
 
-void report_speed_limit(const TickContext& context, simulation::HoldReason reason, CommandState& command) {
+void report_speed_limit(const TickContext& context, simulation::SpeedLimitReason reason,
+                        CommandState& command) {
   if (reason == command.speed_limit_reason) return;
   command.speed_limit_reason = reason;
   Event event;
   event.stamp = context.now;
   event.kind =
-      reason == simulation::HoldReason::none ? EventKind::command_restored : EventKind::command_reduced;
+      reason == simulation::SpeedLimitReason::none ? EventKind::speed_limit_lifted : EventKind::speed_limited;
   event.subject = context.configuration.robot.name;
   event.pair = PairKind::real_virtual;
   event.text = to_string(reason);
@@ -50,13 +51,13 @@ void send_command(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   const simulation::VirtualContactResult result = limit_now(context, path);
   path.command.last_command = context.now;
-  encode(result.command, context.outputs.add(configuration.channels.bus(channel::mr_cmd)));
+  encode(result.command, context.outputs.add(configuration.channels.bus(channel::kMrCmd)));
   if (simulates_trainee(configuration.scenario))
     path.simulation.teleop(configuration.robot.name, result.command.twist);
   // Consoles are silent after a stop: not an event.
-  const bool stopped = result.reason == simulation::HoldReason::silence &&
+  const bool stopped = result.reason == simulation::SpeedLimitReason::silence &&
                        simulation::footprint_speed(configuration.robot, path.command.teleop->twist) == 0;
-  report_speed_limit(context, stopped ? simulation::HoldReason::none : result.reason, path.command);
+  report_speed_limit(context, stopped ? simulation::SpeedLimitReason::none : result.reason, path.command);
 }
 
 /// A stop of the last commanded joints: no velocity, no effort, and the position from the encoders. Without
@@ -81,7 +82,7 @@ Joints joint_stop(const TickContext& context, const CommandPath& path) {
 }
 
 void publish_dead_man(const TickContext& context, EventKind kind, double value, DeadMan& dead_man) {
-  dead_man.pressed = kind == EventKind::deadman_pressed;
+  dead_man.pressed = kind == EventKind::dead_man_pressed;
   Event event;
   event.stamp = context.now;
   event.kind = kind;
@@ -100,7 +101,7 @@ void update_dead_man(const TickContext& context, ArrivalTime arrival, const Twis
     dead_man.speed = speed;
   }
   // A stop command without an earlier motion does not count as pressing.
-  if (!dead_man.pressed && speed > 0) publish_dead_man(context, EventKind::deadman_pressed, 0, dead_man);
+  if (!dead_man.pressed && speed > 0) publish_dead_man(context, EventKind::dead_man_pressed, 0, dead_man);
 }
 
 void watch_dead_man(const TickContext& context, DeadMan& dead_man) {
@@ -108,8 +109,8 @@ void watch_dead_man(const TickContext& context, DeadMan& dead_man) {
   const double silent = (context.now - simulation_time(dead_man.received)).seconds();
   if (silent < context.configuration.scenario.contact.silence) return;
   const bool moving =
-      dead_man.moved && dead_man.received - *dead_man.moved <= driving_timing::release_while_driving;
-  publish_dead_man(context, EventKind::deadman_released, moving ? dead_man.speed : 0, dead_man);
+      dead_man.moved && dead_man.received - *dead_man.moved <= driving_timing::kReleaseWhileDriving;
+  publish_dead_man(context, EventKind::dead_man_released, moving ? dead_man.speed : 0, dead_man);
 }
 
 /// Commands do not reach a simulated robot out of radio range: the missing TELEOP stops it.
@@ -122,11 +123,11 @@ bool radio_reaches_robot(const Configuration& configuration, const simulation::S
 void send_joint_command(const TickContext& context, const Joints& command, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   path.command.last_joint_command = context.now;
-  encode(command, context.outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+  encode(command, context.outputs.add(configuration.channels.bus(channel::kMrJointCmd)));
   const std::string& robot = configuration.robot.name;
   if (!simulates_trainee(configuration.scenario) || path.simulation.supply_of(robot).battery_empty) return;
   const Status done = path.simulation.joint_command(robot, command);
-  if (!done) refuse(context, {configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message});
+  if (!done) refuse(context, {configuration.channels.bus(channel::kJointCmd) + ": " + done.error().message});
 }
 
 bool moves_nothing(const Joints& command) {
@@ -178,7 +179,7 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
   const CommandState& command = path.command;
   watch_dead_man(context, path.command.dead_man);
   const auto silent = [&](ArrivalTime last, SimulationTime sent) {
-    return context.now - sent >= driving_timing::stop_period &&
+    return context.now - sent >= driving_timing::kStopPeriod &&
            (context.now - simulation_time(last)).seconds() >= context.configuration.scenario.contact.silence;
   };
   if (command.teleop && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
@@ -209,7 +210,7 @@ void handle_agent_teleop(const TickContext& context, const Message& input, std::
   const Configuration& configuration = context.configuration;
   if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
     return refuse(context, {input.channel + ": this is the trainee's robot; send " +
-                            configuration.channels.bus(channel::teleop)});
+                            configuration.channels.bus(channel::kTeleop)});
   TwistCommand command;
   if (const Status read = decode(input.channel, input.payload, command); !read)
     return refuse(context, read.error());

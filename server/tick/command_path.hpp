@@ -28,7 +28,7 @@ struct CommandState {
   ArrivalTime teleop_arrival;
   SimulationTime last_command;  ///< when MR_CMD was last sent
   simulation::VirtualContactState contact;
-  simulation::HoldReason speed_limit_reason = simulation::HoldReason::none;
+  simulation::SpeedLimitReason speed_limit_reason = simulation::SpeedLimitReason::none;
   DeadMan dead_man;
   bool emergency_stop = false;
 

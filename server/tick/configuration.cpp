@@ -5,8 +5,8 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::string_view teleop_prefix = "MR_AGENT_";
-constexpr std::string_view teleop_suffix = "_TELEOP";
+constexpr std::string_view kTeleopPrefix = "MR_AGENT_";
+constexpr std::string_view kTeleopSuffix = "_TELEOP";
 
 /// The last part of a path.
 std::string file_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
@@ -16,31 +16,31 @@ std::string file_name(const std::string& path) { return path.substr(path.rfind('
 ChannelMap::ChannelMap(const Scenario& scenario)
     : renamed_(scenario.channels.begin(), scenario.channels.end()) {
   std::vector<std::pair<const char*, InputKind>> known = {
-      {channel::teleop, InputKind::teleop},       {channel::joint_cmd, InputKind::joint_command},
-      {channel::operators, InputKind::operators}, {channel::loop, InputKind::loop},
-      {channel::mr_model, InputKind::model},
+      {channel::kTeleop, InputKind::teleop},       {channel::kJointCmd, InputKind::joint_command},
+      {channel::kOperators, InputKind::operators}, {channel::kLoop, InputKind::loop},
+      {channel::kMrModel, InputKind::model},
   };
   for (const char* canonical : kInstructorChannels) {
-    const bool stop = std::string_view(canonical) == channel::mr_emergency_stop;
+    const bool stop = std::string_view(canonical) == channel::kMrEmergencyStop;
     known.emplace_back(canonical, stop ? InputKind::emergency_stop : InputKind::command);
   }
   const bool simulated = simulates_trainee(scenario);
   if (!simulated) {
-    known.insert(known.end(), {{channel::robot, InputKind::robot},
-                               {channel::scan, InputKind::scan},
-                               {channel::odometry, InputKind::odometry},
-                               {channel::camera, InputKind::camera},
-                               {channel::depth, InputKind::depth},
-                               {channel::lines, InputKind::lines},
-                               {channel::imu, InputKind::imu},
-                               {channel::joint_state, InputKind::joint_state}});
+    known.insert(known.end(), {{channel::kRobot, InputKind::robot},
+                               {channel::kScan, InputKind::scan},
+                               {channel::kOdometry, InputKind::odometry},
+                               {channel::kCamera, InputKind::camera},
+                               {channel::kDepth, InputKind::depth},
+                               {channel::kLines, InputKind::lines},
+                               {channel::kImu, InputKind::imu},
+                               {channel::kJointState, InputKind::joint_state}});
   }
   // Exactly one source of the robot's pose: POSE, where its covariance is configured, or POSE_COV; for a
   // simulated robot only if SLAM provides it.
   if (!simulated && scenario.pose) {
-    known.push_back({channel::pose, InputKind::pose});
+    known.push_back({channel::kPose, InputKind::pose});
   } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
-    known.push_back({channel::pose_cov, InputKind::pose_cov});
+    known.push_back({channel::kPoseCov, InputKind::pose_cov});
   }
   for (const auto& [canonical, kind] : known) inputs_.push_back({canonical, kind, bus(canonical)});
 }
@@ -56,11 +56,11 @@ InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent) c
   for (const Entry& entry : inputs_) {
     if (entry.bus == bus_name) return entry.kind;
   }
-  if (bus_name.starts_with(teleop_prefix) && bus_name.ends_with(teleop_suffix) &&
-      bus_name.size() > teleop_prefix.size() + teleop_suffix.size()) {
+  if (bus_name.starts_with(kTeleopPrefix) && bus_name.ends_with(kTeleopSuffix) &&
+      bus_name.size() > kTeleopPrefix.size() + kTeleopSuffix.size()) {
     if (agent != nullptr) {
-      *agent = bus_name.substr(teleop_prefix.size(),
-                               bus_name.size() - teleop_prefix.size() - teleop_suffix.size());
+      *agent = bus_name.substr(kTeleopPrefix.size(),
+                               bus_name.size() - kTeleopPrefix.size() - kTeleopSuffix.size());
     }
     return InputKind::agent_teleop;
   }

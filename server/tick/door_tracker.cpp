@@ -9,26 +9,26 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration door_life = seconds(1.0);  // older measurements expire: the door may have moved
-constexpr double still = 0.01;                // rad: smaller changes are noise of the fit
-constexpr double leap = 0.35;      // rad: a larger jump must appear in two scans, as people walk past
-constexpr double max_error = 0.1;  // m: with a worse pose, doors are not measured
+constexpr Duration kDoorLife = seconds(1.0);  // older measurements expire: the door may have moved
+constexpr double kStill = 0.01;               // rad: smaller changes are noise of the fit
+constexpr double kLeap = 0.35;     // rad: a larger jump must appear in two scans, as people walk past
+constexpr double kMaxError = 0.1;  // m: with a worse pose, doors are not measured
 
-void observe(TrackedDoor& tracked, const scan::LeafSight& fit, SimulationTime now,
+void observe(TrackedDoor& tracked, const scan::LeafFitResult& fit, SimulationTime now,
              simulation::Simulation& simulation) {
   const std::optional<double> before = std::exchange(tracked.newest, fit.angle);
   const auto is_near = [&](const std::optional<double>& angle) {
-    return angle && std::abs(*angle - *fit.angle) < leap;
+    return angle && std::abs(*angle - *fit.angle) < kLeap;
   };
   if (fit.angle && (is_near(tracked.angle) || is_near(before))) {
     tracked.seen = now;
-    if (tracked.angle && std::abs(*tracked.angle - *fit.angle) < still) return;
+    if (tracked.angle && std::abs(*tracked.angle - *fit.angle) < kStill) return;
     tracked.angle = fit.angle;
     simulation.observe_door(tracked.door.name, opening_of(tracked.hinge, *fit.angle));
     return;
   }
   const bool gone = fit.gone && !fit.angle;
-  if (!tracked.angle || (!gone && now - tracked.seen < door_life)) return;
+  if (!tracked.angle || (!gone && now - tracked.seen < kDoorLife)) return;
   tracked.angle.reset();
   simulation.observe_door(tracked.door.name, std::nullopt);
 }
@@ -58,14 +58,14 @@ void find_real_doors(const Configuration& configuration, const SemanticModel& mo
 void update_door_angles(const TickContext& context, const PlacedScan& placed, DoorTracker& tracker,
                         simulation::Simulation& simulation) {
   if (tracker.doors.empty()) return;
-  const bool usable = placed.sigma <= max_error;
+  const bool usable = placed.sigma <= kMaxError;
   if (usable) {
     const LaserDescription& laser = *context.configuration.robot.laser;
     tracker.fit.set_scan(placed.real, laser, placed.laser, placed.beam_time, placed.sigma);
   }
   for (TrackedDoor& door : tracker.doors)
     observe(door,
-            usable ? tracker.fit.find(door.door, door.hinge, door.angle, door.walls) : scan::LeafSight{},
+            usable ? tracker.fit.find(door.door, door.hinge, door.angle, door.walls) : scan::LeafFitResult{},
             context.now, simulation);
 }
 

@@ -16,7 +16,7 @@ Message stop_of_robot(const Configuration& configuration, ArrivalTime now) {
   EmergencyStopCommand command;
   command.stamp = {now.ns};
   command.robot = configuration.robot.name;
-  Message message{configuration.channels.bus(channel::mr_emergency_stop), now, {}};
+  Message message{configuration.channels.bus(channel::kMrEmergencyStop), now, {}};
   encode(command, message.payload);
   return message;
 }

@@ -9,42 +9,42 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // independent of the range noise
+constexpr std::uint64_t kDropoutsSeed = 0x9d5c0fb26c6e3a11U;  // independent of the range noise
 
-std::vector<const Lesson*> active_faults(const FaultState& faults, Lesson::Kind kind) {
-  std::vector<const Lesson*> active;
+std::vector<const Fault*> active_faults(const FaultState& faults, Fault::Kind kind) {
+  std::vector<const Fault*> active;
   for (const TimedFault& each : faults.faults) {
     if (each.active && each.fault.kind == kind) active.push_back(&each.fault);
   }
   return active;
 }
 
-Status check_fault(const Configuration& configuration, const Lesson& fault) {
+Status check_fault(const Configuration& configuration, const Fault& fault) {
   const std::string name = to_string(fault.kind);
-  if (fault.kind == Lesson::Kind::low_battery)
-    return Error{"'low_battery' is how a session starts: put it into the scenario's 'lessons'"};
+  if (fault.kind == Fault::Kind::low_battery)
+    return Error{"'low_battery' is how a session starts: put it into the scenario's 'faults'"};
   if (needs_simulated_robot(fault.kind) && !simulates_trainee(configuration.scenario))
     return Error{"'" + name +
-                 "' is a lesson for simulated robots: a real robot's sensors and drive are not changed"};
-  const double most = fault.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
-  if (fault.kind != Lesson::Kind::dead_wheel && !(fault.amount >= 0 && fault.amount <= most))
-    return Error{"lesson '" + name + "': its amount is " + std::to_string(fault.amount) + ", expected 0 to " +
-                 (most < 1 ? "0.5 s" : "1")};
+                 "' is a fault for simulated robots: a real robot's sensors and drive are not changed"};
+  const double max_amount = fault.kind == Fault::Kind::camera_delay ? 0.5 : 1;
+  if (fault.kind != Fault::Kind::dead_wheel && !(fault.amount >= 0 && fault.amount <= max_amount))
+    return Error{"fault '" + name + "': its amount is " + std::to_string(fault.amount) + ", expected 0 to " +
+                 (max_amount < 1 ? "0.5 s" : "1")};
   return {};
 }
 
 /// First fault started by command; the scenario's faults come before it.
 std::vector<TimedFault>::iterator first_instructor_fault(const Configuration& configuration,
                                                          FaultState& faults) {
-  return faults.faults.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
+  return faults.faults.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.faults.size());
 }
 
 /// Ends the faults of a kind, and of one side if given. False: there are none.
-bool end_instructor_faults(const Configuration& configuration, Lesson::Kind kind, std::optional<bool> right,
+bool end_instructor_faults(const Configuration& configuration, Fault::Kind kind, std::optional<bool> right,
                            double age, FaultState& faults) {
   bool any = false;
   for (auto each = first_instructor_fault(configuration, faults); each != faults.faults.end(); ++each) {
-    Lesson& fault = each->fault;
+    Fault& fault = each->fault;
     if (fault.kind != kind || (right && fault.right != *right) || !fault.holds(age)) continue;
     fault.lasting = age - fault.after;
     any = true;
@@ -55,7 +55,7 @@ bool end_instructor_faults(const Configuration& configuration, Lesson::Kind kind
 void block_dead_sides(const Configuration& configuration, const FaultState& faults,
                       simulation::Simulation& simulation) {
   bool left = false, right = false;
-  for (const Lesson* fault : active_faults(faults, Lesson::Kind::dead_wheel))
+  for (const Fault* fault : active_faults(faults, Fault::Kind::dead_wheel))
     (fault->right ? right : left) = true;
   simulation.block_sides(configuration.robot.name, left, right);
 }
@@ -69,11 +69,11 @@ void update_faults(const TickContext& context, FaultState& faults, simulation::S
     was_active = active;
     Event event;
     event.stamp = context.now;
-    event.kind = active ? EventKind::lesson_started : EventKind::lesson_ended;
+    event.kind = active ? EventKind::fault_started : EventKind::fault_ended;
     event.subject = context.configuration.robot.name;
     event.object = to_string(fault.kind);
     event.value = fault.amount;
-    if (fault.kind == Lesson::Kind::dead_wheel) {
+    if (fault.kind == Fault::Kind::dead_wheel) {
       event.text = fault.right ? "right" : "left";
       block_dead_sides(context.configuration, faults, simulation);
     }
@@ -86,11 +86,10 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
   const double age = (context.now - faults.started).seconds();
   if (!command.begins) {
     if (end_instructor_faults(configuration, command.kind, std::nullopt, age, faults)) return {};
-    return Error{"lesson '" + std::string(to_string(command.kind)) +
-                 "' is not active, so it cannot be ended"};
+    return Error{"fault '" + std::string(to_string(command.kind)) + "' is not active, so it cannot be ended"};
   }
-  const bool wheel = command.kind == Lesson::Kind::dead_wheel;
-  Lesson fault;
+  const bool wheel = command.kind == Fault::Kind::dead_wheel;
+  Fault fault;
   fault.kind = command.kind;
   fault.amount = wheel ? 0 : command.amount;
   fault.right = wheel && command.right;
@@ -111,9 +110,9 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
 void drop_beams(const Configuration& configuration, const FaultState& faults, std::uint64_t sequence,
                 Scan& scan, std::span<scan::RangeHit> body_hits) {
   double kept = 1;
-  for (const Lesson* fault : active_faults(faults, Lesson::Kind::laser_dropouts)) kept *= 1 - fault->amount;
+  for (const Fault* fault : active_faults(faults, Fault::Kind::laser_dropouts)) kept *= 1 - fault->amount;
   if (kept == 1) return;
-  const scan::NoiseKey key{configuration.scenario.seed ^ dropouts_seed, sequence};
+  const scan::NoiseKey key{configuration.scenario.seed ^ kDropoutsSeed, sequence};
   const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double drawn = 0.5 * std::erfc(-scan::standard_normal(key, i) / std::sqrt(2.0));  // uniform, 0 to 1

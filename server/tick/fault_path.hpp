@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fusion/scan/ray_caster.hpp"
+#include "protocols/fault.hpp"
 #include "protocols/instructor_command.hpp"
-#include "protocols/lesson.hpp"
 #include "protocols/scan.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/tick/tick_context.hpp"
@@ -15,7 +15,7 @@
 namespace parhelion::tick {
 
 struct TimedFault {
-  Lesson fault;
+  Fault fault;
   bool active = false;  ///< as in the newest event
 };
 

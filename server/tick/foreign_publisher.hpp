@@ -9,8 +9,8 @@ namespace parhelion::tick {
 
 /// Represents the channel on which servers publish their status, beside the indices in sensor_channels().
 inline std::int64_t another_server() { return static_cast<std::int64_t>(sensor_channels().size()); }
-inline constexpr const char* another_server_text =
+inline constexpr const char* kAnotherServerText =
     "another server (serve, demo or play --publish) is on this bus: both process the same scans and "
-    "commands, and their events are mixed; stop one of them, or give it its own bus (--url)";
+    "commands, and their events are interleaved; stop one of them, or give it its own bus (--url)";
 
 }  // namespace parhelion::tick

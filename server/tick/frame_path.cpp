@@ -21,9 +21,9 @@ void publish_simulated_frame(const Configuration& configuration, const render::R
                              Outputs& outputs, Tally& tally) {
   const bool seen = !answer.image.bytes.empty();
   // Depth first, so that it is available to receivers when the image arrives.
-  for (const char* name : {channel::depth, channel::mr_depth})
+  for (const char* name : {channel::kDepth, channel::kMrDepth})
     if (answer.depth) encode(*answer.depth, outputs.add(configuration.channels.bus(name)));
-  for (const char* name : {channel::camera, channel::mr_camera})
+  for (const char* name : {channel::kCamera, channel::kMrCamera})
     if (seen) encode(answer.image, outputs.add(configuration.channels.bus(name)));
   if (seen || answer.depth) ++tally.frames_out;
 }
@@ -34,9 +34,9 @@ void publish_frame(const Configuration& configuration, const FrameAnswer& done, 
                    Tally& tally) {
   if (!done.agent.empty()) return publish_agent_frame(configuration, done, outputs, tally);
   if (done.simulated) return publish_simulated_frame(configuration, done.answer, outputs, tally);
-  encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
+  encode(done.answer.image, outputs.add(configuration.channels.bus(channel::kMrCamera)));
   if (done.answer.depth)
-    encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));
+    encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::kMrDepth)));
   ++tally.frames_out;
   if (done.answer.drawn) ++tally.frames_composited;
 }

@@ -26,7 +26,7 @@ std::unique_ptr<LiveGrading> make_grading(const Configuration& configuration, Ar
 }
 
 void grade_event(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading) {
-  const Status read = decode(channel::mr_events, payload, grading.event);
+  const Status read = decode(channel::kMrEvents, payload, grading.event);
   if (!read) return refuse(context, read.error());
   if (is_grading(grading.event.kind)) return;
   grading.grader.take(grading.event);
@@ -34,7 +34,7 @@ void grade_event(const TickContext& context, const std::vector<std::uint8_t>& pa
 }
 
 void grade_world(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading) {
-  const Status read = decode(channel::mr_world, payload, grading.world);
+  const Status read = decode(channel::kMrWorld, payload, grading.world);
   if (!read) return refuse(context, read.error());
   grading.grader.take(grading.world);
   publish_changes(context, grading);

@@ -9,22 +9,22 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t radiation_stream = 0x68617A72ULL << 32;  // independent of all other draws of a seed
-constexpr std::uint64_t gas_stream = 0x68617A67ULL << 32;
-constexpr double many = 30;  // events: above this the count is nearly normally distributed
+constexpr std::uint64_t kRadiationStream = 0x68617A72ULL << 32;  // independent of all other draws of a seed
+constexpr std::uint64_t kGasStream = 0x68617A67ULL << 32;
+constexpr double kMany = 30;  // events: above this the count is nearly normally distributed
 
 /// Fraction of a step response that a first-order lag reaches in `period`.
-double share(double lag, double period) { return lag > 0 ? -std::expm1(-period / lag) : 1; }
+double fraction(double lag, double period) { return lag > 0 ? -std::expm1(-period / lag) : 1; }
 
 }  // namespace
 
 double poisson_count(double mean, double normal) {
   if (!(mean > 0)) return 0;
-  if (mean >= many) return std::max(0.0, std::floor(mean + std::sqrt(mean) * normal + 0.5));
+  if (mean >= kMany) return std::max(0.0, std::floor(mean + std::sqrt(mean) * normal + 0.5));
   const double quantile = 0.5 * std::erfc(-normal / std::numbers::sqrt2);
   double probability = std::exp(-mean), sum = probability;
   double count = 0;
-  while (sum < quantile && count < 10 * many) {
+  while (sum < quantile && count < 10 * kMany) {
     ++count;
     probability *= mean / count;
     sum += probability;
@@ -40,17 +40,17 @@ double HazardResponse::radiation(const HazardSensor& sensor, std::uint64_t seed,
   if (sensor.radiation_counts > 0) {
     const double each = 1 / (sensor.radiation_counts * period);  // uSv/h of one count
     counted =
-        each * poisson_count(truth / each, scan::standard_normal({seed, radiation_stream | readings_}, 0));
+        each * poisson_count(truth / each, scan::standard_normal({seed, kRadiationStream | readings_}, 0));
   }
   if (!radiation_) radiation_ = truth;
-  *radiation_ += share(sensor.radiation_lag, period) * (counted - *radiation_);
+  *radiation_ += fraction(sensor.radiation_lag, period) * (counted - *radiation_);
   return *radiation_;
 }
 
 double HazardResponse::gas(const HazardSensor& sensor, std::uint64_t seed, double period, double truth) {
   if (!gas_) gas_ = truth;
-  *gas_ += share(sensor.gas_lag, period) * (truth - *gas_);
-  return std::max(0.0, *gas_ + sensor.gas_noise * scan::standard_normal({seed, gas_stream | readings_}, 0));
+  *gas_ += fraction(sensor.gas_lag, period) * (truth - *gas_);
+  return std::max(0.0, *gas_ + sensor.gas_noise * scan::standard_normal({seed, kGasStream | readings_}, 0));
 }
 
 void HazardResponse::measure(const HazardSensor& sensor, std::uint64_t seed, double period,

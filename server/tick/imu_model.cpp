@@ -5,22 +5,22 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t start_stream = 0x696D7530ULL << 32;  // independent of all other draws of a seed
-constexpr std::uint64_t sample_stream = 0x696D7573ULL << 32;
+constexpr std::uint64_t kStartStream = 0x696D7530ULL << 32;  // independent of all other draws of a seed
+constexpr std::uint64_t kSampleStream = 0x696D7573ULL << 32;
 const Eigen::Vector3d up_force(0, 0, 9.81);  // m/s^2, specific force at rest
 
 }  // namespace
 
 ImuModel::ImuModel(const ImuDescription& imu, const ImuErrors& errors, std::uint64_t seed)
     : imu_(imu), errors_(errors), seed_(seed) {
-  const auto start = [&](std::size_t which) { return scan::standard_normal({seed, start_stream}, which); };
+  const auto start = [&](std::size_t which) { return scan::standard_normal({seed, kStartStream}, which); };
   rate_bias_ = errors.rate_bias * Eigen::Vector3d(start(0), start(1), start(2));
   acceleration_bias_ = errors.acceleration_bias * Eigen::Vector3d(start(3), start(4), start(5));
   attitude_bias_ = {errors.attitude_bias * start(6), errors.attitude_bias * start(7), 0};
 }
 
 double ImuModel::draw(std::size_t which) const {
-  return scan::standard_normal({seed_, sample_stream | samples_}, which);
+  return scan::standard_normal({seed_, kSampleStream | samples_}, which);
 }
 
 void ImuModel::wander(double dt) {

@@ -5,7 +5,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::size_t many = 1000;  // more than a session has agents: names of removed ones are dropped
+constexpr std::size_t kMany = 1000;  // more than a session has agents: names of removed ones are dropped
 
 }  // namespace
 
@@ -16,7 +16,7 @@ bool InjectionGate::admit(const std::string& agent, double error, SimulationTime
   const bool good = error <= limits.max_error;  // false for NaN
   if (hidden == hidden_.end()) {
     if (good) return true;
-    if (hidden_.size() >= many) {
+    if (hidden_.size() >= kMany) {
       std::erase_if(hidden_, [&](const Hidden& each) {
         const bool gone = !simulation.find_agent(each.agent);
         if (gone) changes_.push_back({each.agent, true});

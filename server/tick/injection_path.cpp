@@ -3,7 +3,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration scan_silence =
+constexpr Duration kScanSilence =
     milliseconds(500);  // without a scan for longer, injection counts as degraded
 
 void publish_injection_event(const TickContext& context, const std::string& reason,
@@ -13,7 +13,7 @@ void publish_injection_event(const TickContext& context, const std::string& reas
   injection.reported_live = live;
   Event event;
   event.stamp = context.now;
-  event.kind = live ? EventKind::injection_restored : EventKind::injection_degraded;
+  event.kind = live ? EventKind::injection_active : EventKind::injection_suspended;
   event.subject = context.configuration.robot.name;
   event.text = reason;
   publish_event(context, event);
@@ -23,7 +23,7 @@ void report_gate_changes(const TickContext& context, InjectionGate& gate) {
   for (const InjectionGate::Change& change : gate.take_changes()) {
     Event event;
     event.stamp = context.now;
-    event.kind = change.shown ? EventKind::agent_shown : EventKind::agent_withheld;
+    event.kind = change.shown ? EventKind::agent_shown : EventKind::agent_hidden;
     event.subject = context.configuration.robot.name;
     event.object = change.agent;
     publish_event(context, event);
@@ -38,12 +38,12 @@ void report_injection(const TickContext& context, const std::string& reason, Inj
 }
 
 bool injection_is_live(const InjectionState& injection, SimulationTime now) {
-  return injection.live && now - injection.last_scan < scan_silence;
+  return injection.live && now - injection.last_scan < kScanSilence;
 }
 
 void watch_injection(const TickContext& context, InjectionState& injection) {
   report_gate_changes(context, injection.gate);
-  if (simulates_trainee(context.configuration.scenario) || context.now - injection.last_scan < scan_silence)
+  if (simulates_trainee(context.configuration.scenario) || context.now - injection.last_scan < kScanSilence)
     return;
   const bool none_yet = context.tally.scans_in == 0;
   publish_injection_event(context, none_yet ? "no scan yet" : "no scan for 0.5 s", injection);

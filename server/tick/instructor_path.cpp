@@ -43,7 +43,7 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
   const std::string& name = command.agent;
   if (name == configuration.robot.name)
     return Error{"'" + name + "' is the trainee's robot: its camera's pictures are " +
-                 configuration.channels.bus(channel::mr_camera)};
+                 configuration.channels.bus(channel::kMrCamera)};
   const AgentDefinition* known = path.simulation.find_agent(name);
   if (known == nullptr) return Error{"no agent is called '" + name + "'"};
   AgentDefinition agent = *known;
@@ -53,9 +53,8 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
 
 /// The trainee's robot, simulated or real, as an obstacle for placement; none where the command moves this
 /// robot itself.
-std::optional<simulation::RealRobotState> robot_in_the_way(const Configuration& configuration,
-                                                           const AgentCommand& command,
-                                                           const AgentPath& path) {
+std::optional<simulation::RealRobotState> robot_to_avoid(const Configuration& configuration,
+                                                         const AgentCommand& command, const AgentPath& path) {
   if (!simulates_trainee(configuration.scenario)) return path.pose.at_step;
   const auto* move = std::get_if<AgentMove>(&command);
   if (move != nullptr && move->agent == configuration.robot.name) return std::nullopt;
@@ -69,7 +68,7 @@ Status check_freeze(const Configuration& configuration, const AgentCommand& comm
   if (freeze == nullptr || freeze->all || freeze->agent != configuration.robot.name) return {};
   if (!freeze->frozen && simulates_trainee(configuration.scenario)) return {};
   return Error{"'" + freeze->agent + "' is the trainee's robot: it is stopped and released by " +
-               configuration.channels.bus(channel::mr_emergency_stop)};
+               configuration.channels.bus(channel::kMrEmergencyStop)};
 }
 
 /// Applies an instructor's command, one function per type.
@@ -117,7 +116,7 @@ Status apply_agent_command(const TickContext& context, const AgentCommand& comma
     if (!fits) return fits;
   }
   if (const Status allowed = check_freeze(context.configuration, command); !allowed) return allowed;
-  Status done = path.simulation.command(command, robot_in_the_way(context.configuration, command, path));
+  Status done = path.simulation.command(command, robot_to_avoid(context.configuration, command, path));
   if (done.ok() && spawn != nullptr) {
     path.kinds[spawn->agent.name] = spawn->agent.kind;
     if (spawn->agent.camera_rate > 0)

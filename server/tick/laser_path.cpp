@@ -64,7 +64,7 @@ void cast(const LaserJob& job, const SweptWorld& sweep, const scan::RayCaster& b
   const LaserDescription& laser = job.request->laser;
   const auto beams = static_cast<std::size_t>(laser.beams);
   scan::beam_times(laser, beams, scratch.beam_time);
-  const scan::BeamSet set{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+  const scan::BeamSet set{static_cast<float>(laser.angle_min), static_cast<float>(laser.angle_increment),
                           scratch.beam_time};
   const auto& own_bodies = job.request->own_bodies;
   scratch.groups.clear();

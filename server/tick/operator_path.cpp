@@ -40,12 +40,12 @@ void stop_if_undriven(const TickContext& context, const std::string& robot, cons
 
 void handle_operator(const TickContext& context, const Message& input, const CommandPath& path,
                      Operators& operators) {
-  OperatorWord status;
+  OperatorStatus status;
   if (const Status read = decode(input.channel, input.payload, status); !read)
     return refuse(context, read.error());
   const auto known = operators.find(status.name);
   const std::string before = known != operators.end() ? known->second.robot : "";
-  if (status.state == OperatorWord::State::drives) {
+  if (status.state == OperatorStatus::State::drives) {
     if (!can_be_driven(context.configuration, status.robot, path.simulation))
       return refuse(context, {input.channel + ": operator '" + status.name + "' drives '" + status.robot +
                               "', and there is no such robot"});
@@ -57,13 +57,13 @@ void handle_operator(const TickContext& context, const Message& input, const Com
   if (known == operators.end()) return;
   operators.erase(known);
   stop_if_undriven(context, before, path, operators);
-  if (status.state == OperatorWord::State::lost)
+  if (status.state == OperatorStatus::State::lost)
     publish(context, EventKind::console_lost, status.name, before, status.text);
 }
 
 void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators) {
   for (auto each = operators.begin(); each != operators.end();) {
-    if (context.now - simulation_time(each->second.received) < driving_timing::console_silence) {
+    if (context.now - simulation_time(each->second.received) < driving_timing::kConsoleSilence) {
       ++each;
       continue;
     }
@@ -79,7 +79,7 @@ void report_foreign_message(const TickContext& context, std::int64_t channel) {
   const std::string& robot = configuration.robot.name;
   if (channel == another_server())
     return publish(context, EventKind::foreign_publisher, robot,
-                   configuration.channels.bus(channel::mr_status), another_server_text);
+                   configuration.channels.bus(channel::kMrStatus), kAnotherServerText);
   const auto& names = sensor_channels();
   if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
   const std::string name = configuration.channels.bus(names[static_cast<std::size_t>(channel)]);

@@ -33,24 +33,24 @@ class Percentiles {
   }
 
  private:
-  static constexpr int sub_bits = 7;
-  static constexpr std::size_t sub = 1U << sub_bits;
-  static constexpr std::size_t octaves = 40;
+  static constexpr int kSubBits = 7;
+  static constexpr std::size_t kSub = 1U << kSubBits;
+  static constexpr std::size_t kOctaves = 40;
 
   static std::size_t bucket(std::uint64_t v) {
-    if (v < sub) return v;
-    const int shift = std::bit_width(v) - 1 - sub_bits;
-    const std::size_t index = sub + static_cast<std::size_t>(shift) * sub + ((v >> shift) - sub);
-    return std::min(index, sub * (octaves + 1) - 1);
+    if (v < kSub) return v;
+    const int shift = std::bit_width(v) - 1 - kSubBits;
+    const std::size_t index = kSub + static_cast<std::size_t>(shift) * kSub + ((v >> shift) - kSub);
+    return std::min(index, kSub * (kOctaves + 1) - 1);
   }
   static double upper(std::size_t i) {
-    if (i < sub) return static_cast<double>(i);
-    const std::size_t shift = (i - sub) / sub;
-    const std::uint64_t base = sub + (i - sub) % sub;
+    if (i < kSub) return static_cast<double>(i);
+    const std::size_t shift = (i - kSub) / kSub;
+    const std::uint64_t base = kSub + (i - kSub) % kSub;
     return static_cast<double>(((base + 1) << shift) - 1);
   }
 
-  std::array<std::uint64_t, sub*(octaves + 1)> counts_{};
+  std::array<std::uint64_t, kSub*(kOctaves + 1)> counts_{};
   std::uint64_t count_ = 0;
   double max_ = 0;
 };

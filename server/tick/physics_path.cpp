@@ -32,7 +32,7 @@ void report_pose_changes(const TickContext& context, PoseState& pose) {
   pose.known = known;
   Event event;
   event.stamp = context.now;
-  event.kind = known ? EventKind::pose_recovered : EventKind::pose_lost;
+  event.kind = known ? EventKind::localized : EventKind::localization_lost;
   event.subject = context.configuration.robot.name;
   if (known) event.position = pose.at_step->T_map_base.translation();
   publish_event(context, event);

@@ -13,7 +13,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration obstacle_life = seconds(1.0);  // people move: obstacles not seen for longer are removed
+constexpr Duration kObstacleLife = seconds(1.0);  // people move: obstacles not seen for longer are removed
 
 struct Verdict {
   Degraded why = Degraded::no;
@@ -102,7 +102,7 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
 }
 
 void cast(const RangeConvention& convention, const Moment& moment, ScanState& scan, scan::RayCaster& caster) {
-  const scan::BeamSet beams{scan.real.angle_first, scan.real.angle_step, scan.beam_time};
+  const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
   scan.virtual_hits.resize(scan.beam_time.size());
   scan.building_hits.assign(scan.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
   scan.building_cast = false;
@@ -218,15 +218,15 @@ void publish_scan(const TickContext& context, const Message& input, const Verdic
       ++context.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
   }
   const ChannelMap& channels = context.configuration.channels;
-  context.outputs.add(channels.bus(channel::mr_scan), receipt.sent)
+  context.outputs.add(channels.bus(channel::kMrScan), receipt.sent)
       .assign(scan.mr_scan.begin(), scan.mr_scan.end());
-  encode(scan.info, context.outputs.add(channels.bus(channel::mr_scan_info)));
+  encode(scan.info, context.outputs.add(channels.bus(channel::kMrScanInfo)));
 }
 
 /// Real returns that the model does not explain become obstacles for agents, such as people.
 void update_obstacles(const TickContext& context, const Moment& moment, double sigma, const ScanPath& path) {
   ScanState& scan = path.scan;
-  const scan::BeamSet beams{scan.real.angle_first, scan.real.angle_step, scan.beam_time};
+  const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
   const LaserDescription& laser = *context.configuration.robot.laser;
   if (!scan.building_cast)
     path.site.caster.cast_building(moment.laser, beams, scan.doors, laser.convention.range_max,
@@ -264,7 +264,7 @@ void report_foreign(const TickContext& context, const Message& input) {
   info.stamp = {input.arrival.ns};
   info.reason = error.message;
   info.predicted_error = std::numeric_limits<double>::infinity();
-  encode(info, context.outputs.add(context.configuration.channels.bus(channel::mr_scan_info)));
+  encode(info, context.outputs.add(context.configuration.channels.bus(channel::kMrScanInfo)));
 }
 
 }  // namespace
@@ -291,7 +291,7 @@ void handle_line(const TickContext& context, const Message& input, ScanState& sc
 }
 
 void forget_old_obstacles(SimulationTime now, ScanState& scan, simulation::Simulation& simulation) {
-  if (scan.obstacles.empty() || now - scan.obstacles_seen <= obstacle_life) return;
+  if (scan.obstacles.empty() || now - scan.obstacles_seen <= kObstacleLife) return;
   scan.obstacles.clear();
   simulation.set_real_obstacles(scan.obstacles);
 }

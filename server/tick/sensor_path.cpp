@@ -14,17 +14,17 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double robot_rate = 1;  // Hz, so that a late receiver soon gets the description
-constexpr double imu_rate = 100;
-constexpr double joint_rate = 30;
-constexpr double bumper_rate = 10;  // and at each change
-constexpr double odometry_rate = 50;
-constexpr double pose_rate = 50;
-constexpr double scan_rate = 10;    // of a laser whose description gives none
-constexpr double camera_rate = 15;  // of a camera whose description gives none
+constexpr double kRobotRate = 1;  // Hz, so that a late receiver soon gets the description
+constexpr double kImuRate = 100;
+constexpr double kJointRate = 30;
+constexpr double kBumperRate = 10;  // and at each change
+constexpr double kOdometryRate = 50;
+constexpr double kPoseRate = 50;
+constexpr double kScanRate = 10;    // of a laser whose description gives none
+constexpr double kCameraRate = 15;  // of a camera whose description gives none
 // Covariances of exact values: small, but never singular.
-constexpr double exact_position = 1e-3;  // m
-constexpr double exact_angle = 1e-4;     // rad
+constexpr double kExactPosition = 1e-3;  // m
+constexpr double kExactAngle = 1e-4;     // rad
 
 /// Also publishes the payload of sensors.message on channel `name`.
 const Message& publish_again(const TickContext& context, const char* name, SimulatedSensors& sensors) {
@@ -48,7 +48,7 @@ void publish_imu(const TickContext& context, const simulation::RobotMotion& moti
   const bool restart = std::exchange(sensors.imu_epoch, motion.epoch) != motion.epoch;
   const BaseMotion base{motion.T_map_base, motion.velocity, motion.rotation_rate};
   const ImuSample sample = sensors.imu->add({context.now.ns}, base, restart);
-  handle_imu(context, publish(context, channel::imu, sample, sensors), path.pose);
+  handle_imu(context, publish(context, channel::kImu, sample, sensors), path.pose);
 }
 
 void publish_joints(const TickContext& context, const simulation::RobotMotion& motion,
@@ -57,7 +57,7 @@ void publish_joints(const TickContext& context, const simulation::RobotMotion& m
   Joints& joints = path.sensors.joints;
   joints = motion.joints;
   joints.stamp = {context.now.ns};
-  handle_joint_state(context, publish(context, channel::joint_state, joints, path.sensors), path.pose);
+  handle_joint_state(context, publish(context, channel::kJointState, joints, path.sensors), path.pose);
 }
 
 /// Positions: 1 for a bumper in contact, else 0.
@@ -71,14 +71,14 @@ void publish_bumpers(const TickContext& context, const simulation::RobotMotion& 
         std::find(motion.touching.begin(), motion.touching.end(), link) != motion.touching.end();
     bumpers.positions.push_back(touches ? 1 : 0);
   }
-  publish(context, channel::bumper, bumpers, sensors);
+  publish(context, channel::kBumper, bumpers, sensors);
 }
 
 void publish_odometry(const TickContext& context, const simulation::RobotMotion& motion,
                       const SensorPath& path) {
   const Odometry odometry =
       path.sensors.odometry.add({context.now.ns}, motion.left, motion.right, motion.epoch);
-  handle_odometry(context, publish(context, channel::odometry, odometry, path.sensors), path.pose);
+  handle_odometry(context, publish(context, channel::kOdometry, odometry, path.sensors), path.pose);
 }
 
 /// Publishes POSE_COV for the server, like a localization, and POSE for others.
@@ -86,11 +86,11 @@ void publish_pose(const TickContext& context, const simulation::RobotMotion& mot
   PoseEstimate estimate;
   estimate.stamp = {context.now.ns};
   estimate.T_map_base = motion.T_map_base;
-  estimate.covariance.diagonal().head<3>().setConstant(exact_position * exact_position);
-  estimate.covariance.diagonal().tail<3>().setConstant(exact_angle * exact_angle);
+  estimate.covariance.diagonal().head<3>().setConstant(kExactPosition * kExactPosition);
+  estimate.covariance.diagonal().tail<3>().setConstant(kExactAngle * kExactAngle);
   estimate.map_id = current_model(context.configuration, path.site).map_id;
   estimate.state = SlamState::tracking;
-  handle_pose_estimate(context, publish(context, channel::pose_cov, estimate, path.sensors), path.site,
+  handle_pose_estimate(context, publish(context, channel::kPoseCov, estimate, path.sensors), path.site,
                        path.simulation, &path.sensors, path.pose);
 
   const Eigen::Matrix3d R_base_map = motion.T_map_base.rotation().transpose();
@@ -101,7 +101,7 @@ void publish_pose(const TickContext& context, const simulation::RobotMotion& mot
   pose.velocity = in_map ? motion.velocity : R_base_map * motion.velocity;
   pose.rotation_rate = R_base_map * motion.rotation_rate;
   pose.acceleration = R_base_map * motion.acceleration;
-  publish(context, channel::pose, pose, path.sensors);
+  publish(context, channel::kPose, pose, path.sensors);
 }
 
 /// MR_SCAN_INFO: the drawn body hit by each beam, as in an injected scan.
@@ -132,8 +132,8 @@ void publish_scan(const TickContext& context, const simulation::RobotMotion& mot
     return;
   drop_beams(context.configuration, path.faults, path.scan.sequence, scan,
              path.lasers.scratch.front().body_hits);
-  publish(context, channel::scan, scan, sensors);
-  publish_again(context, channel::mr_scan, sensors);
+  publish(context, channel::kScan, scan, sensors);
+  publish_again(context, channel::kMrScan, sensors);
   path.scan.have_real = true;
   path.injection.last_scan = context.now;
   ++path.scan.sequence;
@@ -146,12 +146,12 @@ void publish_scan(const TickContext& context, const simulation::RobotMotion& mot
   info.reason.clear();
   info.predicted_error = 0;
   name_hits(path.lasers, info);
-  encode(info, context.outputs.add(context.configuration.channels.bus(channel::mr_scan_info)));
+  encode(info, context.outputs.add(context.configuration.channels.bus(channel::kMrScanInfo)));
   report_injection(context, {}, path.injection);
 }
 
 double rate_of(const LaserDescription& laser) {
-  return laser.scan_period > 0 ? 1 / laser.scan_period : scan_rate;
+  return laser.scan_period > 0 ? 1 / laser.scan_period : kScanRate;
 }
 
 }  // namespace
@@ -159,12 +159,12 @@ double rate_of(const LaserDescription& laser) {
 SimulatedSensors::SimulatedSensors(const Configuration& configuration, const simulation::RobotModel& model,
                                    SimulationTime begin)
     : start(begin),
-      robot(robot_rate),
-      imu_clock(imu_rate),
-      joints_clock(joint_rate),
-      bumper_clock(bumper_rate),
-      odometry_clock(odometry_rate),
-      pose_clock(pose_rate),
+      robot(kRobotRate),
+      imu_clock(kImuRate),
+      joints_clock(kJointRate),
+      bumper_clock(kBumperRate),
+      odometry_clock(kOdometryRate),
+      pose_clock(kPoseRate),
       scan_clock(rate_of(*configuration.robot.laser)),
       odometry(model.drive.track,
                draw_wheel_errors(configuration.scenario.seed, configuration.robot.odometry_error_translation,
@@ -174,7 +174,7 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const sim
   if (configuration.robot.imu)
     imu.emplace(*configuration.robot.imu, ImuErrors{}, configuration.scenario.seed);
   const auto set = [](const auto& camera, std::optional<Cadence>& clock) {
-    if (camera) clock.emplace(camera->rate > 0 ? camera->rate : camera_rate);
+    if (camera) clock.emplace(camera->rate > 0 ? camera->rate : kCameraRate);
   };
   set(configuration.robot.depth, depth_clock);
   set(configuration.robot.depth, camera_clock);
@@ -248,7 +248,7 @@ void publish_sensors(const TickContext& context, const SensorPath& path) {
   const Duration running = context.now - sensors.start;
   sensors.message.arrival = {context.now.ns};
   if (sensors.robot.due(running))
-    publish(context, channel::robot, RobotMessage{{context.now.ns}, to_yaml(configuration.robot)}, sensors);
+    publish(context, channel::kRobot, RobotMessage{{context.now.ns}, to_yaml(configuration.robot)}, sensors);
   if (sensors.imu && sensors.imu_clock.due(running)) publish_imu(context, *motion, path);
   if (sensors.joints_clock.due(running)) publish_joints(context, *motion, path);
   const bool bumped = sensors.touching != motion->touching;

@@ -9,7 +9,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr BodyId bodies_of_later_buildings = BodyId{1} << 22;  // a thousand each for four thousand versions
+constexpr BodyId kBodiesOfLaterBuildings = BodyId{1} << 22;  // a thousand each for four thousand versions
 
 simulation::SimulationOptions simulation_options(const Configuration& configuration, bool solve_all) {
   const Scenario& scenario = configuration.scenario;
@@ -21,16 +21,16 @@ simulation::SimulationOptions simulation_options(const Configuration& configurat
   options.hazards = scenario.hazards;
   options.radio = scenario.radio;
   options.battery = scenario.battery;
-  for (const Lesson& lesson : scenario.lessons) {
-    if (lesson.kind != Lesson::Kind::low_battery) continue;
+  for (const Fault& fault : scenario.faults) {
+    if (fault.kind != Fault::Kind::low_battery) continue;
     if (!options.battery) options.battery.emplace();
-    options.battery->charge = lesson.amount;
+    options.battery->charge = fault.amount;
   }
-  options.most_agents = static_cast<std::size_t>(scenario.most_agents);
+  options.max_agents = static_cast<std::size_t>(scenario.max_agents);
   options.level = scenario.level;
   options.doors = scenario.doors;
   options.robot_models = configuration.robot_models;
-  if (scenario.mapping) options.building_bodies = bodies_of_later_buildings;
+  if (scenario.mapping) options.building_bodies = kBodiesOfLaterBuildings;
   return options;
 }
 
@@ -108,7 +108,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   if (scenario.trainee) trainees.push_back(scenario.trainee->name);
   state->scripts = Scripts(scenario.scripts, std::move(trainees), simulation_time(start));
   state->faults.started = simulation_time(start);
-  for (const Lesson& lesson : scenario.lessons) state->faults.faults.push_back({lesson});
+  for (const Fault& fault : scenario.faults) state->faults.faults.push_back({fault});
   state->grading = make_grading(configuration, start);
   find_real_doors(configuration, configuration.model, state->simulation, state->doors);
   auto sensors = spawn_trainee(configuration, state->simulation);

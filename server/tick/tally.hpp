@@ -22,14 +22,14 @@ enum class Degraded : std::uint8_t {
   guard,       ///< no result in time
   fault,       ///< a broken invariant; the text names it
 };
-constexpr std::size_t degraded_kinds = 8;
+constexpr std::size_t kDegradedKinds = 8;
 const char* to_string(Degraded why);
 
 struct Tally {
   std::uint64_t scans_in = 0, scans_out = 0;
   std::uint64_t scans_left_out = 0;  ///< of these, published unchanged and missing in the session log
   std::uint64_t foreign_scans = 0;   ///< messages on SCAN of another type: not forwarded, not in scans_in
-  std::array<std::uint64_t, degraded_kinds> scans_degraded{};
+  std::array<std::uint64_t, kDegradedKinds> scans_degraded{};
   std::uint64_t beams_total = 0, beams_replaced = 0;
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
   std::uint64_t agent_frames_in = 0, agent_frames_out = 0;  ///< of agents' cameras: due, and published

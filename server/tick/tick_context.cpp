@@ -11,7 +11,7 @@ void publish_event(const TickContext& context, const Event& event) {
   ++context.tally.events[static_cast<std::size_t>(event.kind) % context.tally.events.size()];
   context.listeners.scripts.handle(event);
   std::vector<std::uint8_t>& payload =
-      context.outputs.add(context.configuration.channels.bus(channel::mr_events));
+      context.outputs.add(context.configuration.channels.bus(channel::kMrEvents));
   encode(event, payload);
   if (context.listeners.grading != nullptr) grade_event(context, payload, *context.listeners.grading);
 }

@@ -8,23 +8,23 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t errors_stream = 0x6F646F65ULL << 32;  // independent of all other draws of a seed
-constexpr std::uint64_t noise_stream = 0x6F646F6EULL << 32;
+constexpr std::uint64_t kErrorsStream = 0x6F646F65ULL << 32;  // independent of all other draws of a seed
+constexpr std::uint64_t kNoiseStream = 0x6F646F6EULL << 32;
 
 }  // namespace
 
 WheelOdometryErrors draw_wheel_errors(std::uint64_t seed, double translation, double rotation, double track) {
-  const scan::NoiseKey key{seed, errors_stream};
+  const scan::NoiseKey key{seed, kErrorsStream};
   WheelOdometryErrors errors;
   // One part of the error per metre is systematic, and an equal part is noise.
-  const double share = translation / std::sqrt(2.0);
-  const double both = share * scan::standard_normal(key, 0);
+  const double fraction = translation / std::sqrt(2.0);
+  const double both = fraction * scan::standard_normal(key, 0);
   // A difference of the sides turns the robot by difference / track per metre: a tenth is realistic.
   const double apart = 0.1 * translation * track * scan::standard_normal(key, 1);
   errors.left = both - apart / 2;
   errors.right = both + apart / 2;
   errors.track = rotation / std::sqrt(2.0) * scan::standard_normal(key, 2);
-  errors.noise = 0.1 * share;
+  errors.noise = 0.1 * fraction;
   errors.tick = 1e-4;
   return errors;
 }
@@ -38,7 +38,7 @@ double WheelOdometry::advance(Side& side, double travelled, double error, std::s
   double measured = moved * (1 + error);
   if (moved != 0 && errors_.noise > 0)
     measured += errors_.noise * std::sqrt(std::abs(moved)) *
-                scan::standard_normal({seed_, noise_stream | samples_}, draw);
+                scan::standard_normal({seed_, kNoiseStream | samples_}, draw);
   side.measured += measured;
   if (!(errors_.tick > 0)) {
     const double before = std::exchange(side.counted, side.measured);

@@ -10,8 +10,8 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double world_rate = 30;   // Hz of MR_WORLD, enough for display and grading
-constexpr double hazard_rate = 10;  // Hz of HAZARD
+constexpr double kWorldRate = 30;   // Hz of MR_WORLD, enough for display and grading
+constexpr double kHazardRate = 10;  // Hz of HAZARD
 
 /// Steps from one message to the next.
 double steps_between(const Configuration& configuration, double rate) {
@@ -27,10 +27,10 @@ void publish_hazard_reading(const TickContext& context, const ClockOffset& clock
   HazardReading reading;
   if (!simulation.hazard_reading(reading)) return;
   const Scenario& scenario = context.configuration.scenario;
-  const double period = steps_between(context.configuration, hazard_rate) / scenario.physics_rate;
+  const double period = steps_between(context.configuration, kHazardRate) / scenario.physics_rate;
   sensor.measure(scenario.hazard_sensor, scenario.seed, period, reading);
   reading.stamp = clock.known() ? clock.to_sensor(context.now) : SensorTime{context.now.ns};
-  encode(reading, context.outputs.add(context.configuration.channels.bus(channel::hazard)));
+  encode(reading, context.outputs.add(context.configuration.channels.bus(channel::kHazard)));
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ void publish_simulation_events(const TickContext& context, simulation::Simulatio
 }
 
 void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world) {
-  if (!is_due(context.configuration, world, world_rate) &&
+  if (!is_due(context.configuration, world, kWorldRate) &&
       simulation.scene()->version == world.scene_published)
     return;
   WorldSnapshot& now = world.snapshot;
@@ -60,14 +60,14 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   });
   world.scene_published = now.scene->version;
   std::vector<std::uint8_t>& payload =
-      context.outputs.add(context.configuration.channels.bus(channel::mr_world));
+      context.outputs.add(context.configuration.channels.bus(channel::kMrWorld));
   encode(message, payload);
   if (context.listeners.grading != nullptr) grade_world(context, payload, *context.listeners.grading);
 }
 
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
                      WorldState& world) {
-  if (!is_due(context.configuration, world, hazard_rate)) return;
+  if (!is_due(context.configuration, world, kHazardRate)) return;
   publish_hazard_reading(context, clock, simulation, world.hazard_sensor);
   if (!simulates_trainee(context.configuration.scenario)) return;
   const simulation::SupplyState supply = simulation.supply_of(context.configuration.robot.name);

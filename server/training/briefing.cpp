@@ -29,26 +29,26 @@ std::string duration_text(const Condition& condition) {
 }
 
 /// Text of a near miss by distance or by time (server/simulation/near_miss.hpp).
-std::string near_miss_words(const Condition& condition) {
+std::string near_miss_text(const Condition& condition) {
   const std::string whom = condition.object.empty() ? "anything" : condition.object;
   const bool by_gap = condition.text == "gap", by_time = condition.text == "time";
   std::string gap = "passing too near to " + whom, time = "almost driving into " + whom;
-  if (by_gap && condition.most) gap = "passing " + whom + number(" nearer than %g m", *condition.most);
-  if (by_time && condition.most) time += number(", less than %g s from it", *condition.most);
+  if (by_gap && condition.max) gap = "passing " + whom + number(" nearer than %g m", *condition.max);
+  if (by_time && condition.max) time += number(", less than %g s from it", *condition.max);
   if (by_gap || by_time) return by_gap ? gap : time;
   return gap + " or " + time;
 }
 
-std::string event_words(const Condition& condition) {
-  const bool by_whom = !condition.subject.empty() || condition.least || condition.count > 1;
-  if (condition.event == EventKind::near_miss && !by_whom) return near_miss_words(condition);
+std::string condition_event_text(const Condition& condition) {
+  const bool by_whom = !condition.subject.empty() || condition.min || condition.count > 1;
+  if (condition.event == EventKind::near_miss && !by_whom) return near_miss_text(condition);
   std::string text = to_string(condition.event);
   if (!condition.subject.empty()) text += " by " + condition.subject;
   if (!condition.object.empty()) text += " with " + condition.object;
   if (!condition.text.empty()) text += " (" + condition.text + ")";
   if (condition.impulse > 0) text += number(" of %g N s or more", condition.impulse);
-  if (condition.least) text += number(", value at least %g", *condition.least);
-  if (condition.most) text += number(", value at most %g", *condition.most);
+  if (condition.min) text += number(", value at least %g", *condition.min);
+  if (condition.max) text += number(", value at most %g", *condition.max);
   if (condition.count > 1) text += ", " + std::to_string(condition.count) + " times";
   return text;
 }
@@ -62,7 +62,7 @@ std::string parts_text(const Condition& condition, const char* between) {
 std::string own_text(const Condition& condition) {
   switch (condition.kind) {
     case Kind::event:
-      return event_words(condition);
+      return condition_event_text(condition);
     case Kind::reach:
       return "reach " + condition.target;
     case Kind::pass:
@@ -124,14 +124,14 @@ std::string penalty_text(const Penalty& penalty) {
   if (penalty.points > 0) text += number(" %g points", penalty.points);
   if (penalty.points > 0 && penalty.per_impulse > 0) text += " and";
   if (penalty.per_impulse > 0) text += number(" %g points for each N s", penalty.per_impulse);
-  if (penalty.most) text += number(", at most %g in all", *penalty.most);
+  if (penalty.max) text += number(", at most %g in all", *penalty.max);
   return text + ", for " + condition_text(penalty.when) + "\n";
 }
 
 std::string scale_text(const Training& training) {
-  double most = 0;
-  for (const Task& task : training.tasks) most += task.points;
-  std::string text = number("Points: %g for all tasks, less penalties", most);
+  double max = 0;
+  for (const Task& task : training.tasks) max += task.points;
+  std::string text = number("Points: %g for all tasks, less penalties", max);
   if (training.pass_mark > 0) text += number("; passed with %g %% or more", 100 * training.pass_mark);
   text += ".\n";
   for (const GradeStep& step : training.grades)

@@ -7,7 +7,7 @@
 
 namespace parhelion::training {
 
-/// As text: "pass door 1 without collision_started of door 1, within 20 s".
+/// As text: "pass door 1 without contact_started of door 1, within 20 s".
 std::string condition_text(const Condition& condition);
 
 /// The task, the robot, the time, each task with its points, the scale, each penalty, and the values drawn

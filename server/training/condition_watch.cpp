@@ -9,12 +9,12 @@ namespace {
 constexpr const char* kAnybody = "any";
 
 bool is_contact(EventKind kind) {
-  return kind == EventKind::collision_started || kind == EventKind::collision_continued ||
-         kind == EventKind::collision_stopped;
+  return kind == EventKind::contact_started || kind == EventKind::contact_continues ||
+         kind == EventKind::contact_ended;
 }
 
 /// Events for which subject and object are equivalent here: contacts, and hazards set off by the object.
-bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_set_off; }
+bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_triggered; }
 
 bool matches(const Condition& condition, const Event& event, const std::string& robot) {
   if (event.kind != condition.event || event.unsensed) return false;
@@ -26,8 +26,8 @@ bool matches(const Condition& condition, const Event& event, const std::string& 
   };
   if (!fits(event.subject, event.object) && !(is_of_both(event.kind) && fits(event.object, event.subject)))
     return false;
-  return event.impulse >= condition.impulse && (!condition.least || event.value >= *condition.least) &&
-         (!condition.most || event.value <= *condition.most);
+  return event.impulse >= condition.impulse && (!condition.min || event.value >= *condition.min) &&
+         (!condition.max || event.value <= *condition.max);
 }
 
 /// The event type of a handling condition.
@@ -142,7 +142,7 @@ Verdict ConditionWatch::judge_avoid(const Moment& moment) {
   Condition touch;
   touch.object = condition_->target;
   // A contact that exists at the start does not start again.
-  if (moment.event && moment.event->kind == EventKind::collision_continued) touch.event = moment.event->kind;
+  if (moment.event && moment.event->kind == EventKind::contact_continues) touch.event = moment.event->kind;
   const bool touched = moment.event && matches(touch, *moment.event, moment.around.robot());
   if (touched) cause_ = *moment.event;
   const bool near =

@@ -82,13 +82,13 @@ const std::vector<Column>& columns() {
       number_column(
           "score", "points", [](auto& line) -> auto& { return line.session.grade.score; }),
       number_column(
-          "earned", "points", [](auto& line) -> auto& { return line.session.grade.earned; }),
+          "awarded", "points", [](auto& line) -> auto& { return line.session.grade.awarded; }),
       number_column(
-          "charged", "points", [](auto& line) -> auto& { return line.session.grade.charged; }),
+          "deducted", "points", [](auto& line) -> auto& { return line.session.grade.deducted; }),
       number_column(
-          "most", "points", [](auto& line) -> auto& { return line.session.grade.most; }),
+          "max", "points", [](auto& line) -> auto& { return line.session.grade.max; }),
       number_column(
-          "share", "0 to 1", [](auto& line) -> auto& { return line.session.grade.share; }),
+          "fraction", "0 to 1", [](auto& line) -> auto& { return line.session.grade.fraction; }),
       text_column(
           "grade", [](auto& line) -> auto& { return line.session.grade.grade; }),
       flag_column(

@@ -93,10 +93,10 @@ SessionRecord session_of(const Json& json) {
   session.damaged_bytes = json.at("damaged_bytes").get<std::uint64_t>();
   Grade& grade = session.grade;
   grade.score = json.at("score").get<double>();
-  grade.earned = json.at("earned").get<double>();
-  grade.charged = json.at("charged").get<double>();
-  grade.most = json.at("most").get<double>();
-  grade.share = json.at("share").get<double>();
+  grade.awarded = json.at("awarded").get<double>();
+  grade.deducted = json.at("deducted").get<double>();
+  grade.max = json.at("max").get<double>();
+  grade.fraction = json.at("fraction").get<double>();
   grade.grade = json.at("grade").get<std::string>();
   grade.passed = json.at("passed").get<bool>();
   grade.ended = json.at("ended").get<bool>();
@@ -107,9 +107,10 @@ SessionRecord session_of(const Json& json) {
     grade.tasks.push_back(task_of(task));
     session.skills.push_back(task.at("skills").get<std::vector<std::string>>());
   }
-  for (const Json& charge : json.at("charges"))
-    grade.charges.push_back({SimulationTime{integer(charge, "at_ns")}, charge.at("rule").get<std::string>(),
-                             charge.at("points").get<double>(), event_of(charge.at("cause"))});
+  for (const Json& deduction : json.at("deductions"))
+    grade.deductions.push_back({SimulationTime{integer(deduction, "at_ns")},
+                                deduction.at("rule").get<std::string>(), deduction.at("points").get<double>(),
+                                event_of(deduction.at("cause"))});
   return session;
 }
 

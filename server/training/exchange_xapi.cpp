@@ -99,10 +99,10 @@ Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
               {"completion", grade.complete},
               {"duration", duration_text(grade.end - grade.begin)}};
   // A score must lie between min and max; without points there is no such range.
-  const bool fits =
-      grade.most > 0 && grade.score >= 0 && grade.score <= grade.most && grade.share >= 0 && grade.share <= 1;
+  const bool fits = grade.max > 0 && grade.score >= 0 && grade.score <= grade.max && grade.fraction >= 0 &&
+                    grade.fraction <= 1;
   if (fits)
-    result["score"] = {{"scaled", grade.share}, {"raw", grade.score}, {"min", 0.0}, {"max", grade.most}};
+    result["score"] = {{"scaled", grade.fraction}, {"raw", grade.score}, {"min", 0.0}, {"max", grade.max}};
   return {{"id", uuid_of(session.identity)},
           {"actor", actor_json(trainee, home_page)},
           {"verb", {{"id", kVerb + verb}, {"display", {{"en", verb}}}}},
@@ -123,8 +123,8 @@ Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
               {kExtension + "robot", session.robot},
               {kExtension + "log", session.log},
               {kExtension + "grade", grade.grade},
-              {kExtension + "earned", grade.earned},
-              {kExtension + "charged", grade.charged}}}}},
+              {kExtension + "awarded", grade.awarded},
+              {kExtension + "deducted", grade.deducted}}}}},
           {"timestamp", timestamp_text(grade.end)}};
 }
 
@@ -146,18 +146,18 @@ void read_score(const Json& score, Grade& grade) {
     const double raw = score.at("raw").get<double>();
     if ((score.contains("min") && raw < low) || raw > score.value("max", raw))
       refuse(score, "expected raw from min to max");
-    grade.score = grade.earned = std::max(0.0, raw - low);
-    grade.most = score.contains("max") ? score.at("max").get<double>() - low : 0;
-    if (grade.most > 0) grade.share = grade.score / grade.most;
-    if (!(grade.most >= 0)) refuse(score, "expected min below max");
+    grade.score = grade.awarded = std::max(0.0, raw - low);
+    grade.max = score.contains("max") ? score.at("max").get<double>() - low : 0;
+    if (grade.max > 0) grade.fraction = grade.score / grade.max;
+    if (!(grade.max >= 0)) refuse(score, "expected min below max");
   }
   if (score.contains("scaled")) {
     const double scaled = score.at("scaled").get<double>();
     if (!(scaled >= -1 && scaled <= 1)) refuse(score.at("scaled"), "expected -1 to 1");
-    grade.share = std::max(0.0, scaled);
+    grade.fraction = std::max(0.0, scaled);
     if (!score.contains("raw")) {
-      grade.score = grade.earned = grade.share;
-      grade.most = 1;
+      grade.score = grade.awarded = grade.fraction;
+      grade.max = 1;
     }
   }
 }
@@ -183,8 +183,8 @@ void read_extensions(const Json& statement, SessionRecord& session) {
   session.robot = extensions.value(kExtension + "robot", "");
   session.log = extensions.value(kExtension + "log", "");
   session.grade.grade = extensions.value(kExtension + "grade", "");
-  session.grade.earned = extensions.value(kExtension + "earned", session.grade.earned);
-  session.grade.charged = extensions.value(kExtension + "charged", 0.0);
+  session.grade.awarded = extensions.value(kExtension + "awarded", session.grade.awarded);
+  session.grade.deducted = extensions.value(kExtension + "deducted", 0.0);
 }
 
 SessionRecord session_of(const Json& statement) {

@@ -34,10 +34,10 @@ Json event_json(const std::optional<Event>& event) {
 template <class Json>
 void put_grade(const Grade& grade, Json& json) {
   json["score"] = grade.score;
-  json["earned"] = grade.earned;
-  json["charged"] = grade.charged;
-  json["most"] = grade.most;
-  json["share"] = grade.share;
+  json["awarded"] = grade.awarded;
+  json["deducted"] = grade.deducted;
+  json["max"] = grade.max;
+  json["fraction"] = grade.fraction;
   json["grade"] = grade.grade;
   json["passed"] = grade.passed;
   json["ended"] = grade.ended;
@@ -53,12 +53,12 @@ void put_grade(const Grade& grade, Json& json) {
                      {"began_ns", instant_json<Json>(task.began)},
                      {"ended_ns", instant_json<Json>(task.ended)},
                      {"cause", event_json<Json>(task.cause)}});
-  Json& charges = json["charges"] = Json::array();
-  for (const Charge& charge : grade.charges)
-    charges.push_back({{"rule", charge.rule},
-                       {"points", charge.points},
-                       {"at_ns", charge.at.ns},
-                       {"cause", event_json<Json>(charge.cause)}});
+  Json& deductions = json["deductions"] = Json::array();
+  for (const Deduction& deduction : grade.deductions)
+    deductions.push_back({{"rule", deduction.rule},
+                          {"points", deduction.points},
+                          {"at_ns", deduction.at.ns},
+                          {"cause", event_json<Json>(deduction.cause)}});
 }
 
 }  // namespace parhelion::training

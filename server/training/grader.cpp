@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/training/words.hpp"
+#include "server/training/grading_text.hpp"
 
 namespace parhelion::training {
 
@@ -39,7 +39,7 @@ void Grader::close(SimulationTime end) {
   closed_ = end;
   if (ended_) return;
   const Grade grade = this->grade();
-  say(EventKind::grading_ended, end, {}, grade.score, {}, verdict_text(grade));
+  report(EventKind::grading_ended, end, {}, grade.score, {}, verdict_text(grade));
 }
 
 std::vector<Event> Grader::take_events() { return std::exchange(events_, {}); }
@@ -52,7 +52,7 @@ void Grader::begin_tasks(SimulationTime now) {
     running.grade.began = now;
     running.done.emplace(running.task->done, now);
     if (!running.task->failed.empty()) running.failed.emplace(running.task->failed.front(), now);
-    say(EventKind::task_started, now, running.task->name, running.task->points, {}, running.task->text);
+    report(EventKind::task_started, now, running.task->name, running.task->points, {}, running.task->text);
     if (training_.in_order) return;
   }
 }
@@ -83,7 +83,7 @@ void Grader::end_all(SimulationTime at) {
   ended_ = true;
   now_ = at;
   const Grade grade = this->grade();
-  say(EventKind::grading_ended, at, {}, grade.score, {}, verdict_text(grade));
+  report(EventKind::grading_ended, at, {}, grade.score, {}, verdict_text(grade));
 }
 
 void Grader::end(Running& running, SimulationTime at, TaskOutcome outcome, const ConditionWatch* by) {
@@ -93,9 +93,9 @@ void Grader::end(Running& running, SimulationTime at, TaskOutcome outcome, const
   if (by) grade.cause = by->cause();
   if (outcome == TaskOutcome::done) grade.points = running.task->points;
   const bool late = outcome == TaskOutcome::out_of_time;
-  say(outcome == TaskOutcome::done ? EventKind::task_done : EventKind::task_failed, at, grade.name,
-      grade.points, grade.cause, late ? "out of time" : event_text(grade.cause));
-  if (grade.points > 0) say_score(at, grade.name, grade.points, grade.cause);
+  report(outcome == TaskOutcome::done ? EventKind::task_done : EventKind::task_failed, at, grade.name,
+         grade.points, grade.cause, late ? "out of time" : event_text(grade.cause));
+  if (grade.points > 0) report_score(at, grade.name, grade.points, grade.cause);
 }
 
 void Grader::look_at_task(Running& running, const Moment& moment) {
@@ -117,18 +117,18 @@ void Grader::look_at_rule(Rule& rule, const Moment& moment) {
   if (verdict == Verdict::failed) return;
   double points = rule.penalty->points;
   if (cause) points += rule.penalty->per_impulse * cause->impulse;
-  if (rule.penalty->most) points = std::min(points, *rule.penalty->most - rule.charged);
+  if (rule.penalty->max) points = std::min(points, *rule.penalty->max - rule.deducted);
   if (!(points > 0)) return;
-  rule.charged += points;
+  rule.deducted += points;
   const double before = score();
-  charges_.push_back({moment.stamp, rule.penalty->name, points, cause});
-  charged_ += points;
-  say(EventKind::penalty_charged, moment.stamp, rule.penalty->name, points, cause, event_text(cause));
-  if (score() != before) say_score(moment.stamp, rule.penalty->name, -points, cause);
+  deductions_.push_back({moment.stamp, rule.penalty->name, points, cause});
+  deducted_ += points;
+  report(EventKind::points_deducted, moment.stamp, rule.penalty->name, points, cause, event_text(cause));
+  if (score() != before) report_score(moment.stamp, rule.penalty->name, -points, cause);
 }
 
-void Grader::say(EventKind kind, SimulationTime at, const std::string& object, double value,
-                 const std::optional<Event>& cause, const std::string& text) {
+void Grader::report(EventKind kind, SimulationTime at, const std::string& object, double value,
+                    const std::optional<Event>& cause, const std::string& text) {
   Event event;
   event.stamp = at;
   event.kind = kind;
@@ -140,36 +140,36 @@ void Grader::say(EventKind kind, SimulationTime at, const std::string& object, d
   events_.push_back(std::move(event));
 }
 
-void Grader::say_score(SimulationTime at, const std::string& object, double points,
-                       const std::optional<Event>& cause) {
-  say(EventKind::score_changed, at, object, score(), cause, points_text(points));
+void Grader::report_score(SimulationTime at, const std::string& object, double points,
+                          const std::optional<Event>& cause) {
+  report(EventKind::score_changed, at, object, score(), cause, points_text(points));
 }
 
 double Grader::score() const {
-  double earned = 0;
-  for (const Running& running : tasks_) earned += running.grade.points;
-  return std::max(0.0, earned - charged_);
+  double awarded = 0;
+  for (const Running& running : tasks_) awarded += running.grade.points;
+  return std::max(0.0, awarded - deducted_);
 }
 
 Grade Grader::grade() const {
   Grade grade;
   grade.begin = begin_;
   grade.end = closed_ && !ended_ ? std::max(now_, *closed_) : now_;
-  grade.charges = charges_;
+  grade.deductions = deductions_;
   bool required_done = true;
   for (const Running& running : tasks_) {
     grade.tasks.push_back(running.grade);
-    grade.earned += running.grade.points;
-    grade.most += running.task->points;
+    grade.awarded += running.grade.points;
+    grade.max += running.task->points;
     if (running.task->required && running.grade.outcome != TaskOutcome::done) required_done = false;
   }
-  grade.charged = charged_;
+  grade.deducted = deducted_;
   grade.score = score();
-  grade.share = grade.most > 0 ? grade.score / grade.most : 0;
+  grade.fraction = grade.max > 0 ? grade.score / grade.max : 0;
   const auto step = std::find_if(training_.grades.begin(), training_.grades.end(),
-                                 [&](const GradeStep& each) { return grade.share >= each.from; });
+                                 [&](const GradeStep& each) { return grade.fraction >= each.from; });
   if (step != training_.grades.end()) grade.grade = step->name;
-  grade.passed = required_done && grade.share >= training_.pass_mark;
+  grade.passed = required_done && grade.fraction >= training_.pass_mark;
   grade.ended = ended_;
   grade.complete = ended_ || closed_.has_value();
   return grade;

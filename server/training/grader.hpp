@@ -30,7 +30,7 @@ struct TaskGrade {
 };
 
 /// A deduction by a penalty.
-struct Charge {
+struct Deduction {
   SimulationTime at;
   std::string rule;            ///< name of the penalty
   double points = 0;           ///< > 0
@@ -39,12 +39,12 @@ struct Charge {
 
 struct Grade {
   SimulationTime begin, end;
-  std::vector<TaskGrade> tasks;  ///< as in the scenario
-  std::vector<Charge> charges;   ///< ordered by time
-  double earned = 0, charged = 0;
-  double most = 0;        ///< points of all tasks
+  std::vector<TaskGrade> tasks;       ///< as in the scenario
+  std::vector<Deduction> deductions;  ///< ordered by time
+  double awarded = 0, deducted = 0;
+  double max = 0;         ///< points of all tasks
   double score = 0;       ///< awarded - deducted, at least 0
-  double share = 0;       ///< score / most; 0 if there are no points
+  double fraction = 0;    ///< score / max; 0 if there are no points
   std::string grade;      ///< by the scale; empty: below its lowest grade, or no scale
   bool passed = false;    ///< share at or above the pass mark, and all required tasks done
   bool ended = false;     ///< all tasks have ended, or time is over; later input changes nothing
@@ -65,7 +65,7 @@ class Grader {
   /// The current grade.
   Grade grade() const;
   /// Deductions so far; cheaper than grade().
-  const std::vector<Charge>& charges() const { return charges_; }
+  const std::vector<Deduction>& deductions() const { return deductions_; }
   /// Only Grade::score.
   double score() const;
   /// Changes since the last call, as events (is_grading()). Live grading publishes them on MR_EVENTS; grading
@@ -81,7 +81,7 @@ class Grader {
   struct Rule {
     const Penalty* penalty;
     ConditionWatch watch;
-    double charged = 0;
+    double deducted = 0;
   };
   void look(const Moment& moment);
   void begin_tasks(SimulationTime now);
@@ -90,17 +90,17 @@ class Grader {
   bool all_ended() const;
   void end(Running& running, SimulationTime at, TaskOutcome outcome, const ConditionWatch* by);
   void end_all(SimulationTime at);
-  void say(EventKind kind, SimulationTime at, const std::string& object, double value,
-           const std::optional<Event>& cause, const std::string& text);
-  void say_score(SimulationTime at, const std::string& object, double points,
-                 const std::optional<Event>& cause);
+  void report(EventKind kind, SimulationTime at, const std::string& object, double value,
+              const std::optional<Event>& cause, const std::string& text);
+  void report_score(SimulationTime at, const std::string& object, double points,
+                    const std::optional<Event>& cause);
 
   const Training& training_;
   Surroundings around_;
   std::vector<Running> tasks_;
   std::vector<Rule> rules_;
-  std::vector<Charge> charges_;
-  double charged_ = 0;  // sum of charges_
+  std::vector<Deduction> deductions_;
+  double deducted_ = 0;  // sum of deductions_
   std::vector<Event> events_;
   SimulationTime begin_, now_;
   std::optional<SimulationTime> closed_;

@@ -22,15 +22,15 @@ class TextFront {
     text_.remove_prefix(1);
     return true;
   }
-  /// `least` to `most` digits; -1: too few.
-  std::int64_t digits(std::size_t least, std::size_t most) {
+  /// `min_count` to `max_count` digits; -1: too few.
+  std::int64_t digits(std::size_t min_count, std::size_t max_count) {
     std::int64_t number = 0;
     std::size_t count = 0;
-    for (; count < most && !text_.empty() && text_.front() >= '0' && text_.front() <= '9'; ++count) {
+    for (; count < max_count && !text_.empty() && text_.front() >= '0' && text_.front() <= '9'; ++count) {
       number = 10 * number + (text_.front() - '0');
       text_.remove_prefix(1);
     }
-    return count < least ? -1 : number;
+    return count < min_count ? -1 : number;
   }
   /// Digits after a decimal point, as ns of a second, rounded down. -1: none.
   std::int64_t decimals() {
@@ -135,8 +135,8 @@ std::optional<Duration> duration_of(const std::string& text) {
     while (unit < std::size(kUnits) && (kUnits[unit].clock != clock || !front.take(kUnits[unit].letter)))
       ++unit;
     if (unit == std::size(kUnits)) return std::nullopt;
-    constexpr std::int64_t kMost = 200 * 366 * kDay;
-    if (whole > (kMost - ns) / kUnits[unit].ns) return std::nullopt;
+    constexpr std::int64_t kMaxDuration = 200 * 366 * kDay;
+    if (whole > (kMaxDuration - ns) / kUnits[unit].ns) return std::nullopt;
     ns += whole * kUnits[unit].ns + fraction * (kUnits[unit].ns / kSecond);
     ++unit;
     any = true;

@@ -13,10 +13,10 @@ struct Need {
   double mastered;  ///< probability
 };
 
-std::string percent(double share) {
+std::string percent(double fraction) {
   // 100 % is never shown.
-  const int rounded = static_cast<int>(std::floor(100 * share + 0.5));
-  return std::to_string(std::min(rounded, share < 1 ? 99 : 100)) + " %";
+  const int rounded = static_cast<int>(std::floor(100 * fraction + 0.5));
+  return std::to_string(std::min(rounded, fraction < 1 ? 99 : 100)) + " %";
 }
 
 std::vector<Need> needs_of(const Skills& skills, const std::vector<TaskOffer>& offers,
@@ -50,14 +50,14 @@ double promise(const std::vector<Need>& needs, const TaskOffer& offer, double ch
 }
 
 NextTask complete(const std::vector<Need>& needs, double confidence) {
-  const auto least = std::min_element(needs.begin(), needs.end(),
-                                      [](const Need& a, const Need& b) { return a.mastered < b.mastered; });
+  const auto weakest = std::min_element(needs.begin(), needs.end(),
+                                        [](const Need& a, const Need& b) { return a.mastered < b.mastered; });
   NextTask next;
   next.kind = NextTask::Kind::complete;
   next.confidence = confidence;
   next.reason = "Training is complete: all " + std::to_string(needs.size()) +
                 " skills are mastered with a probability of " + percent(confidence) +
-                ", the least certain being " + least->skill + " with " + percent(least->mastered) + ".";
+                ", the least certain being " + weakest->skill + " with " + percent(weakest->mastered) + ".";
   return next;
 }
 

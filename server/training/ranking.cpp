@@ -10,7 +10,7 @@ namespace {
 
 /// Larger is better.
 auto worth(const Grade& grade) {
-  return std::tuple(grade.passed, grade.share, -(grade.end - grade.begin).seconds());
+  return std::tuple(grade.passed, grade.fraction, -(grade.end - grade.begin).seconds());
 }
 
 }  // namespace
@@ -53,12 +53,13 @@ Result<std::vector<CoursePlace>> course_ranking(Records& records, const Course& 
       });
       // A trainee just added by another program appears in the next ranking.
       if (place != places.end())
-        place->best[i] = ProgrammeResult{one.best.grade.share, one.best.grade.passed};
+        place->best[i] = ProgrammeResult{one.best.grade.fraction, one.best.grade.passed};
     }
   }
   for (CoursePlace& place : places) place.standing = standing_in(course, place.best);
   std::stable_sort(places.begin(), places.end(), [](const CoursePlace& a, const CoursePlace& b) {
-    return std::tuple(a.standing.passed, a.standing.share) > std::tuple(b.standing.passed, b.standing.share);
+    return std::tuple(a.standing.passed, a.standing.fraction) >
+           std::tuple(b.standing.passed, b.standing.fraction);
   });
   return places;
 }

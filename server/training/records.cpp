@@ -51,7 +51,7 @@ Status check_session(const SessionRecord& session) {
   if (session.identity.empty()) return Error{which + "it has no identity"};
   if (session.level < 0 || session.level > 3) return Error{which + "its level is not 1, 2 or 3"};
   if (grade.end < grade.begin) return Error{which + "it ends before it begins"};
-  for (const double number : {grade.score, grade.earned, grade.charged, grade.most, grade.share})
+  for (const double number : {grade.score, grade.awarded, grade.deducted, grade.max, grade.fraction})
     if (!std::isfinite(number)) return Error{which + "its score is not a finite number"};
   if (!session.skills.empty() && session.skills.size() != grade.tasks.size())
     return Error{which + "it lists the skills of " + std::to_string(session.skills.size()) +

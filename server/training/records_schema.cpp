@@ -17,7 +17,7 @@ CREATE TABLE sessions(id INTEGER PRIMARY KEY AUTOINCREMENT,
   log TEXT NOT NULL, damaged_bytes INTEGER NOT NULL, begin_ns INTEGER NOT NULL, end_ns INTEGER NOT NULL) STRICT;
 CREATE INDEX sessions_of_trainee ON sessions(trainee);
 CREATE TABLE scores(session INTEGER PRIMARY KEY REFERENCES sessions ON DELETE CASCADE, score REAL NOT NULL,
-  earned REAL NOT NULL, charged REAL NOT NULL, most REAL NOT NULL, share REAL NOT NULL, grade TEXT NOT NULL,
+  awarded REAL NOT NULL, deducted REAL NOT NULL, max REAL NOT NULL, fraction REAL NOT NULL, grade TEXT NOT NULL,
   passed INTEGER NOT NULL, ended INTEGER NOT NULL, complete INTEGER NOT NULL) STRICT;
 CREATE TABLE events(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE,
   at_ns INTEGER NOT NULL, kind TEXT NOT NULL, subject TEXT NOT NULL, object TEXT NOT NULL,
@@ -28,7 +28,7 @@ CREATE TABLE tasks(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCAD
   name TEXT NOT NULL, required INTEGER NOT NULL, outcome TEXT NOT NULL, points REAL NOT NULL,
   began_ns INTEGER, ended_ns INTEGER, cause INTEGER REFERENCES events,
   PRIMARY KEY(session, position)) STRICT, WITHOUT ROWID;
-CREATE TABLE charges(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE, position INTEGER NOT NULL,
+CREATE TABLE deductions(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE, position INTEGER NOT NULL,
   at_ns INTEGER NOT NULL, rule TEXT NOT NULL, points REAL NOT NULL, cause INTEGER REFERENCES events,
   PRIMARY KEY(session, position)) STRICT, WITHOUT ROWID;
 -- A row: something was erased, but its bytes may still be in the files.
@@ -43,7 +43,7 @@ CREATE TABLE skills(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCA
     // Indices for deleting events, which are referenced as causes.
     R"(
 CREATE INDEX tasks_by_cause ON tasks(cause);
-CREATE INDEX charges_by_cause ON charges(cause);
+CREATE INDEX deductions_by_cause ON deductions(cause);
 )",
 };
 

@@ -56,8 +56,8 @@ double SkillBelief::at_least(double ability) const {
   double above = 0;
   for (std::size_t i = 0; i < kStates; ++i) {
     // A state covers the range halfway to its neighbours.
-    const double share = (ability_of(i) - ability) / kStep + 0.5;
-    above += probability_[i] * std::clamp(share, 0.0, 1.0);
+    const double fraction = (ability_of(i) - ability) / kStep + 0.5;
+    above += probability_[i] * std::clamp(fraction, 0.0, 1.0);
   }
   return std::min(1.0, above);
 }

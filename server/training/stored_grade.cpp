@@ -82,13 +82,13 @@ Status insert_tasks(Database& database, std::int64_t session, const std::vector<
   return {};
 }
 
-Status insert_charges(Database& database, std::int64_t session, const std::vector<Charge>& charges) {
-  for (std::size_t i = 0; i < charges.size(); ++i) {
-    const auto cause = insert_event(database, session, charges[i].cause);
+Status insert_deductions(Database& database, std::int64_t session, const std::vector<Deduction>& deductions) {
+  for (std::size_t i = 0; i < deductions.size(); ++i) {
+    const auto cause = insert_event(database, session, deductions[i].cause);
     if (!cause) return cause.error();
     const Status inserted = database.run(
-        "INSERT INTO charges(session, position, at_ns, rule, points, cause) VALUES(?, ?, ?, ?, ?, ?)",
-        {session, static_cast<std::int64_t>(i), charges[i].at.ns, charges[i].rule, charges[i].points,
+        "INSERT INTO deductions(session, position, at_ns, rule, points, cause) VALUES(?, ?, ?, ?, ?, ?)",
+        {session, static_cast<std::int64_t>(i), deductions[i].at.ns, deductions[i].rule, deductions[i].points,
          *cause});
     if (!inserted) return inserted;
   }
@@ -113,43 +113,44 @@ Status read_tasks(Database& database, std::int64_t session, std::vector<TaskGrad
       });
 }
 
-Status read_charges(Database& database, std::int64_t session, std::vector<Charge>& charges) {
-  return database.each("SELECT at_ns, rule, points, cause FROM charges WHERE session = ? ORDER BY position",
-                       {session}, [&](const SqlRow& row) {
-                         Charge& charge = charges.emplace_back();
-                         charge.at = {row.integer(0)};
-                         charge.rule = row.text(1);
-                         charge.points = row.real(2);
-                         return read_event(database, row, 3, charge.cause);
-                       });
+Status read_deductions(Database& database, std::int64_t session, std::vector<Deduction>& deductions) {
+  return database.each(
+      "SELECT at_ns, rule, points, cause FROM deductions WHERE session = ? ORDER BY position", {session},
+      [&](const SqlRow& row) {
+        Deduction& deduction = deductions.emplace_back();
+        deduction.at = {row.integer(0)};
+        deduction.rule = row.text(1);
+        deduction.points = row.real(2);
+        return read_event(database, row, 3, deduction.cause);
+      });
 }
 
 }  // namespace
 
 Status insert_grade(Database& database, std::int64_t session, const Grade& grade) {
   const Status inserted = database.run(
-      "INSERT INTO scores(session, score, earned, charged, most, share, grade, passed, ended, complete) "
+      "INSERT INTO scores(session, score, awarded, deducted, max, fraction, grade, passed, ended, complete) "
       "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-      {session, grade.score, grade.earned, grade.charged, grade.most, grade.share, grade.grade,
+      {session, grade.score, grade.awarded, grade.deducted, grade.max, grade.fraction, grade.grade,
        std::int64_t{grade.passed}, std::int64_t{grade.ended}, std::int64_t{grade.complete}});
   if (!inserted) return inserted;
   if (const Status tasks = insert_tasks(database, session, grade.tasks); !tasks) return tasks;
-  return insert_charges(database, session, grade.charges);
+  return insert_deductions(database, session, grade.deductions);
 }
 
 Result<Grade> read_grade(Database& database, std::int64_t session) {
   Grade grade;
   const Status read = database.each(
-      "SELECT begin_ns, end_ns, score, earned, charged, most, share, grade, passed, ended, complete "
+      "SELECT begin_ns, end_ns, score, awarded, deducted, max, fraction, grade, passed, ended, complete "
       "FROM scores JOIN sessions ON sessions.id = scores.session WHERE session = ?",
       {session}, [&](const SqlRow& row) {
         grade.begin = {row.integer(0)};
         grade.end = {row.integer(1)};
         grade.score = row.real(2);
-        grade.earned = row.real(3);
-        grade.charged = row.real(4);
-        grade.most = row.real(5);
-        grade.share = row.real(6);
+        grade.awarded = row.real(3);
+        grade.deducted = row.real(4);
+        grade.max = row.real(5);
+        grade.fraction = row.real(6);
         grade.grade = row.text(7);
         grade.passed = row.integer(8) != 0;
         grade.ended = row.integer(9) != 0;
@@ -158,7 +159,8 @@ Result<Grade> read_grade(Database& database, std::int64_t session) {
       });
   if (!read) return read.error();
   if (const Status tasks = read_tasks(database, session, grade.tasks); !tasks) return tasks.error();
-  if (const Status charges = read_charges(database, session, grade.charges); !charges) return charges.error();
+  if (const Status deductions = read_deductions(database, session, grade.deductions); !deductions)
+    return deductions.error();
   return grade;
 }
 

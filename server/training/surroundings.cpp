@@ -25,13 +25,13 @@ void Surroundings::take(const Event& event) {
     case EventKind::movement_stopped:
       moves_ = false;
       break;
-    case EventKind::injection_degraded:
+    case EventKind::injection_suspended:
       sensed_ = false;
       break;
-    case EventKind::injection_restored:
+    case EventKind::injection_active:
       sensed_ = true;
       break;
-    case EventKind::agent_withheld:
+    case EventKind::agent_hidden:
       withheld_.insert(event.object);
       break;
     case EventKind::agent_shown:
@@ -88,10 +88,10 @@ std::optional<double> Surroundings::distance_to(const std::string& entity) const
   return (*place - robot->T_map_body.translation()).head<2>().norm();
 }
 
-bool Surroundings::is_near(const std::string& entity, double most) const {
+bool Surroundings::is_near(const std::string& entity, double max_distance) const {
   const auto distance = distance_to(entity);
   const bool seen = sensed_ && !withheld_.contains(entity);
-  return distance && *distance <= most && (seen || find_entity(entity));
+  return distance && *distance <= max_distance && (seen || find_entity(entity));
 }
 
 std::optional<Surroundings::Motion> Surroundings::motion() const {
@@ -106,14 +106,14 @@ std::optional<Surroundings::Motion> Surroundings::motion() const {
   return motion;
 }
 
-bool Surroundings::sees(const std::string& entity, double most) const {
+bool Surroundings::sees(const std::string& entity, double max_distance) const {
   const auto* robot = find_body(robot_);
   const auto place = place_of(entity);
   if (!robot || !place || !description_.camera) return false;
   const CameraDescription& camera = *description_.camera;
   const Eigen::Isometry3d T_map_optical = robot->T_map_body.isometry() * camera.T_base_optical.isometry();
   const Eigen::Vector3d p = T_map_optical.inverse(Eigen::Isometry) * *place;
-  if (p.z() <= 0 || p.norm() > most) return false;
+  if (p.z() <= 0 || p.norm() > max_distance) return false;
   // Distortion is small near the image centre and neglected.
   const CameraIntrinsics& lens = camera.intrinsics;
   const double u = lens.fx * p.x() / p.z() + lens.cx, v = lens.fy * p.y() / p.z() + lens.cy;

@@ -26,9 +26,10 @@ class Surroundings {
   const std::string& robot() const { return robot_; }
   bool in_zone(const std::string& zone) const { return zones_.contains(zone); }
   bool moves() const { return moves_; }
-  /// Whether the robot's origin is within `most` (m, in the plane) of an agent or a part of the building. For
-  /// an agent false while injection is degraded or the agent is withheld: the trainee could not see it.
-  bool is_near(const std::string& entity, double most) const;
+  /// Whether the robot's origin is within `max_distance` (m, in the plane) of an agent or a part of the
+  /// building. For an agent false while injection is degraded or the agent is withheld: the trainee could not
+  /// see it.
+  bool is_near(const std::string& entity, double max_distance) const;
   struct Motion {
     double pitch = 0, roll = 0;  ///< rad
     double yaw_rate = 0;         ///< rad/s, about its own z axis
@@ -36,9 +37,9 @@ class Surroundings {
   };
   /// None: the robot is not present. Pitch and roll without a measurement are 0.
   std::optional<Motion> motion() const;
-  /// Whether the entity's origin is in the image, within `most` (m) of the camera, and not occluded by
-  /// another solid part of the building.
-  bool sees(const std::string& entity, double most) const;
+  /// Whether the entity's origin is in the image, within `max_distance` (m) of the camera, and not occluded
+  /// by another solid part of the building.
+  bool sees(const std::string& entity, double max_distance) const;
   const ModelEntity* find_entity(const std::string& name) const;
   /// The highest step of a flight of stairs; nullptr: no such flight.
   const ModelEntity* top_of(const std::string& flight) const;

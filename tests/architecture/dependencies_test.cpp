@@ -21,11 +21,11 @@ using Modules = std::map<std::string, std::set<std::string>>;  // module -> all 
                                                                // itself included
 
 /// Permissions for third parties: prefixes of their headers -> prefixes of paths.
-const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
+const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"Eigen/", {""}},
     {"lcm/", {"protocols/bus/"}},
     {"yaml-cpp/", {"protocols/yaml/", "fusion/pose/map_file.cpp"}},
-    {"valijson/", {"protocols/yaml/", "server/station/page_messages.cpp"}},
+    {"valijson/", {"protocols/yaml/", "server/station/client_messages.cpp"}},
     {"nlohmann/", {"protocols/yaml/", "server/", "tools/"}},
     {"assimp/", {"protocols/"}},
     {"openssl/", {"protocols/sha256.cpp", "server/station/"}},
@@ -138,7 +138,7 @@ std::string objection(const Sources& sources, const std::string& path, const Inc
   if (module.empty()) return "lies in no module of tests/architecture/modules.txt";
   if (!include.quoted) {
     if (module == "tests" || is_system_header(include.name)) return "";
-    for (const auto& [beginning, allowed] : owners) {
+    for (const auto& [beginning, allowed] : kOwners) {
       if (!include.name.starts_with(beginning)) continue;
       return begins_with_any(path, allowed) ? "" : "<" + include.name + "> belongs to another module";
     }

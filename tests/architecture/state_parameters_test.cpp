@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 using Sources = std::map<std::string, std::string>;  // path from the root -> text
 
 /// Dispatch of inputs and steps, and construction of the state.
-const std::set<std::string> wiring = {"server/tick/tick.hpp", "server/tick/tick.cpp",
-                                      "server/tick/physics_path.hpp", "server/tick/physics_path.cpp",
-                                      "server/tick/state.cpp"};
-constexpr std::size_t limit = 13;  // a tenth of the 132 before the state was split
+const std::set<std::string> kWiring = {"server/tick/tick.hpp", "server/tick/tick.cpp",
+                                       "server/tick/physics_path.hpp", "server/tick/physics_path.cpp",
+                                       "server/tick/state.cpp"};
+constexpr std::size_t kLimit = 13;  // a tenth of the 132 before the state was split
 
 std::string without_comments(const std::string& text) {
   static const std::regex comment("//[^\n]*");
@@ -105,10 +105,10 @@ TEST(StateParameters, FewFunctionsTakeTheWholeState) {
   for (const auto& [function, paths] : found) {
     std::cout << "  " << *paths.begin() << ": " << function << "\n";
     for (const std::string& path : paths)
-      EXPECT_TRUE(wiring.contains(path)) << path << ": give " << function << " the part that it works on";
+      EXPECT_TRUE(kWiring.contains(path)) << path << ": give " << function << " the part that it works on";
   }
   EXPECT_GT(found.size(), 0U) << "tick() takes it";
-  EXPECT_LE(found.size(), limit);
+  EXPECT_LE(found.size(), kLimit);
 }
 
 TEST(StateParameters, AreFound) {

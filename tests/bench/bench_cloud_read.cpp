@@ -13,13 +13,13 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t count = 1'000'000;
+constexpr std::size_t kCount = 1'000'000;
 
 cloud::PointCloud<Scanner> room() {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> metres(-10, 10);
   cloud::PointCloud<Scanner> cloud;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < kCount; ++i) {
     cloud.points.emplace_back(metres(random), metres(random), metres(random) / 7);
   }
   return cloud;

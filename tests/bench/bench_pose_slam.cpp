@@ -107,8 +107,8 @@ Run run(pose::Slam& slam, const Recording& recording) {
 
 void print_times(const char* what, std::vector<double> ms) {
   std::sort(ms.begin(), ms.end());
-  const auto at = [&](double share) {
-    return ms[std::min(ms.size() - 1, static_cast<std::size_t>(share * static_cast<double>(ms.size())))];
+  const auto at = [&](double fraction) {
+    return ms[std::min(ms.size() - 1, static_cast<std::size_t>(fraction * static_cast<double>(ms.size())))];
   };
   std::printf("  step, %s: p50 %.3f p90 %.3f p99 %.3f max %.3f ms\n", what, at(0.5), at(0.9), at(0.99),
               ms.back());

@@ -15,7 +15,7 @@ Scan scan_of(std::size_t beams) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1);
   scan.ranges.assign(beams, 3.25F);
-  scan.angle_step = 0.005F;
+  scan.angle_increment = 0.005F;
   return scan;
 }
 

@@ -166,13 +166,13 @@ void bodies_own_caster(benchmark::State& state) {
 }
 BENCHMARK(bodies_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
 
-void bodies_exact_twin(benchmark::State& state) {
+void bodies_exact_reference(benchmark::State& state) {
   World world;
   std::vector<scan::RangeHit> hits(kBeams);
   over_scans(state, world,
              [&] { scan::cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, hits); });
 }
-BENCHMARK(bodies_exact_twin)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(20);
+BENCHMARK(bodies_exact_reference)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(20);
 
 void building_tree(benchmark::State& state) {
   World world;
@@ -218,8 +218,8 @@ BENCHMARK(augment)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5
 void leaf_fit(benchmark::State& state) {
   World world;
   LaserDescription laser = world.laser;
-  laser.angle_step = 0.25 * std::numbers::pi / 180;
-  laser.angle_first = -540 * laser.angle_step;
+  laser.angle_increment = 0.25 * std::numbers::pi / 180;
+  laser.angle_min = -540 * laser.angle_increment;
   ModelEntity door;
   door.T_map_body = Transform<Map, Body>::planar(3, 0, std::numbers::pi / 2, 1);
   door.size = {0.9, 0.04, 2};
@@ -228,7 +228,7 @@ void leaf_fit(benchmark::State& state) {
   model.entities = {door};
   model.entities[0].T_map_body = leaf_at(door, *door.hinge, 0.7);
   const std::vector<float> time(1081, 0);
-  const scan::BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+  const scan::BeamSet beams{static_cast<float>(laser.angle_min), static_cast<float>(laser.angle_increment),
                             time};
   const auto T_map_laser = Transform<Map, Laser>::planar(0, 0, 0, 0.4);
   std::vector<scan::RangeHit> none(time.size(), scan::RangeHit{INFINITY, -1, 0}), hits(time.size());

@@ -104,7 +104,7 @@ int main(int count, char** words) {
   }
   const std::string program = words[1], threads = count > 4 ? words[4] : "2";
   const fs::path folder = words[2];
-  const double most = count > 3 ? std::atof(words[3]) : 10;
+  const double max_millions = count > 3 ? std::atof(words[3]) : 10;
   const auto site = one_site(count > 5 ? words[5] : nullptr);
   if (!site) return std::fprintf(stderr, "%s\n", site.error().message.c_str()), 1;
   const fs::path cloud = folder / "bench-cloud.ply", model = folder / "bench-model.yaml";
@@ -121,7 +121,7 @@ int main(int count, char** words) {
               fixed.cpu, fixed.memory / 1e6);
   int failed = fixed.exit;
   for (const double millions : {0.1, 1.0, 10.0, 50.0}) {
-    if (millions > most) break;
+    if (millions > max_millions) break;
     const auto [points, cost] = measure(static_cast<std::size_t>(millions * 1e6));
     const double per = static_cast<double>(points) / 1e6, own = 12.0 * static_cast<double>(points);
     std::printf(

@@ -23,10 +23,10 @@ std::vector<Eigen::Vector3f> one_room() {
       std::filesystem::path(PARHELION_DATA_DIR) / "3d-room-scan/room_scan1.pcd";
   if (auto file = cloud::read_scan(real)) return std::move(file->cloud.points);
   std::printf("no %s: a synthetic room in its place\n", real.c_str());
-  test::CloudPainter painter(800, 0.01, 1);
-  painter.room({-2.6, -1.5}, {8, 3.1}, -1.3, 1.65);
-  painter.clutter({Eigen::Vector3d(-2, -1, -1.3), Eigen::Vector3d(3, 2, -0.3)}, 10'000);
-  return painter.cloud().points;
+  test::CloudSampler sampler(800, 0.01, 1);
+  sampler.room({-2.6, -1.5}, {8, 3.1}, -1.3, 1.65);
+  sampler.clutter({Eigen::Vector3d(-2, -1, -1.3), Eigen::Vector3d(3, 2, -0.3)}, 10'000);
+  return sampler.cloud().points;
 }
 
 /// MiB, peak since `forget`.
@@ -87,7 +87,7 @@ void measure(const std::vector<Eigen::Vector3f>& room, std::size_t copies, int t
 
 int main(int count, char** words) {
   using namespace parhelion;
-  const double most = count > 1 ? std::atof(words[1]) : 10;
+  const double max_millions = count > 1 ? std::atof(words[1]) : 10;
   const int threads = count > 2 ? std::atoi(words[2]) : 2;
   cloud::PointCloud<Cloud> cloud;
   cloud.points = one_room();
@@ -105,6 +105,6 @@ int main(int count, char** words) {
   }
   for (const double millions : {0.1, 1.0, 10.0, 50.0}) {
     const auto copies = static_cast<std::size_t>(millions * 1e6 / static_cast<double>(room.size()));
-    if (millions <= most) measure(room, std::max<std::size_t>(1, copies), threads);
+    if (millions <= max_millions) measure(room, std::max<std::size_t>(1, copies), threads);
   }
 }

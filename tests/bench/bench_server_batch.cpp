@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "server/runtime/grade_batch.hpp"
-#include "tests/server/tick/lesson_log.hpp"
+#include "tests/server/tick/graded_log.hpp"
 
 namespace parhelion {
 namespace {
@@ -27,9 +27,9 @@ std::vector<std::string> make_sessions(const test::Folder& folder, std::size_t c
   const Message end = log.back();
   log.pop_back();
   for (int i = 0; i < 10 * static_cast<int>(kDuration); ++i)
-    for (const char* channel : {channel::scan, channel::mr_scan})
+    for (const char* channel : {channel::kScan, channel::kMrScan})
       log.push_back(
-          test::message(channel, test::start_us + 3'000'000 + 100'000LL * i, test::scan_at(0.1 * i)));
+          test::message(channel, test::kStartUs + 3'000'000 + 100'000LL * i, test::scan_at(0.1 * i)));
   std::stable_sort(log.begin() + 1, log.end(),
                    [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
   log.push_back(end);

@@ -35,7 +35,7 @@ std::string ten_hertz() {
   std::ofstream(share / "fusion/scan/presets/ten-hertz.yaml")
       << "range_min: 0.02 m\nrange_max: 80 m\nno_return: 81.83 m\ntoo_close: 0 m\nbeam_interval: 18 us\n"
          "scan_period: 100 ms\nnoise_sigma: 5 mm\nquantization: 10 mm\nbeams: 361\nangle_first: -90 deg\n"
-         "angle_step: 0.5 deg\n";
+         "angle_increment: 0.5 deg\n";
   setenv("PARHELION_SHARE", share.c_str(), 1);
   return "ten-hertz";
 }
@@ -54,7 +54,7 @@ ModelEntity box(const std::string& name, EntityLabel label, double x, double y, 
 tick::Configuration hall(int agents, int lasers) {
   Scenario scenario;
   scenario.name = "crowd";
-  scenario.most_agents = 10'000;
+  scenario.max_agents = 10'000;
   const int columns = static_cast<int>(std::ceil(std::sqrt(agents + 1)));
   const double half = columns * kSpacing / 2;
   SemanticModel model;
@@ -183,7 +183,7 @@ class Listener {
     stop_ = true;
     thread_.join();
   }
-  std::size_t heard() const { return heard_; }
+  std::size_t received_count() const { return received_count_; }
 
  private:
   void run() {
@@ -192,12 +192,12 @@ class Listener {
     while (!stop_) {
       const auto received = bus_.receive(message, milliseconds(10));
       if (!received || !*received) continue;
-      if (decode(message.channel, message.payload, scan).ok() && scan.ranges.size() == 361) ++heard_;
+      if (decode(message.channel, message.payload, scan).ok() && scan.ranges.size() == 361) ++received_count_;
     }
   }
 
   Bus& bus_;
-  std::atomic<std::size_t> heard_ = 0;
+  std::atomic<std::size_t> received_count_ = 0;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };
@@ -221,9 +221,10 @@ void published(benchmark::State& bench) {
   tick::StageObserver unmeasured;
   std::int64_t utime = kStart;
   std::size_t sent = 0;
-  const auto wait_for = [&](std::size_t scans, std::chrono::milliseconds most) {
-    const auto end = std::chrono::steady_clock::now() + most;
-    while (listener.heard() < scans && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  const auto wait_for = [&](std::size_t scans, std::chrono::milliseconds timeout) {
+    const auto end = std::chrono::steady_clock::now() + timeout;
+    while (listener.received_count() < scans && std::chrono::steady_clock::now() < end)
+      std::this_thread::yield();
   };
   const auto run = [&](double seconds_of_it) {
     const std::int64_t end = utime + static_cast<std::int64_t>(seconds_of_it * 1e6);
@@ -239,14 +240,15 @@ void published(benchmark::State& bench) {
   };
   run(2);
   wait_for(sent, std::chrono::milliseconds(1000));
-  const std::size_t heard_before = listener.heard(), sent_before = sent;
+  const std::size_t received_before = listener.received_count(), sent_before = sent;
   for (auto _ : bench) {
     run(1);
     wait_for(sent, std::chrono::milliseconds(1000));
   }
-  const std::size_t heard = listener.heard() - heard_before;
-  bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(heard), benchmark::Counter::kIsRate);
-  bench.counters["lost"] = static_cast<double>(sent - sent_before) - static_cast<double>(heard);
+  const std::size_t received_count = listener.received_count() - received_before;
+  bench.counters["scans_per_s"] =
+      benchmark::Counter(static_cast<double>(received_count), benchmark::Counter::kIsRate);
+  bench.counters["lost"] = static_cast<double>(sent - sent_before) - static_cast<double>(received_count);
   std::filesystem::remove(log);
 }
 BENCHMARK(published)

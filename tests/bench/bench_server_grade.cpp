@@ -14,8 +14,8 @@ namespace {
 
 using namespace parhelion;
 
-constexpr std::int64_t minute_us = 60'000'000;
-constexpr int minutes = 60;
+constexpr std::int64_t kMinuteUs = 60'000'000;
+constexpr int kMinutes = 60;
 
 Scenario lesson(const std::filesystem::path& folder) {
   Scenario scenario;
@@ -55,12 +55,12 @@ void move_on(Message& message, std::int64_t us) {
 bool write_hour(const std::filesystem::path& minute, const std::filesystem::path& hour) {
   auto writer = LogWriter::create(hour, true);
   if (!writer) return false;
-  for (int i = 0; i < minutes; ++i) {
+  for (int i = 0; i < kMinutes; ++i) {
     auto reader = LogReader::open(minute);
     if (!reader) return false;
     for (auto next = reader->next(); next && *next; next = reader->next()) {
-      if (i > 0 && (*next)->channel == channel::mr_session) continue;
-      move_on(**next, i * minute_us);
+      if (i > 0 && (*next)->channel == channel::kMrSession) continue;
+      move_on(**next, i * kMinuteUs);
       if (!writer->write((*next)->channel, (*next)->arrival, (*next)->payload)) return false;
     }
   }
@@ -91,8 +91,8 @@ int main() {
     const auto graded = runtime::grade_session(folder / "hour.lcm");
     if (!graded) return std::fprintf(stderr, "%s\n", graded.error().message.c_str()), 1;
     times.push_back((runtime::steady_now() - begun).seconds());
-    std::printf("graded in %.2f s: %.0f s of session, %zu charges\n", times.back(),
-                (graded->grade.end - graded->grade.begin).seconds(), graded->grade.charges.size());
+    std::printf("graded in %.2f s: %.0f s of session, %zu deductions\n", times.back(),
+                (graded->grade.end - graded->grade.begin).seconds(), graded->grade.deductions.size());
   }
   std::sort(times.begin(), times.end());
   std::printf("median %.2f s\n", times[2]);

@@ -51,12 +51,12 @@ Played read(const std::string& path) {
     if (!next.ok() || !*next) break;
     Message& message = **next;
     RobotMessage robot;
-    if (message.channel == channel::robot && decode(message.channel, message.payload, robot).ok()) {
+    if (message.channel == channel::kRobot && decode(message.channel, message.payload, robot).ok()) {
       played.robot_yaml = robot.yaml;
     }
-    if (message.channel == channel::scan || message.channel == channel::odometry)
+    if (message.channel == channel::kScan || message.channel == channel::kOdometry)
       played.inputs.push_back(message);
-    if (message.channel == channel::camera) played.images.push_back(message);
+    if (message.channel == channel::kCamera) played.images.push_back(message);
   }
   return played;
 }
@@ -74,8 +74,8 @@ std::vector<Due> back_and_forth(const std::vector<Message>& inputs, double speed
   for (bool forwards = true; begun < duration; forwards = !forwards) {
     for (std::size_t i = 1; i < inputs.size(); ++i) {
       const Message& each = forwards ? inputs[i] : inputs[inputs.size() - 1 - i];
-      const Duration way = forwards ? each.arrival - first : last - each.arrival;
-      all.push_back({seconds(begun + way.seconds() / speed), &each});
+      const Duration elapsed = forwards ? each.arrival - first : last - each.arrival;
+      all.push_back({seconds(begun + elapsed.seconds() / speed), &each});
     }
     begun += (last - first).seconds() / speed;
   }
@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
 
   const std::vector<Due> inputs = back_and_forth(played.inputs, speed, duration);
   const WallTime begun = runtime::wall_now();
-  std::size_t next_input = 0, frame = 0, heard = 0;
+  std::size_t next_input = 0, frame = 0, received = 0;
   while ((runtime::wall_now() - begun).seconds() < duration && next_input < inputs.size()) {
     const Message& input = *inputs[next_input].message;
     const WallTime input_due = begun + inputs[next_input].after;
@@ -130,21 +130,21 @@ int main(int argc, char** argv) {
     if (input_due <= frame_due) {
       ++next_input;
       const Duration to_now{input_due.ns - input.arrival.ns};
-      input.channel == channel::scan ? publish<Scan>(**robot, input, to_now)
-                                     : publish<Odometry>(**robot, input, to_now);
+      input.channel == channel::kScan ? publish<Scan>(**robot, input, to_now)
+                                      : publish<Odometry>(**robot, input, to_now);
     } else {
       const Message& image = played.images[(frame++ / 3) % played.images.size()];
       publish<Image>(**robot, image, Duration{frame_due.ns - image.arrival.ns});
     }
     Message message;
-    while (*(*subscriber)->receive(message, milliseconds(0))) ++heard;
+    while (*(*subscriber)->receive(message, milliseconds(0))) ++received;
   }
   for (const pid_t pid : {slam, server}) {
     kill(pid, SIGINT);
     int status = 0;
     waitpid(pid, &status, 0);
   }
-  std::printf("messages heard by the subscriber: %zu; frames sent: %zu\n", heard, frame);
+  std::printf("messages heard by the subscriber: %zu; frames sent: %zu\n", received, frame);
   std::ifstream report("/tmp/bench-live-report.json");
   std::cout << std::string(std::istreambuf_iterator<char>(report), {});
   return 0;

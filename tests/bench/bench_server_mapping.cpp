@@ -126,11 +126,11 @@ Drive drive(double duration) {
   scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
   for (int i = 0; i < kRate * duration; ++i) {
     Scan scan;
-    scan.angle_first = static_cast<float>(laser.angle_first);
-    scan.angle_step = static_cast<float>(laser.angle_step);
+    scan.angle_min = static_cast<float>(laser.angle_min);
+    scan.angle_increment = static_cast<float>(laser.angle_increment);
     std::vector<scan::RangeHit> hits(time.size());
     const auto T_map_laser = pose_at(i / kRate) * laser.T_base_laser;
-    caster.cast_building({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time}, 30, hits);
+    caster.cast_building({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time}, 30, hits);
     for (const scan::RangeHit& hit : hits)
       scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
     result.scans.push_back(scan);
@@ -157,21 +157,21 @@ void play(Bus& bus, const Drive& drive, double duration) {
     const Duration left = due - runtime::wall_now();
     if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
     const SensorTime stamp{due.ns};
-    publish(bus, channel::odometry, Odometry{stamp, pose_at(t).as<Odom, Base>()});
+    publish(bus, channel::kOdometry, Odometry{stamp, pose_at(t).as<Odom, Base>()});
     PoseEstimate pose;
     pose.stamp = stamp;
     pose.T_map_base = pose_at(t);
     pose.covariance = PoseCovariance::Identity() * 1e-5;
     pose.state = SlamState::tracking;
     pose.map_id = "site";
-    publish(bus, channel::pose_cov, pose);
+    publish(bus, channel::kPoseCov, pose);
     Scan scan = drive.scans[i];
     scan.stamp = stamp;
-    publish(bus, channel::scan, scan);
+    publish(bus, channel::kScan, scan);
     if (static_cast<double>(image) * kViewsEach > t || image >= drive.images.size()) continue;
     Image depth = drive.images[image++];
     depth.stamp = stamp;
-    publish(bus, channel::depth, depth);
+    publish(bus, channel::kDepth, depth);
   }
 }
 
@@ -194,7 +194,7 @@ Session session(const Drive& drive, bool mapping, const SemanticModel& model, do
   options.session = log;
   options.overwrite = true;
   options.stop = [&] { return stop.load(); };
-  options.say = [&](const std::string&) { started = true; };
+  options.notify = [&](const std::string&) { started = true; };
   options.update_site = [&](const runtime::SiteView& view) {
     const WallTime begun = runtime::steady_now();
     auto made = site.add(view);
@@ -226,7 +226,7 @@ int main(int count, char** words) {
   const std::string log = (std::filesystem::temp_directory_path() / "bench-mapping.lcm").string();
   enum Kind : std::size_t { without, with, without_in_its_model };
   constexpr const char* names[] = {"without mapping", "with mapping", "without, in its model"};
-  std::vector<double> p50[3], p99[3], most[3];
+  std::vector<double> p50[3], p99[3], maxima[3];
   SemanticModel grown = known();
   for (int i = 0; i < 3 * rounds; ++i) {
     const auto kind = static_cast<Kind>(i % 3);
@@ -235,7 +235,7 @@ int main(int count, char** words) {
     const tick::Percentiles& path = done.report.scan_in_to_out_us;
     p50[kind].push_back(path.at(0.5));
     p99[kind].push_back(path.at(0.99));
-    most[kind].push_back(path.max());
+    maxima[kind].push_back(path.max());
     std::printf(
         "%-21s scan in to out p50 %5.0f us  p90 %5.0f  p99 %6.0f  max %6.0f (%llu scans, guard %llu)\n",
         names[kind], path.at(0.5), path.at(0.9), path.at(0.99), path.max(),
@@ -252,7 +252,7 @@ int main(int count, char** words) {
     std::fflush(stdout);
   }
   std::filesystem::remove(log);
-  for (const auto& [what, values] : {std::pair{"p50", p50}, {"p99", p99}, {"max", most}}) {
+  for (const auto& [what, values] : {std::pair{"p50", p50}, {"p99", p99}, {"max", maxima}}) {
     const double a = median(values[without]), b = median(values[with]),
                  c = median(values[without_in_its_model]);
     std::printf(

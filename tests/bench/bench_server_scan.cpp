@@ -65,7 +65,7 @@ struct Run {
   runtime::StageClock stages;
   tick::Percentiles scan_in_to_out;  ///< includes the wait for physics, in which events and worlds are graded
   tick::Tally tally;
-  std::size_t charges = 0;
+  std::size_t deductions = 0;
 };
 
 Run run(const tick::Configuration& configuration, int scans) {
@@ -81,8 +81,8 @@ Run run(const tick::Configuration& configuration, int scans) {
     const double yaw = 0.3 * i * 0.026667;
     Scan scan;
     scan.stamp = stamp;
-    scan.angle_first = static_cast<float>(configuration.robot.laser->angle_first);
-    scan.angle_step = static_cast<float>(configuration.robot.laser->angle_step);
+    scan.angle_min = static_cast<float>(configuration.robot.laser->angle_min);
+    scan.angle_increment = static_cast<float>(configuration.robot.laser->angle_increment);
     scan.ranges.assign(361, configuration.robot.laser->convention.no_return_sentinel());
     PoseEstimate pose;
     pose.stamp = stamp;
@@ -104,7 +104,7 @@ Run run(const tick::Configuration& configuration, int scans) {
     }
   }
   result.tally = state.tally;
-  if (state.grading) result.charges = state.grading->grader.grade().charges.size();
+  if (state.grading) result.deductions = state.grading->grader.grade().deductions.size();
   return result;
 }
 
@@ -128,7 +128,7 @@ Training lesson() {
     penalty.name = "rule " + std::to_string(i);
     penalty.points = 1;
     if (i % 2 == 0) {
-      const EventKind kinds[] = {EventKind::collision_started, EventKind::collision_predicted,
+      const EventKind kinds[] = {EventKind::contact_started, EventKind::collision_predicted,
                                  EventKind::near_miss};
       penalty.when.event = kinds[i / 2];
       penalty.when.subject = "any";
@@ -152,8 +152,8 @@ int compare_grading() {
     const Run one = run(graded ? with : without, 500);
     p50[graded].push_back(one.scan_in_to_out.at(0.5));
     p99[graded].push_back(one.scan_in_to_out.at(0.99));
-    std::printf("%-8s p50 %6.0f us  p99 %6.0f us  %zu charges\n", graded ? "graded" : "not",
-                p50[graded].back(), p99[graded].back(), one.charges);
+    std::printf("%-8s p50 %6.0f us  p99 %6.0f us  %zu deductions\n", graded ? "graded" : "not",
+                p50[graded].back(), p99[graded].back(), one.deductions);
   }
   std::printf(
       "median of ten: p50 %.0f us without, %.0f us with grading (%+.1f %%); p99 %.0f us, %.0f us (%+.0f "

@@ -17,7 +17,7 @@ struct Group {
 
 void judge(const Group& group, unsigned seed, int learners, int before) {
   double chosen = 0, fixed = 0, complete = 0, confidence = 0, truly = 0, fixed_complete = 0;
-  int said = 0;
+  int claimed = 0;
   test::Calibration calibration;
   std::vector<test::Curriculum> curricula;  // one for each tenth of the learners
   std::vector<training::SkillParameters> parameters;
@@ -39,7 +39,7 @@ void judge(const Group& group, unsigned seed, int learners, int before) {
     complete += a.until_complete;
     fixed_complete += b.until_complete;
     if (a.confidence == 0) continue;
-    ++said;
+    ++claimed;
     confidence += a.confidence;
     truly += a.truly ? 1 : 0;
   }
@@ -51,11 +51,11 @@ void judge(const Group& group, unsigned seed, int learners, int before) {
   std::printf(
       "%-16s said to be complete after %6.1f (of the fixed order %6.1f; %d of %d learners) with %.3f, true "
       "for %.3f\n",
-      "", complete / n, fixed_complete / n, said, learners, confidence / std::max(1, said),
-      truly / std::max(1, said));
+      "", complete / n, fixed_complete / n, claimed, learners, confidence / std::max(1, claimed),
+      truly / std::max(1, claimed));
   if (std::getenv("BINS"))
     for (int i = 0; i < 10; ++i)
-      std::printf("  %d: %.3f %.3f\n", calibration.count[i], calibration.said[i] / calibration.count[i],
+      std::printf("  %d: %.3f %.3f\n", calibration.count[i], calibration.claimed[i] / calibration.count[i],
                   calibration.came[i] / calibration.count[i]);
 }
 

@@ -33,11 +33,11 @@ namespace {
 using namespace parhelion;
 namespace fs = std::filesystem;
 
-constexpr std::uint16_t port = 8402;
-constexpr const char* url = "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304";
-constexpr double scan_period = 0.05013;  // s: not synchronous with the server's clock
-constexpr double settled = 3;            // s before the first memory measurement
-constexpr int looks = 10;                // number of memory measurements
+constexpr std::uint16_t kPort = 8402;
+constexpr const char* kUrl = "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304";
+constexpr double kScanPeriod = 0.05013;  // s: not synchronous with the server's clock
+constexpr double kSettled = 3;           // s before the first memory measurement
+constexpr int kLooks = 10;               // number of memory measurements
 
 void pass(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
 
@@ -53,7 +53,7 @@ SemanticModel hall() {
 RobotDescription description() {
   RobotDescription robot = test::robot();
   robot.laser->beams = 361;
-  robot.laser->angle_step = std::numbers::pi / 360;
+  robot.laser->angle_increment = std::numbers::pi / 360;
   return robot;
 }
 
@@ -84,11 +84,11 @@ pid_t start_server(const std::string& program, const fs::path& folder, bool with
                                      "--force",
                                      "--no-restart",
                                      "--url",
-                                     url};
+                                     kUrl};
   if (with_pages) {
     fs::remove_all(folder / "state");
     arguments.insert(arguments.end(),
-                     {"--http", "127.0.0.1:" + std::to_string(port), "--state-folder", folder / "state"});
+                     {"--http", "127.0.0.1:" + std::to_string(kPort), "--state-folder", folder / "state"});
   }
   fs::remove(folder / "news");  // of the previous run
   const pid_t pid = fork();
@@ -126,13 +126,13 @@ void send_scans(Bus& bus, double duration, bool commands) {
   const RobotDescription robot = description();
   const LaserDescription& laser = *robot.laser;
   Scan scan;
-  scan.angle_first = static_cast<float>(laser.angle_first);
-  scan.angle_step = static_cast<float>(laser.angle_step);
+  scan.angle_min = static_cast<float>(laser.angle_min);
+  scan.angle_increment = static_cast<float>(laser.angle_increment);
   std::vector<float> time;
   scan::beam_times(laser, 361, time);
   std::vector<scan::RangeHit> hits(time.size());
   scan::cast_building_exact({laser.T_base_laser.as<Map, Laser>(), laser.T_base_laser.as<Map, Laser>()},
-                            {scan.angle_first, scan.angle_step, time}, hall(), 30, hits);
+                            {scan.angle_min, scan.angle_increment, time}, hall(), 30, hits);
   for (const scan::RangeHit& hit : hits) scan.ranges.push_back(hit.range);
   PoseEstimate estimate;
   estimate.covariance = PoseCovariance::Identity() * 1e-5;
@@ -144,17 +144,17 @@ void send_scans(Bus& bus, double duration, bool commands) {
     (void)bus.publish(name, payload);
   };
   const WallTime begun = runtime::steady_now();
-  int told = 0;
-  for (int i = 0; i < duration / scan_period; ++i) {
-    const Duration left = begun + seconds(i * scan_period) - runtime::steady_now();
+  int commands_sent = 0;
+  for (int i = 0; i < duration / kScanPeriod; ++i) {
+    const Duration left = begun + seconds(i * kScanPeriod) - runtime::steady_now();
     if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
     const SensorTime now = SensorTime::from_utime(runtime::wall_now().utime());
-    send(channel::odometry, Odometry{now, {}});
+    send(channel::kOdometry, Odometry{now, {}});
     scan.stamp = estimate.stamp = now;
-    send(channel::scan, scan);
-    if (i % 5 == 0) send(channel::pose_cov, estimate);
-    if (commands && i * scan_period > told + 1) {
-      const InstructorCommand command = person(told++ % 2 == 0);
+    send(channel::kScan, scan);
+    if (i % 5 == 0) send(channel::kPoseCov, estimate);
+    if (commands && i * kScanPeriod > commands_sent + 1) {
+      const InstructorCommand command = person(commands_sent++ % 2 == 0);
       send(channel_of(command), command);
     }
   }
@@ -164,21 +164,22 @@ void send_scans(Bus& bus, double duration, bool commands) {
 /// the bytes per second to `out`.
 [[noreturn]] void run_pages(const std::string& setup_link, double duration, int out) {
   const std::string token = setup_link.substr(setup_link.find("token=") + 6);
-  const std::string admin = bench::post(
-      port, "/api/v1/setup", "", R"({"token":")" + token + R"(","name":"ada","password":"a long password"})");
+  const std::string admin =
+      bench::post(kPort, "/api/v1/setup", "",
+                  R"({"token":")" + token + R"(","name":"ada","password":"a long password"})");
   std::vector<std::string> cookies{admin};
   for (const char* role : {"trainee", "observer"}) {
     bench::post(
-        port, "/api/v1/accounts", admin,
+        kPort, "/api/v1/accounts", admin,
         std::string(R"({"name":")") + role + R"(","role":")" + role + R"(","password":"a long password"})");
-    cookies.push_back(bench::post(port, "/api/v1/login", "",
+    cookies.push_back(bench::post(kPort, "/api/v1/login", "",
                                   std::string(R"({"name":")") + role + R"(","password":"a long password"})"));
   }
   std::vector<pollfd> pages;
   for (int i = 0; i < 22; ++i)
     pages.push_back(
-        {bench::open_web_socket(port, "/ws/state", cookies[static_cast<std::size_t>(std::min(i, 2))]), POLLIN,
-         0});
+        {bench::open_web_socket(kPort, "/ws/state", cookies[static_cast<std::size_t>(std::min(i, 2))]),
+         POLLIN, 0});
   std::vector<char> buffer(1 << 20);
   std::uint64_t bytes = 0;
   const WallTime begun = runtime::steady_now();
@@ -186,10 +187,10 @@ void send_scans(Bus& bus, double duration, bool commands) {
   int placed = 0, ponged = 0;
   for (bool open = true; open;) {
     if (elapsed() > placed + 1) {
-      bench::say(pages[0].fd,
-                 placed++ % 2 == 0
-                     ? R"({"type":"agent","action":"spawn","name":"p","kind":"person","x":5,"y":3})"
-                     : R"({"type":"agent","action":"remove","name":"p"})");
+      bench::send_text(pages[0].fd,
+                       placed++ % 2 == 0
+                           ? R"({"type":"agent","action":"spawn","name":"p","kind":"person","x":5,"y":3})"
+                           : R"({"type":"agent","action":"remove","name":"p"})");
     }
     if (elapsed() > 5 * (ponged + 1)) {
       ++ponged;
@@ -247,14 +248,14 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
     }
     pass(1.5);  // log-ins use memory and processor time on purpose; afterwards the load is steady
   }
-  auto robot = open_network_bus(url);
+  auto robot = open_network_bus(kUrl);
   if (!robot) throw std::runtime_error(robot.error().message);
   Run result;
   std::thread memory([&] {
-    pass(settled);
-    for (int i = 0; i < looks; ++i) {
+    pass(kSettled);
+    for (int i = 0; i < kLooks; ++i) {
       result.memory.push_back(resident(server));
-      if (i + 1 < looks) pass((duration - 2.5 - settled) / (looks - 1));
+      if (i + 1 < kLooks) pass((duration - 2.5 - kSettled) / (kLooks - 1));
     }
   });
   send_scans(**robot, duration - 2, !with_pages);

@@ -26,7 +26,7 @@
 #include "protocols/codec.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/http_server.hpp"
-#include "server/station/teleop_desk.hpp"
+#include "server/station/teleop_service.hpp"
 
 namespace {
 
@@ -64,7 +64,7 @@ class PageSocket {
   PageSocket& operator=(const PageSocket&) = delete;
 
   bool open() const { return open_; }
-  void say(const std::string& text) {
+  void send_text(const std::string& text) {
     std::string frame{static_cast<char>(0x81)};
     if (text.size() < 126) {
       frame += static_cast<char>(0x80 | text.size());
@@ -72,8 +72,8 @@ class PageSocket {
       frame += {static_cast<char>(0xFE), static_cast<char>(text.size() >> 8), static_cast<char>(text.size())};
     }
     write(frame + std::string(4, '\0') + text);  // masked with zeros
-    char heard[4096];
-    while (recv(socket_, heard, sizeof heard, MSG_DONTWAIT) > 0) {
+    char incoming[4096];
+    while (recv(socket_, incoming, sizeof incoming, MSG_DONTWAIT) > 0) {
     }
   }
 
@@ -86,13 +86,13 @@ class PageSocket {
 };
 
 /// Waits for MR_CMD with or without a turn; nullopt: none within a second.
-std::optional<WallTime> hear(Bus& bus, bool turns) {
+std::optional<WallTime> await_command(Bus& bus, bool turns) {
   const WallTime until = runtime::steady_now() + seconds(1.0);
   Message message;
   while (runtime::steady_now() < until) {
     const auto came = bus.receive(message, until - runtime::steady_now());
     TwistCommand command;
-    if (!came || !*came || message.channel != channel::mr_cmd) continue;
+    if (!came || !*came || message.channel != channel::kMrCmd) continue;
     if (decode(message.channel, message.payload, command) && (command.twist.wz != 0) == turns)
       return runtime::steady_now();
   }
@@ -106,10 +106,10 @@ std::string robot_on(Bus& bus) {
   while (runtime::steady_now() < until) {
     const auto came = bus.receive(message, seconds(1.0));
     WorldMessage world;
-    if (!came || !*came || message.channel != channel::mr_world) continue;
+    if (!came || !*came || message.channel != channel::kMrWorld) continue;
     if (!decode(message.channel, message.payload, world)) continue;
     for (const station::DrivenRobot& robot : station::robots_in(world)) {
-      if (robot.teleop == channel::teleop) return robot.name;
+      if (robot.teleop == channel::kTeleop) return robot.name;
     }
   }
   return "";
@@ -132,52 +132,53 @@ int main(int argc, char** argv) {
     return std::fprintf(stderr, "usage: bench_station_teleop PARHELION SCENARIO [URL [PRESSES]]\n"), 2;
   const std::string url = argc > 3 ? argv[3] : "udpm://239.255.76.67:7702?ttl=0";
   const int presses = argc > 4 ? std::atoi(argv[4]) : 300;
-  auto said = open_network_bus(url), heard = open_network_bus(url);
-  if (!said || !heard) return std::fprintf(stderr, "%s\n", (said ? heard : said).error().message.c_str()), 1;
-  for (const char* channel : {channel::mr_cmd, channel::mr_world})
-    if (!(*heard)->subscribe(channel, 100)) return 1;
+  auto outgoing = open_network_bus(url), incoming = open_network_bus(url);
+  if (!outgoing || !incoming)
+    return std::fprintf(stderr, "%s\n", (outgoing ? incoming : outgoing).error().message.c_str()), 1;
+  for (const char* channel : {channel::kMrCmd, channel::kMrWorld})
+    if (!(*incoming)->subscribe(channel, 100)) return 1;
   const std::string session =
       std::filesystem::temp_directory_path() / ("bench_station_teleop-" + std::to_string(getpid()) + ".lcm");
   const pid_t server_process =
       start({argv[1], "serve", argv[2], "--url", url, "--no-restart", "--force", "-o", session});
-  const std::string robot = robot_on(**heard);
+  const std::string robot = robot_on(**incoming);
 
-  station::TeleopDesk desk(
-      **said,
+  station::TeleopService service(
+      **outgoing,
       {[] { return runtime::steady_now(); }, [] { return SensorTime{runtime::wall_now().ns}; }, {}, {}, {}});
   station::TeleopRobot driven;
-  driven.driven = {robot, channel::teleop, channel::joint_cmd};
-  desk.set_robots({driven});
+  driven.driven = {robot, channel::kTeleop, channel::kJointCmd};
+  service.set_robots({driven});
   auto web = station::HttpServer::open({});
   if (!web || robot.empty())
     return std::fprintf(stderr, "no server, or no robot\n"), kill(server_process, SIGTERM), 1;
-  (*web)->on_socket("/ws/teleop", station::Access::everyone(), desk.socket());
+  (*web)->on_socket("/ws/teleop", station::Access::everyone(), service.socket());
   (*web)->run();
   std::atomic<bool> stop = false;
   std::thread station([&] {
-    for (; !stop; std::this_thread::sleep_for(std::chrono::milliseconds(20))) desk.turn();
+    for (; !stop; std::this_thread::sleep_for(std::chrono::milliseconds(20))) service.turn();
   });
 
   PageSocket page((*web)->port());
-  page.say(R"({"type":"drive","robot":")" + robot + "\"}");
+  page.send_text(R"({"type":"drive","robot":")" + robot + "\"}");
   std::vector<double> pressed, released;
   int lost_presses = 0, lost_releases = 0;
   for (int i = 1; i <= presses && page.open(); ++i) {
-    page.say(R"({"type":"release"})");
-    static_cast<void>(hear(**heard, false));
+    page.send_text(R"({"type":"release"})");
+    static_cast<void>(await_command(**incoming, false));
     std::this_thread::sleep_for(std::chrono::milliseconds(20 + i * 7 % 30));
     char text[160];
     std::snprintf(text, sizeof text, R"({"type":"twist","seq":%d,"at_ms":%.3f,"vx":0,"vy":0,"wz":%g})", i,
                   Duration{runtime::steady_now().ns}.seconds() * 1e3, i % 2 == 0 ? 0.4 : -0.4);
     WallTime begun = runtime::steady_now();
-    page.say(text);
-    auto answer = hear(**heard, true);
+    page.send_text(text);
+    auto answer = await_command(**incoming, true);
     if (answer) pressed.push_back((*answer - begun).seconds() * 1e3);
     lost_presses += !answer;
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     begun = runtime::steady_now();
-    page.say(R"({"type":"release"})");
-    answer = hear(**heard, false);
+    page.send_text(R"({"type":"release"})");
+    answer = await_command(**incoming, false);
     if (answer) released.push_back((*answer - begun).seconds() * 1e3);
     lost_releases += !answer;
   }

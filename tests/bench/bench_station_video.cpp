@@ -35,7 +35,7 @@ namespace {
 using namespace parhelion;
 using Pixels = std::vector<std::uint8_t>;
 
-constexpr int width = 640, height = 480, block = 16, bits = 24;
+constexpr int kWidth = 640, height = 480, block = 16, bits = 24;
 
 std::vector<Pixels> pictures(const std::string& path) {
   std::vector<Pixels> all;
@@ -45,16 +45,16 @@ std::vector<Pixels> pictures(const std::string& path) {
     auto next = reader->next();
     if (!next.ok() || !*next) break;
     Image image;
-    if ((*next)->channel != channel::camera || !decode(channel::camera, (*next)->payload, image).ok())
+    if ((*next)->channel != channel::kCamera || !decode(channel::kCamera, (*next)->payload, image).ok())
       continue;
     Pixels bgr;
     const auto format = codec.decode(image.bytes, bgr);
-    if (format && format->width == width && format->height == height) all.push_back(std::move(bgr));
+    if (format && format->width == kWidth && format->height == height) all.push_back(std::move(bgr));
   }
   for (int k = 0; all.empty() || (path == "-" && k < 60); ++k) {
     Pixels bgr;
-    for (int i = 0; i < width * height; ++i) {
-      const int x = i % width + 4 * k, y = i / width;
+    for (int i = 0; i < kWidth * height; ++i) {
+      const int x = i % kWidth + 4 * k, y = i / kWidth;
       for (const int c : {x / 3, y / 2, ((x / 40 + y / 40) % 2) * 90 + (x * 7 + y * 13) % 23})
         bgr.push_back(static_cast<std::uint8_t>(c));
     }
@@ -69,7 +69,7 @@ void paint(Pixels& bgr, std::int64_t us) {
   for (int row = 0; row < 2 * block; ++row) {
     for (int x = 0; x < bits * block; ++x) {
       const bool one = ((value >> (bits - 1 - x / block)) & 1U) != (row < block ? 0U : 1U);
-      const std::size_t at = 3 * static_cast<std::size_t>(row * width + x);
+      const std::size_t at = 3 * static_cast<std::size_t>(row * kWidth + x);
       for (std::size_t c = 0; c < 3; ++c) bgr[at + c] = one ? 255 : 0;
     }
   }
@@ -100,12 +100,12 @@ class Camera {
       Image image;
       image.stamp = {runtime::wall_now().ns};
       paint(bgr, image.stamp.utime());
-      image.width = width;
+      image.width = kWidth;
       image.height = height;
-      image.bytes = codec.encode(bgr, {width, height, 85, render::JpegFormat::Subsampling::yuv420}).value();
+      image.bytes = codec.encode(bgr, {kWidth, height, 85, render::JpegFormat::Subsampling::yuv420}).value();
       std::vector<std::uint8_t> payload;
       encode(image, payload);
-      static_cast<void>(bus.publish(channel::mr_camera, payload));
+      static_cast<void>(bus.publish(channel::kMrCamera, payload));
     }
   }
   std::atomic<bool> stop_ = false;
@@ -208,7 +208,7 @@ int main(int argc, char** argv) {
 
   page.serve(**server);
   (*server)->on_socket("/ws/video", station::Access::everyone(), feed.socket());
-  (*server)->on_stream("/video.mjpg", station::Access::everyone(), station::VideoFeed::stream_type,
+  (*server)->on_stream("/video.mjpg", station::Access::everyone(), station::VideoFeed::kStreamType,
                        feed.stream());
   (*server)->run();
   feed.start();

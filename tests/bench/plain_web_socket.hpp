@@ -73,7 +73,7 @@ inline int open_web_socket(std::uint16_t port, const std::string& path, const st
 }
 
 /// A text message of at most 125 bytes, masked with zeros.
-inline void say(int socket_, const std::string& text) {
+inline void send_text(int socket_, const std::string& text) {
   std::string frame{static_cast<char>(0x81), static_cast<char>(0x80 | text.size()), 0, 0, 0, 0};
   write_all(socket_, frame + text);
 }

@@ -41,8 +41,8 @@ socket.onmessage = async ({ data }) => {
   if (typeof data === "string") {
     const message = JSON.parse(data);
     if (message.type !== "clock") return;
-    const now = performance.now(), way = now - message.at_ms;
-    if (way < best) { best = way; offset = message.server_us / 1e3 - (now + message.at_ms) / 2; }
+    const now = performance.now(), roundTrip = now - message.at_ms;
+    if (roundTrip < best) { best = roundTrip; offset = message.server_us / 1e3 - (now + message.at_ms) / 2; }
     return;
   }
   if (kind === "mjpeg") return;

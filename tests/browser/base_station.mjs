@@ -11,7 +11,7 @@ const PATIENCE_MS = 60_000;
 /** A separate multicast group, so that parallel runs do not interfere. */
 export const url = `udpm://239.255.76.67:${20_000 + (process.pid % 20_000)}?ttl=0`;
 
-/** Runs the program until stop(), or to its end: `ended` resolves to its exit status. `said(pattern)` resolves to
+/** Runs the program until stop(), or to its end: `ended` resolves to its exit status. `printed(pattern)` resolves to
  * the match once its output contains it, and rejects when it has ended. */
 export function run(program, options, log) {
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
@@ -30,7 +30,7 @@ export function run(program, options, log) {
   const exit = new Promise((resolve) => child.on("exit", (code, signal) => { ended = code ?? signal; look(); resolve(ended); }));
   return {
     ended: exit,
-    said: (pattern) => new Promise((resolve, reject) => { waiting.push({ pattern, resolve, reject }); look(); }),
+    printed: (pattern) => new Promise((resolve, reject) => { waiting.push({ pattern, resolve, reject }); look(); }),
     async stop() {
       if (ended === null) child.kill("SIGINT");
       return exit;
@@ -39,7 +39,7 @@ export function run(program, options, log) {
 }
 
 /** A scenario with one short driving task; the folder's scenario.yaml. */
-export function writeLesson(folder, sources) {
+export function writeScenario(folder, sources) {
   const path = join(folder, "scenario.yaml");
   writeFileSync(path, `name: first steps
 level: 1
@@ -59,7 +59,7 @@ training:
   limit: 10 min
   pass_mark: 0.5
   tasks: [{name: to the gate, points: 10, required: true, done: {reach: gate}}]
-  penalties: [{name: collision, points: 1, when: {event: collision_started}}]
+  penalties: [{name: collision, points: 1, when: {event: contact_started}}]
 `);
   return path;
 }

@@ -15,7 +15,7 @@ const people = {}, { step, picture } = stepsOf(people, folder);
 
 const server = await serveRoom(program, sources, scans, scratch), browser = await openBrowser();
 try {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const post = async (page, path, data) => assert.ok((await page.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } })).ok(), path);
   const arrive = async (role, hash, script = "") => {
     people[role] = await person(browser, address);
@@ -30,14 +30,14 @@ try {
   const page = await arrive("trainee", "#trainee/scene?layers=robots,scan,depth,cloud");
 
   /** An evenly spread sample of each point cloud in the 3D view: three numbers each, in map. */
-  const clouds = (most) => page.evaluate((most) => {
+  const clouds = (maxPoints) => page.evaluate((maxPoints) => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), drawn = [];
     ground?.stage.map.traverse((each) => { if (each.isPoints && each.visible) drawn.push(each.geometry); });
     return drawn.map((each) => {
-      const { array } = each.getAttribute("position"), { count } = each.drawRange, step = Math.ceil(count / most);
+      const { array } = each.getAttribute("position"), { count } = each.drawRange, step = Math.ceil(count / maxPoints);
       return Array.from({ length: Math.floor(count / step) }, (_, i) => [...array.slice(3 * step * i, 3 * step * i + 3)]);
     });
-  }, most);
+  }, maxPoints);
   const middle = (list) => list.sort((a, b) => a - b)[Math.floor(list.length / 2)];
 
   await step("the registered cloud lies where its building is, and what the depth camera sees lies on it", async () => {
@@ -69,10 +69,10 @@ try {
     const row = (name) => page.locator(".joints li").filter({ has: page.getByRole("button", { name, exact: true }) });
     const value = async (name) => Number.parseFloat(await row(name).locator(".value").textContent());
     const outlines = () => page.locator(".joints polygon").evaluateAll((all) => all.map((each) => each.getAttribute("points")));
-    for (const [name, way, least, moves] of [["shoulder", "raise", 5, 2], ["left finger", "raise", 5, 1], ["left flipper", "lower", 5, 1], ["camera pan", "raise", 5, 0]]) {
-      const begun = await value(name), sign = way === "raise" ? 1 : -1, before = await outlines();
-      await row(name).getByRole("button", { name: new RegExp(`: ${way}$`) }).hover();
-      await hold(`${name} moves`, () => page.mouse.down(), () => page.mouse.up(), async () => sign * ((await value(name)) - begun) >= least);
+    for (const [name, direction, minChange, moves] of [["shoulder", "raise", 5, 2], ["left finger", "raise", 5, 1], ["left flipper", "lower", 5, 1], ["camera pan", "raise", 5, 0]]) {
+      const begun = await value(name), sign = direction === "raise" ? 1 : -1, before = await outlines();
+      await row(name).getByRole("button", { name: new RegExp(`: ${direction}$`) }).hover();
+      await hold(`${name} moves`, () => page.mouse.down(), () => page.mouse.up(), async () => sign * ((await value(name)) - begun) >= minChange);
       await page.mouse.up();
       const after = await outlines();
       assert.ok(after.filter((each, i) => each !== before[i]).length >= moves, `${name}: seen from the side`);

@@ -14,7 +14,7 @@ const { step, picture } = stepsOf(people, folder);
 const demo = run(program, ["demo", "--silent", "--folder", join(scratch, "demo")], join(scratch, "demo.txt"));
 const browser = await openBrowser();
 try {
-  const link = async (who) => (await demo.said(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];
+  const link = async (who) => (await demo.printed(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];
   const links = { instructor: await link("open this"), trainee: await link("trainee"), observer: await link("observer") };
   const address = new URL(links.instructor).origin;
   const arrive = async (role) => {
@@ -83,16 +83,16 @@ try {
     await second.page.goto(links.trainee);
     await second.page.locator("summary", { hasText: "trainee_2" }).waitFor();
     await second.context.close();
-    const twin = await context.newPage(), said = [];
-    twin.on("websocket", (socket) => socket.on("framesent", ({ payload }) => said.push(String(payload))));
-    const times = (type) => said.filter((each) => each.includes(`"type":"${type}"`)).length;
-    await twin.goto(links.trainee);
-    await twin.getByRole("button", { name: "robot_2" }).first().click();
-    await twin.locator(".drive button[aria-pressed=true]", { hasText: "robot_2" }).waitFor();
+    const otherPage = await context.newPage(), printed = [];
+    otherPage.on("websocket", (socket) => socket.on("framesent", ({ payload }) => printed.push(String(payload))));
+    const times = (type) => printed.filter((each) => each.includes(`"type":"${type}"`)).length;
+    await otherPage.goto(links.trainee);
+    await otherPage.getByRole("button", { name: "robot_2" }).first().click();
+    await otherPage.locator(".drive button[aria-pressed=true]", { hasText: "robot_2" }).waitFor();
     const pinged = times("ping"), asked = times("drive");
     await until("a while that both would have fought in", () => times("ping") > pinged + 1);
     assert.ok(times("drive") < asked + 4, `asked ${times("drive") - asked} times more`);  // one or two if a busy machine released control
-    await twin.close();
+    await otherPage.close();
   });
 
   await step("the instructor ends and grades, and everybody reads how it went", async () => {

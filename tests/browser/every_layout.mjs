@@ -4,20 +4,20 @@
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { logIn, noViolation, openBrowser, person, run, url, writeLesson } from "./base_station.mjs";
+import { logIn, noViolation, openBrowser, person, run, url, writeScenario } from "./base_station.mjs";
 import { walkByKeys } from "./walk.mjs";
 
 const [program, sources, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
-const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+const server = run(program, ["serve", writeScenario(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
   "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
 const browser = await openBrowser();
 const screens = { laptop: { width: 1366, height: 768 }, tablet: { width: 1024, height: 768 }, upright: { width: 768, height: 1024 } };
 let wrong = 0;
-const tell = async (what, look) => look().catch((error) => { ++wrong; console.log(`${what}: ${error.message}`); });
+const attempt = async (what, look) => look().catch((error) => { ++wrong; console.log(`${what}: ${error.message}`); });
 
 try {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page: admin } = await person(browser, address);
   const post = (path, data) => admin.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
   await post("setup", { token: new URL(link).searchParams.get("token"), name: "ada", password });
@@ -35,7 +35,7 @@ try {
         await page.locator("header summary").click();
         await page.getByRole("combobox", { name: "Theme" }).selectOption(theme);
         await page.keyboard.press("Escape");
-        await tell(`${role}, ${layout}`, () => noViolation(page, theme));
+        await attempt(`${role}, ${layout}`, () => noViolation(page, theme));
       }
       for (const [screen, size] of folder ? Object.entries(screens) : []) {
         await page.setViewportSize(size);

@@ -3,7 +3,7 @@
 // amount of content.
 (() => {
   const options = { role: "instructor", agents: 12, beams: 361, scan_hz: 20, world_hz: 30, rooms: 3, ...globalThis.fakeStation };
-  const heard = (globalThis.fakeStationHeard = []);
+  const received = (globalThis.fakeStationReceived = []);
   const room = 8, width = options.rooms * room;
 
   const element = (name, label, x, y, z, size, yaw = 0) => ({ name, label, at: [x, y, z], turn: [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)], size, confidence: 1, observed: 1, virtual: false, part_of: label === "stairs" ? "stairs 1" : "", colour: [0.6, 0.6, 0.6] });
@@ -95,7 +95,7 @@
     type: "hello", protocol: 1, who: { name: "kim", role: options.role }, server_us: 0,
     session: { name: "workshop", mode: "live", level: 3, scenario: "workshop", robot: "rover", simulated: false, started_us: 0, mapped: false },
     controls: { pause: false, rate: false, seek: false, end: true, save: true },
-    scene: { scripts: ["door_slams"], lessons: ["camera_delay"], doors: ["door 3"], robot_models: ["rover", "crawler"], agents_max: 1000, briefing: "Drive to the platform." },
+    scene: { scripts: ["door_slams"], faults: ["camera_delay"], doors: ["door 3"], robot_models: ["rover", "crawler"], agents_max: 1000, briefing: "Drive to the platform." },
   };
   const near = (t) => Array.from({ length: 20 }, (_, i) => place(0, t + i * 0.15).slice(0, 2));
 
@@ -108,7 +108,7 @@
       setTimeout(() => { this.readyState = 1; this.onopen?.({}); if (url.includes("/ws/state")) this.#state(); }, 10);
       (globalThis.fakeSockets ??= []).push(this);
     }
-    send(text) { heard.push(text); const said = JSON.parse(text); if (said.request !== undefined) this.give({ type: "reply", request: said.request, ok: true, text: "done" }); }
+    send(text) { received.push(text); const message = JSON.parse(text); if (message.request !== undefined) this.give({ type: "reply", request: message.request, ok: true, text: "done" }); }
     close(code = 1000) { this.#timers.forEach(clearInterval); this.readyState = 3; this.onclose?.({ code }); }
     give(message) { this.onmessage?.({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
     #state() {
@@ -116,15 +116,15 @@
       this.give(hello);
       this.give({ type: "entities", table: 1, forms, list: entities });
       this.give({ type: "zones", list: [{ name: "goal", points: [[2.7, 4.9], [4.5, 4.9], [4.5, 6.1], [2.7, 6.1]], bottom: 0, top: 2 }] });
-      this.give({ type: "events", list: [{ t: 3, kind: "collision_started", subject: "rover", object: "pillar 1", pair: "real_real", position: [6, 2.4, 0.2], impulse: 2, value: 0, text: "", unsensed: false, request: 0 }] });
+      this.give({ type: "events", list: [{ t: 3, kind: "contact_started", subject: "rover", object: "pillar 1", pair: "real_real", position: [6, 2.4, 0.2], impulse: 2, value: 0, text: "", unsensed: false, request: 0 }] });
       this.give({ type: "score", score: 12, possible: 20, passed: null, left_s: 95, tasks: [{ name: "a", title: "Reach the platform", state: "running", points: 4, of: 10, left_s: 95 }] });
-      const say = () => {
+      const sendStatus = () => {
         this.give({ type: "status", values: {}, notes: {}, sensors: [{ name: "SCAN", rate_hz: 20, age_ms: 12, loss: 0, state: "ok" }] });
         this.give({ type: "control", mode: "live", paused: false, rate: 1, position: t(), duration: null, ended: false, frozen: false, estop: globalThis.fakeStopped ?? false });
         this.give({ type: "plans", list: [{ entity: "rover", kind: "predicted", points: near(t()) }, ...entities.filter((e) => e.kind === "robot" && e.id).slice(0, 6).map((e) => ({ entity: e.name, kind: "planned", points: [place(e.id, t()).slice(0, 2), place(e.id, t() + 2).slice(0, 2), place(e.id, t() + 4).slice(0, 2)] }))] });
       };
-      say();
-      this.#timers.push(setInterval(say, 1000), setInterval(() => this.give(world(t())), 1000 / options.world_hz),
+      sendStatus();
+      this.#timers.push(setInterval(sendStatus, 1000), setInterval(() => this.give(world(t())), 1000 / options.world_hz),
         setInterval(() => { this.give(scan(t(), 0)); this.give(scan(t(), 1)); }, 1000 / options.scan_hz));
     }
   }

@@ -65,7 +65,7 @@ try {
   });
 
   await step("a closed hand is the emergency stop, and the wearer sees that it holds", async () => {
-    const stops = () => page.evaluate(() => globalThis.fakeStationHeard.filter((text) => JSON.parse(text).type === "estop").length);
+    const stops = () => page.evaluate(() => globalThis.fakeStationReceived.filter((text) => JSON.parse(text).type === "estop").length);
     const shown = (name = "stopped") => page.evaluate((board) => [...document.querySelectorAll(".ground")].find((each) => each.stage).stage.scene.getObjectByName(board).visible, name);
     assert.equal(await stops(), 0);
     assert.equal(await shown(), false);

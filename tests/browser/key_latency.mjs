@@ -5,18 +5,18 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
-import { logIn, openBrowser, person, run, until, url, writeLesson } from "./base_station.mjs";
+import { logIn, openBrowser, person, run, until, url, writeScenario } from "./base_station.mjs";
 
 const [program, sources, presses = "300"] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
 const password = "a long enough word";
-const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+const server = run(program, ["serve", writeScenario(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
   "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
 const browser = await openBrowser();
 const commands = { TELEOP: [], MR_CMD: [] };
-const deaf = await Promise.all(Object.keys(commands).map((channel) => listen(url, channel, (payload, at) => commands[channel].push({ ...readTwist(payload), at }))));
+const stopListening = await Promise.all(Object.keys(commands).map((channel) => listen(url, channel, (payload, at) => commands[channel].push({ ...readTwist(payload), at }))));
 try {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page } = await person(browser, address);
   await page.goto(link);
   await page.keyboard.type("ada");
@@ -47,12 +47,12 @@ try {
   }
   for (const [channel, list] of Object.entries(found)) {
     list.sort((a, b) => a - b);
-    const at = (share) => list[Math.min(list.length - 1, Math.floor(share * list.length))].toFixed(2);
+    const at = (fraction) => list[Math.min(list.length - 1, Math.floor(fraction * list.length))].toFixed(2);
     console.log(`key press to ${channel}: p50 ${at(0.5)} ms, p95 ${at(0.95)} ms, p99 ${at(0.99)} ms, worst ${list.at(-1).toFixed(2)} ms of ${list.length}`);
   }
 } finally {
   await browser.close();
-  deaf.forEach((stop) => stop());
+  stopListening.forEach((stop) => stop());
   await server.stop();
   rmSync(scratch, { recursive: true });
 }

@@ -7,15 +7,15 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
-import { logIn, openBrowser, person, run, url, writeLesson } from "./base_station.mjs";
+import { logIn, openBrowser, person, run, url, writeScenario } from "./base_station.mjs";
 
 const [program, sources, presses = "100"] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
-const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+const server = run(program, ["serve", writeScenario(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
   "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
 const browser = await openBrowser();
 let commands = [];
-const deaf = await listen(url, "MR_CMD", (payload, at) => commands.push({ ...readTwist(payload), at }));
+const stopListening = await listen(url, "MR_CMD", (payload, at) => commands.push({ ...readTwist(payload), at }));
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const now = () => performance.timeOrigin + performance.now();
 
@@ -29,14 +29,14 @@ function watch() {
   };
 }
 
-function told(what, list) {
+function printLatencies(what, list) {
   list.sort((a, b) => a - b);
-  const at = (share) => list[Math.min(list.length - 1, Math.floor(share * list.length))]?.toFixed(1);
+  const at = (fraction) => list[Math.min(list.length - 1, Math.floor(fraction * list.length))]?.toFixed(1);
   console.log(`${what}: p50 ${at(0.5)} ms, p95 ${at(0.95)} ms, p99 ${at(0.99)} ms, worst ${list.at(-1)?.toFixed(1)} ms of ${list.length}`);
 }
 
 try {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page } = await person(browser, address);
   await page.addInitScript(watch);
   const post = (path, data) => page.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
@@ -67,13 +67,13 @@ try {
     }
   }
   const drawn = await page.evaluate(() => [...globalThis.drawn, performance.now()]);
-  told("key press to the first command that turns", turned);
+  printLatencies("key press to the first command that turns", turned);
   console.log(`presses that moved nothing: ${nothing} of ${presses}`);
-  told("key let go to the last command that turns", stood);
-  told("from one picture to the next, or to the end", drawn.slice(1).map((at, i) => at - drawn[i]));
+  printLatencies("key let go to the last command that turns", stood);
+  printLatencies("from one picture to the next, or to the end", drawn.slice(1).map((at, i) => at - drawn[i]));
 } finally {
   await browser.close();
-  deaf();
+  stopListening();
   await server.stop();
   rmSync(scratch, { recursive: true });
 }

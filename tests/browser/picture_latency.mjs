@@ -6,14 +6,14 @@
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
-import { openBrowser, person, run, url, writeLesson } from "./base_station.mjs";
+import { openBrowser, person, run, url, writeScenario } from "./base_station.mjs";
 
 const [program, sources, seconds = "20", session, rate = "3"] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
 const station = ["--http", "127.0.0.1:0"];
 const server = run(program, session
   ? ["play", resolve(session), "--rate", rate, "--loop", ...station]
-  : ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart", ...station, "--state-folder", join(scratch, "site")],
+  : ["serve", writeScenario(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart", ...station, "--state-folder", join(scratch, "site")],
 join(scratch, "server.txt"));
 const browser = await openBrowser();
 
@@ -24,14 +24,14 @@ function watch() {
   const drawn = new Map();
   const handler = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
   Object.defineProperty(WebSocket.prototype, "onmessage", {
-    set(heard) {
+    set(listener) {
       handler.set.call(this, (event) => {
         if (event.data instanceof ArrayBuffer && this.url.includes("/ws/video")) {
-          const view = new DataView(event.data), says = view.getUint8(0) >= 5;
-          if (says) globalThis.since = "drawn";
-          drawn.set(view.getUint32(4, true), Number(view.getBigInt64(says ? 24 : 16, true)) / 1000);
+          const view = new DataView(event.data), hasDrawnTime = view.getUint8(0) >= 5;
+          if (hasDrawnTime) globalThis.since = "drawn";
+          drawn.set(view.getUint32(4, true), Number(view.getBigInt64(hasDrawnTime ? 24 : 16, true)) / 1000);
         }
-        heard.call(this, event);
+        listener.call(this, event);
       });
     },
   });
@@ -48,7 +48,7 @@ function watch() {
 
 try {
   // `serve` prints a link that creates the first account, `play` one for an observer.
-  const link = (await server.said(/(https?:\/\/\S+\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page } = await person(browser, address);
   await page.addInitScript(watch);
   if (link.includes("/setup")) {
@@ -66,7 +66,7 @@ try {
   const { readBack, painted, since } = await page.evaluate(() => ({ readBack: globalThis.readBack, painted: globalThis.painted, since: globalThis.since }));
   for (const [what, found] of [["read back in the page", readBack], ["the page painted next", painted]]) {
     found.sort((a, b) => a - b);
-    const at = (share) => found[Math.min(found.length - 1, Math.floor(share * found.length))]?.toFixed(1);
+    const at = (fraction) => found[Math.min(found.length - 1, Math.floor(fraction * found.length))]?.toFixed(1);
     console.log(`${since} to ${what}: p50 ${at(0.5)} ms, p95 ${at(0.95)} ms, p99 ${at(0.99)} ms of ${found.length} (${(found.length / Number(seconds)).toFixed(1)} a second)`);
   }
 } finally {

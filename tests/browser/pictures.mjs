@@ -29,7 +29,7 @@ async function open(address, theme, to) {
 
 /** For a `serve` that has just started: its address, with a trainee tess and an instructor ines. */
 async function withAccounts(server) {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page: admin } = await person(browser, address);
   const post = (path, data) => admin.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
   await post("setup", { token: new URL(link).searchParams.get("token"), name: "ada", password });
@@ -80,7 +80,7 @@ async function realRoom() {
 /** The demo, from the instructor's first press to the published result. */
 async function demo() {
   const server = run(program, ["demo", "--silent", "--folder", join(scratch, "demo")], join(scratch, "demo.txt"));
-  const link = async (who) => (await server.said(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];
+  const link = async (who) => (await server.printed(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];
   const links = { instructor: await link("open this"), trainee: await link("trainee"), observer: await link("observer") };
   const enter = (role, theme) => open(new URL(links[role]).origin, theme, ({ page }) => page.goto(links[role]));
   const instructor = await enter("instructor", "dark");

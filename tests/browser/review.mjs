@@ -49,12 +49,12 @@ try {
   await step("what the log calls things is text", async () => {
     assert.equal(await page.evaluate(() => globalThis.ran), undefined);
     assert.match(await page.locator("h1").textContent(), /<script>/);
-    assert.match(await page.locator("table.charges").textContent(), /<img src=x onerror/);
-    assert.equal(await page.locator("table.charges img, table.charges script").count(), 0);
+    assert.match(await page.locator("table.deductions").textContent(), /<img src=x onerror/);
+    assert.equal(await page.locator("table.deductions img, table.deductions script").count(), 0);
   });
 
   await step("a press on a penalty moves the robot, the plots' cursor and the picture", async () => {
-    const presses = page.locator("table.charges button.jump");
+    const presses = page.locator("table.deductions button.jump");
     await presses.first().click();
     const before = { robot: await robot(), second: await second(), cursor: await page.locator(".plot .cursor").first().getAttribute("d"), picture: await page.locator(".picture img").getAttribute("src") };
     await presses.last().click();
@@ -63,7 +63,7 @@ try {
     assert.notEqual(await page.locator(".plot .cursor").first().getAttribute("d"), before.cursor);
     assert.ok(await page.locator(".picture img").getAttribute("src") !== before.picture);
     assert.equal(await second(), await presses.last().textContent());
-    assert.equal(await page.locator("table.charges tr[aria-current=true]").count(), 1);
+    assert.equal(await page.locator("table.deductions tr[aria-current=true]").count(), 1);
   });
 
   await step("the plot of the score ends where the score does", async () => {
@@ -91,7 +91,7 @@ try {
     const before = await second();
     await page.keyboard.press("ArrowRight");
     assert.notEqual(await second(), before);
-    await reached("table.charges tr:last-child button.jump");
+    await reached("table.deductions tr:last-child button.jump");
     const place = await robot();
     await page.keyboard.press("Enter");
     assert.notEqual(await robot(), place);
@@ -123,7 +123,7 @@ try {
     assert.ok(b.x > a.x + a.width && Math.abs(a.width - b.width) < 2);
     const places = () => page.locator(".map .robot").evaluateAll((all) => all.map((each) => each.getAttribute("transform")));
     const before = await places();
-    await page.locator("table.charges button.jump").last().click();
+    await page.locator("table.deductions button.jump").last().click();
     const after = await places();
     assert.ok(before.every((place, i) => place !== after[i]));
   });

@@ -6,7 +6,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
-import { hold, logIn, openBrowser, person, run, stepsOf, url, writeLesson } from "./base_station.mjs";
+import { hold, logIn, openBrowser, person, run, stepsOf, url, writeScenario } from "./base_station.mjs";
 import { accounts } from "./station/accounts.mjs";
 import { end } from "./station/end.mjs";
 import { everyone } from "./station/everyone.mjs";
@@ -20,13 +20,13 @@ const password = "a long enough word";
 const pages = {};
 const { step, picture } = stepsOf(pages, folder);
 
-const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+const server = run(program, ["serve", writeScenario(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
   "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
 const commands = [];
-const deaf = await listen(url, "MR_CMD", (payload) => commands.push(readTwist(payload)));
+const stopListening = await listen(url, "MR_CMD", (payload) => commands.push(readTwist(payload)));
 const browser = await openBrowser();
 try {
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1];
+  const link = (await server.printed(/(https?:\/\/\S+\/setup\?token=\S+)/))[1];
   const address = new URL(link).origin;
   const [admin, trainee, instructor, observer] = await Promise.all([0, 1, 2, 3].map(() => person(browser, address)));
   const roles = Object.assign(pages, { trainee, instructor, observer });
@@ -62,7 +62,7 @@ try {
   });
 } finally {
   await browser.close();
-  deaf();
+  stopListening();
   await server.stop();
   rmSync(scratch, { recursive: true });
 }

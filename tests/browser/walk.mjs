@@ -29,12 +29,12 @@ function missed(reached) {
   return globalThis.walkFrom.filter((each) => pressable(each) && !ids.has(globalThis.walkIds.get(each))).map((each) => `${each.tagName.toLowerCase()} "${(each.getAttribute("aria-label") ?? each.textContent ?? "").trim().slice(0, 40)}"`);
 }
 
-/** One round of Tab from any start; the reached controls in order. `most`: presses until it counts as a trap. */
-export async function walkByKeys(page, what, most = 250) {
+/** One round of Tab from any start; the reached controls in order. `maxPresses`: presses until it counts as a trap. */
+export async function walkByKeys(page, what, maxPresses = 250) {
   await page.evaluate(note);
   const seen = [];
   for (let presses = 0; ; ++presses) {
-    assert.ok(presses < most, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);
+    assert.ok(presses < maxPresses, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);
     await page.keyboard.press("Tab");
     const now = await page.evaluate(focused);
     if (!now) continue;  // the focus left the page; the next Tab enters at its top

@@ -106,14 +106,14 @@ std::string refusal(const T& message) {
 
 TEST(Refused, ScansThatNoLaserMakes) {
   Scan scan = test::sample_scan();
-  scan.angle_step = 0;
+  scan.angle_increment = 0;
   EXPECT_EQ(refusal(scan),
             "channel C: planar_lidar_t: radstep: 0, expected the angle between two beams, not 0");
-  scan.angle_step = NAN;
+  scan.angle_increment = NAN;
   EXPECT_NE(refusal(scan).find("radstep: nan"), std::string::npos);
-  scan.angle_step = -0.5F;
+  scan.angle_increment = -0.5F;
   EXPECT_EQ(refusal(scan), "taken");
-  scan.angle_first = -INFINITY;
+  scan.angle_min = -INFINITY;
   EXPECT_NE(refusal(scan).find("rad0: -inf"), std::string::npos);
   scan = test::sample_scan();
   scan.intensities.pop_back();
@@ -123,7 +123,7 @@ TEST(Refused, ScansThatNoLaserMakes) {
   scan.ranges.clear();
   EXPECT_NE(refusal(scan).find("nranges: 0"), std::string::npos);
   scan.ranges.assign(100'001, 1);
-  scan.angle_step = 1e-5F;
+  scan.angle_increment = 1e-5F;
   EXPECT_NE(refusal(scan).find("nranges: 100001, expected 0..100000"), std::string::npos);
 }
 
@@ -160,11 +160,11 @@ TEST(Refused, PosesThatAreNone) {
   estimate = test::sample_estimate();
   estimate.covariance(3, 3) = -1;
   EXPECT_NE(refusal(estimate).find("covariance: -1"), std::string::npos);
-  EXPECT_NE(refusal(Odometry{test::sample_stamp, Transform<Odom, Base>(nowhere)}).find("x: nan"),
+  EXPECT_NE(refusal(Odometry{test::kSampleStamp, Transform<Odom, Base>(nowhere)}).find("x: nan"),
             std::string::npos);
-  EXPECT_NE(refusal(TwistCommand{test::sample_stamp, {0, INFINITY, 0}}).find("vy: inf"), std::string::npos);
+  EXPECT_NE(refusal(TwistCommand{test::kSampleStamp, {0, INFINITY, 0}}).find("vy: inf"), std::string::npos);
 
-  auto bytes = test::sample("pose_t", PoseStamped{test::sample_stamp, {}, {}, {}, {}}).bytes;
+  auto bytes = test::sample("pose_t", PoseStamped{test::kSampleStamp, {}, {}, {}, {}}).bytes;
   wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, not an identity
   PoseStamped pose;
   const Status status = decode("POSE", bytes, pose);
@@ -173,7 +173,7 @@ TEST(Refused, PosesThatAreNone) {
 }
 
 TEST(Refused, AnOrientationThatIsNone) {
-  ImuSample sample{test::sample_stamp, Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}, {0, 0, 0}};
+  ImuSample sample{test::kSampleStamp, Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}, {0, 0, 0}};
   EXPECT_NE(refusal(sample).find("orientation: 0, expected a quaternion"), std::string::npos);
   sample.orientation = Eigen::Quaterniond(NAN, 0, 0, 0);
   EXPECT_NE(refusal(sample).find("orientation: nan"), std::string::npos);
@@ -185,7 +185,7 @@ TEST(Refused, AnOrientationThatIsNone) {
   sample.acceleration.z() = NAN;
   EXPECT_NE(refusal(sample).find("accel: nan"), std::string::npos);
 
-  auto bytes = test::sample("imu_t", ImuSample{test::sample_stamp, {}, {0, 0, 0}, {0, 0, 0}}).bytes;
+  auto bytes = test::sample("imu_t", ImuSample{test::kSampleStamp, {}, {0, 0, 0}, {0, 0, 0}}).bytes;
   wire::big_endian(std::int32_t{3}, bytes.data() + 16);
   ImuSample decoded;
   const Status status = decode("IMU", bytes, decoded);
@@ -194,7 +194,7 @@ TEST(Refused, AnOrientationThatIsNone) {
       << status.error().message;
 }
 
-TEST(Refused, JointsThatCannotBeTold) {
+TEST(Refused, RefusesUnknownJoints) {
   Joints joints = test::sample_joints();
   joints.names[1] = "pan";
   EXPECT_NE(refusal(joints).find("names: a duplicate joint name"), std::string::npos);
@@ -211,9 +211,9 @@ TEST(Refused, JointsThatCannotBeTold) {
   EXPECT_NE(refusal(joints).find("positions: nan"), std::string::npos);
   joints.positions[0] = 1e300;
   EXPECT_NE(refusal(joints).find("positions: 1e+300"), std::string::npos);
-  EXPECT_NE(refusal(Joints{test::sample_stamp, {}, {}, {}, {}}).find("njoints: 0, expected 1..256"),
+  EXPECT_NE(refusal(Joints{test::kSampleStamp, {}, {}, {}, {}}).find("njoints: 0, expected 1..256"),
             std::string::npos);
-  joints = {test::sample_stamp, {}, {}, {}, {}};
+  joints = {test::kSampleStamp, {}, {}, {}, {}};
   for (int i = 0; i < 257; ++i) joints.names.push_back("j" + std::to_string(i));
   EXPECT_NE(refusal(joints).find("njoints: 257, expected 0..256"), std::string::npos);
 }
@@ -272,16 +272,16 @@ TEST(Refused, FiguresThatNoCommandHas) {
 
 TEST(Refused, ABeamOfAnAgentThatIsNotNamed) {
   EXPECT_NE(
-      refusal(ScanInfo{test::sample_stamp, true, "", 0, {"a"}, {0, 1}}).find("beam_agent: 1, expected -1..0"),
+      refusal(ScanInfo{test::kSampleStamp, true, "", 0, {"a"}, {0, 1}}).find("beam_agent: 1, expected -1..0"),
       std::string::npos);
-  EXPECT_NE(refusal(ScanInfo{test::sample_stamp, true, "", NAN, {}, {}}).find("predicted_error"),
+  EXPECT_NE(refusal(ScanInfo{test::kSampleStamp, true, "", NAN, {}, {}}).find("predicted_error"),
             std::string::npos);
-  EXPECT_EQ(refusal(ScanInfo{test::sample_stamp, false, "no pose", INFINITY, {}, {}}), "taken");
+  EXPECT_EQ(refusal(ScanInfo{test::kSampleStamp, false, "no pose", INFINITY, {}, {}}), "taken");
 }
 
 TEST(Describe, WhatATerminalWouldObeyIsWrittenInHex) {
   std::vector<std::uint8_t> bytes;
-  encode(RobotMessage{test::sample_stamp, "\x1b[2J\a"}, bytes);
+  encode(RobotMessage{test::kSampleStamp, "\x1b[2J\a"}, bytes);
   EXPECT_NE(describe("ROBOT", bytes).find("\"\\x1b[2J\\x07\""), std::string::npos)
       << describe("ROBOT", bytes);
   EXPECT_EQ(describe("X", {}), "0 bytes: too short for a fingerprint");
@@ -292,7 +292,7 @@ TEST(Describe, WhatATerminalWouldObeyIsWrittenInHex) {
 TEST(Describe, EachDecisionOfTheLoopHasAName) {
   for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::foreign_message); ++kind) {
     std::vector<std::uint8_t> bytes;
-    encode(LoopDecision{test::sample_stamp, static_cast<LoopDecision::Kind>(kind), 3}, bytes);
+    encode(LoopDecision{test::kSampleStamp, static_cast<LoopDecision::Kind>(kind), 3}, bytes);
     EXPECT_NE(describe("LOOP", bytes).find(" 3"), std::string::npos) << describe("LOOP", bytes);
   }
 }

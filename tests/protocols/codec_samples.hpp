@@ -35,22 +35,22 @@ Sample sample(const std::string& type, const T& message) {
   return made;
 }
 
-inline constexpr SensorTime sample_stamp = SensorTime::from_utime(1'136'391'912'123'456);
+inline constexpr SensorTime kSampleStamp = SensorTime::from_utime(1'136'391'912'123'456);
 
 inline Scan sample_scan() {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Scan scan;
-  scan.stamp = sample_stamp;
+  scan.stamp = kSampleStamp;
   scan.ranges = {1.5F, 0.0F, 81.83F, infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), -1.0F};
   scan.intensities = {1, 2, 3, 4, 5, 6, 7};
-  scan.angle_first = -1.5F;
-  scan.angle_step = 0.5F;
+  scan.angle_min = -1.5F;
+  scan.angle_increment = 0.5F;
   return scan;
 }
 
 inline Image sample_depth() {
   const std::string raw = "raw";
-  return {sample_stamp,
+  return {kSampleStamp,
           2,
           3,
           6,
@@ -59,14 +59,14 @@ inline Image sample_depth() {
           {{"encoding", {raw.begin(), raw.end()}}, {"empty", {}}}};
 }
 
-constexpr std::uint64_t sample_request = 0xFFFF'FFFF'FFFF'FFFFU;
+constexpr std::uint64_t kSampleRequest = 0xFFFF'FFFF'FFFF'FFFFU;
 
 inline Behaviour sample_behaviour() {
   return {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}, "guide-2", 2.5, true, false};
 }
 
 inline AgentSpawn sample_spawn() {
-  AgentSpawn command{.stamp = sample_stamp, .request = sample_request};
+  AgentSpawn command{.stamp = kSampleStamp, .request = kSampleRequest};
   command.agent.name = "guide-1";
   command.agent.kind = AgentKind::person;
   command.agent.T_map_base = Transform<Map, Base>::planar(1, -2, 0.5, 3);
@@ -77,17 +77,17 @@ inline AgentSpawn sample_spawn() {
 }
 
 inline FaultCommand sample_fault() {
-  return {.stamp = sample_stamp,
-          .request = sample_request,
-          .kind = Lesson::Kind::dead_wheel,
+  return {.stamp = kSampleStamp,
+          .request = kSampleRequest,
+          .kind = Fault::Kind::dead_wheel,
           .right = true,
           .duration = 12.5};
 }
 
 inline Event sample_event() {
   Event event;
-  event.stamp = {sample_stamp.ns + 789};
-  event.kind = EventKind::collision_started;
+  event.stamp = {kSampleStamp.ns + 789};
+  event.kind = EventKind::contact_started;
   event.subject = "robot";
   event.object = "guide-1";
   event.pair = PairKind::real_virtual;
@@ -101,7 +101,7 @@ inline Event sample_event() {
 
 inline WorldMessage sample_world() {
   WorldMessage world;
-  world.stamp = {sample_stamp.ns + 1};
+  world.stamp = {kSampleStamp.ns + 1};
   world.step = 240;
   world.attitude_known = true;
   world.bodies.resize(2);
@@ -116,7 +116,7 @@ inline WorldMessage sample_world() {
 
 inline PoseEstimate sample_estimate() {
   PoseEstimate estimate;
-  estimate.stamp = sample_stamp;
+  estimate.stamp = kSampleStamp;
   estimate.T_map_base = Transform<Map, Base>::planar(1, 2, 3);
   estimate.covariance.diagonal() << 1, 2, 3, 4, 5, 6;
   estimate.covariance(0, 5) = estimate.covariance(5, 0) = 0.25;
@@ -129,51 +129,51 @@ inline PoseEstimate sample_estimate() {
 /// As sent by an MBot; after decoding it is encoded as imu_t.
 inline Sample sample_mbot_imu() {
   constexpr std::uint64_t fingerprint = 0x5d3f1ec742142382U;
-  Sample made = sample("imu_t", ImuSample{sample_stamp, {}, {0, 0, 0}, {0, 0, 0}});
+  Sample made = sample("imu_t", ImuSample{kSampleStamp, {}, {0, 0, 0}, {0, 0, 0}});
   made.type = "mbot_imu_t";
   made.bytes.clear();
   const auto add = [&made](std::uint64_t bits, int bytes) {
     for (int i = bytes - 1; i >= 0; --i) made.bytes.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
   };
   add(fingerprint, 8);
-  add(static_cast<std::uint64_t>(sample_stamp.utime()), 8);
+  add(static_cast<std::uint64_t>(kSampleStamp.utime()), 8);
   for (const float value :
        {90.0F, 0.0F, -45.0F, 0.25F, 0.5F, 9.75F, 1.0F, 2.0F, 3.0F, 0.02F, -0.01F, 1.5F, 30.0F})
     add(std::bit_cast<std::uint32_t>(value), 4);
   return made;
 }
 
-inline Joints sample_joints() { return {sample_stamp, {"pan", "tilt"}, {0.5, -0.25}, {0.1, 0}, {1.5, -2}}; }
+inline Joints sample_joints() { return {kSampleStamp, {"pan", "tilt"}, {0.5, -0.25}, {0.1, 0}, {1.5, -2}}; }
 
 inline std::vector<Sample> samples() {
   return {
       sample("planar_lidar_t", sample_scan()),
       sample("image_t", sample_depth()),
-      sample("pose2D_t", Odometry{sample_stamp, Transform<Odom, Base>::planar(1, 2, 3)}),
+      sample("pose2D_t", Odometry{kSampleStamp, Transform<Odom, Base>::planar(1, 2, 3)}),
       sample("pose_cov_t", sample_estimate()),
       sample(
           "pose_t",
-          PoseStamped{sample_stamp, Transform<Map, Base>::planar(1, 2, 3), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}),
-      sample("twist2D_t", TwistCommand{sample_stamp, {0.5, -0.25, 1}}),
+          PoseStamped{kSampleStamp, Transform<Map, Base>::planar(1, 2, 3), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}),
+      sample("twist2D_t", TwistCommand{kSampleStamp, {0.5, -0.25, 1}}),
       sample("imu_t",
-             ImuSample{sample_stamp, Eigen::Quaterniond(0.8, 0.6, 0, 0), {0.1, 0.2, 0.3}, {0, 0, 9.81}}),
+             ImuSample{kSampleStamp, Eigen::Quaterniond(0.8, 0.6, 0, 0), {0.1, 0.2, 0.3}, {0, 0, 9.81}}),
       sample_mbot_imu(),
       sample("joints_t", sample_joints()),
       sample("agent_spawn_t", sample_spawn()),
-      sample("agent_move_t", AgentMove{sample_stamp, 2, "guide-1", Transform<Map, Base>::planar(1, 2, 3, 4)}),
-      sample("agent_behaviour_t", AgentBehaviour{sample_stamp, 3, "guide-1", sample_behaviour()}),
-      sample("agent_remove_t", AgentRemove{sample_stamp, 4, false, "guide-1"}),
-      sample("agent_freeze_t", AgentFreeze{sample_stamp, 5, true, "", true}),
-      sample("door_cmd_t", DoorCommand{sample_stamp, 6, "door 3", -1.25}),
+      sample("agent_move_t", AgentMove{kSampleStamp, 2, "guide-1", Transform<Map, Base>::planar(1, 2, 3, 4)}),
+      sample("agent_behaviour_t", AgentBehaviour{kSampleStamp, 3, "guide-1", sample_behaviour()}),
+      sample("agent_remove_t", AgentRemove{kSampleStamp, 4, false, "guide-1"}),
+      sample("agent_freeze_t", AgentFreeze{kSampleStamp, 5, true, "", true}),
+      sample("door_cmd_t", DoorCommand{kSampleStamp, 6, "door 3", -1.25}),
       sample("fault_cmd_t", sample_fault()),
-      sample("camera_rate_t", CameraRate{sample_stamp, 8, "rover_2", 5}),
-      sample("object_report_t", ObjectReport{sample_stamp, 9, "gauge 1", Eigen::Vector2d(4.25, 1.5)}),
-      sample("script_start_t", ScriptStart{sample_stamp, 10, "door slams"}),
-      sample("emergency_stop_t", EmergencyStopCommand{sample_stamp, 11, "rover", true}),
+      sample("camera_rate_t", CameraRate{kSampleStamp, 8, "rover_2", 5}),
+      sample("object_report_t", ObjectReport{kSampleStamp, 9, "gauge 1", Eigen::Vector2d(4.25, 1.5)}),
+      sample("script_start_t", ScriptStart{kSampleStamp, 10, "door slams"}),
+      sample("emergency_stop_t", EmergencyStopCommand{kSampleStamp, 11, "rover", true}),
       sample("operator_t",
-             OperatorWord{sample_stamp, "trainee-1", "rover", OperatorWord::State::lost, "js0"}),
+             OperatorStatus{kSampleStamp, "trainee-1", "rover", OperatorStatus::State::lost, "js0"}),
       sample("event_t", sample_event()),
-      sample("session_t", SessionHeader{sample_stamp,
+      sample("session_t", SessionHeader{kSampleStamp,
                                         "name: s\n",
                                         "",
                                         "robot",
@@ -181,15 +181,15 @@ inline std::vector<Sample> samples() {
                                         "0.1.0",
                                         {"SCAN", "ODOMETRY"},
                                         {{"rover", "<robot/>", "drive:\n"}, {"arm", "<robot></robot>", ""}}}),
-      sample("scan_info_t", ScanInfo{sample_stamp, true, "", 0.02, {"guide-1", "box"}, {-1, 0, 1, -1}}),
-      sample("loop_t", LoopDecision{sample_stamp, LoopDecision::Kind::steps_skipped, 3}),
+      sample("scan_info_t", ScanInfo{kSampleStamp, true, "", 0.02, {"guide-1", "box"}, {-1, 0, 1, -1}}),
+      sample("loop_t", LoopDecision{kSampleStamp, LoopDecision::Kind::steps_skipped, 3}),
       sample("status_t",
-             ServerStatus{sample_stamp, {{"scan_p50_us", 123.5}, {"load", 0.5}}, {{"camera", "stand-in"}}}),
-      sample("model_t", ModelVersion{sample_stamp, 2, "map_id: map\n"}),
+             ServerStatus{kSampleStamp, {{"scan_p50_us", 123.5}, {"load", 0.5}}, {{"camera", "stand-in"}}}),
+      sample("model_t", ModelVersion{kSampleStamp, 2, "map_id: map\n"}),
       sample("hazard_reading_t",
-             HazardReading{sample_stamp,
+             HazardReading{kSampleStamp,
                            {{HazardKind::radiation, 12.5, "uSv/h"}, {HazardKind::gas, 400, "ppm"}}}),
-      sample("robot_t", RobotMessage{sample_stamp, "name: robot\n"}),
+      sample("robot_t", RobotMessage{kSampleStamp, "name: robot\n"}),
       sample("world_t", sample_world()),
   };
 }

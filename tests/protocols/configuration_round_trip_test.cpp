@@ -118,8 +118,8 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.model = text();
   a.robot = text();
   a.mapping = *rc::gen::arbitrary<bool>();
-  a.most_agents = static_cast<std::uint64_t>(*rc::gen::inRange(1, 10'001));
-  a.most_agent_pictures = between(10, 240);
+  a.max_agents = static_cast<std::uint64_t>(*rc::gen::inRange(1, 10'001));
+  a.max_agent_image_rate = between(10, 240);
   a.injection.max_error = positive();
   a.injection.restore = between(0, 1);
   a.contact.stop_distance = between(0, 1);
@@ -146,8 +146,8 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->physics_rate == a.physics_rate);
   RC_ASSERT(b->model == a.model);
   RC_ASSERT(b->mapping == a.mapping);
-  RC_ASSERT(b->most_agents == a.most_agents);
-  RC_ASSERT(b->most_agent_pictures == a.most_agent_pictures);
+  RC_ASSERT(b->max_agents == a.max_agents);
+  RC_ASSERT(b->max_agent_image_rate == a.max_agent_image_rate);
   RC_ASSERT(b->robot == a.robot);
   RC_ASSERT(b->injection.max_error == a.injection.max_error);
   RC_ASSERT(b->injection.restore == a.injection.restore);

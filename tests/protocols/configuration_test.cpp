@@ -32,14 +32,14 @@ std::string robot_error(const std::string& yaml) {
   return robot ? "" : robot.error().message;
 }
 
-const std::string agent = R"(agents:
+const std::string kAgent = R"(agents:
   - name: r1
     kind: robot
     pose: {x: 1 m, y: 2 m, yaw: 90 deg}
 )";
 
 TEST(Scenario, ReadsUnitsIntoSi) {
-  const auto scenario = parse_scenario(agent + R"(    size: [40 cm, 400 mm, 0.6 m]
+  const auto scenario = parse_scenario(kAgent + R"(    size: [40 cm, 400 mm, 0.6 m]
     behaviour: {kind: patrol, speed: 1.8 km/h, waypoints: [[1 m, 2 m], [300 cm, -4 m]]}
     laser: utm-30lx
 name: corridor
@@ -112,7 +112,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
       {"agents:\n  - {name: a, kind: robot, model: rover, pose: {x: 1 m}, camera: 5}", "a unit is missing"},
       {"agents:\n  - {name: a, kind: robot, model: rover, pose: {x: 1 m}, camera: 8 Hz}\n"
        "  - {name: b, kind: robot, model: rover, pose: {x: 2 m}, camera: 4 Hz}",
-       "s.yaml:3: 'camera': the agents' cameras take 12 Hz together, more than most_agent_pictures, 10 Hz"},
+       "s.yaml:3: 'camera': the agents' cameras take 12 Hz together, more than max_agent_image_rate, 10 Hz"},
       {"agents:\n  - {name: a, kind: box, pose: {x: 1 m}, size: [1 m, 2 m, 0 m]}", "expected size > 0 m"},
       {"agents:\n  - {name: a, kind: box, pose: {pitch: 1 deg}}", "an agent stands upright"},
       {"agents:\n  - name: a\n    kind: box\n    pose: {x: 1 m}\n    behaviour: {kind: patrol}",
@@ -143,7 +143,7 @@ TEST(Scenario, RefusesAnOutputThatIsAnInputAfterRenaming) {
               HasSubstr("the output MR_SCAN and the input SCAN"));
   EXPECT_THAT(scenario_error("channels: {MR_CMD: MR_SPAWN}"),
               HasSubstr("the output MR_CMD and the input MR_SPAWN"));
-  EXPECT_THAT(scenario_error(agent + "channels: {MR_AGENT_r1_SCAN: SCAN}"),
+  EXPECT_THAT(scenario_error(kAgent + "channels: {MR_AGENT_r1_SCAN: SCAN}"),
               HasSubstr("the output MR_AGENT_r1_SCAN"));
   EXPECT_THAT(scenario_error("channels: {CAMERA: DEPTH}"),
               HasSubstr("DEPTH and CAMERA would both be named 'DEPTH'"));
@@ -206,20 +206,20 @@ TEST(Model, RefusesWallsThatOverlapAndNamesBoth) {
       << "in its wall";
 }
 
-TEST(Model, OverlapShareOfCrossingAndNestedBoxesIsTheirVolumes) {
+TEST(Model, OverlapFractionOfCrossingAndNestedBoxesIsByVolume) {
   ModelEntity a, b;
   a.size = {4, 2, 2};
   b.size = {1, 1, 1};
-  EXPECT_DOUBLE_EQ(overlap_share(a, b), 1);
+  EXPECT_DOUBLE_EQ(overlap_fraction(a, b), 1);
   b.T_map_body = Transform<Map, Body>::planar(2, 0, 0);
-  EXPECT_DOUBLE_EQ(overlap_share(a, b), 0.5);
+  EXPECT_DOUBLE_EQ(overlap_fraction(a, b), 0.5);
   b.T_map_body = Transform<Map, Body>::planar(2, 0, std::numbers::pi / 4);
-  EXPECT_NEAR(overlap_share(b, a), 0.5, 1e-12);
+  EXPECT_NEAR(overlap_fraction(b, a), 0.5, 1e-12);
   b.T_map_body = Transform<Map, Body>::planar(0, 0, 0, 1.25);
-  EXPECT_DOUBLE_EQ(overlap_share(a, b), 0.25);
+  EXPECT_DOUBLE_EQ(overlap_fraction(a, b), 0.25);
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
   b.T_map_body = Transform<Map, Body>(tilt, {2, 0, 0});
-  EXPECT_NEAR(overlap_share(a, b), 0.5, 0.02);
+  EXPECT_NEAR(overlap_fraction(a, b), 0.5, 0.02);
 }
 
 TEST(Robot, PresetIsTheBaseOfTheKeysThatAreGiven) {
@@ -269,7 +269,7 @@ TEST(Robot, RefusesWhatCannotBeMeant) {
        "expected range_min < range_max, found 9 m and 8 m"},
       {"laser: {pose: {}, range_max: 8 m, passes: 0}", "expected passes >= 1"},
       {"laser: {pose: {}, range_max: 8 m, no_return: never}", "(or infinity or nan)"},
-      {"laser: {pose: {}, range_max: 8 m, beams: 3}", "expected angle_step != 0 rad"},
+      {"laser: {pose: {}, range_max: 8 m, beams: 3}", "expected angle_increment != 0 rad"},
       {"camera: {width: 640}", "key 'pose' is missing in 'camera'"},
       {"imu: {}", "key 'pose' is missing in 'imu'"},
       {"camera: {pose: {}, width: 1, height: 1, fx: 1 px, fy: 1 px, cx: 0 px, cy: 0 px, head: [{joint: pan, "

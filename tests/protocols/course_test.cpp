@@ -9,7 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string whole = R"(course: operator
+const std::string kWhole = R"(course: operator
 text: From the first metre on.
 programmes:
   - {scenario: a.yaml, text: Forwards.}
@@ -23,7 +23,7 @@ ranking:
 )";
 
 TEST(Course, IsReadInTheOrderOfItsProgrammes) {
-  const auto course = parse_course(whole, "c.yaml");
+  const auto course = parse_course(kWhole, "c.yaml");
   ASSERT_TRUE(course.ok()) << course.error().message;
   EXPECT_EQ(course->name, "operator");
   ASSERT_EQ(course->programmes.size(), 4U);
@@ -34,17 +34,18 @@ TEST(Course, IsReadInTheOrderOfItsProgrammes) {
 }
 
 TEST(Course, RanksByWhatWasPassedAndHowWell) {
-  const auto course = parse_course(whole, "c.yaml");
+  const auto course = parse_course(kWhole, "c.yaml");
   ASSERT_TRUE(course.ok());
   EXPECT_EQ(standing_in(*course, {}).rank, "");
   EXPECT_EQ(standing_in(*course, {}).next, 0U);
   const CourseStanding begun = standing_in(*course, {ProgrammeResult{1, true}, ProgrammeResult{0.5, false}});
   EXPECT_EQ(begun.rank, "learner");
   EXPECT_EQ(begun.passed, 1U);
-  EXPECT_EQ(begun.share, 1.5 / 4) << "what was not driven counts as nothing";
+  EXPECT_EQ(begun.fraction, 1.5 / 4) << "what was not driven counts as nothing";
   EXPECT_EQ(begun.next, 1U);
-  const auto all = [&](double share) {
-    return standing_in(*course, std::vector<std::optional<ProgrammeResult>>(4, ProgrammeResult{share, true}));
+  const auto all = [&](double fraction) {
+    return standing_in(*course,
+                       std::vector<std::optional<ProgrammeResult>>(4, ProgrammeResult{fraction, true}));
   };
   EXPECT_EQ(all(0.75).rank, "driver");
   EXPECT_EQ(all(1).rank, "master");

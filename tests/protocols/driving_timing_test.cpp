@@ -19,11 +19,11 @@ TEST(DrivingTiming, OfThePageIsTheServers) {
   const std::string source = text.str();
   std::smatch found;
   ASSERT_TRUE(std::regex_search(source, found, std::regex("export const beat = (\\d+);")));
-  EXPECT_EQ(milliseconds(std::stoi(found[1])), driving_timing::command_period);
+  EXPECT_EQ(milliseconds(std::stoi(found[1])), driving_timing::kCommandPeriod);
 }
 
 TEST(DrivingTiming, OfAScenarioIsTheServersWhereItNamesNone) {
-  EXPECT_EQ(ContactLimits{}.silence, driving_timing::teleop_silence.seconds());
+  EXPECT_EQ(ContactLimits{}.silence, driving_timing::kTeleopSilence.seconds());
 }
 
 }  // namespace

@@ -67,9 +67,9 @@ TEST(MemoryBus, PatternsMatchWholeNamesAsInLcm) {
        {"MR_AGENT_a_TELEOP", "XMR_AGENT_a_TELEOP", "MR_AGENT_a_TELEOPX", "MR_SCAN", "SCAN"}) {
     ASSERT_TRUE(bus->publish(channel, {}));
   }
-  std::vector<std::string> heard;
-  for (Message message; receive(*bus, message);) heard.push_back(message.channel);
-  EXPECT_EQ(heard, std::vector<std::string>({"MR_AGENT_a_TELEOP", "SCAN"}));
+  std::vector<std::string> received;
+  for (Message message; receive(*bus, message);) received.push_back(message.channel);
+  EXPECT_EQ(received, std::vector<std::string>({"MR_AGENT_a_TELEOP", "SCAN"}));
 }
 
 TEST(MemoryBus, WhatCannotBeMeantIsRefused) {

@@ -19,7 +19,7 @@ std::string error_of(const std::string& yaml) {
   return model ? "" : model.error().message;
 }
 
-const std::string two_entities =
+const std::string kTwoEntities =
     "entities:\n"
     "  - {name: wall 1, label: wall, pose: {z: 1 m}, size: [4 m, 0.1 m, 2.5 m]}\n"
     "  - {name: door 1, label: door, pose: {z: 1 m}, size: [0.9 m, 0.1 m, 2 m]}\n";
@@ -33,7 +33,7 @@ SemanticModel meshed() {
   return model;
 }
 
-TEST(ModelFile, SaysWhatAPersonMayCorrect) {
+TEST(ModelFile, ReportsWhatAPersonMayCorrect) {
   const auto model = parse_model(
       "T_map_cloud: {z: 1.3 m, roll: 2 deg}\n"
       "entities:\n"
@@ -82,13 +82,13 @@ TEST(ModelFile, NamesTheLineAndWhatIsWrong) {
   EXPECT_THAT(
       error_of("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], lokced: true}"),
       HasSubstr("did you mean 'locked'?"));
-  EXPECT_THAT(error_of(two_entities + "relations:\n  - {kind: above, from: door 1, to: wal 1}"),
+  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wal 1}"),
               HasSubstr("m.yaml:5: relation 'above': there is no entity 'wal 1', did you mean 'wall 1'?"));
-  EXPECT_THAT(error_of(two_entities + "relations:\n  - {kind: above, from: door 1, to: door 1}"),
+  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: door 1}"),
               HasSubstr("'door 1' with itself"));
-  EXPECT_THAT(error_of(two_entities + "relations:\n  - {kind: abov, from: door 1, to: wall 1}"),
+  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: abov, from: door 1, to: wall 1}"),
               HasSubstr("did you mean 'above'?"));
-  EXPECT_THAT(error_of(two_entities + "relations:\n  - {kind: above, from: door 1, to: wall 1}\n"
+  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wall 1}\n"
                                       "  - {kind: above, from: door 1, to: wall 1}"),
               HasSubstr("m.yaml:6: relation 'above' from 'door 1' to 'wall 1' is given twice"));
 }
@@ -103,7 +103,7 @@ TEST(ModelFile, AFreeSpaceMayLieInAnotherButWallsMayNot) {
   EXPECT_EQ(twice("wall", ", deleted: true"), "") << "what a person deleted is in nobody's way";
 }
 
-TEST(ModelFile, MeshesAreWrittenInWordsThatAnyReaderOfYamlKnows) {
+TEST(ModelFile, MeshesAreWrittenInPlainYaml) {
   const std::string yaml = to_yaml(meshed());
   EXPECT_THAT(yaml, HasSubstr("vertices: !!binary |\n"));
   const auto model = parse_model(yaml, "m.yaml");

@@ -34,7 +34,7 @@ bool receive(Bus& bus, Message& message, Duration timeout) {
   return came && *came;
 }
 
-TEST(NetworkBus, ASpeakerIsHeardAndHearsNothing) {
+TEST(NetworkBus, ASendingEndpointIsReceivedAndReceivesNothing) {
   const std::string url = own_url();
   OPEN_OR_SKIP(receiver, url);
   ASSERT_TRUE(receiver.subscribe("TELEOP", 4));
@@ -78,15 +78,15 @@ TEST(NetworkBus, ALateReceiverFindsTheNewestAndACount) {
   constexpr std::uint8_t sent = 50;
   for (std::uint8_t i = 0; i < sent; ++i) ASSERT_TRUE(bus.publish("TELEOP", std::vector<std::uint8_t>{i}));
   Message message;
-  std::vector<std::uint8_t> heard;
+  std::vector<std::uint8_t> received;
   // Once END is queued, all earlier messages are queued too.
   ASSERT_TRUE(bus.publish("END", {}));
   std::uint64_t got = 0;
   while (receive(bus, message, seconds(5)) && message.channel != "END")
-    heard.push_back(message.payload.at(0)), ++got;
-  EXPECT_TRUE(std::is_sorted(heard.begin(), heard.end()));
-  ASSERT_FALSE(heard.empty());
-  EXPECT_EQ(heard.back(), sent - 1);
+    received.push_back(message.payload.at(0)), ++got;
+  EXPECT_TRUE(std::is_sorted(received.begin(), received.end()));
+  ASSERT_FALSE(received.empty());
+  EXPECT_EQ(received.back(), sent - 1);
   EXPECT_EQ(got + bus.dropped(), sent);
 }
 
@@ -99,7 +99,7 @@ TEST(NetworkBus, OtherTransportsAndBrokenUrlsAreRefusedWithAnExample) {
   }
 }
 
-TEST(NetworkBus, WithoutAMulticastRouteTheErrorSaysHowToAddOne) {
+TEST(NetworkBus, TheErrorWithoutAMulticastRouteExplainsHowToAddOne) {
   int report[2];
   ASSERT_EQ(pipe(report), 0);
   const pid_t child = fork();
@@ -108,21 +108,23 @@ TEST(NetworkBus, WithoutAMulticastRouteTheErrorSaysHowToAddOne) {
     // A separate network namespace has no route at all.
     if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(77);
     const auto bus = open_network_bus("");
-    const std::string said = bus ? "opened" : bus.error().message;
-    _exit(write(report[1], said.data(), said.size()) == static_cast<ssize_t>(said.size()) ? 0 : 1);
+    const std::string error_text = bus ? "opened" : bus.error().message;
+    _exit(write(report[1], error_text.data(), error_text.size()) == static_cast<ssize_t>(error_text.size())
+              ? 0
+              : 1);
   }
   close(report[1]);
-  std::string said;
+  std::string error_text;
   char part[512];
   for (ssize_t n; (n = read(report[0], part, sizeof part)) > 0;)
-    said.append(part, static_cast<std::size_t>(n));
+    error_text.append(part, static_cast<std::size_t>(n));
   close(report[0]);
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
   if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "this machine allows no network namespace";
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_NE(said.find("ip route add 224.0.0.0/4 dev lo"), std::string::npos) << said;
+  EXPECT_NE(error_text.find("ip route add 224.0.0.0/4 dev lo"), std::string::npos) << error_text;
 }
 
 }  // namespace

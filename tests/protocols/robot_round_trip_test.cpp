@@ -33,8 +33,8 @@ LaserDescription any_laser() {
   laser.intensity_scale = between(0.001, 70'000);
   laser.intensities = *rc::gen::arbitrary<bool>();
   laser.beams = *rc::gen::inRange(0, 100'001);
-  laser.angle_first = finite();
-  laser.angle_step = positive();
+  laser.angle_min = finite();
+  laser.angle_increment = positive();
   laser.source = text();
   return laser;
 }
@@ -48,7 +48,7 @@ bool same(const LaserDescription& a, const LaserDescription& b) {
          a.beam_interval == b.beam_interval && a.scan_period == b.scan_period &&
          a.noise_sigma == b.noise_sigma && a.quantization == b.quantization &&
          a.intensity_scale == b.intensity_scale && a.intensities == b.intensities && a.beams == b.beams &&
-         a.angle_first == b.angle_first && a.angle_step == b.angle_step && a.source == b.source;
+         a.angle_min == b.angle_min && a.angle_increment == b.angle_increment && a.source == b.source;
 }
 
 CameraIntrinsics any_intrinsics() {

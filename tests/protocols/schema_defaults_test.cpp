@@ -48,7 +48,7 @@ TEST(SchemaDefaults, OfAScenario) {
       {"name": "h", "kind": "radiation", "position": ["0 m", "0 m", "0 m"], "dose_rate": "1 uSv/h"},
       {"name": "g", "kind": "gas", "position": ["0 m", "0 m", "0 m"], "concentration": "1 ppm"}],
     "hazard_sensor": {}, "radio": {"position": ["0 m", "0 m", "0 m"]}, "battery": {},
-    "lessons": [{"camera_loss": 0.5}],
+    "faults": [{"camera_loss": 0.5}],
     "training": {
       "tasks": [{"name": "t", "points": 1, "done": {"reach": "z"}}],
       "penalties": [{"name": "p", "per_impulse": 1, "when": {"reach": "z"}},
@@ -68,7 +68,7 @@ TEST(SchemaDefaults, OfACondition) {
   const auto read = scenario_reader();
   SchemaDefaults conditions(
       "condition", [&](const std::string& condition) { return read(scenario_with(condition).dump()); });
-  conditions.compare(Json::parse(R"({"event": "collision_started"})"));
+  conditions.compare(Json::parse(R"({"event": "contact_started"})"));
   conditions.compare(Json::parse(R"({"near": "a", "distance": "1 m"})"));
   EXPECT_THAT(conditions.differences(), IsEmpty());
   EXPECT_THAT(conditions.missing(), IsEmpty());

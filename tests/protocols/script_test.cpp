@@ -9,17 +9,17 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string agents = R"(agents:
+const std::string kAgents = R"(agents:
   - {name: guide, kind: person, pose: {x: 1 m}}
 )";
 
 std::string error_of(const std::string& scripts) {
-  const auto scenario = parse_scenario(agents + "scripts:\n" + scripts, "s.yaml");
+  const auto scenario = parse_scenario(kAgents + "scripts:\n" + scripts, "s.yaml");
   return scenario ? "" : scenario.error().message;
 }
 
 TEST(Script, IsReadWithItsTriggerAndItsActions) {
-  const auto scenario = parse_scenario(agents + R"(scripts:
+  const auto scenario = parse_scenario(kAgents + R"(scripts:
   - name: visitor
     when: {event: door_space_left, subject: trainee, object: door 2}
     after: 500 ms
@@ -56,7 +56,7 @@ TEST(Script, IsReadWithItsTriggerAndItsActions) {
   EXPECT_EQ(scripts[3].when.distance, 2);
 }
 
-TEST(Script, AMistakeIsNamedWithItsLineAndTheNearestWord) {
+TEST(Script, AMistakeIsReportedWithItsLineAndTheNearestName) {
   const std::string act = "    do: [{remove: guide}]\n";
   const struct {
     std::string yaml, words;

@@ -69,7 +69,7 @@ TEST(Frames, ChainsCancelAndInvert) {
   EXPECT_TRUE(identity.isometry().isApprox(Eigen::Isometry3d::Identity(), 1e-14));
 }
 
-TEST(Frames, InterpolationTakesTheShortWay) {
+TEST(Frames, InterpolationTakesTheShorterRotation) {
   const auto a = MapBase::planar(0, 0, 3.0);
   const auto b = MapBase::planar(2, 0, -3.0);
   const auto middle = interpolate(a, b, 0.5);
@@ -86,7 +86,7 @@ TEST(Frames, WrappedAnglesLieInHalfOpenCircle) {
   EXPECT_NEAR(wrap_angle(-100.5 * std::numbers::pi), -0.5 * std::numbers::pi, 1e-12);
 }
 
-TEST(Frames, ATransformThatIsNotFiniteSaysSo) {
+TEST(Frames, ANonFiniteTransformIsRefused) {
   Eigen::Isometry3d broken = Eigen::Isometry3d::Identity();
   EXPECT_TRUE(MapBase(broken).finite());
   broken.translation().y() = NAN;

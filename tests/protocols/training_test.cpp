@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using Kind = Condition::Kind;
 
-const std::string whole = R"(training:
+const std::string kWhole = R"(training:
   text: Through the door and up the stairs.
   limit: 5 min
   order: listed
@@ -24,7 +24,7 @@ const std::string whole = R"(training:
       limit: 60 s
       done:
         pass: door 1
-        never: {event: collision_started, object: door 1, impulse: 0.5 N s}
+        never: {event: contact_started, object: door 1, impulse: 0.5 N s}
     - name: crate
       points: 40
       done:
@@ -45,13 +45,13 @@ const std::string whole = R"(training:
           - {lift: crate}
           - {place: crate, into: box}
   penalties:
-    - {name: collision, per_impulse: 0.5, points: 5, most: 30, when: {event: collision_started}}
+    - {name: collision, per_impulse: 0.5, points: 5, max: 30, when: {event: contact_started}}
     - {name: pitch, points: 1, when: {pitch: 20 deg, for: 500 ms}}
     - {name: roll, points: 1, when: {roll: 0.25 rad}}
     - {name: spin, points: 1, when: {yaw_rate: 1 rad/s}}
     - {name: fast, points: 1, when: {speed: 0.8 m/s, for: 1 s}}
-    - {name: held back, points: 1, when: {event: command_reduced, text: contact}}
-    - {name: near miss, points: 2, when: {event: collision_predicted, most: 1.5}}
+    - {name: held back, points: 1, when: {event: speed_limited, text: contact}}
+    - {name: near miss, points: 2, when: {event: collision_predicted, max: 1.5}}
 )";
 
 std::string error_of(const std::string& training) {
@@ -60,7 +60,7 @@ std::string error_of(const std::string& training) {
 }
 
 TEST(Training, IsReadWithItsConditionsToAnyDepth) {
-  const auto scenario = parse_scenario(whole, "s.yaml");
+  const auto scenario = parse_scenario(kWhole, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   ASSERT_TRUE(scenario->training.has_value());
   const Training& training = *scenario->training;
@@ -73,7 +73,7 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   EXPECT_EQ(door.skills, (std::vector<std::string>{"doors", "wheels: no touch"}));
   EXPECT_TRUE(training.tasks[1].skills.empty());
   ASSERT_EQ(door.done.never.size(), 1U);
-  EXPECT_EQ(door.done.never[0].event, EventKind::collision_started);
+  EXPECT_EQ(door.done.never[0].event, EventKind::contact_started);
   EXPECT_EQ(door.done.never[0].impulse, 0.5);
   const Condition& crate = training.tasks[1].done;
   EXPECT_EQ(crate.kind, Kind::then);
@@ -92,11 +92,11 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   EXPECT_EQ(training.penalties[1].when.duration, 0.5);
   EXPECT_EQ(training.penalties[2].when.amount, 0.25);
   EXPECT_EQ(training.penalties[5].when.text, "contact");
-  EXPECT_EQ(training.penalties[6].when.most, 1.5);
+  EXPECT_EQ(training.penalties[6].when.max, 1.5);
 }
 
 TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
-  const auto scenario = parse_scenario(whole, "s.yaml");
+  const auto scenario = parse_scenario(kWhole, "s.yaml");
   ASSERT_TRUE(scenario.ok());
   const std::string written = to_yaml(*scenario);
   const auto again = parse_scenario(written, "again.yaml");
@@ -109,7 +109,7 @@ TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
   EXPECT_EQ(again->training->tasks[0].skills, scenario->training->tasks[0].skills);
 }
 
-TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
+TEST(Training, AMistakeIsReportedWithItsLineAndTheNearestName) {
   const auto with = [](const std::string& done) {
     return "training:\n  tasks:\n    - name: t\n      points: 1\n      done: " + done + "\n";
   };
@@ -118,7 +118,7 @@ TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
   } mistakes[] = {
       {with("{raech: hall}"), "s.yaml:5: unknown key 'raech', did you mean 'reach'?"},
       {with("{event: colision_started}"),
-       "s.yaml:5: unknown event 'colision_started', did you mean 'collision_started'?"},
+       "s.yaml:5: unknown event 'colision_started', did you mean 'contact_started'?"},
       {with("{reach: hall, pass: door 1}"), "s.yaml:5: a condition: found two"},
       {with("{within: 3 s}"), "s.yaml:5: a condition: expected one of event, reach"},
       {with("{reach: hall, distance: 3 m}"), "'distance' does not go with 'reach'"},

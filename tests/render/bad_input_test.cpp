@@ -96,7 +96,7 @@ TEST_F(BadInput, PoseThatIsNotFinite) {
   expect_original(job, "finite");
 }
 
-TEST_F(BadInput, DepthThatCannotBeReadStillGivesTheImageAndSaysWhy) {
+TEST_F(BadInput, UnreadableDepthStillGivesTheImageAndTheReason) {
   RenderJob job = robot_job(jpeg_image());
   job.depth = Image{};
   job.depth->format = PixelFormat::depth_mm;

@@ -10,12 +10,12 @@
 namespace parhelion::render {
 namespace {
 
-constexpr int width = 320, height = 120;
-constexpr float nothing = std::numeric_limits<float>::infinity();
+constexpr int kWidth = 320, height = 120;
+constexpr float kNothing = std::numeric_limits<float>::infinity();
 
 DepthCameraDescription structured_light() {
   DepthCameraDescription camera;
-  camera.intrinsics.width = width, camera.intrinsics.height = height;
+  camera.intrinsics.width = kWidth, camera.intrinsics.height = height;
   camera.intrinsics.fx = camera.intrinsics.fy = 285;
   camera.range_min = 0.4, camera.range_max = 5;
   camera.baseline = 0.075;
@@ -26,12 +26,12 @@ DepthCameraDescription structured_light() {
 
 DepthPixels measure(const DepthCameraDescription& camera, const std::vector<float>& depths,
                     std::uint64_t seed = 1, std::uint64_t image = 1) {
-  DepthPixels pixels{width, height, {}};
+  DepthPixels pixels{kWidth, height, {}};
   DepthSensor().measure(camera, depths, seed, image, pixels);
   return pixels;
 }
 
-std::vector<float> plane(float depth) { return std::vector<float>(width * height, depth); }
+std::vector<float> plane(float depth) { return std::vector<float>(kWidth * height, depth); }
 
 struct Spread {
   double mean = 0, sigma = 0;
@@ -43,7 +43,7 @@ Spread spread_of(const DepthPixels& pixels) {
   return {sum / n / 1000, std::sqrt(squares / n - std::pow(sum / n, 2)) / 1000};
 }
 
-TEST(DepthSensor, WithoutErrorsItSaysTheDepthToTheMillimetre) {
+TEST(DepthSensor, WithoutErrorsDepthIsExactToTheMillimetre) {
   DepthCameraDescription camera = structured_light();
   camera.baseline = camera.disparity_noise = camera.disparity_step = 0;
   for (const float depth : {0.4F, 1.234F, 4.9996F}) {
@@ -55,7 +55,7 @@ TEST(DepthSensor, WithoutErrorsItSaysTheDepthToTheMillimetre) {
 TEST(DepthSensor, WhatIsOutOfItsRangesIsNotMeasured) {
   DepthCameraDescription camera = structured_light();
   camera.baseline = camera.disparity_noise = camera.disparity_step = 0;
-  for (const float depth : {0.39F, 5.01F, nothing}) {
+  for (const float depth : {0.39F, 5.01F, kNothing}) {
     for (const auto mm : measure(camera, plane(depth)).millimetres) ASSERT_EQ(mm, 0) << depth;
   }
   camera.range_max = 0;  // not given
@@ -107,12 +107,12 @@ TEST(DepthSensor, TheSecondViewIsHiddenLeftOfAnEdgeByAsMuchAsTheDisparitiesDiffe
   camera.disparity_noise = camera.disparity_step = 0;
   auto depths = plane(4);
   for (int y = 0; y < height; ++y)
-    for (int x = 150; x < 200; ++x) depths[static_cast<std::size_t>(y * width + x)] = 1;
+    for (int x = 150; x < 200; ++x) depths[static_cast<std::size_t>(y * kWidth + x)] = 1;
   const DepthPixels pixels = measure(camera, depths);
   const double wide = 285 * 0.075 * (1.0 / 1 - 1.0 / 4);
   int hidden = 0;
-  for (int x = 0; x < width; ++x) {
-    const int mm = pixels.millimetres[static_cast<std::size_t>(7 * width + x)];
+  for (int x = 0; x < kWidth; ++x) {
+    const int mm = pixels.millimetres[static_cast<std::size_t>(7 * kWidth + x)];
     if (mm == 0) {
       ++hidden;
       EXPECT_LT(x, 150);
@@ -128,7 +128,7 @@ TEST(DepthSensor, AFloorThatRunsAwayFromItHidesNothing) {
   DepthCameraDescription camera = structured_light();
   std::vector<float> depths;
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) depths.push_back(1.F + 0.01F * static_cast<float>(x));  // a slanted wall
+    for (int x = 0; x < kWidth; ++x) depths.push_back(1.F + 0.01F * static_cast<float>(x));  // a slanted wall
   for (const auto mm : measure(camera, depths).millimetres) ASSERT_GT(mm, 0);
 }
 

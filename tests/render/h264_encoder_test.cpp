@@ -95,30 +95,30 @@ SensorTime at(int frame) { return SensorTime{} + milliseconds(33 * (frame + 1));
 
 TEST(I420Reader, ReadsEveryFormatToTheSamePicture) {
   I420Reader reader;
-  I420Picture twin, picture;
-  ASSERT_TRUE(reader.read(raw(64, 48, PixelFormat::bgr, drawn(64, 48, 0)), twin).ok());
+  I420Picture reference, picture;
+  ASSERT_TRUE(reader.read(raw(64, 48, PixelFormat::bgr, drawn(64, 48, 0)), reference).ok());
   std::vector<std::uint8_t> rgb = drawn(64, 48, 0);
   for (std::size_t i = 0; i < rgb.size(); i += 3) std::swap(rgb[i], rgb[i + 2]);
   ASSERT_TRUE(reader.read(raw(64, 48, PixelFormat::rgb, std::move(rgb)), picture).ok());
-  EXPECT_EQ(picture.y, twin.y);
-  EXPECT_EQ(picture.u, twin.u);
+  EXPECT_EQ(picture.y, reference.y);
+  EXPECT_EQ(picture.u, reference.u);
   using Subsampling = JpegFormat::Subsampling;
   for (const auto subsampling : {Subsampling::yuv420, Subsampling::yuv422, Subsampling::yuv440,
                                  Subsampling::yuv444, Subsampling::yuv411, Subsampling::gray}) {
     ASSERT_TRUE(reader.read(jpeg(64, 48, subsampling), picture).ok());
-    EXPECT_LT(difference(picture.y, twin.y), 3) << static_cast<int>(subsampling);
+    EXPECT_LT(difference(picture.y, reference.y), 3) << static_cast<int>(subsampling);
     if (subsampling == Subsampling::gray) {
       EXPECT_EQ(picture.u, std::vector<std::uint8_t>(64 * 48 / 4, 128));
       continue;
     }
-    EXPECT_LT(difference(picture.u, twin.u), 4) << static_cast<int>(subsampling);
-    EXPECT_LT(difference(picture.v, twin.v), 4) << static_cast<int>(subsampling);
+    EXPECT_LT(difference(picture.u, reference.u), 4) << static_cast<int>(subsampling);
+    EXPECT_LT(difference(picture.v, reference.v), 4) << static_cast<int>(subsampling);
   }
 }
 
 TEST(I420Reader, LeavesAnOddColumnAndRowOut) {
   I420Reader reader;
-  I420Picture picture, twin;
+  I420Picture picture, reference;
   for (const Image& image :
        {raw(65, 49, PixelFormat::bgr, drawn(65, 49, 0)), jpeg(65, 49, JpegFormat::Subsampling::yuv420),
         jpeg(65, 49, JpegFormat::Subsampling::yuv444)}) {
@@ -126,8 +126,8 @@ TEST(I420Reader, LeavesAnOddColumnAndRowOut) {
     EXPECT_EQ(picture.width, 64);
     EXPECT_EQ(picture.height, 48);
     EXPECT_EQ(picture.y.size(), 64U * 48U);
-    if (twin.y.empty()) twin = picture;
-    EXPECT_LT(difference(picture.y, twin.y), 3);
+    if (reference.y.empty()) reference = picture;
+    EXPECT_LT(difference(picture.y, reference.y), 3);
   }
 }
 

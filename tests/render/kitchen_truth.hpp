@@ -8,7 +8,7 @@
 
 #include "render/depth_image.hpp"
 #include "tests/render/kitchen.hpp"
-#include "tests/render/twin.hpp"
+#include "tests/render/reference.hpp"
 
 namespace parhelion::test {
 
@@ -45,30 +45,31 @@ enum class Seen : std::uint8_t { unknown, hidden, visible };
 /// measured there, where they disagree, where the real object is nearer than `margin` to the body, and close
 /// to such pixels.
 inline std::vector<Seen> seen_by_others(const Kitchen& kitchen, const render::RenderJob& job,
-                                        const Twin& twin, const std::vector<int>& others, double margin) {
+                                        const ReferenceRendering& reference, const std::vector<int>& others,
+                                        double margin) {
   constexpr int kBeside = 2;  // px; frames are aligned within that at an edge
   std::vector<std::vector<float>> depths;
   for (const int other : others) depths.push_back(depth_of_other_frame(kitchen, job, other));
-  std::vector<Seen> of_pixel(twin.body_z.size(), Seen::unknown), result = of_pixel;
+  std::vector<Seen> of_pixel(reference.body_z.size(), Seen::unknown), result = of_pixel;
   for (std::size_t i = 0; i < of_pixel.size(); ++i) {
-    if (twin.body_z[i] == kMiss) continue;
+    if (reference.body_z[i] == kMiss) continue;
     int nearer = 0, farther = 0, measured = 0;
     for (const std::vector<float>& depth : depths) {
       if (depth[i] == static_cast<float>(kMiss)) continue;
       ++measured;
-      nearer += depth[i] < twin.body_z[i] - margin;
-      farther += depth[i] > twin.body_z[i] + margin;
+      nearer += depth[i] < reference.body_z[i] - margin;
+      farther += depth[i] > reference.body_z[i] + margin;
     }
     if (measured >= 3 && nearer == measured) of_pixel[i] = Seen::hidden;
     if (measured >= 3 && farther == measured) of_pixel[i] = Seen::visible;
   }
-  for (int y = kBeside; y < twin.height - kBeside; ++y) {
-    for (int x = kBeside; x < twin.width - kBeside; ++x) {
-      const Seen seen = of_pixel[twin.at(x, y)];
+  for (int y = kBeside; y < reference.height - kBeside; ++y) {
+    for (int x = kBeside; x < reference.width - kBeside; ++x) {
+      const Seen seen = of_pixel[reference.at(x, y)];
       bool alike = true;
       for (int dy = -kBeside; dy <= kBeside && alike; ++dy)
-        for (int dx = -kBeside; dx <= kBeside; ++dx) alike &= of_pixel[twin.at(x + dx, y + dy)] == seen;
-      if (alike) result[twin.at(x, y)] = seen;
+        for (int dx = -kBeside; dx <= kBeside; ++dx) alike &= of_pixel[reference.at(x + dx, y + dy)] == seen;
+      if (alike) result[reference.at(x, y)] = seen;
     }
   }
   return result;

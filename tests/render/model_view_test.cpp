@@ -54,7 +54,7 @@ TEST(ModelView, WhatIsDeletedIsGoneAndAMeshIsThere) {
   EXPECT_GT(different(*bare, *with), 5000U);
 }
 
-TEST(ModelView, SaysWhatIsWrong) {
+TEST(ModelView, ReportsErrors) {
   EXPECT_FALSE(draw_model_view({}, {}));
   ModelView tiny;
   tiny.width = 10;

@@ -117,7 +117,7 @@ TEST(Occlusion, WhatTheLaserSeesAndTheModelDoesNotExplainHides) {
   RenderJob job = robot_job(jpeg_image(), 3);
   const std::size_t all = visible_pixels(**compositor, job);
   Scan scan;
-  scan.angle_first = -0.5F, scan.angle_step = 0.01F;
+  scan.angle_min = -0.5F, scan.angle_increment = 0.01F;
   scan.ranges.assign(101, 1.5F);
   job.laser.convention.range_max = 30;
   job.T_map_laser = Transform<Map, Laser>::planar(0, 0, 0, 0.3);
@@ -182,7 +182,7 @@ TEST(Occlusion, ADoorThatMovedHidesWhereItIsNow) {
   EXPECT_GT(visible_pixels(**compositor, job), 3000U);
 }
 
-TEST(StandIn, SaysWhatItIsAndLeavesInjectedBodiesToTheCompositor) {
+TEST(StandIn, DescribesItselfAndLeavesInjectedBodiesToTheCompositor) {
   SemanticModel model;
   model.entities = {wall("left", 4, 2, 0, 12), wall("right", 4, -2, 0, 12), wall("end", 9, 0, M_PI / 2, 4)};
   auto camera = VirtualCamera::create(model);

@@ -9,7 +9,7 @@
 namespace parhelion::render {
 namespace {
 
-TEST(PixelNoise, IsWhatItsSlowTwinSaysWhateverTheLength) {
+TEST(PixelNoise, EqualsTheReferenceForAnyLength) {
   const PixelNoise noise(3);
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{6}, std::size_t{4099}}) {
     std::vector<std::uint8_t> values(size), expected(size);

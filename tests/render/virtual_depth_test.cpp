@@ -8,8 +8,8 @@
 
 #include "render/depth_image.hpp"
 #include "tests/box_mesh.hpp"
+#include "tests/render/reference.hpp"
 #include "tests/render/scenes.hpp"
-#include "tests/render/twin.hpp"
 
 namespace parhelion::render {
 namespace {
@@ -92,11 +92,12 @@ struct Site {
 };
 
 /// mm, depths met by a pixel's ray, and by the eight around it where a lens may move it by half a pixel.
-std::pair<double, double> met(const test::Twin& twin, int x, int y, int around) {
+std::pair<double, double> met(const test::ReferenceRendering& reference, int x, int y, int around) {
   std::pair<double, double> range{test::kMiss, 0};
-  for (int v = std::max(y - around, 0); v <= std::min(y + around, twin.height - 1); ++v) {
-    for (int u = std::max(x - around, 0); u <= std::min(x + around, twin.width - 1); ++u) {
-      const double nearest = 1000 * std::min(twin.body_z[twin.at(u, v)], twin.model_z[twin.at(u, v)]);
+  for (int v = std::max(y - around, 0); v <= std::min(y + around, reference.height - 1); ++v) {
+    for (int u = std::max(x - around, 0); u <= std::min(x + around, reference.width - 1); ++u) {
+      const double nearest =
+          1000 * std::min(reference.body_z[reference.at(u, v)], reference.model_z[reference.at(u, v)]);
       range = {std::min(range.first, nearest), std::max(range.second, nearest)};
     }
   }
@@ -112,13 +113,13 @@ TEST_F(VirtualDepth, EachPixelIsWhereItsRayMeetsBodiesAndBuildingWhateverTheLens
     const DepthPixels pixels = measure(site.model, camera, T_map_optical, site.world.snapshot);
     RenderJob job;
     job.world = site.world.snapshot;
-    const test::Twin twin =
+    const test::ReferenceRendering reference =
         test::cast(job, site.model, camera.intrinsics, T_map_optical.as<Map, CameraOptical>());
     std::size_t on_bodies = 0, apart = 0;
     for (int y = 0; y < pixels.height; ++y) {
       for (int x = 0; x < pixels.width; ++x) {
-        const auto [nearest, farthest] = met(twin, x, y, distorted ? 1 : 0);
-        on_bodies += twin.body_z[twin.at(x, y)] < twin.model_z[twin.at(x, y)];
+        const auto [nearest, farthest] = met(reference, x, y, distorted ? 1 : 0);
+        on_bodies += reference.body_z[reference.at(x, y)] < reference.model_z[reference.at(x, y)];
         const int mm = of(pixels, x, y);
         if (farthest > 1000 * camera.range_max && mm == 0) continue;
         apart += mm < nearest - 2 || mm > farthest + 2;

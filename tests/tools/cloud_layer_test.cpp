@@ -39,7 +39,7 @@ TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
   EXPECT_EQ(few->size(), 16U + 2 * 16);
 }
 
-TEST(CloudLayer, SaysWhereThePointsHaveNoColours) {
+TEST(CloudLayer, MarksACloudWithoutColours) {
   const test::Folder folder;
   std::ofstream(folder / "room.xyz") << "1 0 0\n2 0 0\n";
   const auto made = cloud_layer(folder / "room.xyz", {});
@@ -47,7 +47,7 @@ TEST(CloudLayer, SaysWhereThePointsHaveNoColours) {
   EXPECT_EQ(at<std::uint16_t>(*made, 2), 0U);
 }
 
-TEST(CloudLayer, AFileThatIsNoneSaysSo) {
+TEST(CloudLayer, ReportsAFileThatIsNoCloud) {
   const test::Folder folder;
   std::ofstream(folder / "room.ply") << "no cloud";
   const auto made = cloud_layer(folder / "room.ply", {});

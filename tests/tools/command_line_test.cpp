@@ -16,33 +16,33 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-test::Ran say(const std::vector<std::string>& arguments) {
+test::Ran run_command(const std::vector<std::string>& arguments) {
   const test::Folder folder;
   return test::run(arguments, folder / "said.txt");
 }
 
 TEST(CommandLine, AnUnknownSubcommandIsNamedWithTheNearestOne) {
-  const auto ran = say({"replya", "x.lcm"});
+  const auto ran = run_command({"replya", "x.lcm"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("parhelion: unknown subcommand 'replya', did you mean 'replay'?"));
-  const auto strange = say({"frobnicate"});
+  const auto strange = run_command({"frobnicate"});
   EXPECT_EQ(strange.exit, 2);
   EXPECT_THAT(strange.output, AllOf(HasSubstr("unknown subcommand 'frobnicate'; there are "),
                                     HasSubstr("demo, import, slam")));
-  EXPECT_THAT(say({"map", "extrud"}).output,
+  EXPECT_THAT(run_command({"map", "extrud"}).output,
               HasSubstr("parhelion map: unknown subcommand 'extrud', did you mean 'extrude'?"));
 }
 
-TEST(CommandLine, HelpIsAskedForInEitherWay) {
-  EXPECT_EQ(say({"help"}).output, say({"--help"}).output);
-  const auto ran = say({"help", "map", "extrude"});
+TEST(CommandLine, HelpCommandAndHelpOptionPrintTheSame) {
+  EXPECT_EQ(run_command({"help"}).output, run_command({"--help"}).output);
+  const auto ran = run_command({"help", "map", "extrude"});
   EXPECT_EQ(ran.exit, 0);
-  EXPECT_EQ(ran.output, say({"map", "extrude", "--help"}).output);
-  EXPECT_EQ(say({"help", "frobnicate"}).exit, 2);
+  EXPECT_EQ(ran.output, run_command({"map", "extrude", "--help"}).output);
+  EXPECT_EQ(run_command({"help", "frobnicate"}).exit, 2);
 }
 
 TEST(CommandLine, HelpOfAllIsThatOfEachCommandByItself) {
-  const auto all = say({"help", "--all"});
+  const auto all = run_command({"help", "--all"});
   EXPECT_EQ(all.exit, 0);
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{}, {"serve"}, {"map"}, {"map", "extrude"}, {"records", "add"}}) {
@@ -50,45 +50,46 @@ TEST(CommandLine, HelpOfAllIsThatOfEachCommandByItself) {
     for (const std::string& word : words) name += " " + word;
     std::vector<std::string> asked = words;
     asked.emplace_back("--help");
-    EXPECT_THAT(all.output, HasSubstr("== " + name + " ==\n" + say(asked).output));
+    EXPECT_THAT(all.output, HasSubstr("== " + name + " ==\n" + run_command(asked).output));
   }
 }
 
-TEST(CommandLine, ParseOnlyChecksTheWordsAndRunsNothing) {
+TEST(CommandLine, ParseOnlyChecksTheArgumentsAndRunsNothing) {
   const test::Folder folder;
   const std::string log = folder / "session.lcm";
-  const auto right = say({"--parse-only", "import", "missing.bag", "-o", log});
+  const auto right = run_command({"--parse-only", "import", "missing.bag", "-o", log});
   EXPECT_EQ(right.exit, 0);
   EXPECT_EQ(right.output, "");
   EXPECT_FALSE(std::filesystem::exists(log));
-  EXPECT_EQ(say({"--parse-only", "records", "list"}).output, "");
-  const auto wrong = say({"--parse-only", "replay", "x.lcm", "--scenari", "lab.yaml"});
+  EXPECT_EQ(run_command({"--parse-only", "records", "list"}).output, "");
+  const auto wrong = run_command({"--parse-only", "replay", "x.lcm", "--scenari", "lab.yaml"});
   EXPECT_EQ(wrong.exit, 2);
   EXPECT_THAT(wrong.output, HasSubstr("unknown option '--scenari', did you mean '--scenario'?"));
 }
 
 TEST(CommandLine, AWordThatIsNoneOfThoseThatAnOptionTakesIsAnsweredWithThem) {
-  const auto ran = say({"export", "s.lcm", "--mcap", "s.mcap", "--compression", "zip"});
+  const auto ran = run_command({"export", "s.lcm", "--mcap", "s.mcap", "--compression", "zip"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("expected one of lz4,none,zstd, found 'zip'"));
 }
 
 TEST(CommandLine, WithoutASubcommandItAsksWhich) {
-  const auto ran = say({"topic"});
+  const auto ran = run_command({"topic"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("parhelion topic: which of list, echo, hz?"));
 }
 
 TEST(CommandLine, AnUnknownOptionIsNamedWithTheNearestOne) {
-  const auto ran = say({"slam", "--savemap=site", "--log", "x"});
+  const auto ran = run_command({"slam", "--savemap=site", "--log", "x"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output,
               HasSubstr("parhelion slam: unknown option '--savemap', did you mean '--save-map'?"));
-  EXPECT_THAT(say({"--verison"}).output, HasSubstr("unknown option '--verison', did you mean '--version'?"));
-  EXPECT_THAT(say({"doctor", "now"}).output, HasSubstr("'now' is an unexpected argument"));
+  EXPECT_THAT(run_command({"--verison"}).output,
+              HasSubstr("unknown option '--verison', did you mean '--version'?"));
+  EXPECT_THAT(run_command({"doctor", "now"}).output, HasSubstr("'now' is an unexpected argument"));
 }
 
-TEST(CommandLine, PlacesTakeUnitsAndRefuseAYawThatDoesNotSayWhichItIs) {
+TEST(CommandLine, PlacesTakeUnitsAndRefuseAYawWithoutOne) {
   const double right_angle = std::numbers::pi / 2;
   EXPECT_EQ(*parse_place("2.5,1,90deg", true), Eigen::Vector3d(2.5, 1, right_angle));
   EXPECT_EQ(*parse_place("250cm,1m,1.5rad", true), Eigen::Vector3d(2.5, 1, 1.5));
@@ -104,7 +105,7 @@ TEST(CommandLine, TheTwoCommandsThatTakeAPlaceReadItAlike) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"slam", "--log", "x", "-o", "y", "--map", "m", "--start", "1,2,90"},
         std::vector<std::string>{"inject", "spawn", "--name", "a", "--at", "1,2,90"}}) {
-    const auto ran = say(arguments);
+    const auto ran = run_command(arguments);
     EXPECT_EQ(ran.exit, 2);
     EXPECT_THAT(ran.output, HasSubstr("90deg or 90rad?"));
   }

@@ -41,7 +41,7 @@ class CompletionTest : public testing::Test {
   test::Folder folder_;
 };
 
-TEST_F(CompletionTest, OffersSubcommandsOptionsAndTheWordsThatAnOptionTakes) {
+TEST_F(CompletionTest, OffersSubcommandsOptionsAndTheValuesOfAnOption) {
   CLI::App app("A program", "prog");
   CLI::App* serve = app.add_subcommand("serve", "Serves");
   std::string word;
@@ -79,13 +79,13 @@ TEST_F(CompletionTest, OfTheProgramItselfAgreesWithItsHelp) {
   for (const std::string& command : commands) {
     EXPECT_TRUE(std::regex_search(all, std::regex("\n  " + command + " "))) << command;
     const std::string help = test::run({command, "--help"}, folder_ / "out").output;
-    Words said;
+    Words documented;
     for (const auto& part : {std::regex("\n  (-\\w),"), std::regex("\n  (?:-\\w,)?(--[a-z][-a-z0-9]*)")}) {
       for (auto found = std::sregex_iterator(help.begin(), help.end(), part); found != std::sregex_iterator();
            ++found)
-        said.insert((*found)[1]);
+        documented.insert((*found)[1]);
     }
-    EXPECT_EQ(offers({"parhelion", command, "-"}), said) << command;
+    EXPECT_EQ(offers({"parhelion", command, "-"}), documented) << command;
   }
   EXPECT_THAT(offers({"parhelion", "map", ""}), Contains("register"));
 }

@@ -22,7 +22,7 @@ class ConsoleDrive : public test::SiteDrive {
   virtual void steer(double speed, double left) = 0;
   /// Remaining rad or m.
   virtual void turn_joint(const std::string& joint, double missing) = 0;
-  virtual void let_go() = 0;
+  virtual void release_all() = 0;
   virtual Status console() = 0;
 
   /// An operator's action at each look, until `done` or after `limit` s.
@@ -47,7 +47,7 @@ class ConsoleDrive : public test::SiteDrive {
     return done();
   }
   void rest(double duration) {
-    operate([this] { let_go(); }, [] { return false; }, duration);
+    operate([this] { release_all(); }, [] { return false; }, duration);
   }
   double missing(const std::string& joint, double goal) {
     const Joints& joints = motion().joints;
@@ -61,14 +61,15 @@ class ConsoleDrive : public test::SiteDrive {
     rest(0.1);
   }
   /// Closes the fingers (1) or opens them (-1).
-  void fingers(double way, double duration) {
-    operate([&] { turn_joint("left_finger_joint", way); }, [] { return false; }, duration);
+  void fingers(double offset, double duration) {
+    operate([&] { turn_joint("left_finger_joint", offset); }, [] { return false; }, duration);
     rest(0.6);
   }
   double off(const Eigen::Vector2d& place) {
-    const Eigen::Vector2d way = place - motion().T_map_base.translation().head<2>();
+    const Eigen::Vector2d offset = place - motion().T_map_base.translation().head<2>();
     const Eigen::Matrix3d R = motion().T_map_base.rotation();
-    return std::remainder(std::atan2(way.y(), way.x()) - std::atan2(R(1, 0), R(0, 0)), 2 * std::numbers::pi);
+    return std::remainder(std::atan2(offset.y(), offset.x()) - std::atan2(R(1, 0), R(0, 0)),
+                          2 * std::numbers::pi);
   }
   bool is_at(const Eigen::Vector2d& place) {
     return (motion().T_map_base.translation().head<2>() - place).norm() < 0.15;
@@ -85,14 +86,14 @@ class ConsoleDrive : public test::SiteDrive {
     ArrivalTime pressed = now_;
     const auto act = [&] {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
-      level =
-          phase == 0 && (level || (pitch < 4 * degree && missing("left_flipper_joint", 35 * degree) < kNear));
-      if (level && pitch > 6 * degree) phase = 1, pressed = now_;
-      if (phase == 1 && pitch > 22 * degree) phase = 2;
-      if ((phase == 1 && now_ - pressed > seconds(10)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
-      const double angle = std::array{35, -20, -6}[phase] * degree;
+      level = phase == 0 &&
+              (level || (pitch < 4 * kDegree && missing("left_flipper_joint", 35 * kDegree) < kNear));
+      if (level && pitch > 6 * kDegree) phase = 1, pressed = now_;
+      if (phase == 1 && pitch > 22 * kDegree) phase = 2;
+      if ((phase == 1 && now_ - pressed > seconds(10)) || (phase == 2 && pitch < 4 * kDegree)) phase = 0;
+      const double angle = std::array{35, -20, -6}[phase] * kDegree;
       for (const char* flipper : {"left_flipper_joint", "right_flipper_joint"}) {
-        if (std::abs(missing(flipper, angle)) > 2 * degree)
+        if (std::abs(missing(flipper, angle)) > 2 * kDegree)
           return turn_joint(flipper, missing(flipper, angle));
       }
       steer(0.32, off(place));
@@ -103,7 +104,7 @@ class ConsoleDrive : public test::SiteDrive {
 
   void do_all() {
     const auto low = test::crawler_reach(0.68, 0.11);
-    const double shoulder = low.at("shoulder_joint"), beside = 90 * degree;
+    const double shoulder = low.at("shoulder_joint"), beside = 90 * kDegree;
     rest(0.5);
     joint_to("shoulder_joint", shoulder + 0.6);
     joint_to("elbow_joint", low.at("elbow_joint"));
@@ -120,7 +121,7 @@ class ConsoleDrive : public test::SiteDrive {
     EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
     joint_to("shoulder_joint", shoulder + 0.9);
     joint_to("turret_joint", 0);
-    joint_to("elbow_joint", -115 * degree);
+    joint_to("elbow_joint", -115 * kDegree);
     EXPECT_TRUE(go({0, 0.75}, 0.48, 30)) << motion().T_map_base.translation().transpose();
     EXPECT_TRUE(happened(EventKind::door_opened, "gate 1"));
     EXPECT_TRUE(climb({4.5, 0.85}, 90)) << motion().T_map_base.translation().transpose();
@@ -129,16 +130,16 @@ class ConsoleDrive : public test::SiteDrive {
     EXPECT_TRUE(happened(EventKind::zone_entered, "landing"));
     EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
     // Down again in the wrong way: flippers folded, the arm stretched out ahead, and fast.
-    joint_to("left_flipper_joint", 140 * degree);
-    joint_to("right_flipper_joint", 140 * degree);
-    joint_to("shoulder_joint", 80 * degree);
+    joint_to("left_flipper_joint", 140 * kDegree);
+    joint_to("right_flipper_joint", 140 * kDegree);
+    joint_to("shoulder_joint", 80 * kDegree);
     joint_to("elbow_joint", 0);
     joint_to("wrist_joint", 0);
     EXPECT_TRUE(go({3.95, 0.8}, 0.4, 30)) << motion().T_map_base.translation().transpose();
-    joint_to("shoulder_joint", 35 * degree);
+    joint_to("shoulder_joint", 35 * kDegree);
     EXPECT_TRUE(go({0.5, 0.8}, 0.8, 12, EventKind::tipped_over))
         << motion().T_map_base.translation().transpose() << " pitch "
-        << std::asin(motion().T_map_base.rotation()(2, 0)) / degree;
+        << std::asin(motion().T_map_base.rotation()(2, 0)) / kDegree;
   }
   void publish() {
     take_events();
@@ -171,14 +172,14 @@ class KeyboardDriveTest : public ConsoleDrive {
   }
   void turn_joint(const std::string& joint, double missing) override {
     if (console_->joint() != joint) {
-      let_go();
+      release_all();
       typed_ += ']';
       return;
     }
     faster(std::abs(missing) > kNear ? 10 : 1);
     hold(missing > 0 ? 'r' : 'f');
   }
-  void let_go() override {
+  void release_all() override {
     if (std::exchange(held_, ' ') != ' ') typed_ += ' ';
   }
   Status console() override {
@@ -190,7 +191,7 @@ class KeyboardDriveTest : public ConsoleDrive {
   /// A terminal sends no key releases, so the previous key is ended with the space bar before another key is
   /// pressed.
   void hold(char key) {
-    if (held_ != key) let_go();
+    if (held_ != key) release_all();
     held_ = key;
     typed_ += key;
   }
@@ -201,7 +202,7 @@ class KeyboardDriveTest : public ConsoleDrive {
   std::optional<KeyboardConsole> console_;
   std::string typed_;
   char held_ = ' ';
-  long step_ = station::KeyboardDrive::steps / 2;
+  long step_ = station::KeyboardDrive::kSteps / 2;
 };
 
 TEST_F(KeyboardDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
@@ -238,15 +239,15 @@ class JoystickDriveTest : public ConsoleDrive {
     ConsoleDrive::TearDown();
   }
   void steer(double speed, double left) override {
-    let_go();
+    release_all();
     push(SDL_CONTROLLER_AXIS_LEFTY, std::abs(left) > 0.25 ? 0 : -speed / 0.8);
     push(SDL_CONTROLLER_AXIS_LEFTX, -std::clamp(2 * left, -0.8, 0.8) / 1.2);
   }
   void turn_joint(const std::string& joint, double missing) override {
-    let_go();
-    const double share = std::clamp(4 * missing, -1.0, 1.0);
-    if (joint == "turret_joint") return push(SDL_CONTROLLER_AXIS_RIGHTX, -share);
-    if (joint == "shoulder_joint") return push(SDL_CONTROLLER_AXIS_RIGHTY, -share);
+    release_all();
+    const double fraction = std::clamp(4 * missing, -1.0, 1.0);
+    if (joint == "turret_joint") return push(SDL_CONTROLLER_AXIS_RIGHTX, -fraction);
+    if (joint == "shoulder_joint") return push(SDL_CONTROLLER_AXIS_RIGHTY, -fraction);
     static const std::map<std::string, std::array<SDL_GameControllerButton, 2>> buttons{
         {"elbow_joint", {SDL_CONTROLLER_BUTTON_DPAD_DOWN, SDL_CONTROLLER_BUTTON_DPAD_UP}},
         {"wrist_joint", {SDL_CONTROLLER_BUTTON_DPAD_LEFT, SDL_CONTROLLER_BUTTON_DPAD_RIGHT}},
@@ -256,7 +257,7 @@ class JoystickDriveTest : public ConsoleDrive {
     hold(buttons.at(joint)[missing > 0 ? 1 : 0], true);
     hold(SDL_CONTROLLER_BUTTON_RIGHTSHOULDER, std::abs(missing) < kNear);
   }
-  void let_go() override {
+  void release_all() override {
     for (const auto axis : {SDL_CONTROLLER_AXIS_LEFTX, SDL_CONTROLLER_AXIS_LEFTY, SDL_CONTROLLER_AXIS_RIGHTX,
                             SDL_CONTROLLER_AXIS_RIGHTY})
       push(axis, 0);
@@ -272,11 +273,12 @@ class JoystickDriveTest : public ConsoleDrive {
     SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
   }
   /// Moves the stick to `share` of the speed, through the dead zone and along the curve.
-  void push(SDL_GameControllerAxis axis, double share) {
+  void push(SDL_GameControllerAxis axis, double fraction) {
     const station::JoystickMapping usual;
-    const double way = usual.dead_zone + (1 - usual.dead_zone) * std::pow(std::abs(share), 1 / usual.curve);
-    SDL_JoystickSetVirtualAxis(joystick_, axis,
-                               static_cast<Sint16>(share == 0 ? 0 : 32767 * std::copysign(way, share)));
+    const double offset =
+        usual.dead_zone + (1 - usual.dead_zone) * std::pow(std::abs(fraction), 1 / usual.curve);
+    SDL_JoystickSetVirtualAxis(
+        joystick_, axis, static_cast<Sint16>(fraction == 0 ? 0 : 32767 * std::copysign(offset, fraction)));
   }
   std::unique_ptr<station::JoystickPort> port_;
   std::optional<JoystickConsole> console_;

@@ -18,7 +18,7 @@ constexpr const char* training = R"(training:
   tasks:
     - {name: set off, points: 50, done: {event: movement_started}}
     - {name: never, points: 50, done: {event: battery_low}}  # what is done whole is graded no further
-  penalties: [{name: touched, points: 10, when: {event: collision_started}}]
+  penalties: [{name: touched, points: 10, when: {event: contact_started}}]
 )";
 
 /// What if a barrel had stood at the robot's position `t` s after the start? Nothing else differs.
@@ -45,14 +45,14 @@ void ask_what_if(const test::Folder& folder) {
   const std::string scenario = test::text_of(folder / "demo/scenario.yaml") + training;
   const auto alone = again("alone", scenario);
   ASSERT_TRUE(alone.ok()) << alone.error().message;
-  EXPECT_TRUE(alone->grade->charges.empty());
+  EXPECT_TRUE(alone->grade->deductions.empty());
   EXPECT_EQ(alone->grade->score, 50);
   const auto met = again("met", with_barrel(scenario, *alone, 32));
   ASSERT_TRUE(met.ok()) << met.error().message;
-  ASSERT_FALSE(met->grade->charges.empty());
-  for (const training::Charge& charge : met->grade->charges) {
-    EXPECT_EQ(charge.cause->object, "barrel");
-    EXPECT_EQ(charge.cause->pair, PairKind::real_virtual);
+  ASSERT_FALSE(met->grade->deductions.empty());
+  for (const training::Deduction& deduction : met->grade->deductions) {
+    EXPECT_EQ(deduction.cause->object, "barrel");
+    EXPECT_EQ(deduction.cause->pair, PairKind::real_virtual);
   }
   // The barrel is not in the real scans; its returns were injected.
   const auto near = met->series.at("nearest_injected").samples();
@@ -77,8 +77,8 @@ std::size_t changed_pictures(const std::string& log) {
     const auto next = reader->next();
     if (!next.ok() || !*next) break;
     Image image;
-    const bool camera = (*next)->channel == channel::camera;
-    if ((!camera && (*next)->channel != channel::mr_camera) ||
+    const bool camera = (*next)->channel == channel::kCamera;
+    if ((!camera && (*next)->channel != channel::kMrCamera) ||
         !decode((*next)->channel, (*next)->payload, image).ok())
       continue;
     if (camera)

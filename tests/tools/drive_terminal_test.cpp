@@ -71,7 +71,7 @@ class DriveTerminalTest : public testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* name : {channel::joint_cmd, channel::teleop, channel::operators})
+    for (const char* name : {channel::kJointCmd, channel::kTeleop, channel::kOperators})
       ASSERT_TRUE(bus_->subscribe(name, 100).ok());
   }
   /// Publishes robot and joints and receives the console's messages, until `done`; `keys` are typed each
@@ -84,8 +84,8 @@ class DriveTerminalTest : public testing::Test {
     world.bodies[0].owner = BodyOwner::real_robot;
     for (const WallTime end = runtime::steady_now() + seconds(20); !done() && runtime::steady_now() < end;) {
       world.stamp = {runtime::wall_now().ns};
-      publish(channel::mr_world, world);
-      publish(channel::joint_state, Joints{world.stamp, {"turret", "finger"}, {0, 0}, {0, 0}, {}});
+      publish(channel::kMrWorld, world);
+      publish(channel::kJointState, Joints{world.stamp, {"turret", "finger"}, {0, 0}, {0, 0}, {}});
       if (!keys.empty()) terminal.type(keys);
       terminal.look();
       Message message;
@@ -102,22 +102,22 @@ class DriveTerminalTest : public testing::Test {
   }
   void take(const Message& message) {
     TwistCommand twist;
-    if (message.channel == channel::joint_cmd) {
+    if (message.channel == channel::kJointCmd) {
       ASSERT_TRUE(decode(message.channel, message.payload, joints_).ok());
-    } else if (message.channel == channel::operators) {
-      ASSERT_TRUE(decode(message.channel, message.payload, word_).ok());
+    } else if (message.channel == channel::kOperators) {
+      ASSERT_TRUE(decode(message.channel, message.payload, operator_status_).ok());
     } else if (decode(message.channel, message.payload, twist).ok()) {
       speed_ = twist.twist.vx;
     }
   }
-  bool moves(const std::string& joint, double way) const {
+  bool moves(const std::string& joint, double direction) const {
     return joints_.names == std::vector{joint} && joints_.velocities.size() == 1 &&
-           (way == 0 ? joints_.velocities[0] == 0 : way * joints_.velocities[0] > 0);
+           (direction == 0 ? joints_.velocities[0] == 0 : direction * joints_.velocities[0] > 0);
   }
 
   std::unique_ptr<Bus> bus_;
   Joints joints_;
-  OperatorWord word_;
+  OperatorStatus operator_status_;
   double speed_ = 0;
 };
 
@@ -125,7 +125,7 @@ TEST_F(DriveTerminalTest, KeysMoveTheChosenJointAndDriveAndQuit) {
   Terminal terminal;
   ASSERT_TRUE(terminal.ok());
   ASSERT_TRUE(until(terminal, "", [&] {
-    return word_.robot == "trainee" && terminal.screen.find("joint turret") != std::string::npos;
+    return operator_status_.robot == "trainee" && terminal.screen.find("joint turret") != std::string::npos;
   })) << terminal.screen;
   EXPECT_TRUE(until(terminal, "r", [&] { return moves("turret", 1); })) << terminal.screen;
   terminal.type("]");
@@ -139,7 +139,7 @@ TEST_F(DriveTerminalTest, KeysMoveTheChosenJointAndDriveAndQuit) {
   int exit = -1;
   EXPECT_TRUE(until(terminal, "", [&] {
     if (exit < 0) exit = terminal.exit_code();
-    return exit >= 0 && word_.state == OperatorWord::State::ended;
+    return exit >= 0 && operator_status_.state == OperatorStatus::State::ended;
   })) << terminal.screen;
   EXPECT_EQ(exit, 0) << terminal.screen;
 }

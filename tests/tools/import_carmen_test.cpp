@@ -15,8 +15,8 @@ using test::TemporaryFolder;
 std::filesystem::path intel() { return test::recording("slam2d-intel/intel.clf.bz2"); }
 std::filesystem::path clinic() { return test::recording("slam2d-fr-clinic/fr-clinic_robotlaser.clf.bz2"); }
 
-constexpr const char* odom_line = "ODOM 1.0 2.0 0.5 0 0 0 100.25 host 0.1\n";
-constexpr const char* flaser_line = "FLASER 4 1.5 2.5 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.5 host 0.3\n";
+constexpr const char* kOdomLine = "ODOM 1.0 2.0 0.5 0 0 0 100.25 host 0.1\n";
+constexpr const char* kFlaserLine = "FLASER 4 1.5 2.5 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.5 host 0.3\n";
 
 struct Imported {
   ImportReport report;
@@ -38,12 +38,12 @@ TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
   PARHELION_NEEDS_RECORDING(intel());
   const ImportReport& report = intel_import().report;
   EXPECT_EQ(report.refused, 0U);
-  ASSERT_NE(report.find(channel::scan), nullptr);
-  const ChannelReport& scans = *report.find(channel::scan);
+  ASSERT_NE(report.find(channel::kScan), nullptr);
+  const ChannelReport& scans = *report.find(channel::kScan);
   EXPECT_EQ(scans.kept, 13631U);
   EXPECT_EQ(scans.beams.at(180), 13631U);
   EXPECT_EQ(scans.backward, 631U);
-  EXPECT_NEAR(scans.backward_most.seconds(), 0.90, 0.01);
+  EXPECT_NEAR(scans.backward_max.seconds(), 0.90, 0.01);
   EXPECT_THAT(scans.backward_first, ::testing::StartsWith("intel.clf.bz2:"));
   const ImportedLog& log = intel_import().log;
   log.expect_arrivals_increase();
@@ -52,12 +52,12 @@ TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
   Transform<Odom, Base> last;
   double path = 0, longest = 0;
   for (std::size_t i = 1, n = 0; i < log.events.size(); ++i) {
-    if (log.events[i].channel != channel::scan) continue;
+    if (log.events[i].channel != channel::kScan) continue;
     Scan scan;
     Odometry odometry;
-    ASSERT_TRUE(decode(channel::scan, log.events[i].payload, scan).ok());
-    ASSERT_EQ(log.events[i - 1].channel, channel::odometry);
-    ASSERT_TRUE(decode(channel::odometry, log.events[i - 1].payload, odometry).ok());
+    ASSERT_TRUE(decode(channel::kScan, log.events[i].payload, scan).ok());
+    ASSERT_EQ(log.events[i - 1].channel, channel::kOdometry);
+    ASSERT_TRUE(decode(channel::kOdometry, log.events[i - 1].payload, odometry).ok());
     ASSERT_EQ(scan.stamp, odometry.stamp);
     if (n++ > 0) {
       const double step = (odometry.T_odom_base.translation() - last.translation()).norm();
@@ -76,11 +76,11 @@ TEST(ImportCarmen, IntelNoReturnsAreKnownAsSuch) {
   PARHELION_NEEDS_RECORDING(intel());
   const ImportedLog& log = intel_import().log;
   const LaserDescription laser = *log.robot().laser;
-  EXPECT_NEAR(laser.angle_first, -M_PI / 2, 1e-6);
-  EXPECT_NEAR(laser.angle_step, M_PI / 180, 1e-6);
+  EXPECT_NEAR(laser.angle_min, -M_PI / 2, 1e-6);
+  EXPECT_NEAR(laser.angle_increment, M_PI / 180, 1e-6);
   EXPECT_EQ(laser.passes, 1) << "one degree is one pass";
   std::size_t none = 0, all = 0;
-  for (const Scan& scan : log.all<Scan>(channel::scan)) {
+  for (const Scan& scan : log.all<Scan>(channel::kScan)) {
     for (const float range : scan.ranges) none += laser.convention.classify(range) == BeamKind::no_return;
     all += scan.ranges.size();
   }
@@ -92,18 +92,18 @@ TEST(ImportCarmen, ClinicKeepsBothNumbersOfBeamsWithTheirOwnAngles) {
   TemporaryFolder folder;
   const auto report = import_recording(test::import_options(clinic(), folder / "clinic.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  const ChannelReport& scans = *report->find(channel::scan);
+  const ChannelReport& scans = *report->find(channel::kScan);
   EXPECT_EQ(scans.kept, 6917U);
   EXPECT_EQ(scans.beams.at(180), 5169U);
   EXPECT_EQ(scans.beams.at(181), 1748U);
   EXPECT_EQ(scans.backward, 0U);
-  EXPECT_NEAR(scans.gap_most.seconds(), 198, 1);
+  EXPECT_NEAR(scans.gap_max.seconds(), 198, 1);
   const ImportedLog log(folder / "clinic.lcm");
-  for (const Scan& scan : log.all<Scan>(channel::scan)) {
+  for (const Scan& scan : log.all<Scan>(channel::kScan)) {
     if (scan.ranges.size() == 181) {
-      ASSERT_NEAR(scan.angle_first, -1.570796, 1e-6);
+      ASSERT_NEAR(scan.angle_min, -1.570796, 1e-6);
     } else {
-      ASSERT_GT(scan.angle_first, -1.5707);
+      ASSERT_GT(scan.angle_min, -1.5707);
     }
   }
   const LaserDescription laser = *log.robot().laser;
@@ -120,27 +120,27 @@ TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndNamesTheLine) {
   const auto report =
       import_recording(test::import_options(folder / "half.clf.bz2", folder / "half.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_GT(report->find(channel::scan)->kept, 5000U);
-  EXPECT_LT(report->find(channel::scan)->kept, 8000U);
+  EXPECT_GT(report->find(channel::kScan)->kept, 5000U);
+  EXPECT_LT(report->find(channel::kScan)->kept, 8000U);
   ASSERT_EQ(report->refused, 1U);
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("truncated"));
 }
 
 TEST(ImportCarmen, BadLinesAreRefusedWithTheirNumberAndTheOthersKept) {
   TemporaryFolder folder;
-  const std::string text = std::string("# a comment\n") + odom_line + flaser_line +
+  const std::string text = std::string("# a comment\n") + kOdomLine + kFlaserLine +
                            "FLASER 4 1.5 2.5 x 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.6 host 0.3\n"
                            "FLASER 999999 1 2\n"
                            "FLASER 400000000 1 2\n"
                            "ODOM 1 2\n"
                            "FLASER 4 1.5 nan 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.7 host 0.3\n"
                            "NMEAGGA 1 2 3\n" +
-                           flaser_line;
+                           kFlaserLine;
   test::write_text(folder / "bad.log", text);
   const auto report = import_recording(test::import_options(folder / "bad.log", folder / "bad.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->read, 10U);
-  EXPECT_EQ(report->find(channel::scan)->kept, 2U);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 2U);
   ASSERT_EQ(report->refused, 5U);
   EXPECT_EQ(report->refusals[0].place, "bad.log:4");
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("word 5 (range) is 'x'"));
@@ -174,12 +174,12 @@ TEST(ImportCarmen, AWildForwardStampIsReportedAndNothingElseIsMoved) {
     EXPECT_EQ(report->ahead, 2U);
     EXPECT_EQ(report->ahead_first, "wild.log:" + std::to_string(wild + 1));
     EXPECT_THAT(findings(*report), ::testing::Contains(::testing::HasSubstr("2 stamps far ahead")));
-    const auto scans_read = log.all<Scan>(channel::scan);
+    const auto scans_read = log.all<Scan>(channel::kScan);
     ASSERT_EQ(scans_read.size(), 20U);
     EXPECT_EQ(scans_read[static_cast<std::size_t>(wild)].stamp.utime(), 1'000'000'000'000'000)
         << "as the sensor said";
     for (std::size_t i = 0, n = 0; i < log.events.size(); ++i) {
-      if (log.events[i].channel != channel::scan) continue;
+      if (log.events[i].channel != channel::kScan) continue;
       const auto number = static_cast<int>(n++);
       if (number == wild) continue;
       EXPECT_NEAR((log.events[i].arrival - ArrivalTime{}).seconds(), tenths(number), 1e-4) << number;
@@ -204,7 +204,7 @@ TEST(ImportCarmen, ARecordingThatWasPausedKeepsItsPause) {
 TEST(ImportCarmen, FlippedBitsNeverCrash) {
   TemporaryFolder folder;
   std::string whole;
-  for (int i = 0; i < 20; ++i) whole += std::string(odom_line) + flaser_line;
+  for (int i = 0; i < 20; ++i) whole += std::string(kOdomLine) + kFlaserLine;
   std::uint64_t state = 3;
   for (int trial = 0; trial < 60; ++trial) {
     std::vector<char> bytes(whole.begin(), whole.end());
@@ -236,7 +236,7 @@ TEST(ImportCarmen, NothingReadableLeavesNoOutput) {
 
 TEST(ImportCarmen, UnknownChannelInTopicsIsAnError) {
   TemporaryFolder folder;
-  test::write_text(folder / "a.log", std::string(odom_line) + flaser_line);
+  test::write_text(folder / "a.log", std::string(kOdomLine) + kFlaserLine);
   auto options = test::import_options(folder / "a.log", folder / "a.lcm");
   options.topics["SCANS"] = "FLASER";
   const auto report = import_recording(options, {});
@@ -251,8 +251,8 @@ TEST(CarmenLine, ImpliedAnglesFollowTheNumberOfReadings) {
     const auto parsed = parse_carmen_line(line + " 0 0 0 0 0 0 5 host 5");
     ASSERT_TRUE(parsed.ok()) << parsed.error().message;
     const Scan& scan = std::get<CarmenLaser>(*parsed).scan;
-    EXPECT_NEAR(scan.angle_step, step * M_PI / 180, 1e-8) << n;
-    EXPECT_NEAR(scan.angle_first, -M_PI / 2, 1e-6);
+    EXPECT_NEAR(scan.angle_increment, step * M_PI / 180, 1e-8) << n;
+    EXPECT_NEAR(scan.angle_min, -M_PI / 2, 1e-6);
   }
 }
 

@@ -21,8 +21,8 @@ using test::TemporaryFolder;
 
 /// Median over every tenth pair of scans, five apart, placed at the odometry of their stamps.
 double overlap(const ImportedLog& log, bool mirror) {
-  const auto scans = log.all<Scan>(channel::scan);
-  const auto odometry = log.all<Odometry>(channel::odometry);
+  const auto scans = log.all<Scan>(channel::kScan);
+  const auto odometry = log.all<Odometry>(channel::kOdometry);
   const RobotDescription robot = log.robot();
   const auto at = [&](const Scan& scan) {
     const auto after =
@@ -48,8 +48,8 @@ TEST(ImportRawlog, PairedFormatGivesEachScanItsAccumulatedOdometry) {
   EXPECT_EQ(report->refused, 0U);
   const ImportedLog log(folder / "sena.lcm");
   log.expect_arrivals_increase();
-  const auto scans = log.all<Scan>(channel::scan);
-  const auto odometry = log.all<Odometry>(channel::odometry);
+  const auto scans = log.all<Scan>(channel::kScan);
+  const auto odometry = log.all<Odometry>(channel::kOdometry);
   ASSERT_EQ(scans.size(), 225U);
   // The origin, at the first scan, and the 224 actions.
   ASSERT_EQ(odometry.size(), 225U);
@@ -73,8 +73,8 @@ TEST(ImportRawlog, DescribesTheLaserAsTheRawlogDoes) {
   ASSERT_TRUE(robot.laser.has_value());
   EXPECT_TRUE(robot.laser->T_base_laser.translation().isApprox(Eigen::Vector3d(0.78, 0, 0.3), 1e-6));
   EXPECT_EQ(robot.laser->beams, 361);
-  EXPECT_NEAR(robot.laser->angle_first, -M_PI / 2, 1e-6);
-  EXPECT_NEAR(robot.laser->angle_step, M_PI / 360, 1e-8);
+  EXPECT_NEAR(robot.laser->angle_min, -M_PI / 2, 1e-6);
+  EXPECT_NEAR(robot.laser->angle_increment, M_PI / 360, 1e-8);
   EXPECT_FLOAT_EQ(robot.laser->convention.range_max, 80);
   // The error codes of an LMS-200 (81.83, 81.87, 81.89, 81.91) all mean no return.
   for (const float code : {81.83F, 81.87F, 81.89F, 81.91F}) {
@@ -103,13 +103,13 @@ TEST(ImportRawlog, ObservationFormatKeepsScansAndAsynchronousOdometry) {
   const auto report = import_recording(test::import_options(input, folder / "ual.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->refused, 0U);
-  ASSERT_NE(report->find(channel::scan), nullptr);
-  EXPECT_EQ(report->find(channel::scan)->kept, 3318U);
-  EXPECT_EQ(report->find(channel::scan)->beams.at(361), 3318U);
-  EXPECT_EQ(report->find(channel::odometry)->kept, 15351U);
+  ASSERT_NE(report->find(channel::kScan), nullptr);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 3318U);
+  EXPECT_EQ(report->find(channel::kScan)->beams.at(361), 3318U);
+  EXPECT_EQ(report->find(channel::kOdometry)->kept, 15351U);
   const ImportedLog log(folder / "ual.lcm");
   log.expect_arrivals_increase();
-  const auto scans = log.all<Scan>(channel::scan);
+  const auto scans = log.all<Scan>(channel::kScan);
   const double span = (scans.back().stamp - scans.front().stamp).seconds();
   EXPECT_NEAR(static_cast<double>(scans.size() - 1) / span, 18.3, 0.1);
   EXPECT_EQ(log.robot().laser->T_base_laser.translation(),
@@ -117,7 +117,7 @@ TEST(ImportRawlog, ObservationFormatKeepsScansAndAsynchronousOdometry) {
       << log.robot().laser->T_base_laser.translation().transpose();
 }
 
-TEST(ImportRawlog, TruncatedFileKeepsWhatCanBeReadAndSaysWhereItEnds) {
+TEST(ImportRawlog, TruncatedFileKeepsReadablePartAndReportsItsEnd) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   TemporaryFolder folder;
   auto bytes = test::file_bytes(test::sena_rawlog());
@@ -125,8 +125,8 @@ TEST(ImportRawlog, TruncatedFileKeepsWhatCanBeReadAndSaysWhereItEnds) {
   test::write_bytes(folder / "half.rawlog", bytes);
   const auto report = import_recording(test::import_options(folder / "half.rawlog", folder / "half.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_GT(report->find(channel::scan)->kept, 90U);
-  EXPECT_LT(report->find(channel::scan)->kept, 140U);
+  EXPECT_GT(report->find(channel::kScan)->kept, 90U);
+  EXPECT_LT(report->find(channel::kScan)->kept, 140U);
   ASSERT_EQ(report->refused, 1U);
   EXPECT_THAT(report->refusals[0].place, ::testing::StartsWith("half.rawlog, object 2"));
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("byte"));
@@ -164,7 +164,7 @@ TEST(ImportRawlog, FlippedBitsNeverCrashAndNearlyAllIsKept) {
       EXPECT_FALSE(report.error().message.empty());
       continue;
     }
-    EXPECT_GE(report->find(channel::scan)->kept, 215U) << "trial " << trial;
+    EXPECT_GE(report->find(channel::kScan)->kept, 215U) << "trial " << trial;
   }
 }
 
@@ -181,8 +181,8 @@ TEST(ImportRawlog, DamagedObjectInTheMiddleIsSkipped) {
   const auto report =
       import_recording(test::import_options(folder / "damaged.rawlog", folder / "damaged.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::scan)->kept, 225U);
-  EXPECT_EQ(report->find(channel::odometry)->kept, 224U);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 225U);
+  EXPECT_EQ(report->find(channel::kOdometry)->kept, 224U);
   EXPECT_EQ(report->refused, 1U);
 }
 
@@ -215,13 +215,13 @@ TEST(ImportRawlog, ClockwiseScansAndFlagsAreKeptAsTheyAre) {
   write_rawlog(folder / "one.rawlog", {clockwise_scan()});
   const auto report = import_recording(test::import_options(folder / "one.rawlog", folder / "one.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::odometry), nullptr) << "there is no odometry in it";
+  EXPECT_EQ(report->find(channel::kOdometry), nullptr) << "there is no odometry in it";
   const ImportedLog log(folder / "one.lcm");
-  const auto scans = log.all<Scan>(channel::scan);
+  const auto scans = log.all<Scan>(channel::kScan);
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].stamp.utime(), 1'000'000'000'000'000);
-  EXPECT_FLOAT_EQ(scans[0].angle_first, 1);
-  EXPECT_FLOAT_EQ(scans[0].angle_step, -0.5F);
+  EXPECT_FLOAT_EQ(scans[0].angle_min, 1);
+  EXPECT_FLOAT_EQ(scans[0].angle_increment, -0.5F);
   EXPECT_EQ(scans[0].ranges[0], 1.0F);
   EXPECT_EQ(scans[0].ranges[2], 12.0F) << "flagged, and beyond the maximum: kept as it was written";
   EXPECT_TRUE(std::isnan(scans[0].ranges[3])) << "flagged, but looks like a range: invalid";
@@ -250,7 +250,7 @@ TEST(ImportRawlog, SeveralLasersAreAnErrorThatListsThem) {
   options.topics["SCAN"] = "REAR";
   const auto report = import_recording(options, {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::scan)->kept, 1U);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 1U);
   EXPECT_EQ(report->left_out.at("scan FRONT"), 1U);
 }
 

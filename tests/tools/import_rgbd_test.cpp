@@ -37,9 +37,9 @@ TEST(ImportRgbd, EveryFrameGivesPoseImagesAndScan) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
   log.expect_arrivals_increase();
-  const auto poses = log.all<PoseEstimate>(channel::pose_cov);
-  const auto colour = log.all<Image>(channel::camera), depth = log.all<Image>(channel::depth);
-  const auto scans = log.all<Scan>(channel::scan);
+  const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
+  const auto colour = log.all<Image>(channel::kCamera), depth = log.all<Image>(channel::kDepth);
+  const auto scans = log.all<Scan>(channel::kScan);
   ASSERT_EQ(poses.size(), 100U);
   ASSERT_EQ(colour.size(), 100U);
   ASSERT_EQ(depth.size(), 100U);
@@ -58,7 +58,7 @@ TEST(ImportRgbd, EveryFrameGivesPoseImagesAndScan) {
 
 TEST(ImportRgbd, ColourIsTheFileByteForByte) {
   PARHELION_NEEDS_RECORDING(kitchen());
-  const auto colour = kitchen_log().all<Image>(channel::camera);
+  const auto colour = kitchen_log().all<Image>(channel::kCamera);
   const auto file = test::file_bytes(kitchen() / "frame-000004.color.jpg");
   EXPECT_EQ(colour[2].bytes, std::vector<std::uint8_t>(file.begin(), file.end()));
   EXPECT_EQ(colour[2].format, PixelFormat::mjpeg);
@@ -86,8 +86,8 @@ class Plane {
 TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
-  const auto poses = log.all<PoseEstimate>(channel::pose_cov);
-  const auto depth = log.all<Image>(channel::depth);
+  const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
+  const auto depth = log.all<Image>(channel::kDepth);
   const DepthCameraDescription camera = *log.robot().depth;
   std::vector<double> floor, below;
   std::size_t points = 0, table = 0;
@@ -128,8 +128,8 @@ TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
 TEST(ImportRgbd, DepthOfOneFrameIsFoundAgainInAnother) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
-  const auto poses = log.all<PoseEstimate>(channel::pose_cov);
-  const auto depth = log.all<Image>(channel::depth);
+  const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
+  const auto depth = log.all<Image>(channel::kDepth);
   const DepthCameraDescription camera = *log.robot().depth;
   std::vector<double> differences;
   for (std::size_t i = 0; i + 20 < poses.size(); i += 20) {
@@ -158,7 +158,7 @@ TEST(ImportRgbd, DepthOfOneFrameIsFoundAgainInAnother) {
 
 /// Mean colour gradient at depth edges, projected with the calibration of the description, or 1:1.
 double gradient_at_depth_edges(const ImportedLog& log, bool registered) {
-  const auto colour = log.all<Image>(channel::camera), depth = log.all<Image>(channel::depth);
+  const auto colour = log.all<Image>(channel::kCamera), depth = log.all<Image>(channel::kDepth);
   const RobotDescription robot = log.robot();
   const auto& from = robot.depth->intrinsics;
   const auto& to = robot.camera->intrinsics;
@@ -208,9 +208,9 @@ TEST(ImportRgbd, ScanIsWhatDepthSeesInTheBand) {
   const ImportedLog& log = kitchen_log();
   const RobotDescription robot = log.robot();
   EXPECT_THAT(robot.laser->source, ::testing::StartsWith("derived: no laser"));
-  const auto poses = log.all<PoseEstimate>(channel::pose_cov);
-  const auto depth = log.all<Image>(channel::depth);
-  const auto scans = log.all<Scan>(channel::scan);
+  const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
+  const auto depth = log.all<Image>(channel::kDepth);
+  const auto scans = log.all<Scan>(channel::kScan);
   std::size_t hits = 0;
   for (std::size_t i = 0; i < scans.size(); i += 25) {
     // All points of the band, in level coordinates around the base.
@@ -279,18 +279,18 @@ TEST(ImportRgbd, TumLayoutGivesFloorAtZeroAndWallWhereItIs) {
   EXPECT_EQ(report->refused, 0U);
   const ImportedLog log(folder / "tum.lcm");
   const RobotDescription robot = log.robot();
-  const auto pose = log.all<PoseEstimate>(channel::pose_cov).at(0);
+  const auto pose = log.all<PoseEstimate>(channel::kPoseCov).at(0);
   EXPECT_EQ(pose.stamp.utime(), 1305031102160407);
   const auto T_map_optical = pose.T_map_base * robot.depth->T_base_optical;
   EXPECT_NEAR(T_map_optical.translation().z(), 1, 0.002) << "the camera is 1 m over the floor";
   EXPECT_NEAR(pose.T_map_base.translation().z(), 0, 0.002) << "base_link is on the floor";
   EXPECT_NEAR(pose.T_map_base.rotation()(2, 2), 1, 1e-6) << "and level";
-  const Scan scan = log.all<Scan>(channel::scan).at(0);
+  const Scan scan = log.all<Scan>(channel::kScan).at(0);
   const auto middle = scan.ranges.at(scan.ranges.size() / 2);
   EXPECT_NEAR(middle, 2, 0.005);
-  const double angle = scan.angle_first + 20 * scan.angle_step;
+  const double angle = scan.angle_min + 20 * scan.angle_increment;
   EXPECT_NEAR(scan.ranges.at(20) * std::cos(angle), 2, 0.01) << "a straight wall";
-  const auto depth = log.all<Image>(channel::depth).at(0);
+  const auto depth = log.all<Image>(channel::kDepth).at(0);
   EXPECT_NEAR(depth_of(depth).at<std::uint16_t>(240, 320), 1000 * 2 / std::cos(pitch), 3)
       << "millimetres on the wire";
 }
@@ -302,12 +302,12 @@ TEST(ImportRgbd, StairsWithoutGravityFileStandUpright) {
   const auto report = import_recording(test::import_options(stairs, folder / "stairs.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   const ImportedLog log(folder / "stairs.lcm");
-  const auto poses = log.all<PoseEstimate>(channel::pose_cov);
+  const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
   ASSERT_EQ(poses.size(), 3U);
   const RobotDescription robot = log.robot();
   EXPECT_EQ(robot.camera->intrinsics.fx, 525) << "kapture's files are one folder up";
   // Treads are level: horizontal surface piles up at a few heights.
-  const cv::Mat mm = depth_of(log.all<Image>(channel::depth)[0]);
+  const cv::Mat mm = depth_of(log.all<Image>(channel::kDepth)[0]);
   const auto T_map_optical = poses[0].T_map_base * robot.depth->T_base_optical;
   std::map<long, int> layers;
   int points = 0;
@@ -336,16 +336,16 @@ TEST(ImportRgbd, WhatIsLeftOutIsNeitherWrittenNorDescribed) {
   };
   auto report = imported({{"DEPTH", "none"}, {"REFERENCE_POSE", "none"}});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::depth), nullptr);
-  EXPECT_EQ(report->find(channel::reference_pose), nullptr);
-  EXPECT_EQ(report->find(channel::scan)->kept, 3U) << "it is cut out of depth that is not written";
-  EXPECT_EQ(report->find(channel::camera)->kept, 3U);
+  EXPECT_EQ(report->find(channel::kDepth), nullptr);
+  EXPECT_EQ(report->find(channel::kReferencePose), nullptr);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 3U) << "it is cut out of depth that is not written";
+  EXPECT_EQ(report->find(channel::kCamera)->kept, 3U);
   EXPECT_FALSE(ImportedLog(folder / "stairs.lcm").robot().depth.has_value());
   report = imported({{"SCAN", "none"}, {"CAMERA", "none"}});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::scan), nullptr);
-  EXPECT_EQ(report->find(channel::camera), nullptr);
-  EXPECT_EQ(report->find(channel::depth)->kept, 3U);
+  EXPECT_EQ(report->find(channel::kScan), nullptr);
+  EXPECT_EQ(report->find(channel::kCamera), nullptr);
+  EXPECT_EQ(report->find(channel::kDepth)->kept, 3U);
   const RobotDescription robot = ImportedLog(folder / "stairs.lcm").robot();
   EXPECT_FALSE(robot.laser.has_value());
   EXPECT_FALSE(robot.camera.has_value());
@@ -388,7 +388,7 @@ TEST(ImportRgbd, DamagedFilesAreRefusedWithTheirName) {
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000002.depth.png"));
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000004.pose.txt"));
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000006.color.jpg"));
-  EXPECT_EQ(report->find(channel::pose_cov)->kept, 5U);
+  EXPECT_EQ(report->find(channel::kPoseCov)->kept, 5U);
 }
 
 }  // namespace

@@ -46,11 +46,11 @@ RosBytes image(const std::string& encoding, std::uint32_t step, const std::vecto
 }
 
 /// x forward of the body is z of the optical frame.
-constexpr std::initializer_list<double> camera_pose = {0.3, 0.1, 1.2, -0.5, 0.5, -0.5, 0.5};
+constexpr std::initializer_list<double> kCameraPose = {0.3, 0.1, 1.2, -0.5, 0.5, -0.5, 0.5};
 
 WrittenBag bag_with_camera() {
   WrittenBag bag;
-  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", camera_pose));
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", kCameraPose));
   bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
           transform("/base_link", "laser", {0.2, 0, 0.4, 0, 0, 1, 0}));
   bag.add("/camera/camera_info", "sensor_msgs/CameraInfo", 100, camera_info(500, "plumb_bob"));
@@ -81,22 +81,22 @@ TEST(ImportRosbagCamera, CameraInfoAndStaticTransformBecomeTheDescription) {
   EXPECT_TRUE(robot.camera->T_base_optical.rotation().col(2).isApprox(Eigen::Vector3d::UnitX(), 1e-9));
   EXPECT_THAT(robot.camera->source, ::testing::HasSubstr("P [490 0 3 0 0 491 2 0 0 0 1 0]"));
   EXPECT_THAT(robot.source, ::testing::HasSubstr("tf base_link -> laser"));
-  const Image image = log.all<Image>(channel::camera).at(0);
+  const Image image = log.all<Image>(channel::kCamera).at(0);
   EXPECT_EQ(image.row_stride, 18);
   EXPECT_EQ(image.bytes.at(18), 20) << "the padding between rows is gone";
   EXPECT_EQ(image.stamp.ns, 100'000'002'000);
 }
 
-TEST(ImportRosbagCamera, CameraWithoutCalibrationIsSaidAndNotMadeUp) {
+TEST(ImportRosbagCamera, ReportsACameraWithoutCalibrationAndInventsNone) {
   TemporaryFolder folder;
   WrittenBag bag;
-  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", camera_pose));
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", kCameraPose));
   bag.add("/camera/camera_info", "sensor_msgs/CameraInfo", 100, camera_info(0, "plumb_bob"));
   bag.add("/camera/image_raw", "sensor_msgs/Image", 100, image("bgr8", 18, std::vector<std::uint8_t>(72)));
   bag.write(folder / "bare.bag");
   const auto report = import_recording(test::import_options(folder / "bare.bag", folder / "bare.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_EQ(report->find(channel::camera)->kept, 1U);
+  EXPECT_EQ(report->find(channel::kCamera)->kept, 1U);
   EXPECT_FALSE(ImportedLog(folder / "bare.lcm").robot().camera.has_value());
   EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("without calibration")));
 }
@@ -113,7 +113,7 @@ TEST(ImportRosbagCamera, DepthInMetresBecomesMillimetresAndHolesStayHoles) {
   bag.write(folder / "depth.bag");
   const auto report = import_recording(test::import_options(folder / "depth.bag", folder / "depth.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  const Image depth = ImportedLog(folder / "depth.lcm").all<Image>(channel::depth).at(0);
+  const Image depth = ImportedLog(folder / "depth.lcm").all<Image>(channel::kDepth).at(0);
   const cv::Mat mm = cv::imdecode(depth.bytes, cv::IMREAD_UNCHANGED);
   EXPECT_EQ(mm.at<std::uint16_t>(0, 0), 0);
   EXPECT_EQ(mm.at<std::uint16_t>(0, 1), 0);
@@ -131,7 +131,7 @@ TEST(ImportRosbagCamera, ScanIsPutInTheOrderOfItsTime) {
     const auto report = import_recording(test::import_options(folder / "scan.bag", folder / "scan.lcm"), {});
     ASSERT_TRUE(report.ok()) << report.error().message;
     const ImportedLog log(folder / "scan.lcm");
-    const Scan imported = log.all<Scan>(channel::scan).at(0);
+    const Scan imported = log.all<Scan>(channel::kScan).at(0);
     const LaserDescription laser = *log.robot().laser;
     EXPECT_NEAR(laser.beam_interval, 0.01, 1e-8);
     EXPECT_NEAR(laser.scan_period, 0.1, 1e-8);
@@ -139,7 +139,7 @@ TEST(ImportRosbagCamera, ScanIsPutInTheOrderOfItsTime) {
     // Range 1 was measured at -1 rad, at the stamp; range 2 at -0.5 rad and time_increment after it.
     for (std::size_t i = 0; i < 5; ++i) {
       const float value = imported.ranges[i];
-      const double angle = imported.angle_first + static_cast<double>(i) * imported.angle_step;
+      const double angle = imported.angle_min + static_cast<double>(i) * imported.angle_increment;
       EXPECT_NEAR(angle, -1 + 0.5 * (value - 1), 1e-6);
       EXPECT_NEAR(laser.beam_time(i, 5).seconds(), static_cast<double>(time_increment) * (value - 1), 1e-7);
       EXPECT_EQ(imported.intensities[i], 10 * value);
@@ -177,14 +177,14 @@ TEST(ImportRosbag, ImuWithItsMountingAndJointsAreKept) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->refused, 1U) << "a position that is no number";
   const ImportedLog log(folder / "a.lcm");
-  const auto samples = log.all<ImuSample>(channel::imu);
+  const auto samples = log.all<ImuSample>(channel::kImu);
   ASSERT_EQ(samples.size(), 2U);
   ASSERT_TRUE(samples[0].orientation);
   EXPECT_NEAR(samples[0].orientation->angularDistance(Eigen::Quaterniond(0.8, 0, 0.6, 0)), 0, 1e-7);
   EXPECT_EQ(samples[0].rotation_rate, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_EQ(samples[0].acceleration, Eigen::Vector3d(1, 2, 9.5));
   EXPECT_FALSE(samples[1].orientation) << "ROS says so by a covariance of -1";
-  const auto joints = log.all<Joints>(channel::joint_state);
+  const auto joints = log.all<Joints>(channel::kJointState);
   ASSERT_EQ(joints.size(), 1U);
   EXPECT_EQ(joints[0].names, (std::vector<std::string>{"pan", "tilt"}));
   EXPECT_EQ(joints[0].positions, (std::vector<double>{0.5, 0.25}));

@@ -34,8 +34,8 @@ std::optional<Transform<Map, Base>> reference_at(const std::vector<PoseStamped>&
 
 /// Median distance of hits to those of the scan ten later (1.2 s), all placed at the reference poses.
 double wall_thickness(const ImportedLog& log, bool mirror) {
-  const auto scans = log.all<Scan>(channel::scan);
-  const auto truth = log.all<PoseStamped>(channel::reference_pose);
+  const auto scans = log.all<Scan>(channel::kScan);
+  const auto truth = log.all<PoseStamped>(channel::kReferencePose);
   const LaserDescription laser = *log.robot().laser;
   const auto points = [&](const Scan& scan) {
     const auto T_map_base = reference_at(truth, scan.stamp);
@@ -67,9 +67,9 @@ TEST(ImportRosbag, ScansLaidAtTheReferencePosesGiveThinWalls) {
   const auto report = import_recording(jarvis_options(jarvis(), folder / "jarvis.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->refused, 0U);
-  EXPECT_EQ(report->find(channel::scan)->kept, 213U);
-  EXPECT_EQ(report->find(channel::scan)->beams.at(761), 213U);
-  EXPECT_EQ(report->find(channel::reference_pose)->kept, 204U);
+  EXPECT_EQ(report->find(channel::kScan)->kept, 213U);
+  EXPECT_EQ(report->find(channel::kScan)->beams.at(761), 213U);
+  EXPECT_EQ(report->find(channel::kReferencePose)->kept, 204U);
   const ImportedLog log(folder / "jarvis.lcm");
   log.expect_arrivals_increase();
   const double thin = wall_thickness(log, false), mirrored = wall_thickness(log, true);
@@ -97,7 +97,7 @@ TEST(ImportRosbag, OdometryIsNotTheLocalisersCorrection) {
   TemporaryFolder folder;
   ASSERT_TRUE(import_recording(jarvis_options(jarvis(), folder / "jarvis.lcm"), {}).ok());
   const ImportedLog log(folder / "jarvis.lcm");
-  const auto odometry = log.all<Odometry>(channel::odometry);
+  const auto odometry = log.all<Odometry>(channel::kOdometry);
   ASSERT_GT(odometry.size(), 600U);
   // The first odom -> base_footprint of the bag; odom -> map starts at (0.38, 2.80).
   EXPECT_NEAR(odometry[0].T_odom_base.translation().x(), 0.375217, 1e-5);
@@ -120,7 +120,7 @@ TEST(ImportRosbag, CutOffBagKeepsWhatCameBefore) {
   test::write_bytes(folder / "cut.bag", bytes);
   const auto report = import_recording(jarvis_options(folder / "cut.bag", folder / "cut.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_GT(report->find(channel::scan)->kept, 80U);
+  EXPECT_GT(report->find(channel::kScan)->kept, 80U);
   ASSERT_EQ(report->refused, 1U);
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("cut off"));
 }

@@ -70,12 +70,12 @@ struct ImportedLog {
 
   /// The description in the first event.
   RobotDescription robot() const {
-    if (events.empty() || events[0].channel != channel::robot) {
+    if (events.empty() || events[0].channel != channel::kRobot) {
       ADD_FAILURE() << "the log does not start with ROBOT";
       return {};
     }
     RobotMessage message;
-    EXPECT_TRUE(decode(channel::robot, events[0].payload, message).ok());
+    EXPECT_TRUE(decode(channel::kRobot, events[0].payload, message).ok());
     auto robot = parse_robot_description(message.yaml, "ROBOT");
     EXPECT_TRUE(robot.ok()) << (robot.ok() ? "" : robot.error().message) << "\n" << message.yaml;
     return robot ? *robot : RobotDescription{};
@@ -117,7 +117,7 @@ std::vector<Eigen::Vector2d> hits(const Scan& scan, const RangeConvention& conve
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double range = scan.ranges[i];
     if (convention.classify(scan.ranges[i]) != BeamKind::hit || range > far) continue;
-    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     const Eigen::Vector3d p =
         T_a_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
     points.emplace_back(p.x(), p.y());

@@ -22,8 +22,8 @@ class JoystickConsoleTest : public test::TickTest {
     start(test::level_1({test::agent("robot_1", AgentKind::robot, 2, 2, BehaviourKind::teleop)}));
     for (const std::string& input : configuration_.channels.inputs())
       ASSERT_TRUE(server_->subscribe(input, 100).ok());
-    const auto say = [this](const std::string& line) { said_ += line + "\n"; };
-    console_.emplace(JoystickConsoleOptions{"", "ann", say}, station::default_joystick_mapping(), *bus_,
+    const auto notify = [this](const std::string& line) { printed_ += line + "\n"; };
+    console_.emplace(JoystickConsoleOptions{"", "ann", notify}, station::default_joystick_mapping(), *bus_,
                      *port_);
     ASSERT_TRUE(console_->listen().ok());
   }
@@ -44,8 +44,8 @@ class JoystickConsoleTest : public test::TickTest {
     SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
   }
   /// -1..1, positive forwards.
-  void push(double share) {
-    SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_LEFTY, static_cast<Sint16>(-32767 * share));
+  void push(double fraction) {
+    SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_LEFTY, static_cast<Sint16>(-32767 * fraction));
   }
 
   /// Runs console and server for `duration` of their common clock.
@@ -74,9 +74,9 @@ class JoystickConsoleTest : public test::TickTest {
     }
   }
   double speed() { return state_->simulation.robot_motion("trainee")->velocity.norm(); }
-  float asked() { return static_cast<float>(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx); }
+  float asked() { return static_cast<float>(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx); }
   std::vector<Event> lost() {
-    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [](const Event& event) { return event.kind != EventKind::console_lost; });
     return all;
   }
@@ -85,15 +85,15 @@ class JoystickConsoleTest : public test::TickTest {
   std::unique_ptr<Bus> server_ = hub_.connect(), bus_ = hub_.connect();
   std::unique_ptr<station::JoystickPort> port_;
   std::optional<JoystickConsole> console_;
-  std::string said_;
+  std::string printed_;
   SDL_Joystick* joystick_ = nullptr;
   int index_ = -1;
-  ArrivalTime now_ = ArrivalTime::from_utime(test::start_us);
+  ArrivalTime now_ = ArrivalTime::from_utime(test::kStartUs);
 };
 
 TEST_F(JoystickConsoleTest, DrivesTheSimulatedRobotWhileTheDeadManIsHeld) {
   live(0.3);
-  EXPECT_NE(said_.find("waiting for a joystick"), std::string::npos) << said_;
+  EXPECT_NE(printed_.find("waiting for a joystick"), std::string::npos) << printed_;
   plug();
   live(0.3);
   ASSERT_NE(console_->driven(), nullptr);

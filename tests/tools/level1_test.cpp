@@ -23,32 +23,32 @@ class Level1Test : public testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* name : {channel::scan, channel::odometry, channel::mr_scan, channel::mr_events})
+    for (const char* name : {channel::kScan, channel::kOdometry, channel::kMrScan, channel::kMrEvents})
       ASSERT_TRUE(bus_->subscribe(name, 2000).ok());
   }
 
   /// Sends TELEOP twenty times a second until `done`, for a minute at most.
   bool drive(test::Process& server, const Twist2& twist, const std::function<bool()>& done) {
     const WallTime deadline = runtime::steady_now() + seconds(60);
-    WallTime said;
+    WallTime last_sent;
     while (!done() && server.running() && runtime::steady_now() < deadline) {
-      if (runtime::steady_now() - said >= milliseconds(50)) {
-        said = runtime::steady_now();
+      if (runtime::steady_now() - last_sent >= milliseconds(50)) {
+        last_sent = runtime::steady_now();
         const Message command =
-            test::message(channel::teleop, 0, TwistCommand{{runtime::wall_now().ns}, twist});
+            test::message(channel::kTeleop, 0, TwistCommand{{runtime::wall_now().ns}, twist});
         EXPECT_TRUE(bus_->publish(command.channel, command.payload).ok());
       }
-      hear();
+      receive_message();
     }
     return done();
   }
-  void hear() {
+  void receive_message() {
     Message message;
     const auto received = bus_->receive(message, milliseconds(20));
     if (!received.ok() || !*received) return;
     ++count_[message.channel];
     Event event;
-    if (message.channel == channel::mr_events && decode(message.channel, message.payload, event).ok())
+    if (message.channel == channel::kMrEvents && decode(message.channel, message.payload, event).ok())
       events_.push_back(event);
   }
   /// To `who`: the event's subject or object.
@@ -73,30 +73,32 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
   test::Process server({"serve", scenario, "-o", folder_ / "session.lcm", "--report", folder_ / "live.json",
                         "--url", url(), "--no-restart"},
                        folder_ / "serve.txt");
-  const auto said = [this] { return test::text_of(folder_ / "serve.txt"); };
+  const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
   ASSERT_TRUE(drive(server, {}, [this] {
-    return count_[channel::scan] > 10 && count_[channel::odometry] > 10 && count_[channel::mr_scan] > 10;
-  })) << said();
-  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::movement_started); })) << said();
-  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::collision_started, "door 1"); }))
-      << said();
+    return count_[channel::kScan] > 10 && count_[channel::kOdometry] > 10 && count_[channel::kMrScan] > 10;
+  })) << server_output();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::movement_started); }))
+      << server_output();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::contact_started, "door 1"); }))
+      << server_output();
   EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::door_opened, "door 1"); }))
-      << said();
+      << server_output();
   EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::zone_entered, "second room"); }))
-      << said();
+      << server_output();
 
   // A second sender on the robot's channels is reported and ignored.
-  const Message foreign = test::message(channel::odometry, 0, Odometry{{runtime::wall_now().ns}, {}});
+  const Message foreign = test::message(channel::kOdometry, 0, Odometry{{runtime::wall_now().ns}, {}});
   ASSERT_TRUE(bus_->publish(foreign.channel, foreign.payload).ok());
-  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::foreign_publisher, channel::odometry); }))
-      << said();
-  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << said();
+  EXPECT_TRUE(drive(server, {}, [this] {
+    return happened(EventKind::foreign_publisher, channel::kOdometry);
+  })) << server_output();
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << server_output();
   const auto reset =
       test::run({"inject", "reset", "--name", "trainee", "--url", url()}, folder_ / "reset.txt");
   EXPECT_EQ(reset.exit, 0) << reset.output;
-  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::agent_moved); })) << said();
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::agent_moved); })) << server_output();
   server.signal(SIGINT);
-  EXPECT_EQ(server.wait(), 0) << said();
+  EXPECT_EQ(server.wait(), 0) << server_output();
 
   const auto replayed = test::run(
       {"replay", folder_ / "session.lcm", "-o", folder_ / "again.lcm", "--report", folder_ / "again.json"},
@@ -106,12 +108,12 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
 }
 
 /// Real time, about 15 s: forward through the door, back through it, and stop.
-TEST_F(Level1Test, AShippedProgrammeIsDrivenItsScoreGrowsAndTheReportSaysWhy) {
+TEST_F(Level1Test, DrivingAShippedProgrammeRaisesAndExplainsTheScore) {
   const std::string scenario =
       std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/doorway.yaml";
   const std::string log = folder_ / "session.lcm";
   test::Process server({"serve", scenario, "-o", log, "--url", url(), "--no-restart"}, folder_ / "serve.txt");
-  const auto said = [this] { return test::text_of(folder_ / "serve.txt"); };
+  const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
   const auto scores = [this] {
     std::vector<double> all;
     for (const Event& event : events_) {
@@ -124,15 +126,15 @@ TEST_F(Level1Test, AShippedProgrammeIsDrivenItsScoreGrowsAndTheReportSaysWhy) {
                                    [](const Event& event) { return event.object == "start"; });
     return last != events_.rend() && last->kind == EventKind::zone_entered;
   };
-  ASSERT_TRUE(drive(server, {}, [this] { return count_[channel::mr_scan] > 10; })) << said();
-  EXPECT_THAT(said(), HasSubstr("through the door: 40 points, required")) << "the briefing";
-  EXPECT_TRUE(drive(server, {0.7, 0, 0}, [&] { return scores().size() == 1; })) << said();
-  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, [&] { return scores().size() == 2; })) << said();
-  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, at_the_start)) << said();
-  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::grading_ended); })) << said();
+  ASSERT_TRUE(drive(server, {}, [this] { return count_[channel::kMrScan] > 10; })) << server_output();
+  EXPECT_THAT(server_output(), HasSubstr("through the door: 40 points, required")) << "the briefing";
+  EXPECT_TRUE(drive(server, {0.7, 0, 0}, [&] { return scores().size() == 1; })) << server_output();
+  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, [&] { return scores().size() == 2; })) << server_output();
+  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, at_the_start)) << server_output();
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::grading_ended); })) << server_output();
   EXPECT_EQ(scores(), (std::vector<double>{40, 80, 100}));
   server.signal(SIGINT);
-  EXPECT_EQ(server.wait(), 0) << said();
+  EXPECT_EQ(server.wait(), 0) << server_output();
 
   const auto graded = test::run({"grade", log}, folder_ / "grade.txt");
   EXPECT_EQ(graded.exit, 0) << graded.output;

@@ -44,7 +44,7 @@ TEST_F(MachineChecks, AFolderThatIsNotThereFails) {
   EXPECT_NE(check_disk(folder_).finding.find("GB free"), std::string::npos);
 }
 
-TEST_F(MachineChecks, WhereScansMayNotGoFirstItIsSaidWhatAllowsIt) {
+TEST_F(MachineChecks, MissingRealTimePriorityIsReportedWithARemedy) {
   const MachineCheck check = check_real_time();
   EXPECT_EQ(check.remedy.empty(), check.verdict == Verdict::ok);
   EXPECT_NE(check.verdict, Verdict::fail) << "nothing essential is missing";
@@ -61,7 +61,7 @@ TEST_F(MachineChecks, ABusThatCannotBeOpenedFails) {
   EXPECT_EQ(check_big_messages("udpm://rubbish").verdict, Verdict::fail);
 }
 
-TEST_F(MachineChecks, ShippedFilesAreLookedForWhereTheUserSays) {
+TEST_F(MachineChecks, LooksForShippedFilesInTheUsersFolder) {
   EXPECT_EQ(check_shipped_files().verdict, Verdict::ok);
   ASSERT_EQ(setenv("PARHELION_SHARE", folder_.c_str(), 1), 0);
   const MachineCheck missing = check_shipped_files();

@@ -39,9 +39,9 @@ class MapModelInput : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return test::run(words, folder_ / "log.txt");
   }
-  void expect_refused(const test::Ran& ran, const ::testing::Matcher<const std::string&>& says) {
+  void expect_refused(const test::Ran& ran, const ::testing::Matcher<const std::string&>& expected) {
     EXPECT_EQ(ran.exit, 1) << ran.output;
-    EXPECT_THAT(ran.output, says);
+    EXPECT_THAT(ran.output, expected);
     EXPECT_THAT(ran.output, HasSubstr("parhelion map model: "));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "model.yaml"));
   }

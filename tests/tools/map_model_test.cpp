@@ -94,15 +94,15 @@ std::optional<Event> first_collision(double x, double y, double yaw) {
   rover.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
   std::vector<Message> teleop;
   for (int i = 0; i < 140; ++i) {
-    const std::int64_t utime = test::start_us + 500'000 + i * 50'000;
+    const std::int64_t utime = test::kStartUs + 500'000 + i * 50'000;
     teleop.push_back(test::message("MR_AGENT_rover_TELEOP", utime,
                                    TwistCommand{SensorTime::from_utime(utime), Twist2{0.4, 0, 0}}));
   }
   for (const Message& message : replayed(rover, test::drive(8, std::move(teleop)))) {
     Event event;
-    if (message.channel != channel::mr_events) continue;
-    if (!decode(channel::mr_events, message.payload, event)) continue;
-    if (event.kind == EventKind::collision_started && event.subject == "rover") return event;
+    if (message.channel != channel::kMrEvents) continue;
+    if (!decode(channel::kMrEvents, message.payload, event)) continue;
+    if (event.kind == EventKind::contact_started && event.subject == "rover") return event;
   }
   return std::nullopt;
 }
@@ -134,15 +134,15 @@ std::vector<Message> drive_with_camera(const Image& image) {
   robot.camera = camera;
   std::vector<Message> images;
   for (int i = 5; i < 15; ++i) {
-    const std::int64_t utime = test::start_us + i * 100'000;
+    const std::int64_t utime = test::kStartUs + i * 100'000;
     Image taken = image;
     taken.stamp = SensorTime::from_utime(utime);
-    images.push_back(test::message(channel::camera, utime + 30'000, taken));
+    images.push_back(test::message(channel::kCamera, utime + 30'000, taken));
   }
   std::vector<Message> log = test::drive(2, std::move(images));
   for (Message& message : log) {
-    if (message.channel == channel::robot)
-      encode(RobotMessage{SensorTime::from_utime(test::start_us), to_yaml(robot)}, message.payload);
+    if (message.channel == channel::kRobot)
+      encode(RobotMessage{SensorTime::from_utime(test::kStartUs), to_yaml(robot)}, message.payload);
   }
   return log;
 }
@@ -156,9 +156,9 @@ TEST(MapModel, InTheVideoOfAReplayAnAgentBehindAWallOfTheModelIsHidden) {
   const auto frames_changed = [&](double x, double y) {
     std::size_t frames = 0, changed = 0;
     for (const Message& message : replayed(test::agent("barrel", AgentKind::barrel, x, y), log)) {
-      if (message.channel != channel::mr_camera) continue;
+      if (message.channel != channel::kMrCamera) continue;
       Image out;
-      EXPECT_TRUE(decode(channel::mr_camera, message.payload, out).ok());
+      EXPECT_TRUE(decode(channel::kMrCamera, message.payload, out).ok());
       ++frames;
       changed += out.bytes != image.bytes;
     }
@@ -249,7 +249,7 @@ TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
   EXPECT_EQ(drawn, 1U);
 }
 
-TEST(BuildModel, SaysWhatIsWrongWithTheCloud) {
+TEST(BuildModel, ReportsErrorsOfTheCloud) {
   EXPECT_THAT(semantic::build_model({}).error().message, HasSubstr("no points"));
   cloud::PointCloud<Cloud> millimetres = test::scan_of_site(0.03);
   for (Eigen::Vector3f& p : millimetres.points) p *= 1000;

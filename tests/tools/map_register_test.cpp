@@ -19,7 +19,7 @@ nlohmann::json json_of(const std::filesystem::path& path) {
   return nlohmann::json::parse(file);
 }
 
-TEST(MapRegister, BringsTheRoomTogetherAndSaysSo) {
+TEST(MapRegister, RegistersTheRoomScansAndReportsTheResult) {
   const auto room1 = test::recording("3d-room-scan/room_scan1.pcd");
   const auto room2 = test::recording("3d-room-scan/room_scan2.pcd");
   PARHELION_NEEDS_RECORDING(room1);
@@ -33,10 +33,10 @@ TEST(MapRegister, BringsTheRoomTogetherAndSaysSo) {
   const auto scan = cloud::read_scan(cloud);
   ASSERT_TRUE(scan) << scan.error().message;
   EXPECT_EQ(scan->cloud.viewpoints.size(), 2U);
-  const auto said = json_of(summary);
-  ASSERT_EQ(said["scans"].size(), 2U);
-  EXPECT_EQ(said["points"], scan->cloud.size());
-  const auto& second = said["scans"][1];
+  const auto summary_json = json_of(summary);
+  ASSERT_EQ(summary_json["scans"].size(), 2U);
+  EXPECT_EQ(summary_json["points"], scan->cloud.size());
+  const auto& second = summary_json["scans"][1];
   EXPECT_TRUE(second["converged"]);
   EXPECT_GT(second["overlap"], 0.4);
   const auto T = second["T_map_scan"].get<std::vector<std::vector<double>>>();
@@ -59,10 +59,10 @@ TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
   const auto ran = test::run(arguments, folder / "log");
   EXPECT_EQ(ran.exit, 1) << ran.output;
   EXPECT_FALSE(std::filesystem::exists(cloud));
-  const auto said = json_of(summary);
-  EXPECT_FALSE(said["scans"][1]["converged"]);
-  EXPECT_TRUE(said["scans"][1]["T_map_scan"].is_null());
-  EXPECT_NE(said["scans"][1]["why"], "");
+  const auto summary_json = json_of(summary);
+  EXPECT_FALSE(summary_json["scans"][1]["converged"]);
+  EXPECT_TRUE(summary_json["scans"][1]["T_map_scan"].is_null());
+  EXPECT_NE(summary_json["scans"][1]["why"], "");
   arguments.insert(arguments.end(), {"--keep-going", "--force"});
   EXPECT_EQ(test::run(arguments, folder / "log").exit, 0);
   const auto scan = cloud::read_scan(cloud);
@@ -70,7 +70,7 @@ TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
   EXPECT_LE(scan->cloud.size(), 81'359U);
 }
 
-TEST(MapRegister, ThePapersIcpIsReachedBySayingSo) {
+TEST(MapRegister, TheMethodOptionSelectsThePapersIcp) {
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(room);
   const TemporaryFolder folder;

@@ -80,7 +80,7 @@ TEST_F(SameBytesTest, AMadeUpDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
   std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
   test::write_log(folder_ / "drive.lcm", test::drive(20));
   expect_the_same_bytes(folder_ / "drive.lcm", folder_ / "scenario.yaml",
-                        {channel::mr_scan, channel::mr_scan_info, channel::mr_world, channel::mr_events,
+                        {channel::kMrScan, channel::kMrScanInfo, channel::kMrWorld, channel::kMrEvents,
                          "MR_AGENT_robot_1_SCAN"});
 }
 
@@ -91,7 +91,7 @@ TEST_F(SameBytesTest, ARealDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
   ASSERT_EQ(ran.exit, 0) << ran.output;
   expect_the_same_bytes(
       folder_ / "demo/with-camera.lcm", folder_ / "demo/scenario.yaml",
-      {channel::mr_scan, channel::mr_scan_info, channel::mr_world, channel::mr_events, channel::mr_camera});
+      {channel::kMrScan, channel::kMrScanInfo, channel::kMrWorld, channel::kMrEvents, channel::kMrCamera});
 }
 
 }  // namespace

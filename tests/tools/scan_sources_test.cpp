@@ -28,9 +28,9 @@ double densest_height(const std::vector<cloud::ScanToRegister>& scans) {
       ++layers[static_cast<int>(std::floor(in_cloud.z() / 0.04))];
     }
   }
-  const auto most = std::max_element(layers.begin(), layers.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return 0.04 * most->first + 0.02;
+  const auto fullest = std::max_element(layers.begin(), layers.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  return 0.04 * fullest->first + 0.02;
 }
 
 TEST(ScanSources, depth_images_of_the_kitchen_come_level_with_the_table_at_its_height_over_the_floor) {
@@ -86,9 +86,10 @@ void write_corridor_log(const std::string& path) {
     write("POSE_COV", pose);
     Scan line;
     line.stamp = stamp;
-    line.angle_step = static_cast<float>(2 * 3.14159265358979 / 180);
+    line.angle_increment = static_cast<float>(2 * 3.14159265358979 / 180);
     for (int k = 0; k < 180; ++k) {
-      const double angle = static_cast<double>(line.angle_step) * k, y = std::cos(angle), z = std::sin(angle);
+      const double angle = static_cast<double>(line.angle_increment) * k, y = std::cos(angle),
+                   z = std::sin(angle);
       const double level = z > 1e-9 ? 2.0 / z : z < -1e-9 ? -0.5 / z : 1e9;
       line.ranges.push_back(static_cast<float>(std::min(1 / std::max(1e-9, std::abs(y)), level)));
     }
@@ -96,7 +97,7 @@ void write_corridor_log(const std::string& path) {
   }
 }
 
-TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each) {
+TEST(ScanSources, scan_lines_across_the_path_become_3d_scans_of_some_metres_each) {
   const TemporaryFolder folder;
   write_corridor_log(folder / "corridor.lcm");
   const auto opened = open_scans({folder / "corridor.lcm"}, {});
@@ -138,7 +139,7 @@ void write_nodding_log(const std::string& path, const char* lines) {
   laser.T_base_laser = Transform<Base, Laser>::planar(0, 0, 0, 0.5);
   laser.convention.range_min = 0.05F;
   laser.convention.range_max = 30;
-  if (lines == std::string(channel::lines)) {
+  if (lines == std::string(channel::kLines)) {
     robot.line_laser = {laser, {{"nod", {0, 0, 0.5}, Eigen::Vector3d::UnitY()}}};
   } else {
     robot.laser = laser;
@@ -165,10 +166,11 @@ void write_nodding_log(const std::string& path, const char* lines) {
     write("JOINT_STATE", Joints{stamp, {"nod"}, {tilt}, {}, {}});
     Scan line;
     line.stamp = stamp;
-    line.angle_first = -1.5F;
-    line.angle_step = 0.03F;
+    line.angle_min = -1.5F;
+    line.angle_increment = 0.03F;
     for (int k = 0; k <= 100; ++k) {
-      const double angle = static_cast<double>(line.angle_first) + static_cast<double>(line.angle_step) * k;
+      const double angle =
+          static_cast<double>(line.angle_min) + static_cast<double>(line.angle_increment) * k;
       const double x = std::cos(angle) * std::cos(tilt), y = std::sin(angle),
                    z = -std::cos(angle) * std::sin(tilt);
       const auto to = [](double plane, double along) { return along * plane > 0 ? plane / along : 1e9; };
@@ -191,7 +193,7 @@ void expect_hall(const OpenedScans& opened) {
 
 TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
   const TemporaryFolder folder;
-  write_nodding_log(folder / "hall.lcm", channel::scan);
+  write_nodding_log(folder / "hall.lcm", channel::kScan);
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, {})) << "a level laser makes no 3D scan";
   ScanSourceOptions options;
   options.tilt_joint = "nod";
@@ -202,9 +204,9 @@ TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, options));
 }
 
-TEST(ScanSources, lines_of_a_laser_on_a_head_are_placed_as_the_robot_description_says) {
+TEST(ScanSources, lines_of_a_laser_on_a_head_are_placed_by_the_robot_description) {
   const TemporaryFolder folder;
-  write_nodding_log(folder / "hall.lcm", channel::lines);
+  write_nodding_log(folder / "hall.lcm", channel::kLines);
   const auto opened = open_scans({folder / "hall.lcm"}, {});
   ASSERT_TRUE(opened) << opened.error().message;
   expect_hall(*opened);
@@ -235,7 +237,7 @@ TEST(ScanSources, what_holds_no_scan_is_refused_with_what_was_expected) {
   EXPECT_NE(empty.error().message.find("frame-000000.depth.png"), std::string::npos);
 }
 
-TEST(ScanGuess, says_where_the_second_scan_or_each_scan_is) {
+TEST(ScanGuess, gives_the_pose_of_the_second_scan_or_of_each_scan) {
   const TemporaryFolder folder;
   std::vector<cloud::ScanToRegister> scans(2);
   ASSERT_TRUE(apply_guess("1,2,3,90", scans));

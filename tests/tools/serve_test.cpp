@@ -47,7 +47,7 @@ class ServeTest : public testing::Test {
     AgentSpawn command{.stamp = {runtime::wall_now().ns}, .request = request};
     command.agent = test::agent("box_" + std::to_string(request), AgentKind::box, -4.0 + 0.9 * (place % 10),
                                 -3.0 + 0.9 * (place / 10 % 7));
-    return test::message(channel::mr_spawn, 0, command);
+    return test::message(channel::kMrSpawn, 0, command);
   }
   /// The next reply to a command; 0: none in time.
   std::uint64_t answer(Duration timeout) {
@@ -57,7 +57,7 @@ class ServeTest : public testing::Test {
       const auto received = bus_->receive(message, deadline - runtime::steady_now());
       if (!received.ok() || !*received) break;
       Event event;
-      if (message.channel != channel::mr_events || !decode(message.channel, message.payload, event)) continue;
+      if (message.channel != channel::kMrEvents || !decode(message.channel, message.payload, event)) continue;
       if (event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused)
         return event.request;
     }
@@ -76,7 +76,7 @@ class ServeTest : public testing::Test {
   /// Sends the robot's emergency stop until the server has replied.
   ::testing::AssertionResult emergency_stop(bool engaged, std::uint64_t request) {
     const EmergencyStopCommand command{.request = request, .robot = test::robot().name, .engaged = engaged};
-    const Message message = test::message(channel::mr_emergency_stop, 0, command);
+    const Message message = test::message(channel::kMrEmergencyStop, 0, command);
     for (int tries = 0; tries < 50; ++tries) {
       if (!bus_->publish(message.channel, message.payload)) break;
       for (std::uint64_t answered = answer(milliseconds(400)); answered != 0;
@@ -91,12 +91,12 @@ class ServeTest : public testing::Test {
     Event event;
     for (int tries = 0; tries < 200; ++tries) {
       const Message drive =
-          test::message(channel::teleop, 0, TwistCommand{{runtime::wall_now().ns}, {0, 0, 0.3}});
+          test::message(channel::kTeleop, 0, TwistCommand{{runtime::wall_now().ns}, {0, 0, 0.3}});
       (void)bus_->publish(drive.channel, drive.payload);
       for (auto came = bus_->receive(message, milliseconds(50)); came && *came;
            came = bus_->receive(message, milliseconds(50))) {
-        if (message.channel == channel::mr_events && decode(message.channel, message.payload, event).ok() &&
-            event.kind == EventKind::command_reduced)
+        if (message.channel == channel::kMrEvents && decode(message.channel, message.payload, event).ok() &&
+            event.kind == EventKind::speed_limited)
           return event.text;
       }
     }
@@ -120,7 +120,7 @@ class ServeTest : public testing::Test {
       if (!next.ok()) continue;
       if (!*next) break;
       AgentSpawn command;
-      if ((*next)->channel == channel::mr_spawn && decode((*next)->channel, (*next)->payload, command).ok()) {
+      if ((*next)->channel == channel::kMrSpawn && decode((*next)->channel, (*next)->payload, command).ok()) {
         requests.insert(command.request);
       }
     }
@@ -169,13 +169,13 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   while (!answered && runtime::steady_now() < deadline) {
     const std::string now = child_of(server);
     const bool again = !now.empty() && now != child;
-    const Message scan = test::message(channel::scan, 0, test::scan_at(again ? 2 : 1));
+    const Message scan = test::message(channel::kScan, 0, test::scan_at(again ? 2 : 1));
     ASSERT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
     Message message;
     const auto received = bus_->receive(message, milliseconds(50));
     ASSERT_TRUE(received.ok());
     // A message of the killed server may still arrive: the scan that it had processed.
-    answered = again && *received && message.channel == channel::mr_scan && message.payload == scan.payload;
+    answered = again && *received && message.channel == channel::kMrScan && message.payload == scan.payload;
   }
   EXPECT_TRUE(answered);
   server.signal(SIGTERM);

@@ -56,8 +56,8 @@ TEST_F(Level3Programmes, TheTraineeIsPenalizedForTouchingARobotThatTheLaserSawOn
   const training::Grade& grade = corridor->grade;
   EXPECT_EQ(grade.tasks[0].outcome, training::TaskOutcome::done) << runtime::to_text(*corridor);
   EXPECT_EQ(grade.tasks[1].outcome, training::TaskOutcome::failed) << runtime::to_text(*corridor);
-  ASSERT_FALSE(grade.charges.empty());
-  const training::Charge& touch = grade.charges.front();
+  ASSERT_FALSE(grade.deductions.empty());
+  const training::Deduction& touch = grade.deductions.front();
   EXPECT_EQ(touch.rule, "touched the virtual robot");
   EXPECT_EQ(touch.cause->pair, PairKind::real_virtual);
   EXPECT_EQ(touch.cause->object, "robot_1");

@@ -12,7 +12,7 @@ namespace parhelion::test {
 class SiteDrive : public ScriptedDrive {
  protected:
   void TearDown() override {
-    if (HasFailure()) std::fputs(told().c_str(), stderr);
+    if (HasFailure()) std::fputs(event_log().c_str(), stderr);
   }
   static std::string shipped(const std::string& name) {
     return std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/" + name;

@@ -12,15 +12,15 @@ TEST_F(SiteScenarioTest, ATraineeLiftsAPartOpensAGateAndClimbsTheStairsOfARealEn
   PARHELION_NEEDS_RECORDING(cloud);
   make_site("entrance", cloud);
   wait(0.5);
-  lift_part_into_tub();
+  lift_part_into_container();
   EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
   EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
   reach(0.4, 0.7, 0, 5);  // the arm in front, within the width of the gate
   EXPECT_TRUE(drive_to({0, 0.75}, 0.5, 30)) << motion().T_map_base.translation().transpose();
   EXPECT_TRUE(happened(EventKind::door_opened, "gate 1"));
   EXPECT_TRUE(climb_to({4.5, 0.85}, 60)) << motion().T_map_base.translation().transpose();
-  for (const char* step : {"stairs 1 step 1", "stairs 1 step 2", "stairs 1 step 3", "stairs 1 step 4"})
-    EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
+  for (const char* kStep : {"stairs 1 step 1", "stairs 1 step 2", "stairs 1 step 3", "stairs 1 step 4"})
+    EXPECT_TRUE(happened(EventKind::step_climbed, kStep)) << kStep;
   EXPECT_TRUE(happened(EventKind::zone_entered, "landing"));
   EXPECT_NEAR(motion().T_map_base.translation().z(), 1.27, 0.06);
   EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));

@@ -81,7 +81,7 @@ TEST(SlamLog, KeepsEveryEventAndAnswersEachScanAfterTheDelay) {
       ASSERT_TRUE(scan_arrival.contains(estimate.stamp.ns));
       EXPECT_EQ(event.arrival, scan_arrival[estimate.stamp.ns] + milliseconds(25));
     }
-    if (event.channel == "POSE_COV" || event.channel == "POSE" || event.channel == slam_status_channel)
+    if (event.channel == "POSE_COV" || event.channel == "POSE" || event.channel == kSlamStatusChannel)
       continue;
     ASSERT_LT(kept, in.events.size());
     EXPECT_EQ(event.payload, in.events[kept].payload);
@@ -117,7 +117,7 @@ TEST(SlamLog, MapsThenLocalizesInTheMapWithTheSameBytesEachTime) {
   }
   const ImportedLog out(folder / "a.lcm");
   for (const auto& estimate : out.all<PoseEstimate>("POSE_COV")) EXPECT_FALSE(estimate.causal);
-  const auto status = out.all<ServerStatus>(slam_status_channel);
+  const auto status = out.all<ServerStatus>(kSlamStatusChannel);
   ASSERT_EQ(status.size(), 1U);
 }
 
@@ -142,7 +142,7 @@ TEST(SlamLog, RefusesChannelsThatCarryVirtualReturns) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm"));
 }
 
-TEST(SlamLog, SaysWhatIsMissingAndLeavesNoHalfOutput) {
+TEST(SlamLog, ReportsMissingInputAndLeavesNoPartialOutput) {
   const TemporaryFolder folder;
   const LogOfADrive without_robot(folder / "bare.lcm", false);
   const auto bare = map_log(options(folder / "bare.lcm", folder / "out.lcm"));
@@ -186,7 +186,7 @@ int run(std::vector<const char*> arguments) {
   return static_cast<int>(exit);
 }
 
-TEST(SlamCommand, SaysWhatIsWrongWithItsArguments) {
+TEST(SlamCommand, ReportsErrorsOfItsArguments) {
   EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--map", "m.yaml", "--start", "1,2"}), 2);
   EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--pose-delay", "20"}), 2);
   EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--map", "m.yaml", "--save-map", "p"}), 2);
@@ -226,13 +226,13 @@ TEST(SlamLog, LocalizesTheRecordingThatDebianShipsWhereMappingPutIt) {
       // One scan of this recording (82, with an odometry error of 0.3 m) is nearly ambiguous along the path
       // in 5 cm cells. There a ROS map may have a larger error than a .simplemap, but never one that counts
       // as a relocalization.
-      const double most = std::string(kind) == "yaml" ? 0.2 : 0.1;
+      const double max_error = std::string(kind) == "yaml" ? 0.2 : 0.1;
       double squares = 0;
       for (std::size_t i = 0; i < estimates.size(); ++i) {
         if (estimates[i].state != SlamState::tracking) continue;
         const double off =
             (estimates[i].T_map_base.translation() - mapping_poses[i].T_map_base.translation()).norm();
-        EXPECT_LT(off, most) << i;
+        EXPECT_LT(off, max_error) << i;
         squares += off * off;
       }
       EXPECT_LT(std::sqrt(squares / static_cast<double>(located->tracking)), 0.035);

@@ -28,9 +28,9 @@ Mapped mapped(const ImportedLog& log) {
   for (const Message& event : log.events) {
     Scan scan;
     Odometry odometry;
-    if (event.channel == channel::odometry && decode(event.channel, event.payload, odometry).ok())
+    if (event.channel == channel::kOdometry && decode(event.channel, event.payload, odometry).ok())
       (*mapper)->add(odometry);
-    if (event.channel != channel::scan || !decode(event.channel, event.payload, scan).ok()) continue;
+    if (event.channel != channel::kScan || !decode(event.channel, event.payload, scan).ok()) continue;
     if (const auto estimate = (*mapper)->add(scan))
       result.causal.emplace_back(estimate->stamp, planar(estimate->T_map_base));
   }
@@ -40,7 +40,7 @@ Mapped mapped(const ImportedLog& log) {
 
 Trajectory raw_odometry(const ImportedLog& log) {
   Trajectory trajectory;
-  for (const Odometry& odometry : log.all<Odometry>(channel::odometry))
+  for (const Odometry& odometry : log.all<Odometry>(channel::kOdometry))
     trajectory.emplace_back(odometry.stamp, planar(odometry.T_odom_base));
   return trajectory;
 }
@@ -55,7 +55,7 @@ test::AlignedError print(const char* what, const test::AlignedError& e) {
   return e;
 }
 
-TEST(SlamOnRecordings, MapsTheIntelLabAsItsPublishedRelationsSay) {
+TEST(SlamOnRecordings, MapsTheIntelLabLikeItsPublishedRelations) {
   const auto folder_of_set = test::recording("slam2d-intel");
   PARHELION_NEEDS_RECORDING(folder_of_set / "intel.clf.bz2");
   const TemporaryFolder folder;
@@ -75,7 +75,7 @@ TEST(SlamOnRecordings, MapsTheIntelLabAsItsPublishedRelationsSay) {
   EXPECT_LE(causal.mean, 0.125);  // no requirement; reached: 0.1133, mostly before a loop closure
 }
 
-TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
+TEST(SlamOnRecordings, PlacesTheJarvisRobotLikeItsCertifiedPoses) {
   const auto bag = test::recording("rosbag-jarvis-circular/jarvis_circular_path_fast.bag");
   PARHELION_NEEDS_RECORDING(bag);
   const TemporaryFolder folder;
@@ -83,7 +83,7 @@ TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
   import.topics["SCAN"] = "/driver_laser_security/laser_scan";
   ASSERT_TRUE(import_recording(import, {}).ok());
   const ImportedLog log(folder / "jarvis.lcm");
-  const auto reference = log.all<PoseStamped>(channel::reference_pose);
+  const auto reference = log.all<PoseStamped>(channel::kReferencePose);
   const Mapped trajectories = mapped(log);
   for (const Trajectory* trajectory : {&trajectories.causal, &trajectories.final}) {
     const char* const name = trajectory == &trajectories.causal ? "causal" : "final";
@@ -114,7 +114,7 @@ TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
     const auto located = localize_log(localizing);
     ASSERT_TRUE(located.ok()) << located.error().message;
     EXPECT_EQ(located->lost, 0U);
-    const auto estimates = ImportedLog(localizing.output).all<PoseEstimate>(channel::pose_cov);
+    const auto estimates = ImportedLog(localizing.output).all<PoseEstimate>(channel::kPoseCov);
     const auto aligned = print(kind, test::aligned_error(test::trajectory_of(estimates), reference));
     EXPECT_GE(aligned.poses, 200U);
     EXPECT_LE(aligned.rmse, 0.020) << kind;  // required: 20 mm; reached: 18.0 and 19.1

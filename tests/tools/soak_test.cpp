@@ -31,10 +31,10 @@ TEST(Soak, MemoryStaysFlatOverManyLapsOfARealRecording) {
     if (!*next) break;
     const Message& each = **next;
     RobotMessage description;
-    if (each.channel == channel::robot && decode(each.channel, each.payload, description))
+    if (each.channel == channel::kRobot && decode(each.channel, each.payload, description))
       robot = *parse_robot_description(description.yaml, "ROBOT");
-    if (each.channel == channel::scan || each.channel == channel::odometry ||
-        each.channel == channel::pose_cov)
+    if (each.channel == channel::kScan || each.channel == channel::kOdometry ||
+        each.channel == channel::kPoseCov)
       log.push_back(each);
   }
   ASSERT_TRUE(robot);

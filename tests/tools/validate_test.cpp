@@ -87,14 +87,14 @@ std::string write_log(const std::string& path, const std::vector<Message>& messa
 }
 
 /// A robot that level 3 can use.
-const char* const usable_robot =
+const char* const kUsableRobot =
     "laser: {preset: lms-200, pose: {x: 0 m}}\nfootprint: [[-0.3 m, -0.3 m], [0.3 m, -0.3 m], [0.3 m, 0.3 "
     "m], [-0.3 m, 0.3 "
     "m]]\n";
 
 TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
   file("model.yaml", to_yaml(SemanticModel()));
-  file("robot.yaml", usable_robot);
+  file("robot.yaml", kUsableRobot);
   const auto good = validate_file(file("s.yaml", "level: 3\nmodel: model.yaml\nrobot: robot.yaml\n"));
   EXPECT_THAT(good.errors, IsEmpty());
   EXPECT_THAT(good.summary, HasSubstr("scenario '', level 3, 0 agents"));
@@ -114,7 +114,7 @@ TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
               ElementsAre(HasSubstr("did you mean 'agents'?")));
 }
 
-TEST_F(Validate, WhatServeAndReplayRefuseIsRefusedInTheirWords) {
+TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
   file("no_footprint.yaml", "laser: {preset: lms-200, pose: {x: 0 m}}\n");
   file("no_laser.yaml", "name: r\n");
   const std::pair<const char*, const char*> cases[] = {
@@ -150,8 +150,8 @@ TEST_F(Validate, LogIsCountedByChannelAndItsMistakesAreNamed) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
-  scan.angle_step = 0.1F;
-  std::vector<Message> messages{message(channel::scan, 10, scan), message(channel::scan, 20, scan),
+  scan.angle_increment = 0.1F;
+  std::vector<Message> messages{message(channel::kScan, 10, scan), message(channel::kScan, 20, scan),
                                 message("OTHER", 30, scan)};
   const std::string path = (folder_ / "a.lcm").string();
   const auto good = validate_file(write_log(path, messages));
@@ -159,9 +159,9 @@ TEST_F(Validate, LogIsCountedByChannelAndItsMistakesAreNamed) {
   EXPECT_THAT(good.summary, HasSubstr("LCM log, 3 events on 2 channels, 0.000 s"));
   EXPECT_THAT(good.notes, ElementsAre(HasSubstr("OTHER"), HasSubstr("SCAN")));
 
-  messages.push_back(message(channel::odometry, 40, scan));
+  messages.push_back(message(channel::kOdometry, 40, scan));
   messages.push_back({"FOREIGN", ArrivalTime::from_utime(50), {1, 2, 3, 4, 5, 6, 7, 8, 9}});
-  messages.push_back(message(channel::scan, 60, scan));
+  messages.push_back(message(channel::kScan, 60, scan));
   messages.back().payload.resize(30);
   const auto bad = validate_file(write_log(path, messages));
   ASSERT_EQ(bad.errors.size(), 2U);
@@ -175,9 +175,9 @@ TEST_F(Validate, DamagedLogIsAnErrorAndTheRestIsStillCounted) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
-  scan.angle_step = 0.1F;
+  scan.angle_increment = 0.1F;
   std::vector<Message> messages;
-  for (int i = 0; i < 10; ++i) messages.push_back(message(channel::scan, i, scan));
+  for (int i = 0; i < 10; ++i) messages.push_back(message(channel::kScan, i, scan));
   const std::string path = write_log((folder_ / "b.lcm").string(), messages);
   const auto size = std::filesystem::file_size(path);
   std::fstream(path, std::ios::in | std::ios::out | std::ios::binary)
@@ -191,7 +191,7 @@ TEST_F(Validate, DamagedLogIsAnErrorAndTheRestIsStillCounted) {
 }
 
 TEST_F(Validate, YamlInsideALogIsChecked) {
-  Message robot{channel::robot, ArrivalTime::from_utime(1), {}};
+  Message robot{channel::kRobot, ArrivalTime::from_utime(1), {}};
   encode(RobotMessage{SensorTime::from_utime(1'600'000'000'000'000), "mass: heavy"}, robot.payload);
   const auto verdict = validate_file(write_log((folder_ / "c.lcm").string(), {robot}));
   EXPECT_THAT(verdict.errors,

@@ -89,9 +89,9 @@ TEST(WrittenFiles, AFullDiskLeavesNoHalfMapAndSparesTheOldOne) {
     test::Ran ran;
     {
       const SmallDisk full(bytes);
-      const std::string said = folder / "said.txt";
-      std::filesystem::remove(said);
-      ran = test::run(again, said);
+      const std::string output_file = folder / "said.txt";
+      std::filesystem::remove(output_file);
+      ran = test::run(again, output_file);
     }
     EXPECT_EQ(names_in(folder / "maps"), names) << bytes;
     EXPECT_EQ(test::text_of(site + ".pgm"), before) << bytes;
@@ -165,12 +165,12 @@ TEST(Replay, ALogNoneOfWhoseScansCanBeUsedFails) {
 
 TEST(TopicEcho, ARobotDescriptionIsPrintedAsItsYaml) {
   const Message message = test::message(
-      "ROBOT", 5, RobotMessage{SensorTime::from_utime(test::start_us), "name: r2\nsource: \"\x1b[2J\"\n"});
+      "ROBOT", 5, RobotMessage{SensorTime::from_utime(test::kStartUs), "name: r2\nsource: \"\x1b[2J\"\n"});
   EXPECT_THAT(echo_text(message),
               AllOf(HasSubstr("robot_t"), HasSubstr("\n    name: r2\n    source: \"?[2J\"")));
 }
 
-TEST(DemoWithoutEgl, GoesOnWithoutTheCameraAndSaysWhy) {
+TEST(DemoWithoutEgl, ContinuesWithoutTheCameraAndReportsWhy) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const test::Folder folder;
   setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/none.json", 1);

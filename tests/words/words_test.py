@@ -1,9 +1,5 @@
 #!/usr/bin/env python3
-"""Holds identifiers and visible strings to the field's words: no more places of a word of word_list.txt than its limit there.
-
-A limit above 0 counts what still has to be renamed. A renaming lowers it; it never rises. --print lists the places,
---limits prints the file with today's counts as limits."""
-import argparse
+"""Holds identifiers, visible strings and the names of events to the field's words: those of word_list.txt are not used."""
 import os
 import re
 import subprocess
@@ -21,13 +17,11 @@ STRING_FILES = ("strings.en.ts", "review/page/text.js")
 class Rule:
     def __init__(self, line, number):
         fields = line.split("\t")
-        if len(fields) < 4:
-            sys.exit(f"word_list.txt:{number}: expected scope, expression, right word, limit and perhaps exceptions")
-        self.line = fields
+        if len(fields) < 3:
+            sys.exit(f"word_list.txt:{number}: expected scope, expression, right word and perhaps exceptions")
         self.scope, self.right = fields[0], fields[2]
         self.expression = re.compile(fields[1])
-        self.limit = int(fields[3])
-        exception = re.split(r"\s+#", fields[4])[0] if len(fields) > 4 else ""
+        exception = re.split(r"\s+#", fields[3])[0] if len(fields) > 3 else ""
         self.exception = re.compile(exception) if exception else None
         self.places = []
 
@@ -45,7 +39,7 @@ def read_rules(path):
                 if line.strip() and not line.startswith("#")]
 
 
-def words_of(path, text):
+def identifiers_and_strings(path, text):
     """(scope, text, line) of each identifier and each visible string of a file."""
     yield "identifiers", os.path.basename(path).split(".")[0], 0
     line = 1
@@ -77,7 +71,7 @@ def look(root, rules):
     for path in files(root):
         with open(os.path.join(root, path), encoding="utf-8", errors="replace") as file:
             text = file.read()
-        for scope, word, line in words_of(path, text):
+        for scope, word, line in identifiers_and_strings(path, text):
             for rule in rules:
                 if rule.scope == scope:
                     rule.see(word, path, line)
@@ -102,39 +96,21 @@ def event_names_that_differ(root):
 
 
 def self_test():
-    rule = Rule("identifiers\t^crew$\tthread pool\t0", 1)
-    for scope, word, line in words_of("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
+    rule = Rule("identifiers\t^crew$\tthread pool", 1)
+    for scope, word, line in identifiers_and_strings("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
         if scope == rule.scope:
             rule.see(word, "server/a.cpp", line)
     assert rule.places == ["server/a.cpp:1: crew"], rule.places
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--print", action="store_true", dest="show")
-    parser.add_argument("--limits", action="store_true")
-    arguments = parser.parse_args()
     self_test()
     rules = read_rules(os.path.join(HERE, "word_list.txt"))
     look(ROOT, rules)
-    if arguments.limits:
-        for rule in rules:
-            print("\t".join(rule.line[:3] + [str(len(rule.places))] + rule.line[4:]))
-        return
-    failed = False
-    for rule in rules:
-        if arguments.show:
-            print("\n".join(rule.places))
-        if len(rule.places) > rule.limit:
-            failed = True
-            print(f"{len(rule.places)} places, at most {rule.limit}, of /{rule.line[1]}/; the field's word: {rule.right}; "
-                  f"such as {rule.places[-1]}", file=sys.stderr)
-    for difference in event_names_that_differ(ROOT):
-        failed = True
-        print(difference, file=sys.stderr)
-    left = sum(len(rule.places) for rule in rules)
-    print(f"{left} places still have a word that is to go")
-    sys.exit(failed)
+    wrong = [f"{place}: the field's word: {rule.right}" for rule in rules for place in rule.places]
+    wrong += event_names_that_differ(ROOT)
+    print("\n".join(wrong) or f"none of the words of {len(rules)} rules is left")
+    sys.exit(bool(wrong))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@
 #include "protocols/codec.hpp"
 #include "server/runtime/preview.hpp"
 #include "server/runtime/replay.hpp"
-#include "tools/demo/driven_lesson.hpp"
+#include "tools/demo/driven_training.hpp"
 #include "tools/demo/live_demo.hpp"
 #include "tools/demo/pictures.hpp"
 #include "tools/demo/place_agents.hpp"
@@ -21,9 +21,9 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* sena =
+constexpr const char* kSena =
     "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
-constexpr double camera_rate = 10;  // Hz
+constexpr double kCameraRate = 10;  // Hz
 
 /// File names in the demo's folder.
 struct Files {
@@ -49,7 +49,7 @@ Result<std::vector<Eigen::Vector3d>> driven_path(const std::string& log) {
     if (!next) return next.error();
     if (!*next) return path;
     PoseEstimate pose;
-    if ((*next)->channel != channel::pose_cov || !decode((*next)->channel, (*next)->payload, pose)) continue;
+    if ((*next)->channel != channel::kPoseCov || !decode((*next)->channel, (*next)->payload, pose)) continue;
     const Eigen::Vector3d p = pose.T_map_base.translation();
     if (pose.state == SlamState::tracking) path.emplace_back(p.x(), p.y(), pose.T_map_base.yaw());
   }
@@ -70,8 +70,8 @@ class Demo {
   Status replay_with_agents();
   Status look_on(runtime::ReplayOptions& options);
   Status draw();
-  void say(const std::string& line) const {
-    if (options_.say) options_.say(line);
+  void notify(const std::string& line) const {
+    if (options_.notify) options_.notify(line);
   }
   std::function<void(double, double)> progress(const std::string& task) const {
     return [this, task](double done, double total) {
@@ -91,7 +91,7 @@ class Demo {
 
 Status Demo::import() {
   ImportOptions options;
-  options.input = options_.recording.empty() ? sena : options_.recording;
+  options.input = options_.recording.empty() ? kSena : options_.recording;
   options.output = files_.recording;
   options.overwrite = options_.overwrite;
   options.robot_name = "real_robot";
@@ -101,7 +101,7 @@ Status Demo::import() {
   }
   const auto report = import_recording(options, progress("import"));
   if (!report) return report.error();
-  say("imported   " + summary_line(*report));
+  notify("imported   " + summary_line(*report));
   return {};
 }
 
@@ -112,12 +112,12 @@ Status Demo::build_map() {
   options.overwrite = options_.overwrite;
   const auto mapped = map_log(options, progress("slam"));
   if (!mapped) return mapped.error();
-  say("mapped     " + mapped->summary);
+  notify("mapped     " + mapped->summary);
   map_ = mapped->map;
   auto model = semantic::extrude(map_, {});
   if (!model) return model.error();
   model_ = std::move(*model);
-  say("extruded   " + std::to_string(model_.entities.size()) + " elements of the building from the map");
+  notify("extruded   " + std::to_string(model_.entities.size()) + " elements of the building from the map");
   return write_text(files_.model, to_yaml(model_), options_.overwrite);
 }
 
@@ -130,7 +130,7 @@ Status Demo::localize() {
   options.overwrite = options_.overwrite;
   const auto localized = localize_log(options, progress("localize"));
   if (!localized) return localized.error();
-  say("localized  " + localized->summary);
+  notify("localized  " + localized->summary);
   auto path = driven_path(files_.localized);
   if (!path) return path.error();
   map_.path = std::move(*path);
@@ -149,14 +149,14 @@ Status Demo::make_scenario() {
   scenario.agents = *agents;
   // Without a page, nobody can drive.
   if (!options_.http.empty()) {
-    if (const Status added = add_driven_lesson(map_, scenario.agents.front().name, scenario); !added)
-      say("not graded  " + added.error().message);
+    if (const Status added = add_driven_training(map_, scenario.agents.front().name, scenario); !added)
+      notify("not graded  " + added.error().message);
   }
   std::string names;
   for (const AgentDefinition& agent : scenario.agents) {
     names += (names.empty() ? "" : ", ") + agent.name + " (" + to_string(agent.behaviour.kind) + ")";
   }
-  say("scenario   " + names);
+  notify("scenario   " + names);
   scenario.model = std::filesystem::path(files_.model).filename().string();  // beside the scenario
   return write_text(files_.scenario, to_yaml(scenario), options_.overwrite);
 }
@@ -165,16 +165,16 @@ Status Demo::add_camera() {
   const auto camera = render::VirtualCamera::create(model_);
   if (!camera) {  // no EGL: show the scans without camera
     camera_note_ = "none: the recording has none, and no stand-in can be rendered: " + camera.error().message;
-    say("camera     " + camera_note_);
+    notify("camera     " + camera_note_);
     return {};
   }
   camera_note_ = "stand-in: rendered from the extruded model";
   replayed_ = files_.with_camera;
   const auto images = add_stand_in_camera(files_.localized, files_.with_camera, options_.overwrite, **camera,
-                                          camera_rate, progress("camera"));
+                                          kCameraRate, progress("camera"));
   if (!images) return images.error();
-  say("camera     the recording has none: " + std::to_string(*images) +
-      " stand-in images rendered from the model, marked as such");
+  notify("camera     the recording has none: " + std::to_string(*images) +
+         " stand-in images rendered from the model, marked as such");
   return {};
 }
 
@@ -195,7 +195,7 @@ Status Demo::serve_live() {
   live.foxglove = options_.foxglove;
   live.folder = options_.folder;
   live.bus = options_.bus;
-  live.say = options_.say;
+  live.notify = options_.notify;
   live.stop = options_.stop;
   auto report = serve_demo(*configuration, live);
   if (!report) return report.error();

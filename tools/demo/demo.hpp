@@ -19,7 +19,7 @@ struct DemoOptions {
   std::string http;      ///< ADDR:PORT of a base station, with the robot live; empty: a replay without pages
   std::string foxglove;  ///< ADDR:PORT of an additional Foxglove server; empty: none
   Bus* bus = nullptr;    ///< outputs are published on it
-  std::function<void(const std::string&)> say;  ///< one line for each step
+  std::function<void(const std::string&)> notify;  ///< one line for each step
   std::function<void(const std::string& task, double done, double total)> progress;
   std::function<bool()> stop;
 };

@@ -18,8 +18,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration lead = seconds(1.0);  // before the robot's first message, so that the server has
-                                         // subscribed
+constexpr Duration kLead = seconds(1.0);  // before the robot's first message, so that the server has
+                                          // subscribed
 
 /// True for messages of a robot, not of people or the server.
 bool is_robots(tick::InputKind kind) {
@@ -79,7 +79,7 @@ class Relay {
     while (!stop.stop_requested()) {
       const auto came = from_->receive(message, milliseconds(100));
       if (!came) return;
-      const bool command = message.channel == channel::mr_cmd || message.channel == channel::mr_joint_cmd;
+      const bool command = message.channel == channel::kMrCmd || message.channel == channel::kMrJointCmd;
       if (*came && !command) (void)to_.publish(message.channel, message.payload);
     }
   }
@@ -124,7 +124,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   const tick::ChannelMap& channels = configuration.channels;
   auto robot = RecordedRobot::open(
       options.log, [&channels](const std::string& channel) { return is_robots(channels.kind(channel)); },
-      channels.bus(channel::scan), ArrivalTime{runtime::wall_now().ns} + lead);
+      channels.bus(channel::kScan), ArrivalTime{runtime::wall_now().ns} + kLead);
   if (!robot) return robot.error();
   MemoryBusHub hub;
   DemoEnd end;
@@ -136,18 +136,18 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
     auto opened = open_foxglove(options.foxglove, hub.connect(), configuration);
     if (!opened) return opened.error();
     foxglove = std::move(*opened);
-    options.say("foxglove   " + foxglove->address());
+    options.notify("foxglove   " + foxglove->address());
   }
   std::optional<Relay> relay;
   if (options.bus != nullptr) {
     auto outputs = hub.connect();
-    if (const Status heard = outputs->subscribe("MR_.*", 256); !heard) return heard.error();
+    if (const Status subscribed = outputs->subscribe("MR_.*", 256); !subscribed) return subscribed.error();
     relay.emplace(std::move(outputs), *options.bus);
   }
-  options.say("open this  " + (*station)->link(station::Role::instructor, "guest"));
-  options.say("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
-  options.say("observer   " + (*station)->link(station::Role::observer, "observer"));
-  options.say("           each in a browser of its own, or in a private window; ^C ends it");
+  options.notify("open this  " + (*station)->link(station::Role::instructor, "guest"));
+  options.notify("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
+  options.notify("observer   " + (*station)->link(station::Role::observer, "observer"));
+  options.notify("           each in a browser of its own, or in a private window; ^C ends it");
   const Speaker speaker(std::move(*robot), hub.connect());
   runtime::ServeOptions serving;
   serving.session = options.session;
@@ -158,7 +158,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   if (!end.asked) return report;
   (*station)->set_report(to_json(*report), review_page(options.session));
   end.reported = true;
-  options.say("ended by the instructor; the page shows the report; stop with ^C");
+  options.notify("ended by the instructor; the page shows the report; stop with ^C");
   while (options.stop && !options.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return report;
 }

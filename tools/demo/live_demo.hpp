@@ -18,7 +18,7 @@ struct LiveDemoOptions {
   std::string foxglove;              ///< ADDR:PORT of the Foxglove server; empty: none
   std::string folder;                ///< the base station's accounts, created anew; notes, saved scenarios
   Bus* bus = nullptr;                ///< outputs are also published on it; may be null
-  std::function<void(const std::string&)> say;
+  std::function<void(const std::string&)> notify;
   std::function<bool()> stop;
 };
 

@@ -10,13 +10,13 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double robot_radius = 0.45;   // m, a robot and some space to turn
-constexpr double path_clearance = 0.8;  // m, so that the recorded robot does not drive through it
+constexpr double kRobotRadius = 0.45;   // m, a robot and some space to turn
+constexpr double kPathClearance = 0.8;  // m, so that the recorded robot does not drive through it
 
 double distance_to_path(const std::vector<Eigen::Vector3d>& path, const Eigen::Vector2d& at) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& pose : path) least = std::min(least, (pose.head<2>() - at).norm());
-  return least;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& pose : path) smallest = std::min(smallest, (pose.head<2>() - at).norm());
+  return smallest;
 }
 
 /// Index of the pose at fraction `s` of the path's length.
@@ -36,10 +36,10 @@ std::optional<Eigen::Vector2d> beside(const pose::GridMap& map, const std::vecto
                                       std::size_t i) {
   const double yaw = path[i].z();
   const Eigen::Vector2d left(-std::sin(yaw), std::cos(yaw));
-  for (double offset = path_clearance; offset <= 2.5; offset += 0.05) {
+  for (double offset = kPathClearance; offset <= 2.5; offset += 0.05) {
     for (const double side : {1.0, -1.0}) {
       const Eigen::Vector2d at = path[i].head<2>() + side * offset * left;
-      if (is_free(map, at, robot_radius) && distance_to_path(path, at) >= path_clearance) return at;
+      if (is_free(map, at, kRobotRadius) && distance_to_path(path, at) >= kPathClearance) return at;
     }
   }
   return std::nullopt;
@@ -49,8 +49,8 @@ std::optional<Eigen::Vector2d> beside(const pose::GridMap& map, const std::vecto
 std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const pose::GridMap& map,
                                                                   const std::vector<Eigen::Vector3d>& path,
                                                                   double s) {
-  for (double share = s; share < s + 0.25 && share < 1; share += 0.01) {
-    const std::size_t i = along(path, share);
+  for (double fraction = s; fraction < s + 0.25 && fraction < 1; fraction += 0.01) {
+    const std::size_t i = along(path, fraction);
     if (const auto at = beside(map, path, i)) return std::pair(i, *at);
   }
   return std::nullopt;
@@ -70,9 +70,9 @@ Result<std::vector<AgentDefinition>> place_agents(const pose::GridMap& map,
                                                   const std::vector<Eigen::Vector3d>& path) {
   std::vector<AgentDefinition> agents;
   const char* names[] = {"robot_1", "robot_2", "robot_3"};
-  const double shares[] = {0.15, 0.40, 0.65};
+  const double fractions[] = {0.15, 0.40, 0.65};
   for (int i = 0; i < 3; ++i) {
-    const auto found = path.size() < 2 ? std::nullopt : place_from(map, path, shares[i]);
+    const auto found = path.size() < 2 ? std::nullopt : place_from(map, path, fractions[i]);
     if (!found) return Error{std::string("no free floor beside the driven path for ") + names[i]};
     const auto& [index, at] = *found;
     agents.push_back(robot(names[i], at, wrap_angle(path[index].z() + std::numbers::pi)));

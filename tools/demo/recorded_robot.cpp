@@ -9,14 +9,14 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t stamp_at = 8;  // after the fingerprint: utime, big-endian
+constexpr std::size_t kStampAt = 8;  // after the fingerprint: utime, big-endian
 
 /// Every type begins with its utime.
 void move_stamp(Message& message, Duration by) {
   std::uint64_t utime = 0;
-  for (std::size_t i = 0; i < 8; ++i) utime = utime << 8 | message.payload[stamp_at + i];
+  for (std::size_t i = 0; i < 8; ++i) utime = utime << 8 | message.payload[kStampAt + i];
   utime += static_cast<std::uint64_t>(by.ns / 1000);
-  for (std::size_t i = 8; i-- > 0; utime >>= 8) message.payload[stamp_at + i] = utime & 0xFF;
+  for (std::size_t i = 8; i-- > 0; utime >>= 8) message.payload[kStampAt + i] = utime & 0xFF;
   message.arrival = message.arrival + by;
 }
 

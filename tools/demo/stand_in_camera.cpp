@@ -12,8 +12,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration transfer = milliseconds(5);  // from exposure to arrival
-constexpr Duration longest_gap =
+constexpr Duration kTransfer = milliseconds(5);  // from exposure to arrival
+constexpr Duration kLongestGap =
     seconds(2.0);  // between two poses; over a longer gap the camera pose is unknown
 
 struct Recording {
@@ -32,12 +32,12 @@ Result<Recording> read(const std::string& path) {
     if (!next) return next.error();
     if (!*next) break;
     const Message& message = **next;
-    if (message.channel == channel::pose_cov) {
+    if (message.channel == channel::kPoseCov) {
       PoseEstimate pose;
       if (const Status ok = decode(message.channel, message.payload, pose); !ok) return ok.error();
       const bool later = recording.poses.empty() || recording.poses.back().stamp < pose.stamp;
       if (pose.state == SlamState::tracking && later) recording.poses.push_back(pose);
-    } else if (message.channel == channel::robot && !have_robot) {
+    } else if (message.channel == channel::kRobot && !have_robot) {
       RobotMessage robot;
       if (const Status ok = decode(message.channel, message.payload, robot); !ok) return ok.error();
       auto description = parse_robot_description(robot.yaml, path + " (ROBOT)");
@@ -66,13 +66,13 @@ std::vector<Message> shoot(const Recording& recording, render::VirtualCamera& ca
   for (SensorTime t = poses.front().stamp; t <= poses.back().stamp; t = t + period) {
     while (after + 1 < poses.size() && poses[after].stamp < t) ++after;
     const PoseEstimate &a = poses[after - 1], &b = poses[after];
-    if (b.stamp - a.stamp > longest_gap) continue;
+    if (b.stamp - a.stamp > kLongestGap) continue;
     const double s = (t - a.stamp).seconds() / (b.stamp - a.stamp).seconds();
     const auto T_map_optical =
         interpolate(a.T_map_base, b.T_map_base, s) * recording.robot.camera->T_base_optical;
     const Image image =
         camera.render(*recording.robot.camera, T_map_optical, nobody, t, "rendered from the extruded model");
-    Message message{channel::camera, ArrivalTime{t.ns} + transfer, {}};
+    Message message{channel::kCamera, ArrivalTime{t.ns} + kTransfer, {}};
     encode(image, message.payload);
     images.push_back(std::move(message));
     if (progress) progress(static_cast<double>(images.size()), total);
@@ -111,7 +111,7 @@ Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::stri
   const std::uint64_t images = events.size();
 
   for (Message& event : recording->events) {
-    if (event.channel == channel::robot) {
+    if (event.channel == channel::kRobot) {
       RobotMessage robot;
       if (const Status ok = decode(event.channel, event.payload, robot); !ok) return ok.error();
       robot.yaml = to_yaml(recording->robot);

@@ -7,10 +7,10 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t cameras_kept = 8;  // images that may be in the render pipeline at once
-constexpr double nearest_drawn = 1;      // m: a virtual return nearer than that hides the rest of the scan
-constexpr int slight_change = 5;
-constexpr int visible_change = 24;  // of 255: well above what encoding an unchanged pixel again does
+constexpr std::size_t kCamerasKept = 8;  // images that may be in the render pipeline at once
+constexpr double kNearestDrawn = 1;      // m: a virtual return nearer than that hides the rest of the scan
+constexpr int kSlightChange = 5;
+constexpr int kVisibleChange = 24;  // of 255: well above what encoding an unchanged pixel again does
 
 WitnessedScan place(const tick::Configuration& configuration, const tick::ScanState& scan,
                     const pose::PoseAtInstant& pose) {
@@ -20,7 +20,7 @@ WitnessedScan place(const tick::Configuration& configuration, const tick::ScanSt
   seen.world = scan.world_end;
   for (std::size_t i = 0; i < scan.out.ranges.size(); ++i) {
     if (configuration.robot.laser->convention.classify(scan.out.ranges[i]) != BeamKind::hit) continue;
-    const double angle = scan.out.angle_first + static_cast<double>(i) * scan.out.angle_step;
+    const double angle = scan.out.angle_min + static_cast<double>(i) * scan.out.angle_increment;
     const Eigen::Vector3d p_laser(scan.out.ranges[i] * std::cos(angle), scan.out.ranges[i] * std::sin(angle),
                                   0);
     const Eigen::Vector2d p_map = (seen.T_map_laser * p_laser).head<2>();
@@ -51,7 +51,7 @@ void Witness::see(const tick::Configuration& configuration, const Message& input
   WitnessedScan seen = place(configuration, robot.scan, *pose);
   if (seen.replaced == 0) return;
   const auto rank = [](const WitnessedScan& scan) {
-    return std::pair(scan.nearest >= nearest_drawn, scan.replaced);
+    return std::pair(scan.nearest >= kNearestDrawn, scan.replaced);
   };
   if (!best_scan_ || rank(seen) > rank(*best_scan_)) best_scan_ = std::move(seen);
 }
@@ -60,7 +60,7 @@ void Witness::remember(const Message& input) {
   Image camera;
   if (!decode(input.channel, input.payload, camera)) return;
   cameras_.push_back(std::move(camera));
-  if (cameras_.size() > cameras_kept) cameras_.pop_front();
+  if (cameras_.size() > kCamerasKept) cameras_.pop_front();
 }
 
 void Witness::see_answer(const Image& answer) {
@@ -71,7 +71,7 @@ void Witness::see_answer(const Image& answer) {
   if (before_.size() != after_.size()) return;
   const auto width = static_cast<std::size_t>(answer.width);
   const auto is_changed = [this](std::size_t pixel) {
-    return std::abs(int{before_[3 * pixel]} - int{after_[3 * pixel]}) > visible_change;
+    return std::abs(int{before_[3 * pixel]} - int{after_[3 * pixel]}) > kVisibleChange;
   };
   std::size_t changed = 0;
   for (std::size_t pixel = 0; 3 * pixel < before_.size(); ++pixel) changed += is_changed(pixel) ? 1 : 0;
@@ -83,7 +83,7 @@ void Witness::see_answer(const Image& answer) {
   // one.
   std::size_t at_bottom = 0;
   for (std::size_t i = before_.size() - 3 * width; i < before_.size(); ++i)
-    at_bottom += std::abs(int{before_[i]} - int{after_[i]}) > slight_change ? 1 : 0;
+    at_bottom += std::abs(int{before_[i]} - int{after_[i]}) > kSlightChange ? 1 : 0;
   if (at_bottom > width / 20) changed /= 16;
   if (changed <= best_pixels_) return;
   best_pixels_ = changed;

@@ -24,7 +24,7 @@ enum class Opcode : std::uint8_t {
   data_end = 0x0F,
 };
 
-constexpr std::string_view magic{"\x89MCAP0\r\n", 8};
+constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 
 template <class Unsigned>
 void put(std::string& to, Unsigned value) {

@@ -200,7 +200,7 @@ Status McapWriter::State::write_summary() {
   put(summary, start);
   put(summary, offsets_start);
   put(summary, crc_of(0, summary));
-  summary += mcap::magic;
+  summary += mcap::kMagic;
   return append(summary);
 }
 
@@ -218,7 +218,7 @@ Result<McapWriter> McapWriter::create(const std::string& path, const McapOptions
   std::string header;
   put_text(header, "");  // profile: none
   put_text(header, options.library);
-  if (const Status written = state->append(mcap::magic); !written) return written.error();
+  if (const Status written = state->append(mcap::kMagic); !written) return written.error();
   if (const Status written = state->append_record(Opcode::header, header); !written) return written.error();
   return McapWriter(std::move(state));
 }

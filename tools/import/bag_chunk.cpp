@@ -9,7 +9,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t step_bytes = 1U << 20;
+constexpr std::size_t kStepBytes = 1U << 20;
 
 std::uint32_t little_endian(const std::uint8_t* p) {
   return p[0] | (std::uint32_t{p[1]} << 8) | (std::uint32_t{p[2]} << 16) | (std::uint32_t{p[3]} << 24);
@@ -24,7 +24,7 @@ Status inflate_bz2(std::span<const std::uint8_t> bytes, std::uint32_t size, std:
   int code = BZ_OK;
   while (code == BZ_OK && out.size() < size) {
     const std::size_t before = out.size();
-    out.resize(before + std::min<std::size_t>(step_bytes, size - before));
+    out.resize(before + std::min<std::size_t>(kStepBytes, size - before));
     stream.next_out = reinterpret_cast<char*>(out.data() + before);
     stream.avail_out = static_cast<unsigned>(out.size() - before);
     code = BZ2_bzDecompress(&stream);
@@ -52,7 +52,7 @@ Status inflate_lz4(std::span<const std::uint8_t> bytes, std::uint32_t size, std:
   bool failed = false;
   while (hint != 0 && !failed && taken < bytes.size() && out.size() <= size) {
     const std::size_t before = out.size();
-    std::size_t room = std::min<std::size_t>(step_bytes, size - before + 1), input = bytes.size() - taken;
+    std::size_t room = std::min<std::size_t>(kStepBytes, size - before + 1), input = bytes.size() - taken;
     out.resize(before + room);
     hint = LZ4F_decompress(context, out.data() + before, &room, bytes.data() + taken, &input, nullptr);
     failed = LZ4F_isError(hint) != 0;

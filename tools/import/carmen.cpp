@@ -87,20 +87,20 @@ class Copy {
     writer_.count_read();
     if (line.kind != laser_) return leave_out(line.kind);
     if (odometry_) {
-      if (Status done = writer_.put(channel::odometry, Odometry{line.scan.stamp, line.T_odom_base}, place);
+      if (Status done = writer_.put(channel::kOdometry, Odometry{line.scan.stamp, line.T_odom_base}, place);
           !done) {
         return done;
       }
     }
-    return writer_.put(channel::scan, line.scan, place);
+    return writer_.put(channel::kScan, line.scan, place);
   }
   Status operator()(const CarmenOdometry& line, Place place) {
     writer_.count_read();
-    return odometry_ ? writer_.put(channel::odometry, line.odometry, place) : leave_out("ODOM");
+    return odometry_ ? writer_.put(channel::kOdometry, line.odometry, place) : leave_out("ODOM");
   }
   Status operator()(const CarmenTruePose& line, Place place) {
     writer_.count_read();
-    return truth_ ? writer_.put(channel::reference_pose, line.pose, place) : leave_out("TRUEPOS");
+    return truth_ ? writer_.put(channel::kReferencePose, line.pose, place) : leave_out("TRUEPOS");
   }
   Status operator()(const CarmenParameter&, Place) {
     writer_.count_read();
@@ -147,7 +147,7 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
   }
   std::vector<std::string> kinds;
   for (const auto& [kind, seen] : survey.lasers) kinds.push_back(kind);
-  const auto laser = choose_topic(options, channel::scan, kinds, "kind of laser line");
+  const auto laser = choose_topic(options, channel::kScan, kinds, "kind of laser line");
   if (!laser) return laser.error();
   if (!*laser) {
     return Error{options.input.string() +
@@ -155,10 +155,10 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
                  "expected"};
   }
   const auto truth = choose_topic(
-      options, channel::reference_pose,
+      options, channel::kReferencePose,
       survey.true_poses > 0 ? std::vector<std::string>{"TRUEPOS"} : std::vector<std::string>{}, "true pose");
   if (!truth) return truth.error();
-  const auto odometry = choose_topic(options, channel::odometry, {"ODOM"}, "odometry");
+  const auto odometry = choose_topic(options, channel::kOdometry, {"ODOM"}, "odometry");
   if (!odometry) return odometry.error();
 
   std::vector<std::string> notes;

@@ -13,7 +13,7 @@ namespace parhelion::tools {
 class FirstStamp {
  public:
   void see(SensorTime stamp) {
-    if (head_.size() < ArrivalOrder::confirmed)
+    if (head_.size() < ArrivalOrder::kConfirmed)
       head_.insert(std::upper_bound(head_.begin(), head_.end(), stamp), stamp);
   }
   /// nullopt before the first stamp.
@@ -21,7 +21,7 @@ class FirstStamp {
     if (head_.empty()) return std::nullopt;
     const SensorTime median = head_[(head_.size() - 1) / 2];
     return *std::find_if(head_.begin(), head_.end(),
-                         [&](SensorTime stamp) { return stamp >= median - ArrivalOrder::longest_silence; });
+                         [&](SensorTime stamp) { return stamp >= median - ArrivalOrder::kLongestSilence; });
   }
 
  private:

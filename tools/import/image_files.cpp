@@ -13,7 +13,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t largest_file = 256U << 20;
+constexpr std::size_t kLargestFile = 256U << 20;
 
 bool is_jpeg(std::span<const std::uint8_t> file) {
   return file.size() > 3 && file[0] == 0xFF && file[1] == 0xD8 && file[2] == 0xFF;
@@ -132,7 +132,7 @@ Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return Error{path + ": can't be opened: " + std::strerror(errno)};
   const auto size = static_cast<std::size_t>(file.tellg());
-  if (size > largest_file) return Error{path + ": larger than 256 MiB"};
+  if (size > kLargestFile) return Error{path + ": larger than 256 MiB"};
   std::vector<std::uint8_t> bytes(size);
   file.seekg(0);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

@@ -78,12 +78,12 @@ std::vector<std::string> findings(const ImportReport& report) {
   for (const ChannelReport& channel : report.channels) {
     if (channel.backward > 0) {
       lines.push_back(channel.channel + ": " + grouped(channel.backward) + " stamps go backwards, by up to " +
-                      seconds_text(channel.backward_most) + ", first at " + channel.backward_first +
+                      seconds_text(channel.backward_max) + ", first at " + channel.backward_first +
                       "; kept in file order");
     }
     if (channel.gaps > 0) {
       lines.push_back(channel.channel + ": " + grouped(channel.gaps) + " gaps, the longest " +
-                      seconds_text(channel.gap_most) + " before " + channel.gap_most_place);
+                      seconds_text(channel.gap_max) + " before " + channel.gap_max_place);
     }
     if (channel.beams.size() > 1) {
       std::string line = channel.channel + ": numbers of beams differ:";

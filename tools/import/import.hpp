@@ -34,11 +34,11 @@ struct ChannelReport {
   std::string channel;
   std::uint64_t kept = 0;
   std::uint64_t backward = 0;  ///< stamps earlier than the previous one
-  Duration backward_most;
+  Duration backward_max;
   std::string backward_first;  ///< place of the first one
   std::uint64_t gaps = 0;      ///< more than 1 s and more than ten times the median interval
-  Duration gap_most;
-  std::string gap_most_place;
+  Duration gap_max;
+  std::string gap_max_place;
   std::map<std::size_t, std::uint64_t> beams;  ///< scans by number of beams
 };
 

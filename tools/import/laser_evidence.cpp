@@ -12,13 +12,13 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 struct KnownLaser {
   const char* preset;
   double field_of_view, step;  ///< degrees
 };
-constexpr KnownLaser known_lasers[] = {
+constexpr KnownLaser kKnownLasers[] = {
     {"lms-200", 180, 0.5}, {"lms-200", 180, 1}, {"s3000", 190, 0.25}, {"utm-30lx", 270, 0.25}};
 
 /// Assumed footprint: as wide as a trolley, reaching back half of that, and forward to the laser.
@@ -31,9 +31,9 @@ std::vector<Eigen::Vector2d> assumed_footprint(const LaserDescription* laser) {
 
 }  // namespace
 
-std::string recognise_preset(std::size_t beams, double angle_step) {
-  const double step = std::abs(angle_step) / degree;
-  for (const KnownLaser& laser : known_lasers) {
+std::string recognise_preset(std::size_t beams, double angle_increment) {
+  const double step = std::abs(angle_increment) / kDegree;
+  for (const KnownLaser& laser : kKnownLasers) {
     // The stated field of view may include one beam too many ("180 beams of 1 degree").
     const double intervals = laser.field_of_view / laser.step;
     const bool count_fits = std::abs(static_cast<double>(beams) - 0.5 - intervals) < 1;
@@ -49,7 +49,7 @@ std::string joined(const std::vector<std::string>& notes) {
 }
 
 void LaserEvidence::add(const Scan& scan) {
-  ++shapes_[{scan.ranges.size(), scan.angle_first, scan.angle_step}];
+  ++shapes_[{scan.ranges.size(), scan.angle_min, scan.angle_increment}];
   if (last_ && scan.stamp > *last_) intervals_.push_back((scan.stamp - *last_).ns);
   last_ = scan.stamp;
   for (const float range : scan.ranges) {
@@ -74,9 +74,9 @@ void LaserEvidence::add(const Scan& scan) {
 }
 
 LaserEvidence::Shape LaserEvidence::most_common_shape() const {
-  const auto most = std::max_element(shapes_.begin(), shapes_.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == shapes_.end() ? Shape{} : most->first;
+  const auto largest = std::max_element(shapes_.begin(), shapes_.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  return largest == shapes_.end() ? Shape{} : largest->first;
 }
 
 RangeConvention LaserEvidence::convention(std::vector<std::string>& notes) const {
@@ -88,10 +88,10 @@ RangeConvention LaserEvidence::convention(std::vector<std::string>& notes) const
     convention.range_max = longest_;
     notes.push_back("maximum range is the longest observed, " + length_text(longest_));
   }
-  std::uint64_t most = 0;
+  std::uint64_t largest = 0;
   const auto candidate = [&](std::uint64_t count, Sentinel kind, float value) {
-    if (count <= most) return;
-    most = count;
+    if (count <= largest) return;
+    largest = count;
     convention.no_return = kind;
     convention.no_return_value = value;
   };
@@ -107,7 +107,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
   const Shape shape = most_common_shape();
   LaserDescription laser;
   std::string preset = options.laser_preset;
-  if (preset == "auto") preset = recognise_preset(shape.beams, shape.angle_step);
+  if (preset == "auto") preset = recognise_preset(shape.beams, shape.angle_increment);
   if (!preset.empty() && preset != "none") {
     const auto loaded = load_laser_preset(preset);
     if (!loaded && options.laser_preset != "auto") return loaded.error();
@@ -133,7 +133,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     laser.T_base_laser = {laser.T_base_laser.quaternion(), {p.x(), p.y(), options.laser_height}};
   }
   // A single pass of half a degree is the interlaced mode; coarser scans are a single pass.
-  if (laser.passes > 1 && std::abs(shape.angle_step) > 0.75 * degree) {
+  if (laser.passes > 1 && std::abs(shape.angle_increment) > 0.75 * kDegree) {
     laser.passes = 1;
     laser.pass_period = 0;
   }
@@ -149,8 +149,8 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     laser.scan_period = static_cast<double>(median(std::vector<std::int64_t>(intervals_))) * 1e-9;
   }
   laser.beams = static_cast<int>(shape.beams);
-  laser.angle_first = shape.angle_first;
-  laser.angle_step = shape.angle_step;
+  laser.angle_min = shape.angle_min;
+  laser.angle_increment = shape.angle_increment;
   laser.source = source;
   return laser;
 }

@@ -35,7 +35,7 @@ class LaserEvidence {
  private:
   struct Shape {
     std::size_t beams;
-    float angle_first, angle_step;
+    float angle_min, angle_increment;
     auto operator<=>(const Shape&) const = default;
   };
   Shape most_common_shape() const;
@@ -59,7 +59,7 @@ RobotDescription describe_robot(const ImportOptions& options, std::optional<Lase
 std::string robot_name(const ImportOptions& options);
 
 /// Preset with the field of view and resolution of these beams; empty: none.
-std::string recognise_preset(std::size_t beams, double angle_step);
+std::string recognise_preset(std::size_t beams, double angle_increment);
 
 /// The notes joined into one text.
 std::string joined(const std::vector<std::string>& notes);

@@ -23,7 +23,7 @@ namespace {
 
 namespace obs = mrpt::obs;
 
-constexpr std::uint64_t parent_headroom = 1ULL << 30;  // bytes
+constexpr std::uint64_t kParentHeadroom = 1ULL << 30;  // bytes
 
 /// MRPT counts 100 ns since 1601; 0 means not set. Implausible times are refused when they are written.
 SensorTime sensor_time(const mrpt::system::TTimeStamp& stamp) {
@@ -57,8 +57,8 @@ Result<Scan> to_scan(const obs::CObservation2DRangeScan& observation) {
   scan.stamp = sensor_time(observation.timestamp);
   const double sense = observation.rightToLeft ? 1 : -1;
   const double aperture = observation.aperture;
-  scan.angle_first = static_cast<float>(-sense * aperture / 2);
-  scan.angle_step = static_cast<float>(sense * aperture / static_cast<double>(n - 1));
+  scan.angle_min = static_cast<float>(-sense * aperture / 2);
+  scan.angle_increment = static_cast<float>(sense * aperture / static_cast<double>(n - 1));
   scan.ranges.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const float range = observation.getScanRange(i);
@@ -172,7 +172,7 @@ class Copy final : public RawlogVisitor {
   Status observation(const obs::CObservation& one, Place place) override {
     if (const auto* wheels = dynamic_cast<const obs::CObservationOdometry*>(&one)) {
       if (odometer_ != label_of(one)) return leave_out("odometry " + label_of(one));
-      return writer_.put(channel::odometry, Odometry{sensor_time(one.timestamp), planar(wheels->odometry)},
+      return writer_.put(channel::kOdometry, Odometry{sensor_time(one.timestamp), planar(wheels->odometry)},
                          place);
     }
     if (const auto* range_scan = dynamic_cast<const obs::CObservation2DRangeScan*>(&one)) {
@@ -205,10 +205,10 @@ class Copy final : public RawlogVisitor {
     }
     if (pending_) {
       pending_ = false;
-      if (Status done = writer_.put(channel::odometry, Odometry{scan->stamp, T_odom_base_}, place); !done)
+      if (Status done = writer_.put(channel::kOdometry, Odometry{scan->stamp, T_odom_base_}, place); !done)
         return done;
     }
-    return writer_.put(channel::scan, *scan, place);
+    return writer_.put(channel::kScan, *scan, place);
   }
 
   RecordingWriter& writer_;
@@ -245,18 +245,18 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
   });
   if (!trust) return trust.error();
   std::optional<AllocationLimit> limit;
-  if (!trust->intact) limit.emplace(parent_headroom);
+  if (!trust->intact) limit.emplace(kParentHeadroom);
   const auto size = static_cast<double>(std::filesystem::file_size(options.input));
-  const auto part = [&](double share) -> std::function<void(double)> {
+  const auto part = [&](double fraction) -> std::function<void(double)> {
     if (!progress) return {};
-    return [&, share](double done) { progress(size * share + done / 2, size); };
+    return [&, fraction](double done) { progress(size * fraction + done / 2, size); };
   };
   Survey survey;
   if (const Status read = read_rawlog({path, *trust, {}, part(0)}, survey); !read) return read.error();
-  const auto laser = choose_topic(options, channel::scan, keys(survey.lasers), "2D range scan");
+  const auto laser = choose_topic(options, channel::kScan, keys(survey.lasers), "2D range scan");
   if (!laser) return laser.error();
   const bool paired = survey.actions > 0;
-  const auto odometer = choose_topic(options, channel::odometry, keys(survey.odometers), "odometry");
+  const auto odometer = choose_topic(options, channel::kOdometry, keys(survey.odometers), "odometry");
   if (!odometer) return odometer.error();
   if (!*laser)
     return Error{path + ": no 2D range scan in it: a rawlog with CObservation2DRangeScan is expected"};

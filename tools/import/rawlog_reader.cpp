@@ -20,8 +20,8 @@ namespace {
 
 namespace obs = mrpt::obs;
 
-constexpr std::uint64_t child_headroom = 1ULL << 29;  // bytes
-constexpr int most_crashes = 200;
+constexpr std::uint64_t kChildHeadroom = 1ULL << 29;  // bytes
+constexpr int kMaxCrashes = 200;
 
 /// MRPT's own gzip stream cannot seek back to the start of a damaged object.
 class Stream final : public mrpt::io::CStream {
@@ -143,9 +143,9 @@ Result<Trust> judge_rawlog(const std::string& path,
                            const std::function<void(const RawlogReading& reading)>& try_out) {
   Trust trust;
   trust.intact = GzipFile::intact(path);
-  for (int crashes = 0; !trust.intact && crashes < most_crashes; ++crashes) {
+  for (int crashes = 0; !trust.intact && crashes < kMaxCrashes; ++crashes) {
     const auto end = run_in_child([&](const std::function<void(std::uint64_t)>& report) {
-      const AllocationLimit limit(child_headroom);
+      const AllocationLimit limit(kChildHeadroom);
       try_out({path, trust, report, {}});
     });
     if (!end) return end.error();

@@ -13,9 +13,9 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t max_refusals_listed = 20;
-constexpr Duration least_gap = seconds(1);
-constexpr int gap_intervals = 10;
+constexpr std::size_t kMaxRefusalsListed = 20;
+constexpr Duration kMinGap = seconds(1);
+constexpr int kGapIntervals = 10;
 
 struct Trail {
   ChannelReport report;
@@ -73,8 +73,8 @@ ArrivalTime RecordingWriter::State::next_arrival(ArrivalTime wanted, Place place
     }
   } else if (placed.verdict == ArrivalOrder::Verdict::real_leap) {
     // The stamps that confirmed it were correct.
-    report.ahead -= ArrivalOrder::confirmed - 1;
-    if (report.leaps.size() < max_refusals_listed) report.leaps.push_back(where);
+    report.ahead -= ArrivalOrder::kConfirmed - 1;
+    if (report.leaps.size() < kMaxRefusalsListed) report.leaps.push_back(where);
   }
   return placed.arrival;
 }
@@ -86,12 +86,12 @@ void RecordingWriter::State::judge(Trail& trail) const {
     const std::string place = place_prefix + std::to_string(trail.stamps[i].second);
     if (step < Duration{}) {
       if (trail.report.backward++ == 0) trail.report.backward_first = place;
-      trail.report.backward_most = std::max(trail.report.backward_most, -step);
-    } else if (step > least_gap && step.ns > gap_intervals * typical.ns) {
+      trail.report.backward_max = std::max(trail.report.backward_max, -step);
+    } else if (step > kMinGap && step.ns > kGapIntervals * typical.ns) {
       ++trail.report.gaps;
-      if (step > trail.report.gap_most) {
-        trail.report.gap_most = step;
-        trail.report.gap_most_place = place;
+      if (step > trail.report.gap_max) {
+        trail.report.gap_max = step;
+        trail.report.gap_max_place = place;
       }
     }
   }
@@ -128,7 +128,7 @@ Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first
   // One microsecond early, so that the first event's arrival is its own stamp.
   const ArrivalTime arrival = ArrivalTime::from_utime(first.utime() - 1);
   state_->order.begin_after(arrival);
-  return state_->log->write(channel::robot, arrival, state_->bytes);
+  return state_->log->write(channel::kRobot, arrival, state_->bytes);
 }
 
 template <class T>
@@ -164,7 +164,7 @@ void RecordingWriter::refuse(Place place, std::string why) { refuse_at({place_te
 
 void RecordingWriter::refuse_at(Refusal refusal) {
   ++state_->report.refused;
-  if (state_->report.refusals.size() < max_refusals_listed)
+  if (state_->report.refusals.size() < kMaxRefusalsListed)
     state_->report.refusals.push_back(std::move(refusal));
 }
 

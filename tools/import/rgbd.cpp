@@ -16,8 +16,8 @@ namespace parhelion::tools {
 namespace {
 
 /// Assumed standard deviations of the poses (KinectFusion against its own map, motion capture).
-constexpr double sigma_position = 0.01;                       // m
-constexpr double sigma_angle = 0.3 * std::numbers::pi / 180;  // rad
+constexpr double kSigmaPosition = 0.01;                       // m
+constexpr double kSigmaAngle = 0.3 * std::numbers::pi / 180;  // rad
 
 /// The parts of a folder that are written to the log.
 struct Wanted {
@@ -33,11 +33,11 @@ Result<Wanted> wanted_of(const ImportOptions& options) {
   };
   std::vector<bool> taken;
   for (const Source& source :
-       {Source{channel::camera, {"color"}, "frames"}, Source{channel::depth, {"depth"}, "frames"},
-        Source{channel::scan, {"depth"}, "frames to cut a scan from"},
-        Source{channel::reference_pose, {"pose"}, "poses"},
-        Source{channel::odometry, {}, "odometry in a folder of RGB-D frames"},
-        Source{channel::teleop, {}, "commands in a folder of RGB-D frames"},
+       {Source{channel::kCamera, {"color"}, "frames"}, Source{channel::kDepth, {"depth"}, "frames"},
+        Source{channel::kScan, {"depth"}, "frames to cut a scan from"},
+        Source{channel::kReferencePose, {"pose"}, "poses"},
+        Source{channel::kOdometry, {}, "odometry in a folder of RGB-D frames"},
+        Source{channel::kTeleop, {}, "commands in a folder of RGB-D frames"},
         Source{"CAMERA_INFO", {}, "topic in a folder of RGB-D frames"},
         Source{"DEPTH_INFO", {}, "topic in a folder of RGB-D frames"}}) {
     const auto chosen = choose_topic(options, source.channel, source.names, source.what);
@@ -153,16 +153,16 @@ class Copy {
     PoseEstimate estimate;
     estimate.stamp = pose.stamp;
     estimate.T_map_base = placement_.map_base(pose.T_world_depth);
-    estimate.covariance.diagonal() << Eigen::Vector3d::Constant(sigma_position * sigma_position),
-        Eigen::Vector3d::Constant(sigma_angle * sigma_angle);
+    estimate.covariance.diagonal() << Eigen::Vector3d::Constant(kSigmaPosition * kSigmaPosition),
+        Eigen::Vector3d::Constant(kSigmaAngle * kSigmaAngle);
     estimate.map_id = map_id_;
     estimate.state = SlamState::tracking;
-    if (Status done = writer_.put(channel::pose_cov, estimate, pose.number); !done) return done;
+    if (Status done = writer_.put(channel::kPoseCov, estimate, pose.number); !done) return done;
     PoseStamped same;
     same.stamp = pose.stamp;
     same.T_map_base = estimate.T_map_base;
-    if (Status done = writer_.put(channel::pose, same, pose.number); !done) return done;
-    return wanted_.reference ? writer_.put(channel::reference_pose, same, pose.number) : Status{};
+    if (Status done = writer_.put(channel::kPose, same, pose.number); !done) return done;
+    return wanted_.reference ? writer_.put(channel::kReferencePose, same, pose.number) : Status{};
   }
 
   Status refuse(const RgbdFile& file, const Error& error) {
@@ -179,7 +179,7 @@ class Copy {
     if (image->width != folder_.cameras.colour.width || image->height != folder_.cameras.colour.height) {
       return refuse(file, Error{"of another size than the first"});
     }
-    return writer_.put(channel::camera, *image, file.number);
+    return writer_.put(channel::kCamera, *image, file.number);
   }
 
   Status put_depth(const RgbdFile& file) {
@@ -196,7 +196,7 @@ class Copy {
                              ? depth_image(std::move(*bytes), depth->width, depth->height, file.stamp)
                              : depth_image(*depth, file.stamp);
       if (!image) return refuse(file, image.error());
-      if (Status done = writer_.put(channel::depth, *image, file.number); !done) return done;
+      if (Status done = writer_.put(channel::kDepth, *image, file.number); !done) return done;
     }
     if (!wanted_.scan) return {};
     const auto pose = pose_at(folder_.poses, file.stamp);
@@ -206,7 +206,7 @@ class Copy {
     }
     const Scan scan = cut_scan(*depth, folder_.cameras.depth, placement_.map_base(*pose),
                                placement_.map_optical(*pose), band_, file.stamp);
-    return writer_.put(channel::scan, scan, file.number);
+    return writer_.put(channel::kScan, scan, file.number);
   }
 
   RecordingWriter& writer_;

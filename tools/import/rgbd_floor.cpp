@@ -9,10 +9,10 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr int stride = 8;     ///< pixels between points
-constexpr int baseline = 4;   ///< pixels to the neighbours used for the normal
-constexpr double bin = 0.02;  ///< m
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kStride = 8;     ///< pixels between points
+constexpr int kBaseline = 4;   ///< pixels to the neighbours used for the normal
+constexpr double kBin = 0.02;  ///< m
 
 }  // namespace
 
@@ -25,13 +25,13 @@ void SurfacePoints::add(const DepthMillimetres& depth, const CameraIntrinsics& c
                      1e-3;
     return depth_point(camera, column, row, z);
   };
-  for (int row = baseline; row + baseline < depth.height; row += stride) {
-    for (int column = baseline; column + baseline < depth.width; column += stride) {
+  for (int row = kBaseline; row + kBaseline < depth.height; row += kStride) {
+    for (int column = kBaseline; column + kBaseline < depth.width; column += kStride) {
       const Eigen::Vector3d p = at(column, row);
-      const Eigen::Vector3d across = at(column + baseline, row) - at(column - baseline, row);
-      const Eigen::Vector3d down = at(column, row + baseline) - at(column, row - baseline);
-      const double most = 0.1 * p.z();
-      const bool hole = p.z() == 0 || p.z() > farthest || across.norm() > most || down.norm() > most;
+      const Eigen::Vector3d across = at(column + kBaseline, row) - at(column - kBaseline, row);
+      const Eigen::Vector3d down = at(column, row + kBaseline) - at(column, row - kBaseline);
+      const double max_gap = 0.1 * p.z();
+      const bool hole = p.z() == 0 || p.z() > farthest || across.norm() > max_gap || down.norm() > max_gap;
       const Eigen::Vector3d normal = down.cross(across);
       if (hole || normal.norm() < 1e-9) continue;
       points_.push_back(T_world_depth * p);
@@ -48,7 +48,7 @@ std::optional<Eigen::Vector3d> SurfacePoints::refine_up(const Eigen::Vector3d& g
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     std::size_t n = 0;
     for (const Eigen::Vector3d& normal : normals_) {
-      if (normal.dot(up) < std::cos(window * degree)) continue;
+      if (normal.dot(up) < std::cos(window * kDegree)) continue;
       sum += normal;
       ++n;
     }
@@ -64,9 +64,9 @@ std::optional<double> SurfacePoints::lowest_layer(const Eigen::Vector3d& up) con
   std::map<long, std::size_t> layers;
   std::vector<double> heights;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (normals_[i].dot(up) < std::cos(20 * degree)) continue;
+    if (normals_[i].dot(up) < std::cos(20 * kDegree)) continue;
     heights.push_back(points_[i].dot(up));
-    ++layers[std::lround(heights.back() / bin)];
+    ++layers[std::lround(heights.back() / kBin)];
   }
   const auto count = [&](long layer) {
     std::size_t n = 0;
@@ -78,18 +78,18 @@ std::optional<double> SurfacePoints::lowest_layer(const Eigen::Vector3d& up) con
   };
   std::size_t densest = 0;
   for (const auto& layer : layers) densest = std::max(densest, count(layer.first));
-  const double least = std::max(static_cast<double>(enough), supported * static_cast<double>(densest));
+  const double min_count = std::max(static_cast<double>(enough), supported * static_cast<double>(densest));
   for (const auto& layer : layers) {
-    if (static_cast<double>(count(layer.first)) < least) continue;
+    if (static_cast<double>(count(layer.first)) < min_count) continue;
     long peak = layer.first;
     while (count(peak + 1) > count(peak)) ++peak;
-    return static_cast<double>(peak) * bin;
+    return static_cast<double>(peak) * kBin;
   }
   return std::nullopt;
 }
 
 std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vector3d& up) const {
-  constexpr double widest_lean = 5 * degree, wide = 0.5;
+  constexpr double widest_lean = 5 * kDegree, wide = 0.5;
   const auto layer = lowest_layer(up);
   if (!layer) return std::nullopt;
   Floor floor{up.normalized(), *layer, 0};
@@ -99,7 +99,7 @@ std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vecto
     Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
     double n = 0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      const bool level = normals_[i].dot(floor.up) > std::cos(20 * degree);
+      const bool level = normals_[i].dot(floor.up) > std::cos(20 * kDegree);
       if (!level || std::abs(points_[i].dot(floor.up) - floor.height) > within) continue;
       sum += points_[i];
       products += points_[i] * points_[i].transpose();

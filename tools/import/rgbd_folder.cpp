@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t year_2000 = 946'684'800;  // s since the epoch
+constexpr std::int64_t kYear2000 = 946'684'800;  // s since the epoch
 
 std::optional<double> to_number(std::string_view word) {
   double value = 0;
@@ -76,7 +76,7 @@ RgbdFolder read_seven_scenes(const ImportOptions& options) {
   RgbdFolder folder;
   for (const auto& [number, files] : seven_scenes_frames(options.input)) {
     const auto us = std::llround(static_cast<double>(number) / options.frame_rate * 1e6);
-    const SensorTime stamp = SensorTime::from_utime(year_2000 * 1'000'000 + us);
+    const SensorTime stamp = SensorTime::from_utime(kYear2000 * 1'000'000 + us);
     if (!files.colour.empty()) folder.colour.push_back({stamp, files.colour, number});
     if (!files.depth.empty()) folder.depth.push_back({stamp, files.depth, number});
     if (files.pose.empty()) continue;

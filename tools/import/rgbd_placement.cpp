@@ -12,8 +12,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr std::size_t frames_for_the_floor = 40;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kFramesForTheFloor = 40;
 
 struct DepthSurvey {
   SurfacePoints surfaces;
@@ -53,13 +53,13 @@ void register_colour(const DepthSurvey& survey, RgbdPlacement& placement, const 
                 "colour turned by %.2f degrees against depth from what the calibration states (quaternion "
                 "wxyz %.6f %.6f "
                 "%.6f %.6f): depth edges then lie on colour gradients of %.0f on average, before %.0f",
-                turned.angle() / degree, q.w(), q.x(), q.y(), q.z(), after, before);
+                turned.angle() / kDegree, q.w(), q.x(), q.y(), q.z(), after, before);
   notes.push_back(text);
 }
 
 DepthSurvey survey_depth(const RgbdFolder& folder) {
   DepthSurvey survey;
-  const std::size_t step = std::max<std::size_t>(1, folder.depth.size() / frames_for_the_floor);
+  const std::size_t step = std::max<std::size_t>(1, folder.depth.size() / kFramesForTheFloor);
   for (std::size_t i = 0; i < folder.depth.size(); i += step) {
     const auto pose = pose_at(folder.poses, folder.depth[i].stamp);
     const auto file = read_file(folder.depth[i].path.string());
@@ -137,7 +137,7 @@ void place_base(const RgbdFolder& folder, RgbdPlacement& placement, std::vector<
                 "the camera is hand-held: base_link is fixed to it, under it on the floor and level at the "
                 "mean pose; it "
                 "tilts by up to %.1f degrees and leaves the floor by up to %.2f m",
-                tilt / degree, off_floor);
+                tilt / kDegree, off_floor);
   notes.push_back(text);
 }
 
@@ -158,8 +158,8 @@ Result<RgbdPlacement> place_rgbd(const RgbdFolder& folder, std::vector<std::stri
   std::snprintf(
       text, sizeof text,
       "map: z up, floor (the lowest supported level layer) at 0, %.3f m under the first camera; the floor "
-      "leans by %.2f degrees from what was said to be up, and the map follows the floor",
-      placement.map_optical(folder.poses.front().T_world_depth).translation().z(), floor->leveled / degree);
+      "leans by %.2f degrees from the stated up direction, and the map follows the floor",
+      placement.map_optical(folder.poses.front().T_world_depth).translation().z(), floor->leveled / kDegree);
   notes.push_back(text);
   place_base(folder, placement, notes);
   register_colour(survey, placement, folder.cameras, notes);

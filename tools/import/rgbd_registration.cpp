@@ -8,8 +8,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-constexpr int edge_step = 100;  ///< mm between neighbours
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kEdgeStep = 100;  ///< mm between neighbours
 
 /// Magnitude of the Sobel gradient; 0 along the border.
 std::vector<float> sobel(const GreyPixels& grey) {
@@ -50,7 +50,7 @@ void DepthRegistration::add(const DepthMillimetres& depth, const CameraIntrinsic
       bool edge = false;
       for (const int beside :
            {at(row, column - 1), at(row, column + 1), at(row - 1, column), at(row + 1, column)}) {
-        edge = edge || beside - here > edge_step;
+        edge = edge || beside - here > kEdgeStep;
       }
       if (edge) frame.edges.push_back(depth_point(depth_camera, column, row, here * 1e-3));
     }
@@ -82,9 +82,9 @@ Eigen::Isometry3d DepthRegistration::refine(const CameraIntrinsics& camera,
   Eigen::Isometry3d best = T_colour_depth;
   Eigen::Isometry3d unturned = Eigen::Isometry3d::Identity();
   unturned.translation() = T_colour_depth.translation();
-  double most = score(camera, best);
-  if (const double other = score(camera, unturned); other > most) {
-    most = other;
+  double best_score = score(camera, best);
+  if (const double other = score(camera, unturned); other > best_score) {
+    best_score = other;
     best = unturned;
   }
   for (double step = 0.4; step > 0.02; step /= 2) {
@@ -93,10 +93,10 @@ Eigen::Isometry3d DepthRegistration::refine(const CameraIntrinsics& camera,
         for (const double sign : {-1.0, 1.0}) {
           Eigen::Isometry3d turned = best;
           turned.linear() =
-              Eigen::AngleAxisd(sign * step * degree, Eigen::Vector3d::Unit(axis)) * best.linear();
+              Eigen::AngleAxisd(sign * step * kDegree, Eigen::Vector3d::Unit(axis)) * best.linear();
           const double as_turned = score(camera, turned);
-          if (as_turned <= most) continue;
-          most = as_turned;
+          if (as_turned <= best_score) continue;
+          best_score = as_turned;
           best = turned;
         }
       }

@@ -32,8 +32,8 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
   laser.noise_sigma = 0.01;
   const int half = half_beams(camera, options.step);
   laser.beams = 2 * half + 1;
-  laser.angle_first = -half * options.step;
-  laser.angle_step = options.step;
+  laser.angle_min = -half * options.step;
+  laser.angle_increment = options.step;
   char text[240];
   std::snprintf(text, sizeof text,
                 "derived: no laser, from DEPTH between %g and %g m above the floor; nearest point of "
@@ -75,8 +75,8 @@ Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
   }
   Scan scan;
   scan.stamp = stamp;
-  scan.angle_first = static_cast<float>(-half * options.step);
-  scan.angle_step = static_cast<float>(options.step);
+  scan.angle_min = static_cast<float>(-half * options.step);
+  scan.angle_increment = static_cast<float>(options.step);
   for (std::size_t i = 0; i < n; ++i) {
     auto& ranges = found[i];
     if (ranges.size() >= against_flying_pixels) {

@@ -21,8 +21,9 @@ void append(std::ostringstream& text, const char* name, const Array& values) {
 }
 
 Status copy_distortion(const ros::CameraInfo& camera, CameraIntrinsics& out) {
-  const auto copy = [&](std::size_t most) {
-    for (std::size_t i = 0; i < std::min(most, camera.d.size()); ++i) out.distortion[i] = camera.d[i];
+  const auto copy = [&](std::size_t max_coefficients) {
+    for (std::size_t i = 0; i < std::min(max_coefficients, camera.d.size()); ++i)
+      out.distortion[i] = camera.d[i];
   };
   bool none = true;
   for (const double d : camera.d) none = none && d == 0;

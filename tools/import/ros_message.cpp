@@ -97,8 +97,8 @@ class Cursor {
   std::string error_;
 };
 
-constexpr std::size_t covariance_bytes = 36 * sizeof(double);
-constexpr std::size_t twist_bytes = 6 * sizeof(double);
+constexpr std::size_t kCovarianceBytes = 36 * sizeof(double);
+constexpr std::size_t kTwistBytes = 6 * sizeof(double);
 
 }  // namespace
 
@@ -170,8 +170,8 @@ Result<Odometry> read_odometry(MessageBytes bytes) {
   odometry.header = in.header();
   odometry.child_frame = in.frame();
   odometry.pose = in.pose();
-  in.skip(covariance_bytes);
-  in.skip(twist_bytes + covariance_bytes);
+  in.skip(kCovarianceBytes);
+  in.skip(kTwistBytes + kCovarianceBytes);
   return in.done(std::move(odometry));
 }
 

@@ -19,9 +19,9 @@ Transform<A, B> planar(const Eigen::Isometry3d& pose) {
 /// The recorder's receive time, if its clock is the sensors' own. A bag recorded from a replay has another
 /// clock.
 std::optional<ArrivalTime> arrival_of(const BagMessage& message, SensorTime stamp) {
-  constexpr std::int64_t most_apart = 3'600'000'000'000;
+  constexpr std::int64_t max_difference = 3'600'000'000'000;
   const std::int64_t apart = message.received.ns - stamp.ns;
-  if (apart > most_apart || apart < -most_apart) return std::nullopt;
+  if (apart > max_difference || apart < -max_difference) return std::nullopt;
   return message.received;
 }
 
@@ -58,13 +58,13 @@ class Copy {
 
   Status put_scan(const BagMessage& message) {
     const auto scan = ros::read_laser_scan(message.bytes);
-    return scan ? put(channel::scan, to_scan(*scan), message) : refuse(message, scan.error());
+    return scan ? put(channel::kScan, to_scan(*scan), message) : refuse(message, scan.error());
   }
 
   Status put_odometry(const BagMessage& message) {
     const auto odometry = ros::read_odometry(message.bytes);
     if (!odometry) return refuse(message, odometry.error());
-    return put(channel::odometry, Odometry{odometry->header.stamp, planar<Odom, Base>(odometry->pose)},
+    return put(channel::kOdometry, Odometry{odometry->header.stamp, planar<Odom, Base>(odometry->pose)},
                message);
   }
 
@@ -83,7 +83,7 @@ class Copy {
       }
       last_tf_ = transform.header.stamp;
       const Odometry odometry{transform.header.stamp, planar<Odom, Base>(transform.pose)};
-      if (Status done = put(channel::odometry, odometry, message); !done) return done;
+      if (Status done = put(channel::kOdometry, odometry, message); !done) return done;
     }
     return {};
   }
@@ -101,7 +101,7 @@ class Copy {
       image = depth ? to_depth(*compressed) : to_colour(std::move(*compressed));
     }
     if (!image) return refuse(message, image.error());
-    return put(depth ? channel::depth : channel::camera, std::move(*image), message);
+    return put(depth ? channel::kDepth : channel::kCamera, std::move(*image), message);
   }
 
   Status put_reference(const BagMessage& message) {
@@ -110,20 +110,20 @@ class Copy {
     PoseStamped reference;
     reference.stamp = pose->header.stamp;
     reference.T_map_base = Transform<Map, Base>(pose->pose);
-    return put(channel::reference_pose, reference, message);
+    return put(channel::kReferencePose, reference, message);
   }
 
   Status put_twist(const BagMessage& message) {
     const auto twist = ros::read_twist(message.bytes);
     if (!twist) return refuse(message, twist.error());
-    return put(channel::teleop, TwistCommand{SensorTime{message.received.ns}, twist->twist}, message);
+    return put(channel::kTeleop, TwistCommand{SensorTime{message.received.ns}, twist->twist}, message);
   }
 
   Status put_imu(const BagMessage& message) {
     const auto imu = ros::read_imu(message.bytes);
     if (!imu) return refuse(message, imu.error());
     return put(
-        channel::imu,
+        channel::kImu,
         ImuSample{imu->header.stamp, imu->orientation, imu->angular_velocity, imu->linear_acceleration},
         message);
   }
@@ -131,7 +131,7 @@ class Copy {
   Status put_joints(const BagMessage& message) {
     auto joints = ros::read_joint_state(message.bytes);
     if (!joints) return refuse(message, joints.error());
-    return put(channel::joint_state,
+    return put(channel::kJointState,
                Joints{joints->header.stamp, std::move(joints->names), std::move(joints->positions),
                       std::move(joints->velocities), std::move(joints->efforts)},
                message);

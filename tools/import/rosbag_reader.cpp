@@ -11,8 +11,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::string_view magic = "#ROSBAG V2.0\n";
-constexpr std::uint32_t largest_header = 1U << 20;
+constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
+constexpr std::uint32_t kLargestHeader = 1U << 20;
 
 enum class Op : std::uint8_t {
   message = 2,
@@ -87,19 +87,19 @@ struct BagReader::State {
     return Error{path + ": byte " + std::to_string(where) + ": " + what};
   }
 
-  bool read_block(std::vector<std::uint8_t>& block, std::uint64_t most) {
+  bool read_block(std::vector<std::uint8_t>& block, std::uint64_t max_size) {
     std::uint8_t length[4];
     if (std::fread(length, 1, 4, file) != 4) return false;
     const std::uint32_t n = little_endian(length);
     const auto here = static_cast<std::uint64_t>(std::ftell(file));
-    if (n > most || n > size - std::min(size, here)) return false;
+    if (n > max_size || n > size - std::min(size, here)) return false;
     block.resize(n);
     return std::fread(block.data(), 1, n, file) == n;
   }
 
   std::optional<Record> read_record() {
     std::fseek(file, static_cast<long>(position), SEEK_SET);
-    if (!read_block(header, largest_header) || !read_block(data, size)) return std::nullopt;
+    if (!read_block(header, kLargestHeader) || !read_block(data, size)) return std::nullopt;
     auto fields = parse_bag_fields(header);
     if (!fields) return std::nullopt;
     Record record{op_of(*fields), std::move(*fields), data};
@@ -187,11 +187,11 @@ Result<BagReader> BagReader::open(const std::filesystem::path& path) {
   if (state->file == nullptr) return Error{state->path + ": can't be opened: " + std::strerror(errno)};
   std::error_code ignored;
   state->size = std::filesystem::file_size(path, ignored);
-  std::string head(magic.size(), '\0');
-  if (std::fread(head.data(), 1, head.size(), state->file) != head.size() || head != magic) {
+  std::string head(kMagic.size(), '\0');
+  if (std::fread(head.data(), 1, head.size(), state->file) != head.size() || head != kMagic) {
     return Error{state->path + ": byte 0: '#ROSBAG V2.0' is expected"};
   }
-  state->position = magic.size();
+  state->position = kMagic.size();
   return BagReader(std::move(state));
 }
 
@@ -213,8 +213,8 @@ Result<bool> BagReader::next(BagMessage& message) {
       continue;
     }
     if (s.pending) {
-      const Error told = std::move(*std::exchange(s.pending, std::nullopt));
-      return told;
+      const Error pending_error = std::move(*std::exchange(s.pending, std::nullopt));
+      return pending_error;
     }
     if (s.position >= s.size) return false;
     const std::uint64_t where = s.position;

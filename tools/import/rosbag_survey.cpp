@@ -11,15 +11,15 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* laser_scan = "sensor_msgs/LaserScan";
-constexpr const char* image = "sensor_msgs/Image";
-constexpr const char* compressed_image = "sensor_msgs/CompressedImage";
-constexpr const char* camera_info = "sensor_msgs/CameraInfo";
-constexpr const char* odometry = "nav_msgs/Odometry";
-constexpr const char* pose_stamped = "geometry_msgs/PoseStamped";
-constexpr const char* twist = "geometry_msgs/Twist";
-constexpr const char* imu = "sensor_msgs/Imu";
-constexpr const char* joint_state = "sensor_msgs/JointState";
+constexpr const char* kLaserScan = "sensor_msgs/LaserScan";
+constexpr const char* kImage = "sensor_msgs/Image";
+constexpr const char* kCompressedImage = "sensor_msgs/CompressedImage";
+constexpr const char* kCameraInfo = "sensor_msgs/CameraInfo";
+constexpr const char* kOdometry = "nav_msgs/Odometry";
+constexpr const char* kPoseStamped = "geometry_msgs/PoseStamped";
+constexpr const char* kTwist = "geometry_msgs/Twist";
+constexpr const char* kImu = "sensor_msgs/Imu";
+constexpr const char* kJointState = "sensor_msgs/JointState";
 
 void state(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
   evidence.range_min = scan.range_min;
@@ -60,32 +60,32 @@ std::vector<std::string> infos_of(const BagSurvey& survey, const std::string& im
 std::vector<std::string> images(const BagSurvey& survey, bool depth) {
   std::vector<std::string> found;
   for (const auto& [name, topic] : survey.topics) {
-    const bool is_image = topic.type == image || topic.type == compressed_image;
+    const bool is_image = topic.type == kImage || topic.type == kCompressedImage;
     if (is_image && is_depth_encoding(topic.encoding) == depth) found.push_back(name);
   }
   return found;
 }
 
 Result<std::optional<std::string>> choose_reference(const ImportOptions& options, const BagSurvey& survey) {
-  std::vector<std::string> candidates = survey.of_type(pose_stamped), truths;
+  std::vector<std::string> candidates = survey.of_type(kPoseStamped), truths;
   for (const std::string& topic : candidates) {
     if (topic.find("truth") != std::string::npos || topic.find("reference") != std::string::npos)
       truths.push_back(topic);
   }
-  const bool asked = options.topics.count(channel::reference_pose) > 0;
+  const bool asked = options.topics.count(channel::kReferencePose) > 0;
   if (!asked && truths.size() == 1) candidates = truths;
-  return choose_topic(options, channel::reference_pose, candidates, pose_stamped);
+  return choose_topic(options, channel::kReferencePose, candidates, kPoseStamped);
 }
 
 /// A topic has priority over tf, which has the same content in most bags.
 Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, BagChoice& choice) {
-  std::vector<std::string> candidates = survey.of_type(odometry);
-  const bool asked = options.topics.count(channel::odometry) > 0;
+  std::vector<std::string> candidates = survey.of_type(kOdometry);
+  const bool asked = options.topics.count(channel::kOdometry) > 0;
   const auto edges = survey.frames.odometry_edges();
   if (candidates.empty() || asked) {
     for (const RosFrames::Key& edge : edges) candidates.push_back(name_of(edge));
   }
-  const auto chosen = choose_topic(options, channel::odometry, candidates, "odometry");
+  const auto chosen = choose_topic(options, channel::kOdometry, candidates, "odometry");
   if (!chosen) return chosen.error();
   choice.odometry = *chosen;
   for (const RosFrames::Key& edge : edges) {
@@ -143,8 +143,8 @@ Scan to_scan(const ros::LaserScan& message) {
   if (message.time_increment < 0 && !scan.ranges.empty()) {
     std::reverse(scan.ranges.begin(), scan.ranges.end());
     std::reverse(scan.intensities.begin(), scan.intensities.end());
-    scan.angle_first += static_cast<float>(scan.ranges.size() - 1) * message.angle_increment;
-    scan.angle_step = -scan.angle_step;
+    scan.angle_min += static_cast<float>(scan.ranges.size() - 1) * message.angle_increment;
+    scan.angle_increment = -scan.angle_increment;
   }
   return scan;
 }
@@ -156,7 +156,7 @@ void BagSurvey::take(const BagMessage& message) {
     if (topic.count++ == 0) topic.frame = header.frame;
     first.see(header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns});
   };
-  if (message.type == laser_scan) {
+  if (message.type == kLaserScan) {
     const auto scan = ros::read_laser_scan(message.bytes);
     if (!scan) return;
     see(scan->header);
@@ -170,24 +170,24 @@ void BagSurvey::take(const BagMessage& message) {
       see(transform.header);
       frames.add(transform);
     }
-  } else if (message.type == camera_info) {
+  } else if (message.type == kCameraInfo) {
     const auto info = ros::read_camera_info(message.bytes);
     if (!info) return;
     see(info->header);
     cameras.emplace(message.topic, *info);
-  } else if (message.type == odometry) {
+  } else if (message.type == kOdometry) {
     const auto odom = ros::read_odometry(message.bytes);
     if (!odom) return;
     see(odom->header);
     odometry_child.emplace(message.topic, odom->child_frame);
-  } else if (message.type == image && topic.count == 0) {
+  } else if (message.type == kImage && topic.count == 0) {
     const auto picture = ros::read_image(message.bytes);
     if (!picture) return;
     see(picture->header);
     topic.encoding = picture->encoding;
     topic.width = static_cast<int>(picture->width);
     topic.height = static_cast<int>(picture->height);
-  } else if (message.type == compressed_image && topic.count == 0) {
+  } else if (message.type == kCompressedImage && topic.count == 0) {
     const auto picture = ros::read_compressed_image(message.bytes);
     if (!picture) return;
     see(picture->header);
@@ -196,10 +196,10 @@ void BagSurvey::take(const BagMessage& message) {
     if (!decoded) return;
     topic.width = decoded->width;
     topic.height = decoded->height;
-  } else if (message.type == pose_stamped && topic.count == 0) {
+  } else if (message.type == kPoseStamped && topic.count == 0) {
     const auto pose = ros::read_pose_stamped(message.bytes);
     if (pose) see(pose->header);
-  } else if (message.type == imu && topic.count == 0) {
+  } else if (message.type == kImu && topic.count == 0) {
     const auto sample = ros::read_imu(message.bytes);
     if (sample) see(sample->header);
   }
@@ -222,29 +222,29 @@ Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) 
     return {};
   };
   Status done =
-      set(choose_topic(options, channel::scan, survey.of_type(laser_scan), laser_scan), choice.scan);
+      set(choose_topic(options, channel::kScan, survey.of_type(kLaserScan), kLaserScan), choice.scan);
   if (done.ok()) done = choose_odometry(options, survey, choice);
   if (done.ok())
-    done = set(choose_topic(options, channel::camera, images(survey, false), "images"), choice.camera);
+    done = set(choose_topic(options, channel::kCamera, images(survey, false), "images"), choice.camera);
   if (done.ok())
-    done = set(choose_topic(options, channel::depth, images(survey, true), "depth images"), choice.depth);
+    done = set(choose_topic(options, channel::kDepth, images(survey, true), "depth images"), choice.depth);
   if (done.ok() && choice.camera) {
-    done = set(choose_topic(options, "CAMERA_INFO", infos_of(survey, *choice.camera), camera_info),
+    done = set(choose_topic(options, "CAMERA_INFO", infos_of(survey, *choice.camera), kCameraInfo),
                choice.camera_info);
   }
   if (done.ok() && choice.depth) {
-    done = set(choose_topic(options, "DEPTH_INFO", infos_of(survey, *choice.depth), camera_info),
+    done = set(choose_topic(options, "DEPTH_INFO", infos_of(survey, *choice.depth), kCameraInfo),
                choice.depth_info);
   }
-  if (done.ok()) done = set(choose_extra(options, channel::imu, survey.of_type(imu), imu), choice.imu);
+  if (done.ok()) done = set(choose_extra(options, channel::kImu, survey.of_type(kImu), kImu), choice.imu);
   if (done.ok()) {
-    done = set(choose_extra(options, channel::joint_state, survey.of_type(joint_state), joint_state),
+    done = set(choose_extra(options, channel::kJointState, survey.of_type(kJointState), kJointState),
                choice.joints);
   }
   if (done.ok()) done = set(choose_reference(options, survey), choice.reference);
   // Commands are imported only on request: they may not come from a trainee.
-  if (done.ok() && options.topics.count(channel::teleop) > 0) {
-    done = set(choose_topic(options, channel::teleop, survey.of_type(twist), twist), choice.teleop);
+  if (done.ok() && options.topics.count(channel::kTeleop) > 0) {
+    done = set(choose_topic(options, channel::kTeleop, survey.of_type(kTwist), kTwist), choice.teleop);
   }
   if (!done.ok()) return done.error();
   return choice;

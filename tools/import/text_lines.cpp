@@ -13,8 +13,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t chunk_bytes = 1U << 16;
-constexpr std::size_t longest_line = 16U << 20;
+constexpr std::size_t kChunkBytes = 1U << 16;
+constexpr std::size_t kLongestLine = 16U << 20;
 
 /// Source of inflated bytes.
 class ByteSource {
@@ -96,7 +96,7 @@ class Bzip2Source final : public ByteSource {
 
   std::FILE* file_;
   bz_stream stream_{};
-  std::array<char, chunk_bytes> input_{};
+  std::array<char, kChunkBytes> input_{};
   std::uint64_t read_ = 0;
   bool ended_ = false;
 };
@@ -127,8 +127,8 @@ struct TextLines::State {
   void fill() {
     buffer.erase(0, std::exchange(taken, 0));
     const std::size_t before = buffer.size();
-    buffer.resize(before + chunk_bytes);
-    const long got = bytes->read(buffer.data() + before, chunk_bytes);
+    buffer.resize(before + kChunkBytes);
+    const long got = bytes->read(buffer.data() + before, kChunkBytes);
     buffer.resize(before + static_cast<std::size_t>(std::max(got, 0L)));
     at_end = got <= 0;
     damaged = got < 0;
@@ -178,7 +178,7 @@ Result<bool> TextLines::next(std::string& line) {
     if (s.damaged)
       return s.damage("the compressed data is damaged or truncated here; the rest can't be read");
     if (s.at_end) break;
-    if (s.buffer.size() - s.taken > longest_line) return s.damage("a line longer than 16 MiB");
+    if (s.buffer.size() - s.taken > kLongestLine) return s.damage("a line longer than 16 MiB");
     searched = s.buffer.size() - s.taken;
     s.fill();
   }

@@ -128,11 +128,11 @@ Status draw_stairs(const std::string& folder) {
   auto simulation = simulate(model);
   if (!simulation) return simulation.error();
   if (Status status = spawn(*simulation, "crawler", 0, 0.3, 0); !status) return status;
-  double flippers = 35, most = 0;
+  double flippers = 35, max_pitch = 0;
   for (int i = 0; i < 200 && simulation->robot_motion("crawler")->T_map_base.translation().x() < 1.9; ++i) {
     const double up = simulation->robot_motion("crawler")->T_map_base.rotation()(2, 0);
-    most = std::max(most, std::asin(up) / kDegree);
-    flippers = most > 22 ? -6 : most > 6 ? -20 : 35;
+    max_pitch = std::max(max_pitch, std::asin(up) / kDegree);
+    flippers = max_pitch > 22 ? -6 : max_pitch > 6 ? -20 : 35;
     const double angle = flippers * kDegree;
     if (Status status = joints(*simulation, {"left_flipper_joint", "right_flipper_joint"}, {angle, angle});
         !status)

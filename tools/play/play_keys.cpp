@@ -7,9 +7,9 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double leap = 10;          // s
-constexpr double rate_step = 1.1;    // as in ros2 bag play
-constexpr double back_enough = 0.5;  // s: a mark that has just been passed is skipped
+constexpr double kLeap = 10;         // s
+constexpr double kRateStep = 1.1;    // as in ros2 bag play
+constexpr double kBackEnough = 0.5;  // s: a mark that has just been passed is skipped
 
 std::string clock_text(double t) {
   char text[32];
@@ -29,7 +29,8 @@ bool PlayKeys::take_help() { return std::exchange(help_, false); }
 void PlayKeys::act(station::Key key) {
   const runtime::PlayState now = player_.state();
   const auto rate = [&](double factor) {
-    (void)player_.set_rate(std::clamp(now.rate * factor, runtime::Player::slowest, runtime::Player::fastest));
+    (void)player_.set_rate(
+        std::clamp(now.rate * factor, runtime::Player::kSlowest, runtime::Player::fastest));
   };
   switch (key) {
     case station::Key::stop:
@@ -38,16 +39,16 @@ void PlayKeys::act(station::Key key) {
       if (now.paused)
         (void)player_.step();
       else
-        (void)player_.seek(now.position + leap);
+        (void)player_.seek(now.position + kLeap);
       return;
     case station::Key::left:
-      return (void)player_.seek(now.position - leap);
+      return (void)player_.seek(now.position - kLeap);
     case station::Key::forward:
     case station::Key::faster:
-      return rate(rate_step);
+      return rate(kRateStep);
     case station::Key::backward:
     case station::Key::slower:
-      return rate(1 / rate_step);
+      return rate(1 / kRateStep);
     case station::Key::next_joint:
     case station::Key::next_robot:
       return to_mark(true);
@@ -76,7 +77,7 @@ void PlayKeys::to_mark(bool forward) {
     if (next != marks.end()) (void)player_.seek(next->t);
   } else {
     const auto before = std::find_if(marks.rbegin(), marks.rend(), [&](const runtime::RecordedMark& mark) {
-      return mark.t < position - back_enough;
+      return mark.t < position - kBackEnough;
     });
     (void)player_.seek(before == marks.rend() ? 0 : before->t);
   }

@@ -15,7 +15,7 @@ Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std:
   }
   PlayedBus played(bus, prefix);
   for (const char* command :
-       {channel::teleop, channel::joint_cmd, channel::mr_cmd, channel::mr_joint_cmd, channel::operators})
+       {channel::kTeleop, channel::kJointCmd, channel::kMrCmd, channel::kMrJointCmd, channel::kOperators})
     played.commands_.insert(bus_name(scenario.channels, command));
   for (const char* command : kInstructorChannels)
     played.commands_.insert(bus_name(scenario.channels, command));
@@ -28,7 +28,7 @@ bool PlayedBus::is_command(const std::string& channel) const {
 
 Status PlayedBus::publish(const Message& message) {
   if (prefix_.empty() && is_command(message.channel)) {
-    ++held_back_;
+    ++suppressed_commands_;
     return {};
   }
   return bus_->publish(prefix_ + message.channel, message.payload);

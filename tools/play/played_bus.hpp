@@ -17,7 +17,7 @@ class PlayedBus {
   static Result<PlayedBus> open(Bus& bus, const Scenario& scenario, const std::string& prefix);
 
   Status publish(const Message& message);
-  std::uint64_t held_back() const { return held_back_; }  ///< commands
+  std::uint64_t suppressed_commands() const { return suppressed_commands_; }  ///< commands
 
  private:
   PlayedBus(Bus& bus, std::string prefix) : bus_(&bus), prefix_(std::move(prefix)) {}
@@ -26,7 +26,7 @@ class PlayedBus {
   Bus* bus_;
   std::string prefix_;
   std::set<std::string> commands_;  ///< names on the bus
-  std::uint64_t held_back_ = 0;
+  std::uint64_t suppressed_commands_ = 0;
 };
 
 }  // namespace parhelion::tools

@@ -16,7 +16,7 @@
 
 namespace {
 
-constexpr double degrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -43,7 +43,7 @@ void print(const parhelion::planar_lidar_t& scan, const parhelion::scan_info_t& 
     // Counter-clockwise from the laser's own x axis, which need not be the robot's.
     const double angle = scan.rad0 + static_cast<double>(nearest) * scan.radstep;
     std::printf(" by %s, nearest %.2f m at %.0f deg", joined(info.agents).c_str(), scan.ranges[nearest],
-                angle * degrees);
+                angle * kDegrees);
   }
   std::printf("\n");
 }

@@ -20,10 +20,10 @@ namespace {
 using std::chrono::milliseconds;
 
 // event_t.kind
-constexpr int command_accepted = 0;
-constexpr int command_refused = 1;
+constexpr int kCommandAccepted = 0;
+constexpr int kCommandRefused = 1;
 
-constexpr milliseconds answer_timeout{2000};
+constexpr milliseconds kAnswerTimeout{2000};
 
 std::int64_t now_us() {
   using namespace std::chrono;
@@ -52,12 +52,12 @@ class Answer {
   explicit Answer(std::int64_t request) : request_(request) {}
   void handle_event(const lcm::ReceiveBuffer*, const std::string&, const parhelion::event_t* event) {
     if (event->request != request_) return;
-    if (event->kind != command_accepted && event->kind != command_refused) return;
+    if (event->kind != kCommandAccepted && event->kind != kCommandRefused) return;
     received_ = true;
     event_ = *event;
   }
   bool received() const { return received_; }
-  bool accepted() const { return event_.kind == command_accepted; }
+  bool accepted() const { return event_.kind == kCommandAccepted; }
   const std::string& reason() const { return event_.text; }
 
  private:
@@ -68,7 +68,7 @@ class Answer {
 
 /// False where LCM fails or no reply arrives in time.
 bool wait_for(const Answer& answer, lcm::LCM& lcm) {
-  const std::int64_t deadline = now_us() + std::chrono::microseconds(answer_timeout).count();
+  const std::int64_t deadline = now_us() + std::chrono::microseconds(kAnswerTimeout).count();
   while (!answer.received()) {
     const std::int64_t left_ms = (deadline - now_us()) / 1000;
     if (left_ms <= 0 || lcm.handleTimeout(static_cast<int>(left_ms)) <= 0) return answer.received();

@@ -21,13 +21,13 @@ namespace {
 using Clock = std::chrono::system_clock;
 
 // The laser of examples/robot/turtlebot4_lite.yaml. It turns clockwise, so the angles decrease.
-constexpr double pi = 3.14159265358979323846;
-constexpr int beams = 720;
-constexpr double angle_min = pi;  // rad, of the first beam that is measured
-constexpr double angle_increment = -359.0 / (beams - 1) * pi / 180;  // rad
-constexpr std::chrono::milliseconds scan_period{130};
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kBeams = 720;
+constexpr double kAngleMin = kPi;  // rad, of the first beam that is measured
+constexpr double kAngleIncrement = -359.0 / (kBeams - 1) * kPi / 180;  // rad
+constexpr std::chrono::milliseconds kScanPeriod{130};
 
-constexpr double wall_distance = 3;  // m, from the laser to each of the four walls
+constexpr double kWallDistance = 3;  // m, from the laser to each of the four walls
 
 /// `utime` is the instant for which the pose holds. A localization uses the stamp of the scan that it
 /// matched.
@@ -48,11 +48,11 @@ parhelion::pose_cov_t localize(std::int64_t utime) {
 parhelion::planar_lidar_t measure(std::int64_t utime) {
   parhelion::planar_lidar_t scan{};
   scan.utime = utime;
-  scan.rad0 = static_cast<float>(angle_min);
-  scan.radstep = static_cast<float>(angle_increment);
-  for (int i = 0; i < beams; ++i) {
-    const double angle = angle_min + i * angle_increment;
-    const double range = wall_distance / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+  scan.rad0 = static_cast<float>(kAngleMin);
+  scan.radstep = static_cast<float>(kAngleIncrement);
+  for (int i = 0; i < kBeams; ++i) {
+    const double angle = kAngleMin + i * kAngleIncrement;
+    const double range = kWallDistance / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
     scan.ranges.push_back(static_cast<float>(range));
   }
   scan.nranges = static_cast<std::int32_t>(scan.ranges.size());
@@ -67,7 +67,7 @@ int main() {
     std::fprintf(stderr, "publish_scan: cannot open LCM; is there a multicast route?\n");
     return 1;
   }
-  for (auto next = Clock::now();; next += scan_period) {
+  for (auto next = Clock::now();; next += kScanPeriod) {
     std::this_thread::sleep_until(next);
     const std::int64_t now =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count();

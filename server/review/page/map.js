@@ -21,12 +21,12 @@ function extent(session) {
       if (agent.x[i] > near[0] && agent.x[i] < near[2] && agent.y[i] > near[1] && agent.y[i] < near[3]) add(agent.x[i], agent.y[i]);
     });
   const margin = 1.5;
-  const way = [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
+  const pathBox = [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
   // Shows the whole building if it is not much larger.
   for (const part of session.plan.parts) for (const [x, y] of part.corners) add(x, y);
   const whole = [box[0] - 0.3, box[1] - 0.3, box[2] + 0.3, box[3] + 0.3];
   const side = (b) => Math.max(b[2] - b[0], b[3] - b[1]);
-  return side(whole) <= 1.6 * side(way) ? whole : way;
+  return side(whole) <= 1.6 * side(pathBox) ? whole : pathBox;
 }
 
 /// One line for each run of points in one speed class; y of SVG points down.
@@ -59,14 +59,14 @@ function drawPlan(plan) {
 }
 
 /// Deductions at one place share one mark.
-function chargeMarks(session, near) {
+function deductionMarks(session, near) {
   const marks = [];
-  (session.grade ? session.grade.charges : []).forEach((charge, i) => {
-    const place = placeAt(session.path, charge.t);
+  (session.grade ? session.grade.deductions : []).forEach((deduction, i) => {
+    const place = placeAt(session.path, deduction.t);
     if (!place) return;
     const mark = marks.find((m) => Math.hypot(m.x - place.x, m.y - place.y) < near);
     if (mark) mark.numbers.push(i + 1);
-    else marks.push({ ...place, t: charge.t, numbers: [i + 1] });
+    else marks.push({ ...place, t: deduction.t, numbers: [i + 1] });
   });
   const words = ({ numbers: n }) => (n.length === 1 ? `${n[0]}` : n[n.length - 1] - n[0] === n.length - 1 ? `${n[0]}–${n[n.length - 1]}` : `${n[0]}, …`);
   return marks.map((mark) => ({ ...mark, words: words(mark) }));
@@ -78,7 +78,7 @@ function speedKey(top) {
   for (let i = 0; i < SPEED_STEPS; ++i)
     key.append(html("li", {}, html("span", { class: `swatch v${i}` }), `${figure((top * i) / SPEED_STEPS, 2)}–${figure((top * (i + 1)) / SPEED_STEPS, 2)}`));
   key.append(html("li", {}, html("span", { class: "swatch others" }), TEXT.othersKey));
-  key.append(html("li", {}, html("span", { class: "dot" }), TEXT.chargeKey));
+  key.append(html("li", {}, html("span", { class: "dot" }), TEXT.deductionKey));
   return key;
 }
 
@@ -107,9 +107,9 @@ function drawMap(session) {
       parts.push(svg("circle", { class: "agent", cx: place.x, cy: -place.y, r: 5 * px }));
       if (session.agents.length <= 12) parts.push(label(place.x + 8 * px, -place.y + 4 * px, agent.name, { class: "name" }));
     }
-    for (const mark of chargeMarks(session, 16 * px)) {
+    for (const mark of deductionMarks(session, 16 * px)) {
       const wide = 4 + 3.5 * mark.words.length;
-      parts.push(svg("g", { class: "charge", onclick: () => moment.set(mark.t) },
+      parts.push(svg("g", { class: "deduction", onclick: () => moment.set(mark.t) },
         svg("rect", { x: mark.x - wide * px, y: -mark.y - 8 * px, width: 2 * wide * px, height: 16 * px, rx: 8 * px }),
         label(mark.x, -mark.y + 4 * px, mark.words, { "text-anchor": "middle" })));
     }

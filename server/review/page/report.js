@@ -10,7 +10,7 @@ function drawSession(session, letter) {
   const article = html("article", { class: "session" });
   if (letter) article.append(html("h2", {}, `${TEXT.run(letter)}: ${session.scenario}, ${session.log}`), drawScore(session));
   else article.append(html("h2", { class: "unseen" }, session.scenario));
-  const parts = { map: drawMap(session), picture: drawPicture(session), reasons: drawReasons(session), events: drawEvents(session), plots: drawPlots(session), pictures: drawChargePictures(session) };
+  const parts = { map: drawMap(session), picture: drawPicture(session), reasons: drawReasons(session), events: drawEvents(session), plots: drawPlots(session), pictures: drawDeductionPictures(session) };
   for (const [name, part] of Object.entries(parts)) if (part) part.classList.add(`part-${name}`);
   const column = (...names) => html("div", { class: "column" }, ...names.map((name) => parts[name]));
   article.append(html("div", { class: "columns" }, column("map", "picture"), column("reasons", "events")), parts.plots);
@@ -28,7 +28,7 @@ function drawReview(review) {
   if (comparison) page.append(comparison);
   page.append(html("footer", {}, html("p", {}, TEXT.made(review.program))));
   const first = review.sessions[0].grade;
-  moment.set(first && first.charges.length ? first.charges[0].t : 0);
+  moment.set(first && first.deductions.length ? first.deductions[0].t : 0);
 }
 
 drawReview(JSON.parse(document.getElementById("data").textContent));

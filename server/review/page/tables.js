@@ -21,7 +21,7 @@ function drawScore(session) {
   const grade = session.grade;
   if (!grade) return html("p", { class: "score" }, TEXT.ungraded);
   const verdict = html("span", { class: grade.passed ? "verdict passed" : "verdict failed" }, grade.passed ? TEXT.passed : TEXT.notPassed);
-  return html("div", { class: "score" }, html("strong", {}, percent(grade.share)), html("span", {}, TEXT.points(grade.score, grade.most)),
+  return html("div", { class: "score" }, html("strong", {}, percent(grade.fraction)), html("span", {}, TEXT.points(grade.score, grade.max)),
     grade.grade ? html("span", {}, TEXT.grade(grade.grade)) : null, verdict);
 }
 
@@ -31,7 +31,7 @@ function drawReasons(session) {
   const warnings = [];
   if (!grade.complete) warnings.push(TEXT.incomplete);
   if (session.damaged_bytes) warnings.push(TEXT.damaged(session.damaged_bytes));
-  const clipped = grade.earned - grade.charged < 0 ? ` (${TEXT.atLeastZero})` : "";
+  const clipped = grade.awarded - grade.deducted < 0 ? ` (${TEXT.atLeastZero})` : "";
   const c = TEXT.columns;
   const tasks = grade.tasks.map((task, i) => {
     const of = training.tasks[i] ? training.tasks[i].points : 0;
@@ -39,16 +39,16 @@ function drawReasons(session) {
     return cells(html("tr", { class: task.outcome }), jump(task.ended, task.name), name, TEXT.outcomes[task.outcome],
       task.cause ? TEXT.event(task.cause) : task.outcome === "done" ? TEXT.noCause : TEXT.none, `${figure(task.points, 2)} / ${figure(of, 2)}`);
   });
-  const charges = grade.charges.map((charge, i) => {
-    const rule = training.penalties.find((each) => each.name === charge.rule);
-    const words = html("span", {}, charge.rule, rule ? html("small", {}, ` ${TEXT.rulePoints(rule)}`) : null);
-    return cells(markAt(html("tr", { class: "charge" }), charge.t), `${i + 1}`, jump(charge.t, charge.rule), words,
-      charge.cause ? TEXT.event(charge.cause) : TEXT.noCause, figure(-charge.points, 2));
+  const deductions = grade.deductions.map((deduction, i) => {
+    const rule = training.penalties.find((each) => each.name === deduction.rule);
+    const words = html("span", {}, deduction.rule, rule ? html("small", {}, ` ${TEXT.rulePoints(rule)}`) : null);
+    return cells(markAt(html("tr", { class: "deduction" }), deduction.t), `${i + 1}`, jump(deduction.t, deduction.rule), words,
+      deduction.cause ? TEXT.event(deduction.cause) : TEXT.noCause, figure(-deduction.points, 2));
   });
   return titled(3, TEXT.why, training.text ? html("p", {}, training.text) : null, ...warnings.map((words) => html("p", { class: "warning" }, words)),
     table(TEXT.tasks, [c.second, c.task, c.outcome, c.cause, c.points], tasks, "tasks"),
-    charges.length ? table(TEXT.charges, [c.number, c.second, c.rule, c.cause, c.points], charges, "charges") : html("p", {}, TEXT.noCharges),
-    html("p", { class: "sum" }, TEXT.sum(grade.earned, grade.charged, grade.score) + clipped));
+    deductions.length ? table(TEXT.deductions, [c.number, c.second, c.rule, c.cause, c.points], deductions, "deductions") : html("p", {}, TEXT.noDeductions),
+    html("p", { class: "sum" }, TEXT.sum(grade.awarded, grade.deducted, grade.score) + clipped));
 }
 
 function drawEvents(session) {
@@ -85,27 +85,27 @@ function drawPicture(session) {
 }
 
 /// One picture for each penalty that has one within a second; also in print.
-function drawChargePictures(session) {
+function drawDeductionPictures(session) {
   const figures = [];
-  (session.grade ? session.grade.charges : []).forEach((charge, i) => {
-    const picture = session.pictures.length ? pictureAt(session, charge.t) : null;
-    if (!picture || Math.abs(picture.t - charge.t) > 1) return;
+  (session.grade ? session.grade.deductions : []).forEach((deduction, i) => {
+    const picture = session.pictures.length ? pictureAt(session, deduction.t) : null;
+    if (!picture || Math.abs(picture.t - deduction.t) > 1) return;
     figures.push(html("figure", {}, html("img", { src: source(picture), alt: TEXT.pictureAlt(picture.t), width: picture.width, height: picture.height }),
-      html("figcaption", {}, `${i + 1}. ${charge.rule}, ${clock(charge.t)}`)));
+      html("figcaption", {}, `${i + 1}. ${deduction.rule}, ${clock(deduction.t)}`)));
   });
-  return figures.length ? titled(3, TEXT.chargePictures, html("div", { class: "gallery" }, ...figures)) : null;
+  return figures.length ? titled(3, TEXT.deductionPictures, html("div", { class: "gallery" }, ...figures)) : null;
 }
 
-const scoreOf = (session) => ({ ...session.grade, log: session.log, scenario: session.scenario, begin_us: session.begin_us, charges: session.grade.charges.length });
+const scoreOf = (session) => ({ ...session.grade, log: session.log, scenario: session.scenario, begin_us: session.begin_us, deductions: session.grade.deductions.length });
 
 /// A dot for each session on a line from 0 to 100 %.
-function drawShares(rows, mark) {
-  const width = 640, x = (share) => 20 + (width - 40) * share;
-  const drawing = svg("svg", { class: "shares", viewBox: `0 0 ${width} 76`, role: "img", "aria-label": TEXT.shareLabel });
-  for (const share of [0, 0.25, 0.5, 0.75, 1]) drawing.append(svg("path", { class: "grid", d: `M${x(share)} 8v48` }), svg("text", { x: x(share), y: 71, "text-anchor": "middle" }, percent(share)));
-  if (mark > 0) drawing.append(svg("path", { class: "charged", d: `M${x(mark)} 4v52` }, svg("title", {}, TEXT.passMark(mark))));
+function drawFractions(rows, mark) {
+  const width = 640, x = (fraction) => 20 + (width - 40) * fraction;
+  const drawing = svg("svg", { class: "fractions", viewBox: `0 0 ${width} 76`, role: "img", "aria-label": TEXT.fractionLabel });
+  for (const fraction of [0, 0.25, 0.5, 0.75, 1]) drawing.append(svg("path", { class: "grid", d: `M${x(fraction)} 8v48` }), svg("text", { x: x(fraction), y: 71, "text-anchor": "middle" }, percent(fraction)));
+  if (mark > 0) drawing.append(svg("path", { class: "deducted", d: `M${x(mark)} 4v52` }, svg("title", {}, TEXT.passMark(mark))));
   const lanes = { group: 46, earlier: 32, other: 18, now: 18 };
-  for (const row of [...rows].reverse()) drawing.append(svg("circle", { class: `share ${row.group}`, cx: x(row.share), cy: lanes[row.group], r: row.group === "now" ? 8 : 5 }, svg("title", {}, row.log)));
+  for (const row of [...rows].reverse()) drawing.append(svg("circle", { class: `fraction ${row.group}`, cx: x(row.fraction), cy: lanes[row.group], r: row.group === "now" ? 8 : 5 }, svg("title", {}, row.log)));
   return drawing;
 }
 
@@ -117,25 +117,25 @@ function drawComparison(review) {
   const wanted = review.sessions[0].scenario;
   const lines = rows.map((r) => cells(html("tr", { class: r.group }),
     html("span", {}, html("span", { class: `key ${r.group}` }, TEXT.groups[r.group]), ` ${r.log}`, r.scenario === wanted ? null : html("small", {}, ` ${TEXT.otherScenario(r.scenario)}`)),
-    day(r.begin_us), `${figure(r.score, 2)} / ${figure(r.most, 2)}`, percent(r.share), r.grade || TEXT.none, r.passed ? TEXT.yes : TEXT.no, `${r.charges}`, figure(r.charged, 2), clock(r.seconds)));
+    day(r.begin_us), `${figure(r.score, 2)} / ${figure(r.max, 2)}`, percent(r.fraction), r.grade || TEXT.none, r.passed ? TEXT.yes : TEXT.no, `${r.deductions}`, figure(r.deducted, 2), clock(r.seconds)));
   const alike = rows.filter((r) => r.scenario === wanted || r.group === "other");
-  const group = alike.filter((r) => r.group === "group").map((r) => r.share).sort((a, b) => a - b);
+  const group = alike.filter((r) => r.group === "group").map((r) => r.fraction).sort((a, b) => a - b);
   const median = group.length ? (group[(group.length - 1) >> 1] + group[group.length >> 1]) / 2 : 0;
   const training = review.sessions[0].training;
-  return titled(2, TEXT.comparison, drawShares(alike, training ? training.pass_mark : 0), group.length ? html("p", {}, TEXT.groupMedian(median, group.length)) : null,
+  return titled(2, TEXT.comparison, drawFractions(alike, training ? training.pass_mark : 0), group.length ? html("p", {}, TEXT.groupMedian(median, group.length)) : null,
     table(TEXT.comparison, TEXT.comparisonColumns, lines, "comparison"));
 }
 
 /// Two sessions, figure by figure.
 function drawFigures(sessions) {
   if (sessions.length < 2) return null;
-  const most = (s, name) => (s.series[name] ? figure(Math.max(...s.series[name].v), 2) : TEXT.none);
-  const least = (s, name) => (s.series[name] ? figure(Math.min(...s.series[name].v), 2) : TEXT.none);
+  const max = (s, name) => (s.series[name] ? figure(Math.max(...s.series[name].v), 2) : TEXT.none);
+  const min = (s, name) => (s.series[name] ? figure(Math.min(...s.series[name].v), 2) : TEXT.none);
   const graded = (s, pick) => (s.grade ? pick(s.grade) : TEXT.none);
   const values = {
-    score: (s) => graded(s, (g) => `${figure(g.score, 2)} / ${figure(g.most, 2)}`), charged: (s) => graded(s, (g) => figure(g.charged, 2)),
-    charges: (s) => graded(s, (g) => `${g.charges.length}`), length: (s) => figure(s.path.length, 1), speed: (s) => most(s, "speed"),
-    nearest: (s) => least(s, "nearest"), seconds: (s) => clock(s.duration),
+    score: (s) => graded(s, (g) => `${figure(g.score, 2)} / ${figure(g.max, 2)}`), deducted: (s) => graded(s, (g) => figure(g.deducted, 2)),
+    deductions: (s) => graded(s, (g) => `${g.deductions.length}`), length: (s) => figure(s.path.length, 1), speed: (s) => max(s, "speed"),
+    nearest: (s) => min(s, "nearest"), seconds: (s) => clock(s.duration),
   };
   const rows = sessions.map((s, i) => cells(html("tr", {}, html("th", { scope: "row" }, TEXT.run("AB"[i]))), ...Object.values(values).map((value) => value(s))));
   return table(TEXT.figures, [TEXT.none, ...Object.keys(values).map((name) => TEXT.figureRows[name])], rows, "figures");

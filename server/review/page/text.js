@@ -7,18 +7,18 @@ const TEXT = {
   log: (name) => `log ${name}`,
   run: (letter) => `Run ${letter}`,
   ungraded: "Not graded: the scenario has no training section",
-  points: (score, most) => `${figure(score, 2)} of ${figure(most, 2)} points`,
+  points: (score, max) => `${figure(score, 2)} of ${figure(max, 2)} points`,
   passed: "passed",
   notPassed: "not passed",
   grade: (name) => `grade ${name}`,
   incomplete: "The log is incomplete. It was graded as far as it goes.",
   damaged: (bytes) => `${bytes} bytes of the log are damaged and missing from this report.`,
-  sum: (earned, charged, score) => `${figure(earned, 2)} awarded − ${figure(charged, 2)} deducted = ${figure(score, 2)}`,
+  sum: (awarded, deducted, score) => `${figure(awarded, 2)} awarded − ${figure(deducted, 2)} deducted = ${figure(score, 2)}`,
   atLeastZero: "the score is never below 0",
   why: "Score breakdown",
   tasks: "Tasks",
-  charges: "Penalties",
-  noCharges: "No penalty.",
+  deductions: "Penalties",
+  noDeductions: "No penalty.",
   columns: { number: "No.", second: "Time", task: "Task", outcome: "Outcome", rule: "Rule", cause: "Event", points: "Points" },
   outcomes: { waiting: "not reached", open: "not finished", done: "done", failed: "failed", out_of_time: "out of time" },
   required: "required",
@@ -27,16 +27,16 @@ const TEXT = {
     const parts = [];
     if (rule.points) parts.push(`${figure(rule.points, 2)} each time`);
     if (rule.per_impulse) parts.push(`${figure(rule.per_impulse, 2)} per N s`);
-    if (rule.most !== null) parts.push(`at most ${figure(rule.most, 2)} in total`);
+    if (rule.max !== null) parts.push(`at most ${figure(rule.max, 2)} in total`);
     return parts.join(", ");
   },
   goTo: (what, t) => `${what}, at ${clock(t)}: show this time`,
   map: "Map",
   mapLabel: (s) => `Map: path of ${s.path.name || s.robot}, ${figure(s.path.length, 1)} m, coloured by speed, ` +
-    `${s.agents.length} others, and ${(s.grade ? s.grade.charges : []).length} penalties`,
+    `${s.agents.length} others, and ${(s.grade ? s.grade.deductions : []).length} penalties`,
   speedKey: "speed, m/s",
   othersKey: "paths of others",
-  chargeKey: "penalty, by number",
+  deductionKey: "penalty, by number",
   zoneKey: "zone",
   closer: "Zoom in",
   farther: "Zoom out",
@@ -46,7 +46,7 @@ const TEXT = {
   timeline: "Timeline",
   timelineLabel: (s) => `Tasks, penalties and ${s.events.length} events over ${clock(s.duration)}`,
   laneTasks: "tasks",
-  laneCharges: "penalties",
+  laneDeductions: "penalties",
   laneEvents: "events",
   moment: "Time",
   previous: "Previous penalty",
@@ -56,7 +56,7 @@ const TEXT = {
   pictureAlt: (t) => `Camera image at ${clock(t)}`,
   noPictures: "The log has no camera image (MR_CAMERA).",
   noPictureHere: "No camera image within 10 s of this time.",
-  chargePictures: "Camera images at penalties",
+  deductionPictures: "Camera images at penalties",
   now: "At this time",
   plots: "Plots",
   plotLabel: (title, unit, range) => `${title}, ${unit}${range ? `: from ${figure(range[0], 2)} to ${figure(range[1], 2)}` : ""}`,
@@ -88,11 +88,11 @@ const TEXT = {
   comparisonColumns: ["Session", "When (UTC)", "Points", "Fraction", "Grade", "Passed", "Penalties", "Deducted", "Time"],
   groups: { now: "this run", other: "other run", earlier: "earlier", group: "group" },
   otherScenario: (name) => `other scenario: ${name}`,
-  shareLabel: "Fraction of the points, this run among the others",
-  passMark: (share) => `pass mark ${percent(share)}`,
-  groupMedian: (share, n) => `Median of the group of ${n}: ${percent(share)}.`,
+  fractionLabel: "Fraction of the points, this run among the others",
+  passMark: (fraction) => `pass mark ${percent(fraction)}`,
+  groupMedian: (fraction, n) => `Median of the group of ${n}: ${percent(fraction)}.`,
   figures: "Figures",
-  figureRows: { score: "Points", charged: "Deducted", charges: "Penalties", length: "Distance driven, m", speed: "Top speed, m/s", nearest: "Smallest distance, m", seconds: "Time" },
+  figureRows: { score: "Points", deducted: "Deducted", deductions: "Penalties", length: "Distance driven, m", speed: "Top speed, m/s", nearest: "Smallest distance, m", seconds: "Time" },
   yes: "yes",
   no: "no",
   none: "–",
@@ -115,5 +115,5 @@ function clock(t) {
   return hours ? `${hours}:${String(minutes % 60).padStart(2, "0")}:${rest}` : `${minutes}:${rest}`;
 }
 
-const percent = (share) => `${figure(100 * share, 1)} %`;
+const percent = (fraction) => `${figure(100 * fraction, 1)} %`;
 const day = (us) => new Date(us / 1000).toISOString().slice(0, 16).replace("T", " ");

@@ -7,8 +7,8 @@ function pressable(drawing, session, frame) {
   drawing.addEventListener("click", (event) => {
     const box = drawing.getBoundingClientRect();
     const x = ((event.clientX - box.left) / box.width) * frame.width;
-    const share = (x - frame.left) / (frame.width - frame.left - frame.right);
-    if (share >= -0.01 && share <= 1.01) moment.set(Math.min(Math.max(share, 0), 1) * session.duration);
+    const fraction = (x - frame.left) / (frame.width - frame.left - frame.right);
+    if (fraction >= -0.01 && fraction <= 1.01) moment.set(Math.min(Math.max(fraction, 0), 1) * session.duration);
   });
 }
 
@@ -16,7 +16,7 @@ function drawTimeline(session, letter) {
   const at = timeScale(session, LANE);
   const drawing = svg("svg", { class: "timeline", viewBox: `0 0 ${LANE.width} ${LANE.height}`, role: "img", "aria-label": TEXT.timelineLabel(session) });
   const word = (x, y, words, attributes) => svg("text", { x, y, ...attributes }, words);
-  [TEXT.laneTasks, TEXT.laneCharges, TEXT.laneEvents].forEach((words, i) => drawing.append(word(0, 13 + 18 * i, words, { class: "lane" })));
+  [TEXT.laneTasks, TEXT.laneDeductions, TEXT.laneEvents].forEach((words, i) => drawing.append(word(0, 13 + 18 * i, words, { class: "lane" })));
   for (const task of session.grade ? session.grade.tasks : []) {
     if (task.began === null) continue;
     const end = task.ended === null ? session.duration : task.ended, wide = at(end) - at(task.began);
@@ -24,9 +24,9 @@ function drawTimeline(session, letter) {
     if (wide > 7 * task.name.length) drawing.append(word(at(task.began) + 4, 13, task.name, { class: "task" }));
   }
   for (const event of session.events) drawing.append(svg("path", { class: "event", d: `M${at(event.t)} 40v12` }));
-  (session.grade ? session.grade.charges : []).forEach((charge, i) => {
-    drawing.append(svg("circle", { class: "charge", cx: at(charge.t), cy: 27, r: 7 }, svg("title", {}, `${i + 1}: ${charge.rule}`)),
-      word(at(charge.t), 31, `${i + 1}`, { class: "charge", "text-anchor": "middle" }));
+  (session.grade ? session.grade.deductions : []).forEach((deduction, i) => {
+    drawing.append(svg("circle", { class: "deduction", cx: at(deduction.t), cy: 27, r: 7 }, svg("title", {}, `${i + 1}: ${deduction.rule}`)),
+      word(at(deduction.t), 31, `${i + 1}`, { class: "deduction", "text-anchor": "middle" }));
   });
   for (const t of timeTicks(session.duration, 12)) {
     const near = at(t) > LANE.width - 30 ? "end" : "middle";
@@ -42,7 +42,7 @@ function drawTimeline(session, letter) {
 /// Slider and buttons, so that the page can be used by keyboard.
 function drawControl(sessions) {
   const longest = Math.max(...sessions.map((s) => s.duration));
-  const charged = [...new Set(sessions.flatMap((s) => (s.grade ? s.grade.charges : []).map((c) => c.t)))].sort((a, b) => a - b);
+  const deducted = [...new Set(sessions.flatMap((s) => (s.grade ? s.grade.deductions : []).map((c) => c.t)))].sort((a, b) => a - b);
   const slider = html("input", { type: "range", id: "moment", min: 0, max: longest, step: "any", value: 0, oninput: () => moment.set(Number(slider.value)) });
   // "any" would step by a hundredth of the total, too coarse to see a contact.
   slider.step = longest > 600 ? "1" : "0.1";
@@ -53,10 +53,10 @@ function drawControl(sessions) {
     words.textContent = clock(t);
   });
   const step = (later) => {
-    const t = later ? charged.find((c) => c > moment.t + 1e-6) : charged.findLast((c) => c < moment.t - 1e-6);
+    const t = later ? deducted.find((c) => c > moment.t + 1e-6) : deducted.findLast((c) => c < moment.t - 1e-6);
     if (t !== undefined) moment.set(t);
   };
-  const button = (text, later) => html("button", { type: "button", disabled: charged.length === 0, onclick: () => step(later) }, text);
+  const button = (text, later) => html("button", { type: "button", disabled: deducted.length === 0, onclick: () => step(later) }, text);
   return html("div", { class: "control" }, html("label", { for: "moment" }, TEXT.moment), slider, words, button(TEXT.previous, false), button(TEXT.next, true));
 }
 
@@ -71,7 +71,7 @@ function scoreSeries(session) {
   const grade = session.grade;
   if (!grade) return null;
   const changes = [...grade.tasks.filter((task) => task.ended !== null && task.points).map((task) => [task.ended, task.points]),
-    ...grade.charges.map((charge) => [charge.t, -charge.points])].sort((a, b) => a[0] - b[0]);
+    ...grade.deductions.map((deduction) => [deduction.t, -deduction.points])].sort((a, b) => a[0] - b[0]);
   const series = { t: [0], v: [0], width: Infinity };
   let sum = 0;
   const add = (t) => { series.t.push(t); series.v.push(Math.max(sum, 0)); };
@@ -106,7 +106,7 @@ function drawPlot(session, [name, wanted]) {
     drawing.append(svg("path", { class: Math.abs(v) < 1e-9 ? "grid zero" : "grid", d: `M${PLOT.left} ${y(v)}H${right}` }), svg("text", { x: PLOT.left - 5, y: y(v) + 4, "text-anchor": "end" }, figure(v, 2)));
   for (const t of timeTicks(session.duration, 6))
     drawing.append(svg("text", { x: x(t), y: PLOT.height - 5, "text-anchor": x(t) > right - 20 ? "end" : "middle" }, shortClock(t)));
-  for (const charge of session.grade ? session.grade.charges : []) drawing.append(svg("path", { class: "charged", d: `M${x(charge.t)} ${PLOT.top}v${inner}` }));
+  for (const deduction of session.grade ? session.grade.deductions : []) drawing.append(svg("path", { class: "deducted", d: `M${x(deduction.t)} ${PLOT.top}v${inner}` }));
   const values = there.map((each) => html("output", {}));
   there.forEach((each) => drawing.append(svg("path", { class: `line l${wanted.indexOf(each)}`, d: plotLine(session.series[each], x, y) })));
   const cursor = svg("path", { class: "cursor" });

@@ -7,8 +7,8 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr Duration most_idle = milliseconds(50);
-constexpr std::size_t batch = 500;  // messages per turn, so that a pause takes effect at a high rate
+constexpr Duration kMaxIdle = milliseconds(50);
+constexpr std::size_t kBatch = 500;  // messages per turn, so that a pause takes effect at a high rate
 
 }  // namespace
 
@@ -64,14 +64,14 @@ Result<Duration> Player::turn(WallTime now) {
     if (const Status sent = send(next_++); !sent) return sent.error();
   }
   steps_ = 0;
-  if (paused_) return most_idle;
+  if (paused_) return kMaxIdle;
   for (std::size_t sent = 0; next_ < recording_.size() && recording_.t(next_) <= position_; ++sent) {
-    if (sent == batch) return Duration{};
+    if (sent == kBatch) return Duration{};
     if (const Status done = send(next_++); !done) return done.error();
   }
   if (next_ < recording_.size()) {
     const Duration left = seconds((recording_.t(next_) - position_) / rate_);
-    return std::min(left, most_idle);
+    return std::min(left, kMaxIdle);
   }
   position_ = recording_.duration();
   if (loop_ && !ended_) {
@@ -79,7 +79,7 @@ Result<Duration> Player::turn(WallTime now) {
     return Duration{};
   }
   ended_ = true;
-  return most_idle;
+  return kMaxIdle;
 }
 
 void Player::pause(bool paused) {
@@ -89,7 +89,7 @@ void Player::pause(bool paused) {
 }
 
 Status Player::set_rate(double rate) {
-  if (!(rate >= slowest && rate <= fastest))
+  if (!(rate >= kSlowest && rate <= fastest))
     return Error{"a rate of " + std::to_string(rate) + "; expected 0.01 to 100 times real time"};
   const std::lock_guard lock(mutex_);
   rate_ = rate;

@@ -34,15 +34,15 @@ struct Channel {
 
 bool is_bad(EventKind kind) {
   switch (kind) {
-    case EventKind::collision_started:
-    case EventKind::penalty_charged:
+    case EventKind::contact_started:
+    case EventKind::points_deducted:
     case EventKind::task_failed:
     case EventKind::fell:
     case EventKind::tipped_over:
     case EventKind::dropped:
-    case EventKind::hazard_set_off:
+    case EventKind::hazard_triggered:
     case EventKind::joint_broken:
-    case EventKind::pose_lost:
+    case EventKind::localization_lost:
       return true;
     default:
       return false;
@@ -55,7 +55,7 @@ bool is_marked(EventKind kind) {
     case EventKind::task_done:
     case EventKind::object_reported:
     case EventKind::script_started:
-    case EventKind::lesson_started:
+    case EventKind::fault_started:
     case EventKind::grading_ended:
       return true;
     default:
@@ -82,13 +82,13 @@ struct Recording::State {
   }
   Status begin(const Message& message);
   Status add(const Message& message, std::uint64_t end);
-  bool take_event(const Message& message, double t);
+  bool handle_event(const Message& message, double t);
   std::uint16_t number_of(const std::string& channel);
 };
 
 /// Looks up the session's names of the channels of which every message counts.
 Status Recording::State::begin(const Message& message) {
-  if (message.channel != channel::mr_session) {
+  if (message.channel != channel::kMrSession) {
     return Error{path + ": its first message is on " + message.channel +
                  ", expected MR_SESSION: a session log, as serve and replay -o write it"};
   }
@@ -96,7 +96,7 @@ Status Recording::State::begin(const Message& message) {
   const auto scenario = parse_scenario(session.scenario_yaml, path + " (MR_SESSION scenario)");
   if (!scenario) return scenario.error();
   const tick::ChannelMap names(*scenario);
-  events_channel = names.bus(channel::mr_events);
+  events_channel = names.bus(channel::kMrEvents);
   command_channels = tick::command_channels(names);
   return {};
 }
@@ -113,10 +113,10 @@ std::uint16_t Recording::State::number_of(const std::string& name) {
 }
 
 /// Whether it is repeated after a seek.
-bool Recording::State::take_event(const Message& message, double t) {
+bool Recording::State::handle_event(const Message& message, double t) {
   Event event;
   if (!decode(message.channel, message.payload, event)) return true;
-  if (event.kind == EventKind::collision_continued) return false;
+  if (event.kind == EventKind::contact_continues) return false;
   if (is_marked(event.kind)) {
     std::string text = event.subject;
     if (!event.object.empty()) text += (text.empty() ? "" : ", ") + event.object;
@@ -135,7 +135,7 @@ Status Recording::State::add(const Message& message, std::uint64_t end) {
   const std::uint16_t number = number_of(message.channel);
   const auto size = static_cast<std::uint32_t>(message.payload.size());
   entries.push_back({end - size, message.arrival.ns, t, size, number});
-  if (message.channel == events_channel && !take_event(message, static_cast<double>(t) * 1e-9)) return {};
+  if (message.channel == events_channel && !handle_event(message, static_cast<double>(t) * 1e-9)) return {};
   channels[number].entries.push_back(entries.size() - 1);
   return {};
 }

@@ -45,7 +45,7 @@ class Recording {
   Status read(std::size_t i, Message& message) const;
 
   /// Indices of the messages, ascending, that give a receiver the same state as all of [from, to): every
-  /// command to agents and every event (except collision_continued), and the newest of all others.
+  /// command to agents and every event (except contact_continues), and the newest of all others.
   std::vector<std::size_t> news(std::size_t from, std::size_t to) const;
 
   const std::vector<RecordedMark>& marks() const;

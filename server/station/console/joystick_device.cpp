@@ -7,14 +7,14 @@
 namespace parhelion::station {
 namespace {
 
-constexpr double full = 32767;  // maximum of a Sint16
+constexpr double kFull = 32767;  // maximum of a Sint16
 
 std::string name_of(int index) {
   const char* name = SDL_JoystickNameForIndex(index);
   return name != nullptr ? name : "joystick";
 }
 
-double share(Sint16 value) { return std::clamp(value / full, -1.0, 1.0); }
+double fraction(Sint16 value) { return std::clamp(value / kFull, -1.0, 1.0); }
 
 struct CloseJoystick {
   void operator()(SDL_Joystick* joystick) const { SDL_JoystickClose(joystick); }
@@ -47,7 +47,7 @@ struct JoystickPort::State {
 JoystickState JoystickPort::State::read() const {
   JoystickState state;
   for (int i = 0; i < SDL_JoystickNumAxes(joystick.get()); ++i)
-    state.axes["axis " + std::to_string(i)] = share(SDL_JoystickGetAxis(joystick.get(), i));
+    state.axes["axis " + std::to_string(i)] = fraction(SDL_JoystickGetAxis(joystick.get(), i));
   for (int i = 0; i < SDL_JoystickNumButtons(joystick.get()); ++i)
     state.buttons["button " + std::to_string(i)] = SDL_JoystickGetButton(joystick.get(), i) != 0;
   if (!controller) return state;
@@ -55,7 +55,7 @@ JoystickState JoystickPort::State::read() const {
     const auto axis = static_cast<SDL_GameControllerAxis>(i);
     if (SDL_GameControllerHasAxis(controller.get(), axis) == SDL_TRUE)
       state.axes[SDL_GameControllerGetStringForAxis(axis)] =
-          share(SDL_GameControllerGetAxis(controller.get(), axis));
+          fraction(SDL_GameControllerGetAxis(controller.get(), axis));
   }
   for (int i = 0; i < SDL_CONTROLLER_BUTTON_MAX; ++i) {
     const auto button = static_cast<SDL_GameControllerButton>(i);

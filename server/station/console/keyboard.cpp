@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr char escape = '\x1b';
+constexpr char kEscape = '\x1b';
 
 std::optional<Key> key_of(char byte) {
   switch (byte) {
@@ -115,7 +115,7 @@ std::array<double, 2> direction(Key key) {
 std::vector<Key> KeyReader::feed(std::string_view bytes) {
   std::vector<Key> keys;
   for (const char byte : bytes) {
-    if (pending_.empty() && byte == escape) {
+    if (pending_.empty() && byte == kEscape) {
       pending_ = byte;
       continue;
     }
@@ -125,7 +125,7 @@ std::vector<Key> KeyReader::feed(std::string_view bytes) {
     }
     if (pending_.size() == 1 && byte != '[' && byte != 'O') {  // Alt and a key, or Esc and then a key
       pending_.clear();
-      if (byte == escape) keys.push_back(Key::quit), pending_ = byte;
+      if (byte == kEscape) keys.push_back(Key::quit), pending_ = byte;
       continue;
     }
     pending_ += byte;
@@ -156,7 +156,7 @@ void KeyboardDrive::press(Key key, WallTime now) {
     case Key::joint_down:
       return hold(joint_, key, now);
     case Key::faster:
-      step_ = std::min(step_ + 1, steps);
+      step_ = std::min(step_ + 1, kSteps);
       return;
     case Key::slower:
       step_ = std::max(step_ - 1, 1);
@@ -171,13 +171,13 @@ void KeyboardDrive::press(Key key, WallTime now) {
 Twist2 KeyboardDrive::twist(WallTime now) const {
   if (!motion_.any || now >= motion_.until) return {};
   const auto [ahead, turn] = direction(motion_.key);
-  const double scale = static_cast<double>(step_) / steps;
+  const double scale = static_cast<double>(step_) / kSteps;
   return {ahead * scale * options_.speed, 0, turn * scale * options_.yaw_rate};
 }
 
 double KeyboardDrive::joint_speed(WallTime now) const {
   if (!joint_.any || now >= joint_.until) return 0;
-  const double scale = static_cast<double>(step_) / steps;
+  const double scale = static_cast<double>(step_) / kSteps;
   return (joint_.key == Key::joint_up ? 1 : -1) * scale * options_.joint_speed;
 }
 

@@ -54,7 +54,7 @@ struct KeyboardOptions {
 /// The twist and the joint speed that the keys command.
 class KeyboardDrive {
  public:
-  static constexpr int steps = 10;  ///< number of speed steps; the initial step is half of it
+  static constexpr int kSteps = 10;  ///< number of speed steps; the initial step is half of it
 
   explicit KeyboardDrive(const KeyboardOptions& options) : options_(options) {}
   void press(Key key, WallTime now);
@@ -73,7 +73,7 @@ class KeyboardDrive {
   void hold(Held& held, Key key, WallTime now) const;
 
   KeyboardOptions options_;
-  int step_ = steps / 2;
+  int step_ = kSteps / 2;
   Held motion_, joint_;
 };
 

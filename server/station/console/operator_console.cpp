@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int stops = 3;  // repeated, since a single message may be lost
+constexpr int kStops = 3;  // repeated, since a single message may be lost
 
 }  // namespace
 
@@ -20,7 +20,7 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
     if (std::none_of(robots.begin(), robots.end(), same)) robots.push_back(std::move(robot));
   };
   for (const WorldMessage::Entry& body : world.bodies) {
-    if (body.owner == BodyOwner::real_robot) add({body.entity, channel::teleop, channel::joint_cmd});
+    if (body.owner == BodyOwner::real_robot) add({body.entity, channel::kTeleop, channel::kJointCmd});
   }
   for (const WorldMessage::Entry& body : world.bodies) {
     if (body.owner == BodyOwner::agent && body.kind == AgentKind::robot)
@@ -43,17 +43,17 @@ void OperatorConsole::set_robots(std::vector<DrivenRobot> robots) {
   if (driven() == nullptr) driven_.clear();
 }
 
-Status OperatorConsole::say(OperatorWord::State state, const std::string& text, SensorTime now) {
-  said_ = now;
-  encode(OperatorWord{now, name_, driven_, state, text}, payload_);
-  return bus_.publish(channel::operators, payload_);
+Status OperatorConsole::publish_status(OperatorStatus::State state, const std::string& text, SensorTime now) {
+  last_published_ = now;
+  encode(OperatorStatus{now, name_, driven_, state, text}, payload_);
+  return bus_.publish(channel::kOperators, payload_);
 }
 
 Status OperatorConsole::stop(SensorTime now) {
   const DrivenRobot* robot = driven();
   if (robot == nullptr) return {};
   encode(TwistCommand{now, {}}, payload_);
-  for (int i = 0; i < stops; ++i) {
+  for (int i = 0; i < kStops; ++i) {
     if (Status sent = bus_.publish(robot->teleop, payload_); !sent) return sent;
   }
   return {};
@@ -72,7 +72,7 @@ Status OperatorConsole::drive(const std::string& robot, SensorTime now) {
     if (Status stopped = stop(now); !stopped) return stopped;
   }
   driven_ = robot;
-  return say(OperatorWord::State::drives, console_, now);
+  return publish_status(OperatorStatus::State::drives, console_, now);
 }
 
 Status OperatorConsole::drive_next(SensorTime now) {
@@ -86,7 +86,7 @@ Status OperatorConsole::drive_next(SensorTime now) {
 Status OperatorConsole::command(const Twist2& twist, SensorTime now) {
   const DrivenRobot* robot = driven();
   if (robot == nullptr) return {};
-  if (Status said = beat(now); !said) return said;
+  if (Status published = beat(now); !published) return published;
   encode(TwistCommand{now, twist}, payload_);
   return bus_.publish(robot->teleop, payload_);
 }
@@ -102,22 +102,22 @@ Status OperatorConsole::joints(const std::vector<std::string>& names, const std:
 }
 
 Status OperatorConsole::beat(SensorTime now) {
-  if (driven() == nullptr || now - said_ < driving_timing::console_heartbeat) return {};
-  return say(OperatorWord::State::drives, console_, now);
+  if (driven() == nullptr || now - last_published_ < driving_timing::kConsoleHeartbeat) return {};
+  return publish_status(OperatorStatus::State::drives, console_, now);
 }
 
 Status OperatorConsole::lose(const std::string& why, SensorTime now) {
   const Status stopped = stop(now);
-  const Status said = say(OperatorWord::State::lost, why, now);
+  const Status published = publish_status(OperatorStatus::State::lost, why, now);
   driven_.clear();
-  return stopped ? said : stopped;
+  return stopped ? published : stopped;
 }
 
 Status OperatorConsole::end(SensorTime now) {
   const Status stopped = stop(now);
-  const Status said = say(OperatorWord::State::ended, console_, now);
+  const Status published = publish_status(OperatorStatus::State::ended, console_, now);
   driven_.clear();
-  return stopped ? said : stopped;
+  return stopped ? published : stopped;
 }
 
 }  // namespace parhelion::station

@@ -51,13 +51,13 @@ class OperatorConsole {
 
  private:
   Status stop(SensorTime now);
-  Status say(OperatorWord::State state, const std::string& text, SensorTime now);
+  Status publish_status(OperatorStatus::State state, const std::string& text, SensorTime now);
 
   Bus& bus_;
   std::string name_, console_;
   std::vector<DrivenRobot> robots_;
   std::string driven_;
-  SensorTime said_;
+  SensorTime last_published_;
   std::vector<std::uint8_t> payload_;
 };
 

@@ -10,7 +10,7 @@ namespace parhelion::station::foxglove {
 namespace {
 
 // Repeated, since a reader that starts in the middle of a file needs the mounting poses of the sensors.
-constexpr Duration mount_interval = seconds(1);
+constexpr Duration kMountInterval = seconds(1);
 
 /// "robot_1" of "MR_AGENT_robot_1_SCAN" and "_SCAN"; empty: another channel.
 std::string agent_of(std::string_view channel, std::string_view after) {
@@ -25,7 +25,7 @@ std::string agent_of(std::string_view channel, std::string_view after) {
 
 Converter::Converter(std::function<void(const Converted&)> send, std::function<bool(const Channel&)> wanted)
     : send_(std::move(send)), wanted_(std::move(wanted)) {
-  handlers_[channel::mr_session] = &Converter::session;
+  handlers_[channel::kMrSession] = &Converter::session;
 }
 
 void Converter::listen(const char* canonical, Handler handler) {
@@ -73,28 +73,28 @@ void Converter::begin(const tick::Configuration& configuration, ArrivalTime arri
   shapes_.emplace(configuration.scenario, configuration.robot, configuration.model,
                   configuration.robot_models);
   handlers_.clear();
-  handlers_[channel::mr_session] = &Converter::session;
-  const std::pair<const char*, Handler> all[] = {{channel::scan, &Converter::scan},
-                                                 {channel::mr_scan, &Converter::injected_scan},
-                                                 {channel::mr_scan_info, &Converter::scan_info},
-                                                 {channel::pose_cov, &Converter::estimate},
-                                                 {channel::mr_world, &Converter::world},
-                                                 {channel::camera, &Converter::camera},
-                                                 {channel::mr_camera, &Converter::injected_camera},
-                                                 {channel::depth, &Converter::depth},
-                                                 {channel::mr_depth, &Converter::injected_depth},
-                                                 {channel::teleop, &Converter::asked},
-                                                 {channel::mr_cmd, &Converter::given},
-                                                 {channel::joint_state, &Converter::joint_state},
-                                                 {channel::mr_events, &Converter::event},
-                                                 {channel::mr_spawn, &Converter::agent_spawn},
-                                                 {channel::mr_model, &Converter::model},
-                                                 {channel::mr_status, &Converter::server_status}};
+  handlers_[channel::kMrSession] = &Converter::session;
+  const std::pair<const char*, Handler> all[] = {{channel::kScan, &Converter::scan},
+                                                 {channel::kMrScan, &Converter::injected_scan},
+                                                 {channel::kMrScanInfo, &Converter::scan_info},
+                                                 {channel::kPoseCov, &Converter::estimate},
+                                                 {channel::kMrWorld, &Converter::world},
+                                                 {channel::kCamera, &Converter::camera},
+                                                 {channel::kMrCamera, &Converter::injected_camera},
+                                                 {channel::kDepth, &Converter::depth},
+                                                 {channel::kMrDepth, &Converter::injected_depth},
+                                                 {channel::kTeleop, &Converter::asked},
+                                                 {channel::kMrCmd, &Converter::given},
+                                                 {channel::kJointState, &Converter::joint_state},
+                                                 {channel::kMrEvents, &Converter::event},
+                                                 {channel::kMrSpawn, &Converter::agent_spawn},
+                                                 {channel::kMrModel, &Converter::model},
+                                                 {channel::kMrStatus, &Converter::server_status}};
   for (const auto& [canonical, handler] : all) listen(canonical, handler);
-  if (configuration.scenario.pose) listen(channel::pose, &Converter::plain_pose);
-  mounts_said_.reset();
-  world_said_.reset();
-  building(configuration.model, Message{channel::mr_session, arrival, {}});
+  if (configuration.scenario.pose) listen(channel::kPose, &Converter::plain_pose);
+  mounts_sent_.reset();
+  world_sent_.reset();
+  building(configuration.model, Message{channel::kMrSession, arrival, {}});
 }
 
 void Converter::building(const SemanticModel& model, const Message& message) {
@@ -103,7 +103,7 @@ void Converter::building(const SemanticModel& model, const Message& message) {
   write_building(model, message.arrival.ns, BuildingPart::overhead, json_);
   send(channel("/building/overhead", "foxglove.SceneUpdate", true), message, message.arrival.ns);
   if (too_large)
-    omit("a mesh of the building has more than " + std::to_string(most_mesh_triangles) +
+    omit("a mesh of the building has more than " + std::to_string(kMaxMeshTriangles) +
          " triangles and is left out of /building");
 }
 
@@ -117,10 +117,10 @@ void Converter::moved(const Message& message, std::int64_t stamp, const Eigen::I
 
 /// Mounting poses of the sensors at the current position of the robot's head.
 void Converter::mounts(const Message& message, std::int64_t stamp) {
-  if (mounts_said_ && !mounts_changed_ && message.arrival - *mounts_said_ < mount_interval &&
-      message.arrival >= *mounts_said_)
+  if (mounts_sent_ && !mounts_changed_ && message.arrival - *mounts_sent_ < kMountInterval &&
+      message.arrival >= *mounts_sent_)
     return;
-  mounts_said_ = message.arrival;
+  mounts_sent_ = message.arrival;
   mounts_changed_ = false;
   const RobotDescription& robot = configuration_->robot;
   const auto turned = [this](const std::vector<HeadJoint>& head, const Eigen::Isometry3d& T_base_sensor) {

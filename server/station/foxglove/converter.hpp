@@ -101,7 +101,7 @@ class Converter {
   WorldScene world_scene_;
   std::map<std::string, LaserDescription> presets_;  ///< of agents' lasers, by name
   std::map<std::string, double> joints_;             ///< rad or m
-  std::optional<ArrivalTime> mounts_said_, world_said_;
+  std::optional<ArrivalTime> mounts_sent_, world_sent_;
   bool mounts_changed_ = false;
   Scan scan_, pending_scan_;
   ScanInfo pending_info_;

@@ -6,7 +6,7 @@
 namespace parhelion::station::foxglove {
 namespace {
 
-constexpr Duration scene_interval = milliseconds(95);  // MR_WORLD has 30 Hz and its JSON is long
+constexpr Duration kSceneInterval = milliseconds(95);  // MR_WORLD has 30 Hz and its JSON is long
 
 }  // namespace
 
@@ -84,9 +84,9 @@ Status Converter::plain_pose(const Message& message) {
 }
 
 Status Converter::world(const Message& message) {
-  if (world_said_ && message.arrival >= *world_said_ && message.arrival - *world_said_ < scene_interval)
+  if (world_sent_ && message.arrival >= *world_sent_ && message.arrival - *world_sent_ < kSceneInterval)
     return {};
-  world_said_ = message.arrival;
+  world_sent_ = message.arrival;
   if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
   const std::int64_t stamp = world_.stamp.ns;
   if (const Channel& to = channel("/scene", "foxglove.SceneUpdate"); wanted(to)) {
@@ -162,7 +162,7 @@ Status Converter::event(const Message& message) {
     write_score(event, json_);
     send(channel("/score", "parhelion.Score"), message, event.stamp.ns);
   }
-  if (event.kind == EventKind::collision_continued) return {};
+  if (event.kind == EventKind::contact_continues) return {};
   write_event(event, json_);
   send(channel("/events", "foxglove.Log"), message, event.stamp.ns);
   return {};

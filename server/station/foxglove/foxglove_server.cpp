@@ -17,11 +17,11 @@ namespace {
 using foxglove::Converted;
 using nlohmann::json;
 
-constexpr int most_waiting = 512;  // messages of the bus
-constexpr Duration look = milliseconds(100);
-constexpr Duration time_interval = milliseconds(20);
-constexpr int time_slot = 0;                      // of a client's queue; channels have theirs from 1
-constexpr std::size_t most_subscriptions = 1000;  // of one client
+constexpr int kMaxWaiting = 512;  // messages of the bus
+constexpr Duration kLook = milliseconds(100);
+constexpr Duration kTimeInterval = milliseconds(20);
+constexpr int kTimeSlot = 0;                     // of a client's queue; channels have theirs from 1
+constexpr std::size_t kMaxSubscriptions = 1000;  // of one client
 
 enum class StatusLevel : std::int8_t { info = 0, warning = 1, error = 2 };
 
@@ -94,7 +94,7 @@ struct FoxgloveServer::Running {
   void closed(const WebClient& socket);
   void subscribe(Client& client, const json& subscriptions);
   void offer(const foxglove::Channel& channel);
-  void tell_time();
+  void send_time();
   void send(const Converted& converted);
   void send_to(const Client& client, const foxglove::Channel& channel, std::uint32_t subscription,
                std::int64_t time, std::string_view content) const;
@@ -123,7 +123,7 @@ void FoxgloveServer::Running::opened(std::shared_ptr<WebClient> socket) {
   for (const auto& [id, each] : offered) channels.push_back(advertised(each.channel));
   if (!channels.empty())
     socket->send(shared(json{{"op", "advertise"}, {"channels", channels}}.dump()), false);
-  socket->send(time_message(now), true, time_slot);
+  socket->send(time_message(now), true, kTimeSlot);
   const std::uint64_t id = socket->id();
   clients[id] = {std::move(socket), {}};
 }
@@ -161,7 +161,7 @@ void FoxgloveServer::Running::subscribe(Client& client, const json& subscription
     }
     const auto channel = wish["channelId"].get<std::uint64_t>();
     const auto known = channel > 0xFFFF ? offered.end() : offered.find(static_cast<std::uint16_t>(channel));
-    if (known == offered.end() || client.subscriptions.size() >= most_subscriptions) {
+    if (known == offered.end() || client.subscriptions.size() >= kMaxSubscriptions) {
       complain(*client.socket, "channel " + std::to_string(channel) + " is not there");
       continue;
     }
@@ -181,12 +181,12 @@ void FoxgloveServer::Running::offer(const foxglove::Channel& channel) {
 
 /// Sent before messages of that time. A client whose time jumps back clears its view, so the messages that it
 /// needs must follow; a newer time replaces one that still waits.
-void FoxgloveServer::Running::tell_time() {
+void FoxgloveServer::Running::send_time() {
   const std::int64_t read = options.clock().ns;
-  if (read >= now && read - now < time_interval.ns) return;
+  if (read >= now && read - now < kTimeInterval.ns) return;
   now = read;
   const auto bytes = time_message(now);
-  for (const auto& [id, client] : clients) client.socket->send(bytes, true, time_slot);
+  for (const auto& [id, client] : clients) client.socket->send(bytes, true, kTimeSlot);
 }
 
 /// Events are all sent; of other messages only the newest matters.
@@ -195,7 +195,7 @@ void FoxgloveServer::Running::send_to(const Client& client, const foxglove::Chan
                                       std::string_view content) const {
   const bool counts = channel.schema == "foxglove.Log" || channel.schema == "foxglove.FrameTransforms";
   client.socket->send(message_data(subscription, time, content), true,
-                      counts ? WebClient::in_order : static_cast<int>(channel.id));
+                      counts ? WebClient::kInOrder : static_cast<int>(channel.id));
 }
 
 void FoxgloveServer::Running::send(const Converted& converted) {
@@ -223,10 +223,10 @@ bool FoxgloveServer::Running::wanted(const foxglove::Channel& channel) {
 void FoxgloveServer::Running::run(const std::stop_token& stop) {
   Message message;
   while (!stop.stop_requested()) {
-    const auto came = bus->receive(message, look);
+    const auto came = bus->receive(message, kLook);
     if (!came) return;
     const std::lock_guard lock(mutex);
-    tell_time();
+    send_time();
     if (!*came) continue;
     // The server counts messages that cannot be decoded.
     (void)converter.take(message);
@@ -252,7 +252,7 @@ Result<std::unique_ptr<FoxgloveServer>> FoxgloveServer::open(std::unique_ptr<Bus
   if (!server) return server.error();
   all.server = std::move(*server);
   all.bus = std::move(bus);
-  if (const Status heard = all.bus->subscribe(".*", most_waiting); !heard) return heard.error();
+  if (const Status subscribed = all.bus->subscribe(".*", kMaxWaiting); !subscribed) return subscribed.error();
   all.converter.begin(configuration, ArrivalTime{runtime::wall_now().ns});
   SocketHandler handler;
   handler.opened = [&all](std::shared_ptr<WebClient> socket) { all.opened(std::move(socket)); };

@@ -11,7 +11,7 @@
 namespace parhelion::station::foxglove {
 namespace {
 
-constexpr float nothing = std::numeric_limits<float>::infinity();
+constexpr float kNothing = std::numeric_limits<float>::infinity();
 
 /// A laser scan without its ranges and intensities.
 void begin_scan(const Scan& scan, std::string_view frame, JsonText& out) {
@@ -19,15 +19,15 @@ void begin_scan(const Scan& scan, std::string_view frame, JsonText& out) {
   out.clear();
   out.open('{').key("timestamp").time(scan.stamp.ns).key("frame_id").string(frame);
   out.key("pose").pose(Eigen::Isometry3d::Identity());
-  out.key("start_angle").number(scan.angle_first);
-  out.key("end_angle").number(scan.angle_first + static_cast<double>(scan.angle_step) * (beams - 1));
+  out.key("start_angle").number(scan.angle_min);
+  out.key("end_angle").number(scan.angle_min + static_cast<double>(scan.angle_increment) * (beams - 1));
 }
 
 enum class LogLevel : std::int8_t { info = 2, warning = 3, error = 4 };
 
 LogLevel level_of(EventKind kind) {
   switch (kind) {
-    case EventKind::collision_started:
+    case EventKind::contact_started:
     case EventKind::joint_broken:
     case EventKind::door_unhinged:
     case EventKind::fell:
@@ -36,14 +36,14 @@ LogLevel level_of(EventKind kind) {
     case EventKind::roll_limit:
     case EventKind::yaw_rate_limit:
     case EventKind::dropped:
-    case EventKind::hazard_set_off:
+    case EventKind::hazard_triggered:
     case EventKind::task_failed:
       return LogLevel::error;
     case EventKind::command_refused:
-    case EventKind::pose_lost:
+    case EventKind::localization_lost:
     case EventKind::relocalized:
-    case EventKind::command_reduced:
-    case EventKind::injection_degraded:
+    case EventKind::speed_limited:
+    case EventKind::injection_suspended:
     case EventKind::joint_overload:
     case EventKind::pitch_warning:
     case EventKind::roll_warning:
@@ -56,14 +56,14 @@ LogLevel level_of(EventKind kind) {
     case EventKind::console_lost:
     case EventKind::foreign_publisher:
     case EventKind::goal_unreachable:
-    case EventKind::penalty_charged:
+    case EventKind::points_deducted:
       return LogLevel::warning;
     default:
       return LogLevel::info;
   }
 }
 
-/// "collision started: robot_1, wall 7 (12.5 N s): text".
+/// "contact started: robot_1, wall 7 (12.5 N s): text".
 std::string sentence(const Event& event) {
   std::string text = to_string(event.kind);
   std::replace(text.begin(), text.end(), '_', ' ');
@@ -96,7 +96,7 @@ void write_scan(const Scan& scan, const RangeConvention& convention, std::string
   begin_scan(scan, frame, out);
   out.key("ranges").open('[');
   for (const float range : scan.ranges)
-    out.number(convention.classify(range) == BeamKind::hit ? range : nothing);
+    out.number(convention.classify(range) == BeamKind::hit ? range : kNothing);
   out.close(']').key("intensities").open('[');
   for (const float intensity : scan.intensities) out.number(intensity);
   out.close(']').close('}');
@@ -106,7 +106,7 @@ void write_virtual_returns(const Scan& scan, const ScanInfo& info, std::string_v
   begin_scan(scan, frame, out);
   const auto replaced = [&](std::size_t i) { return i < info.beam_agent.size() && info.beam_agent[i] >= 0; };
   out.key("ranges").open('[');
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i) out.number(replaced(i) ? scan.ranges[i] : nothing);
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) out.number(replaced(i) ? scan.ranges[i] : kNothing);
   out.close(']').key("intensities").open('[');
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) out.integer(replaced(i) ? info.beam_agent[i] + 1 : 0);
   out.close(']').close('}');

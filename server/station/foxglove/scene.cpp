@@ -8,7 +8,7 @@
 namespace parhelion::station::foxglove {
 namespace {
 
-constexpr int deletions_said = 100;  // ten seconds of /scene
+constexpr int kDeletionsSent = 100;  // ten seconds of /scene
 
 using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
 
@@ -164,7 +164,7 @@ void WorldScene::write(const WorldMessage& world, const simulation::EntityShapes
   out.clear();
   out.open('{').key("deletions").open('[');
   for (const std::string& name : there_)
-    if (next_.count(name) == 0) gone_[name] = deletions_said;
+    if (next_.count(name) == 0) gone_[name] = kDeletionsSent;
   std::erase_if(gone_, [this](const auto& each) { return each.second == 0 || next_.count(each.first) > 0; });
   for (auto& [name, left] : gone_) {
     --left;
@@ -219,7 +219,7 @@ bool write_building(const SemanticModel& model, std::int64_t stamp, BuildingPart
   }
   if (part == BuildingPart::standing) {
     for (const ModelMesh& mesh : model.meshes) {
-      if (mesh.triangles.size() > most_mesh_triangles)
+      if (mesh.triangles.size() > kMaxMeshTriangles)
         too_large = true;
       else
         write_mesh(mesh, stamp, out);

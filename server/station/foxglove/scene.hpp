@@ -14,7 +14,7 @@
 namespace parhelion::station::foxglove {
 
 /// Larger meshes are left out, since their JSON is too large.
-inline constexpr std::size_t most_mesh_triangles = 100'000;
+inline constexpr std::size_t kMaxMeshTriangles = 100'000;
 
 /// Writes complete worlds. An entity that disappears is deleted in the next update and in a hundred more, for
 /// readers that receive only some updates.

@@ -8,7 +8,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t longest_text = 1024;
+constexpr std::size_t kLongestText = 1024;
 
 using Texts = std::map<std::string, std::string>;
 
@@ -24,7 +24,7 @@ Result<Texts> parse_texts(std::string_view text, const std::vector<std::string>&
     if (!known) return Error{"there is an unknown key"};
     if (!value.is_string()) return Error{key + ": expected text"};
     texts[key] = value.get<std::string>();
-    if (texts[key].size() > longest_text) return Error{key + ": too long"};
+    if (texts[key].size() > kLongestText) return Error{key + ": too long"};
   }
   for (const std::string& key : wanted) {
     if (!texts.contains(key)) return Error{key + " is missing"};

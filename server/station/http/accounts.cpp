@@ -66,7 +66,7 @@ Status Accounts::load() {
 Status Accounts::keep(Table table) {
   auto entries = nlohmann::json::array();
   for (const auto& [name, account] : table) {
-    entries.push_back({{"name", name}, {"role", role_word(account.role)}, {"password", account.hash}});
+    entries.push_back({{"name", name}, {"role", role_name(account.role)}, {"password", account.hash}});
   }
   const Status written = write_private_file(file_, nlohmann::json{{"accounts", entries}}.dump(1) + "\n");
   if (written) accounts_ = std::move(table);

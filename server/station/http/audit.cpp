@@ -14,10 +14,10 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t most_kept = 1000, most_waiting = 10'000, most_spells = 1024, longest_text = 500;
-constexpr std::uint64_t refusals_in_full = 30;
-constexpr std::uint64_t file_bytes = 16 * 1024 * 1024;  ///< then the file is renamed to FILE.old
-constexpr Duration spell = seconds(60.0);
+constexpr std::size_t kMaxKept = 1000, max_waiting = 10'000, max_spells = 1024, longest_text = 500;
+constexpr std::uint64_t kRefusalsInFull = 30;
+constexpr std::uint64_t kFileBytes = 16 * 1024 * 1024;  ///< then the file is renamed to FILE.old
+constexpr Duration kSpell = seconds(60.0);
 
 std::string iso_time(WallTime time) {
   const std::time_t whole = static_cast<std::time_t>(time.ns / 1'000'000'000);
@@ -71,23 +71,24 @@ Audit::~Audit() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void Audit::say(AuditEntry entry) {
+void Audit::record(AuditEntry entry) {
   const WallTime now = clock_();
   const std::lock_guard lock(mutex_);
   close_spells(now, false);
   if (entry.outcome != "done") {
     // When the table is full, further networks share one entry.
     std::string key = network_of(entry.from);
-    if (spells_.size() >= most_spells && !spells_.contains(key)) key = "others";
+    if (spells_.size() >= max_spells && !spells_.contains(key)) key = "others";
     Spell& running = spells_.try_emplace(key, Spell{now, 0}).first->second;
-    if (++running.refusals > refusals_in_full) return;
+    if (++running.refusals > kRefusalsInFull) return;
   }
   put(entry, now);
 }
 
-std::vector<std::string> Audit::newest(std::size_t most) const {
+std::vector<std::string> Audit::newest(std::size_t max_count) const {
   const std::lock_guard lock(mutex_);
-  return {newest_.rbegin(), newest_.rbegin() + static_cast<std::ptrdiff_t>(std::min(most, newest_.size()))};
+  return {newest_.rbegin(),
+          newest_.rbegin() + static_cast<std::ptrdiff_t>(std::min(max_count, newest_.size()))};
 }
 
 std::uint64_t Audit::lost() const {
@@ -103,8 +104,8 @@ void Audit::flush() {
 void Audit::put(const AuditEntry& entry, WallTime now) {
   std::string text = line(entry, now);
   newest_.push_back(text);
-  if (newest_.size() > most_kept) newest_.pop_front();
-  if (waiting_.size() >= most_waiting) {
+  if (newest_.size() > kMaxKept) newest_.pop_front();
+  if (waiting_.size() >= max_waiting) {
     ++lost_;
     return;
   }
@@ -115,13 +116,13 @@ void Audit::put(const AuditEntry& entry, WallTime now) {
 void Audit::close_spells(WallTime now, bool all) {
   for (auto it = spells_.begin(); it != spells_.end();) {
     const Spell& running = it->second;
-    if (!all && now - running.begun < spell) {
+    if (!all && now - running.begun < kSpell) {
       ++it;
       continue;
     }
-    if (running.refusals > refusals_in_full) {
+    if (running.refusals > kRefusalsInFull) {
       put({"", it->first, "more of the same", "refused",
-           std::to_string(running.refusals - refusals_in_full) + " more"},
+           std::to_string(running.refusals - kRefusalsInFull) + " more"},
           now);
     }
     it = spells_.erase(it);
@@ -148,7 +149,7 @@ void Audit::write_lines() {
 }
 
 bool Audit::write_out(const std::string& lines) {
-  if (written_ > 0 && written_ + lines.size() > file_bytes) {
+  if (written_ > 0 && written_ + lines.size() > kFileBytes) {
     std::rename(file_.c_str(), (file_.string() + ".old").c_str());
     ::close(descriptor_);
     descriptor_ = open_for_adding(file_);

@@ -34,9 +34,9 @@ class Audit {
   /// Writes all waiting lines.
   ~Audit();
 
-  void say(AuditEntry entry);
-  /// The last lines, newest first, at most `most` (and at most a thousand).
-  std::vector<std::string> newest(std::size_t most) const;
+  void record(AuditEntry entry);
+  /// The last lines, newest first, at most `max_count` (and at most a thousand).
+  std::vector<std::string> newest(std::size_t max_count) const;
   /// Lines that were not written, because the disk failed or too many waited.
   std::uint64_t lost() const;
   /// Returns when all earlier lines have been written.

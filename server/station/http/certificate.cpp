@@ -30,7 +30,7 @@ using Key = std::unique_ptr<EVP_PKEY, Release<EVP_PKEY_free>>;
 using Certificate = std::unique_ptr<X509, Release<X509_free>>;
 using Memory = std::unique_ptr<BIO, Release<BIO_free_all>>;
 
-constexpr long day = 24 * 3600;
+constexpr long kDay = 24 * 3600;
 
 std::string text_of(BIO* memory) {
   char* bytes = nullptr;
@@ -109,7 +109,7 @@ Status make_certificate(const std::filesystem::path& certificate, const std::fil
   if (has_certificate) {
     const Result<Certificate> known = read_certificate(certificate);
     if (!known) return known.error();
-    std::time_t soon = static_cast<std::time_t>(now.ns / 1'000'000'000) + 30 * day;
+    std::time_t soon = static_cast<std::time_t>(now.ns / 1'000'000'000) + 30 * kDay;
     if (X509_cmp_time(X509_get0_notAfter(known->get()), &soon) > 0) return {};
   }
   const Key made(EVP_EC_gen("P-256"));

@@ -12,11 +12,11 @@ void ClientQueue::send(std::shared_ptr<const std::string> bytes, bool binary, in
   if (shut_) return;
   const std::size_t size = bytes->size();
   if (slot < 0) {
-    if (in_order_ + size + overhead > limit_) {
+    if (in_order_ + size + kOverhead > limit_) {
       request_close(1013, "reads too slowly: " + std::to_string(in_order_) + " bytes wait");
       return;
     }
-    in_order_ += size + overhead;
+    in_order_ += size + kOverhead;
   } else if (const auto old = std::find_if(messages_.begin(), messages_.end(),
                                            [slot](const Message& m) { return m.slot == slot; });
              old != messages_.end()) {
@@ -26,7 +26,7 @@ void ClientQueue::send(std::shared_ptr<const std::string> bytes, bool binary, in
     return;
   }
   waiting_ += size;
-  messages_.push_back({std::move(bytes), binary, std::max(slot, in_order)});
+  messages_.push_back({std::move(bytes), binary, std::max(slot, kInOrder)});
   wake();
 }
 
@@ -52,7 +52,7 @@ ClientQueue::Next ClientQueue::take() {
     messages_.pop_front();
     writing_ = next.message->bytes->size();
     waiting_ -= writing_;
-    if (next.message->slot < 0) in_order_ -= writing_ + overhead;
+    if (next.message->slot < 0) in_order_ -= writing_ + kOverhead;
   }
   awake_ = next.message || next.closing;
   return next;

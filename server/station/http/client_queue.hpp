@@ -16,14 +16,14 @@ class ClientQueue : public WebClient {
   /// message is available after take() found none.
   ClientQueue(WebClientOrigin origin, std::size_t limit, std::function<void()> wake);
 
-  void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) override;
+  void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = kInOrder) override;
   std::size_t waiting_bytes() const override;
   void close(int code, std::string why) override;
 
   struct Message {
     std::shared_ptr<const std::string> bytes;
     bool binary = false;
-    int slot = in_order;
+    int slot = kInOrder;
   };
   struct Closing {
     int code = 1000;
@@ -43,7 +43,7 @@ class ClientQueue : public WebClient {
 
  private:
   /// Approximate cost of a message besides its bytes.
-  static constexpr std::size_t overhead = 64;
+  static constexpr std::size_t kOverhead = 64;
 
   void request_close(int code, std::string why);
   void wake();

@@ -15,7 +15,7 @@ using net::error_code;
 using net::asio::ip::tcp;
 
 /// Limit of unsent bytes in the kernel, since newer messages cannot replace those.
-constexpr int unsent_bytes = 16 * 1024;
+constexpr int kUnsentBytes = 16 * 1024;
 
 std::string own_name() {
   std::array<char, 256> name{};
@@ -112,7 +112,7 @@ struct HttpServer::Implementation {
       return core.refuse({remote, "", "a connection", "too many are open", 0});
     }
     socket.set_option(tcp::no_delay(true), error);
-    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+    setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
     std::make_shared<net::Connection>(core, std::move(socket),
                                       std::make_unique<net::Admission>(core, remote, network))
         ->start();

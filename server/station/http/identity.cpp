@@ -5,17 +5,17 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::array<std::string_view, 4> words = {"observer", "trainee", "instructor", "admin"};
+constexpr std::array<std::string_view, 4> kRoleNames = {"observer", "trainee", "instructor", "admin"};
 
 unsigned bit(Role role) { return 1U << static_cast<unsigned>(role); }
 
 }  // namespace
 
-std::string_view role_word(Role role) { return words.at(static_cast<std::size_t>(role)); }
+std::string_view role_name(Role role) { return kRoleNames.at(static_cast<std::size_t>(role)); }
 
 std::optional<Role> role_of(std::string_view word) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == word) return static_cast<Role>(i);
+  for (std::size_t i = 0; i < kRoleNames.size(); ++i) {
+    if (kRoleNames[i] == word) return static_cast<Role>(i);
   }
   return std::nullopt;
 }

@@ -12,7 +12,7 @@ namespace parhelion::station {
 enum class Role : std::uint8_t { observer, trainee, instructor, admin };
 
 /// "observer", "trainee", "instructor", "admin".
-std::string_view role_word(Role role);
+std::string_view role_name(Role role);
 /// nullopt: no such role.
 std::optional<Role> role_of(std::string_view word);
 

@@ -5,15 +5,15 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration forgotten = seconds(3600.0);
-constexpr std::size_t most_records = 1024;
+constexpr Duration kForgotten = seconds(3600.0);
+constexpr std::size_t kMaxRecords = 1024;
 
 }  // namespace
 
 Duration LoginGuard::admit(const std::string& network, const std::string& name, WallTime now) {
   const Duration left = std::max(wait(names_, name, now), wait(networks_, network, now));
   if (left.ns > 0) return left;
-  count(names_, name, name_rule, now);
+  count(names_, name, kNameRule, now);
   count(networks_, network, network_rule, now);
   return {};
 }
@@ -33,16 +33,16 @@ Duration LoginGuard::wait(const Records& records, const std::string& key, WallTi
 }
 
 void LoginGuard::count(Records& records, const std::string& key, const Rule& rule, WallTime now) {
-  if (records.size() >= most_records && !records.contains(key)) {
-    std::erase_if(records, [now](const auto& entry) { return now - entry.second.last > forgotten; });
-    if (records.size() >= most_records) {
+  if (records.size() >= kMaxRecords && !records.contains(key)) {
+    std::erase_if(records, [now](const auto& entry) { return now - entry.second.last > kForgotten; });
+    if (records.size() >= kMaxRecords) {
       records.erase(std::min_element(records.begin(), records.end(), [](const auto& a, const auto& b) {
         return a.second.until < b.second.until;
       }));
     }
   }
   Record& record = records[key];
-  if (now - record.last > forgotten) record.failed = 0;
+  if (now - record.last > kForgotten) record.failed = 0;
   record.failed += 1;
   record.last = record.until = now;
   if (record.failed < rule.free) return;

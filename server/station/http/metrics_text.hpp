@@ -19,7 +19,7 @@ class MetricsText {
   void counter(const std::string& name, const std::string& help, double value, const Labels& labels = {});
 
   std::string text() const;
-  static constexpr const char* type = "text/plain; version=0.0.4; charset=utf-8";
+  static constexpr const char* kType = "text/plain; version=0.0.4; charset=utf-8";
 
  private:
   void add(const std::string& name, const char* kind, const std::string& help, double value,

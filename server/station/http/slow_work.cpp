@@ -6,7 +6,7 @@
 
 namespace parhelion::station {
 
-SlowWork::SlowWork(std::size_t most_waiting) : most_waiting_(most_waiting), thread_([this] { work(); }) {}
+SlowWork::SlowWork(std::size_t max_waiting) : max_waiting_(max_waiting), thread_([this] { work(); }) {}
 
 SlowWork::~SlowWork() {
   {
@@ -20,7 +20,7 @@ SlowWork::~SlowWork() {
 bool SlowWork::take(std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
-    if (tasks_.size() >= most_waiting_) return false;
+    if (tasks_.size() >= max_waiting_) return false;
     tasks_.push_back(std::move(task));
   }
   changed_.notify_all();

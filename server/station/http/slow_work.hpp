@@ -12,7 +12,7 @@ namespace parhelion::station {
 /// Runs tasks one after the other, at low priority.
 class SlowWork {
  public:
-  explicit SlowWork(std::size_t most_waiting);
+  explicit SlowWork(std::size_t max_waiting);
   /// Drops waiting tasks and waits for the running one.
   ~SlowWork();
 
@@ -22,7 +22,7 @@ class SlowWork {
  private:
   void work();
 
-  const std::size_t most_waiting_;
+  const std::size_t max_waiting_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> tasks_;

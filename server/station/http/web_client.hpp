@@ -28,11 +28,11 @@ class WebClient {
   WebClient(const WebClient&) = delete;
   WebClient& operator=(const WebClient&) = delete;
 
-  static constexpr int in_order = -1;
-  /// Never blocks. `slot` in_order: every message, in order; a client with too much waiting
+  static constexpr int kInOrder = -1;
+  /// Never blocks. `slot` kInOrder: every message, in order; a client with too much waiting
   /// (HttpOptions::waiting_bytes) is closed with 1013. `slot` >= 0: newest wins, the new message replaces a
   /// waiting one of the same slot in its place.
-  virtual void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) = 0;
+  virtual void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = kInOrder) = 0;
   /// Bytes that the kernel has not accepted yet, including those of the message that is being written.
   virtual std::size_t waiting_bytes() const = 0;
   /// `code`: of RFC 6455, section 7.4, 1000 and above. Waiting messages are dropped.

@@ -4,7 +4,7 @@
 
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/certificate.hpp"
-#include "server/station/http/login_desk.hpp"
+#include "server/station/http/login_service.hpp"
 #include "server/station/http/private_file.hpp"
 
 namespace parhelion::station {
@@ -44,7 +44,7 @@ struct WebSite::Parts {
   std::string fingerprint;
   std::unique_ptr<Accounts> accounts;
   std::unique_ptr<Audit> audit;
-  std::unique_ptr<LoginDesk> desk;
+  std::unique_ptr<LoginService> login_service;
   std::vector<std::function<void(MetricsText&)>> metrics;
   std::unique_ptr<HttpServer> server;  ///< last: its handlers use all of the above
 
@@ -54,7 +54,7 @@ struct WebSite::Parts {
     const auto real = [](std::uint64_t count) { return static_cast<double>(count); };
     text.gauge("parhelion_http_connections", "Open connections.", real(counts.connections));
     text.gauge("parhelion_http_clients", "Open WebSockets and picture streams.", real(counts.clients));
-    text.gauge("parhelion_http_sessions", "Log-in sessions.", static_cast<double>(desk->sessions()));
+    text.gauge("parhelion_http_sessions", "Log-in sessions.", static_cast<double>(login_service->sessions()));
     text.counter("parhelion_http_accepted_total", "Accepted connections.", real(counts.accepted));
     text.counter("parhelion_http_requests_total", "Received requests.", real(counts.requests));
     text.counter("parhelion_http_refused_total", "Requests, messages and connections refused.",
@@ -66,7 +66,7 @@ struct WebSite::Parts {
     text.counter("parhelion_audit_lost_total", "Lines of the audit log that were not written.",
                  real(audit->lost()));
     for (const auto& add : metrics) add(text);
-    return {.status = 200, .type = MetricsText::type, .body = text.text()};
+    return {.status = 200, .type = MetricsText::kType, .body = text.text()};
   }
 };
 
@@ -97,23 +97,23 @@ Result<std::unique_ptr<WebSite>> WebSite::open(WebSiteOptions given) {
   auto audit = Audit::open(options.folder / "audit.jsonl", options.clock);
   if (!audit) return audit.error();
   parts->audit = *std::move(audit);
-  auto desk = LoginDesk::open(*parts->accounts, *parts->audit, options.sessions, options.steady);
-  if (!desk) return desk.error();
-  parts->desk = *std::move(desk);
+  auto login_service = LoginService::open(*parts->accounts, *parts->audit, options.sessions, options.steady);
+  if (!login_service) return login_service.error();
+  parts->login_service = *std::move(login_service);
 
-  options.http.identify = [desk = parts->desk.get()](const std::string& session) {
-    return desk->identify(session);
+  options.http.identify = [login_service = parts->login_service.get()](const std::string& session) {
+    return login_service->identify(session);
   };
   options.http.refused = [audit = parts->audit.get()](const WebRefusal& refusal) {
-    audit->say({refusal.who, refusal.remote, refusal.what, "refused",
-                (refusal.status > 0 ? std::to_string(refusal.status) + " " : "") + refusal.why});
+    audit->record({refusal.who, refusal.remote, refusal.what, "refused",
+                   (refusal.status > 0 ? std::to_string(refusal.status) + " " : "") + refusal.why});
   };
   auto server = HttpServer::open(options.http);
   if (!server) return server.error();
   parts->server = *std::move(server);
 
   Parts* all = parts.get();
-  all->desk->serve(*all->server);
+  all->login_service->serve(*all->server);
   all->server->on("GET", "/healthz", Access::everyone(),
                   [](const HttpRequest&) { return HttpResponse{.status = 200, .body = R"({"ok":true})"}; });
   all->server->on("GET", "/metrics", Access::logged_in().or_local(),
@@ -135,12 +135,12 @@ std::string WebSite::address() const {
 }
 
 std::string WebSite::setup_link() const {
-  const std::string token = parts_->desk->setup_token();
+  const std::string token = parts_->login_service->setup_token();
   return token.empty() ? "" : address() + "setup?token=" + token;
 }
 
 std::string WebSite::link(Role role, const std::string& name) {
-  return address() + "enter?token=" + parts_->desk->make_link({name, role});
+  return address() + "enter?token=" + parts_->login_service->make_link({name, role});
 }
 
 }  // namespace parhelion::station

@@ -5,8 +5,8 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration ahead = milliseconds(20);  // clocks synchronized by NTP agree this well
-constexpr Duration slowest_way = seconds(1);  // bound on the delay of a camera's fastest picture
+constexpr Duration kAhead = milliseconds(20);    // clocks synchronized by NTP agree this well
+constexpr Duration kMaxFastestAge = seconds(1);  // bound on the delay of a camera's fastest picture
 
 }  // namespace
 
@@ -16,7 +16,7 @@ Duration PictureAge::add(SensorTime stamp, SensorTime now, WallTime steady) {
   last_ = stamp;
   const Duration late = now - stamp;
   const Duration fastest = fastest_.add(late, steady);
-  off_ = fastest < -ahead || fastest > slowest_way ? fastest : Duration{};
+  off_ = fastest < -kAhead || fastest > kMaxFastestAge ? fastest : Duration{};
   return std::max(late - off_, Duration{});
 }
 

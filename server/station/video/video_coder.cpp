@@ -7,8 +7,8 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int jpeg_quality = 85;  // of raw images
-constexpr double worth_it = 0.1;  // smaller relative changes of the bit rate are ignored
+constexpr int kJpegQuality = 85;  // of raw images
+constexpr double kWorthIt = 0.1;  // smaller relative changes of the bit rate are ignored
 
 /// 3 * width bytes per row.
 Status to_bgr(const Image& image, std::vector<std::uint8_t>& bgr) {
@@ -37,7 +37,7 @@ Status to_bgr(const Image& image, std::vector<std::uint8_t>& bgr) {
 }  // namespace
 
 Status VideoCoder::follow(int bit_rate) {
-  if (std::abs(bit_rate - bit_rate_) < worth_it * bit_rate_) return {};
+  if (std::abs(bit_rate - bit_rate_) < kWorthIt * bit_rate_) return {};
   bit_rate_ = bit_rate;
   return encoder_->set_bit_rate(bit_rate);
 }
@@ -76,7 +76,7 @@ Status VideoCoder::code_jpeg(const Image& image, CodedPicture& coded) {
   if (Status read = to_bgr(image, bgr_); !read) return read;
   const bool gray = image.format == PixelFormat::gray;
   auto made = jpeg_.encode(
-      bgr_, {image.width, image.height, jpeg_quality,
+      bgr_, {image.width, image.height, kJpegQuality,
              gray ? render::JpegFormat::Subsampling::gray : render::JpegFormat::Subsampling::yuv420});
   if (!made) return made.error();
   coded.width = image.width;

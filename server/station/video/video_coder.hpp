@@ -9,7 +9,7 @@
 #include "render/h264_encoder.hpp"
 #include "render/i420_picture.hpp"
 #include "render/jpeg.hpp"
-#include "server/station/video/video_words.hpp"
+#include "server/station/video/video_messages.hpp"
 
 namespace parhelion::station {
 

@@ -12,12 +12,12 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration key_period = milliseconds(300);  // key frames are large and sent to everybody
-constexpr std::size_t most_waiting = 64;            // pictures delayed by a fault
-constexpr int most_faults = 20;                     // of one page before it is closed
-constexpr int newest_wins = 0;                      // slot of pictures that may all be dropped
-constexpr int nice = 10;
-constexpr const char* boundary = "\r\n--frame\r\n";
+constexpr Duration kKeyPeriod = milliseconds(300);  // key frames are large and sent to everybody
+constexpr std::size_t kMaxWaiting = 64;             // pictures delayed by a fault
+constexpr int kMaxFaults = 20;                      // of one page before it is closed
+constexpr int kNewestWins = 0;                      // slot of pictures that may all be dropped
+constexpr int kNice = 10;
+constexpr const char* kBoundary = "\r\n--frame\r\n";
 
 /// Ends with the boundary: a browser shows a part only at the boundary after it, which would cost one picture
 /// of delay.
@@ -25,7 +25,7 @@ std::shared_ptr<const std::string> stream_part(const std::vector<std::uint8_t>& 
   auto part = std::make_shared<std::string>(
       "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg.size()) + "\r\n\r\n");
   part->append(jpeg.begin(), jpeg.end());
-  part->append(boundary);
+  part->append(kBoundary);
   return part;
 }
 
@@ -38,8 +38,8 @@ struct VideoFeed::Viewer {
   bool stream = false;
   VideoLink link;
   bool needs_key = true, ready = false;
-  VideoStatus told;
-  bool was_told = false;
+  VideoStatus sent_status;
+  bool status_sent = false;
   int faults = 0;
 };
 
@@ -74,7 +74,7 @@ void VideoFeed::opened(std::shared_ptr<WebClient> client, bool stream) {
   viewer->stream = stream;
   viewer->link = VideoLink(options_.limits);
   viewer->client = std::move(client);
-  if (stream) viewer->client->send(std::make_shared<const std::string>(boundary), true);
+  if (stream) viewer->client->send(std::make_shared<const std::string>(kBoundary), true);
   const std::lock_guard lock(mutex_);
   viewers_[viewer->client->id()] = std::move(viewer);
 }
@@ -92,7 +92,7 @@ void VideoFeed::received(WebClient& client, std::string_view bytes, bool binary)
   if (found == viewers_.end()) return;
   Viewer& viewer = *found->second;
   if (!request) {
-    if (++viewer.faults >= most_faults) client.close(1008, request.error().message);
+    if (++viewer.faults >= kMaxFaults) client.close(1008, request.error().message);
     return;
   }
   switch (request->kind) {
@@ -127,7 +127,7 @@ VideoCounts VideoFeed::counts() const {
 
 void VideoFeed::start() {
   thread_ = std::thread([this] {
-    runtime::give_way(nice);
+    runtime::lower_priority(kNice);
     while (true) {
       turn(milliseconds(100));
       std::unique_lock lock(mutex_);
@@ -192,7 +192,7 @@ void VideoFeed::take(const Message& message) {
   const std::lock_guard lock(mutex_);
   const WallTime now = options_.now();
   for (auto& [robot, source] : sources_) {
-    if (!source->hears(message.channel, now)) continue;
+    if (!source->accepts(message.channel, now)) continue;
     VideoSource::Waiting picture;
     picture.original = message.channel != source->channel();
     picture.due = now + seconds(delay_);
@@ -204,7 +204,7 @@ void VideoFeed::take(const Message& message) {
     }
     if (source->is_lost(loss_)) continue;
     source->waiting.push_back(std::move(picture));
-    if (source->waiting.size() > most_waiting) source->waiting.pop_front();
+    if (source->waiting.size() > kMaxWaiting) source->waiting.pop_front();
   }
 }
 
@@ -228,8 +228,8 @@ void VideoFeed::show_due() {
 VideoWanted VideoFeed::wanted_of(VideoSource& source) {
   VideoWanted wanted;
   const WallTime now = options_.now();
-  const bool key_is_due = !source.keyed || now - *source.keyed >= key_period;
-  wanted.bit_rate = options_.limits.most;
+  const bool key_is_due = !source.keyed || now - *source.keyed >= kKeyPeriod;
+  wanted.bit_rate = options_.limits.ceiling;
   for (auto& [id, viewer] : viewers_) {
     if (viewer->robot != source.robot()) continue;
     viewer->link.look(viewer->client->waiting_bytes(), now);
@@ -293,9 +293,9 @@ void VideoFeed::send(const VideoSource& source, VideoFrame frame, const CodedPic
     }
     if (viewer->stream) {
       if (!part) part = stream_part(coded.jpeg);
-      viewer->client->send(part, true, newest_wins);
+      viewer->client->send(part, true, kNewestWins);
     } else {
-      viewer->client->send(h264 ? as_h264 : as_jpeg, true, h264 ? WebClient::in_order : newest_wins);
+      viewer->client->send(h264 ? as_h264 : as_jpeg, true, h264 ? WebClient::kInOrder : kNewestWins);
     }
     if (h264) viewer->needs_key = false;
     viewer->link.sent(frame.sequence, now);
@@ -321,10 +321,10 @@ void VideoFeed::watch() {
     status.codec = viewer->codec;
     if (viewer->codec == VideoCodec::h264 && source != sources_.end())
       status.bit_rate = source->second->coder.bit_rate();
-    if (viewer->was_told && status == viewer->told) continue;
+    if (viewer->status_sent && status == viewer->sent_status) continue;
     viewer->client->send(std::make_shared<const std::string>(video_status_text(status)), false);
-    viewer->told = std::move(status);
-    viewer->was_told = true;
+    viewer->sent_status = std::move(status);
+    viewer->status_sent = true;
   }
 }
 

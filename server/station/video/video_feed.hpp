@@ -56,8 +56,8 @@ class VideoFeed {
 
   /// Query: `robot` (absent: the trainee's), `codec` "h264" or "jpeg". The feed must outlive its server.
   SocketHandler socket();
-  /// A stream of JPEGs with media type `stream_type`.
-  static constexpr const char* stream_type = "multipart/x-mixed-replace; boundary=frame";
+  /// A stream of JPEGs with media type `kStreamType`.
+  static constexpr const char* kStreamType = "multipart/x-mixed-replace; boundary=frame";
   SocketHandler stream();
   /// Receives, encodes and sends in a thread of its own, at nice 10. Call once.
   void start();

@@ -13,7 +13,7 @@
 namespace parhelion::station {
 
 struct VideoLinkLimits {
-  int floor = 150'000, start = 2'000'000, most = 4'000'000;  ///< bit/s
+  int floor = 150'000, start = 2'000'000, ceiling = 4'000'000;  ///< bit/s
 };
 
 /// Not thread-safe. Instants are of one steady clock. For a page without acknowledgements, only the waiting
@@ -48,10 +48,10 @@ class VideoLink {
   VideoLinkLimits limits_;
   int bit_rate_;
   bool congested_ = false, lags_ = false;
-  std::deque<Sent> on_their_way_;
+  std::deque<Sent> in_flight_;
   RunningMinimum fastest_{seconds(30)};
   std::optional<Duration> round_trip_;
-  std::optional<WallTime> heard_, changed_;
+  std::optional<WallTime> last_acknowledged_, changed_;
 };
 
 }  // namespace parhelion::station

@@ -9,14 +9,16 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration missing = milliseconds(500);  // without a picture: the camera's own is shown
-constexpr Duration stale_after = milliseconds(500), longest_wait = seconds(3.0);
-constexpr int periods = 3;  // periods of a slow camera until its picture is stale
+constexpr Duration kMissing = milliseconds(500);  // without a picture: the camera's own is shown
+constexpr Duration kStaleAfter = milliseconds(500), longest_wait = seconds(3.0);
+constexpr int kPeriods = 3;  // periods of a slow camera until its picture is stale
 
 std::string text_of(const ImageMetadata& entry) { return {entry.value.begin(), entry.value.end()}; }
 
 /// Uniform in [0, 1), the same for the same count.
-double share_of(std::uint64_t count) { return unit_interval(splitmix64(count * kSplitMix64Increment)); }
+double random_fraction(std::uint64_t count) {
+  return unit_interval(splitmix64(count * kSplitMix64Increment));
+}
 
 }  // namespace
 
@@ -26,15 +28,15 @@ VideoSource::VideoSource(std::string robot, std::string channel, std::string ori
       original_(std::move(original)),
       simulated_(simulated) {}
 
-bool VideoSource::hears(const std::string& channel, WallTime now) {
+bool VideoSource::accepts(const std::string& channel, WallTime now) {
   if (channel == channel_) {
-    heard_ = now;
+    last_message_ = now;
     return true;
   }
-  return !original_.empty() && channel == original_ && (!heard_ || now - *heard_ >= missing);
+  return !original_.empty() && channel == original_ && (!last_message_ || now - *last_message_ >= kMissing);
 }
 
-bool VideoSource::is_lost(double share) { return share_of(++counted_) < share; }
+bool VideoSource::is_lost(double fraction) { return random_fraction(++counted_) < fraction; }
 
 std::optional<VideoSource::Waiting> VideoSource::take_due(WallTime now) {
   std::optional<Waiting> newest;
@@ -75,7 +77,7 @@ VideoStatus VideoSource::status(WallTime now) const {
     if (fault.empty()) status.why = "no picture on " + channel_ + " yet";
     return status;
   }
-  const Duration allowed = std::clamp(Duration{periods * period_.ns}, stale_after, longest_wait);
+  const Duration allowed = std::clamp(Duration{kPeriods * period_.ns}, kStaleAfter, longest_wait);
   status.state = now - *shown_ < allowed ? VideoStatus::State::live : VideoStatus::State::stale;
   if (status.state == VideoStatus::State::stale && fault.empty())
     status.why = "no picture on " + channel_ + " any more";

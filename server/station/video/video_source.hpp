@@ -10,7 +10,7 @@
 #include "protocols/time.hpp"
 #include "server/station/video/picture_age.hpp"
 #include "server/station/video/video_coder.hpp"
-#include "server/station/video/video_words.hpp"
+#include "server/station/video/video_messages.hpp"
 
 namespace parhelion::station {
 
@@ -32,9 +32,9 @@ class VideoSource {
   const std::string& original_channel() const { return original_; }
 
   /// True if a message on this channel is to be shown now.
-  bool hears(const std::string& channel, WallTime now);
+  bool accepts(const std::string& channel, WallTime now);
   /// For a fault: true if the next picture belongs to the dropped fraction. Deterministic.
-  bool is_lost(double share);
+  bool is_lost(double fraction);
   /// The newest due picture; older ones are dropped.
   std::optional<Waiting> take_due(WallTime now);
   /// Its header, without size and coding. `session`: now on the session's axis; `wall`: now.
@@ -53,7 +53,7 @@ class VideoSource {
   PictureAge age_;
   std::uint32_t sequence_ = 0;
   std::uint64_t counted_ = 0;
-  std::optional<WallTime> heard_, shown_;
+  std::optional<WallTime> last_message_, shown_;
   Duration period_;  // between the last two shown pictures
   std::string why_;
 };

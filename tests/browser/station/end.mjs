@@ -42,7 +42,7 @@ export async function end({ step, picture, program, scratch, address, browser, s
     const player = run(program, ["play", join(scratch, "session.lcm"), "--paused", "--http", "127.0.0.1:0"], join(scratch, "play.txt"));
     const viewer = (pages.viewer = await person(browser, ""));
     const { page } = viewer;
-    await page.goto((viewer.address = (await player.said(/(https?:\/\/\S+\?token=\S+)/))[1]));
+    await page.goto((viewer.address = (await player.printed(/(https?:\/\/\S+\?token=\S+)/))[1]));
     viewer.address = new URL(viewer.address).origin;
     const bar = page.getByRole("slider", { name: "Time in the recording" }), at = async () => Number(await bar.inputValue());
     await bar.waitFor();

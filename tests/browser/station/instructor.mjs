@@ -28,21 +28,21 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
     for (const who of [trainee, observer]) await listed(who).waitFor({ state: "attached" });
   });
 
-  await step("the instructor sets off a script and begins a lesson; the trainee sees what comes of both", async () => {
+  await step("the instructor sets off a script and begins a fault; the trainee sees what comes of both", async () => {
     const { page } = instructor;
     await page.getByRole("button", { name: "Start visitor" }).click();
     await trainee.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "visitor_1" }).waitFor({ state: "attached" });
     await page.getByRole("combobox", { name: "Faults" }).selectOption("Video dropout");
     await page.getByRole("button", { name: "Start", exact: true }).click();
-    const said = (what) => trainee.page.locator(".events li", { hasText: what }).first().waitFor();
-    await said(/Fault started.*Video dropout/);
+    const findEvent = (what) => trainee.page.locator(".events li", { hasText: what }).first().waitFor();
+    await findEvent(/Fault started.*Video dropout/);
     await page.getByRole("button", { name: "End", exact: true }).click();
-    await said(/Fault ended.*Video dropout/);
+    await findEvent(/Fault ended.*Video dropout/);
   });
 
   await step("the instructor gives a way, opens a door, freezes, marks, writes, sees what the trainee sees, and saves what was placed", async () => {
     const { page } = instructor;
-    const told = [], deaf = await listen(url, "MR_DOOR", (payload) => told.push(Buffer.from(payload).toString("latin1")));
+    const doorCommands = [], stopListening = await listen(url, "MR_DOOR", (payload) => doorCommands.push(Buffer.from(payload).toString("latin1")));
     const plan = await page.getByRole("application").boundingBox();
     const at = (x, y) => page.mouse.click(plan.x + plan.width * x, plan.y + plan.height * y);
     await page.getByRole("combobox", { name: "Select object", exact: true }).selectOption("person_1");
@@ -56,8 +56,8 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
     await page.getByRole("button", { name: "Open door" }).click();
     await at(0.5, 0.5);
     await page.keyboard.press("Escape");
-    await until("the door is told", () => told.some((each) => each.includes("door 1")));
-    deaf();
+    await until("the door is told", () => doorCommands.some((each) => each.includes("door 1")));
+    stopListening();
     for (const name of ["Freeze all", "Unfreeze all"]) await page.getByRole("button", { name, exact: true }).click();
     await page.getByLabel("Note").fill("well done");
     await page.getByRole("button", { name: "Add a mark" }).click();

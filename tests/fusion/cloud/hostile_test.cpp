@@ -41,9 +41,9 @@ std::string lzf_literals(const std::string& text) {
   return out;
 }
 
-const std::string ply_vertex =
+const std::string kPlyVertex =
     "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-const std::string pcd_head =
+const std::string kPcdHead =
     "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 "
     "0 "
     "0\nPOINTS 3\n";
@@ -56,9 +56,9 @@ std::vector<Sample> samples() {
   const std::string packed = lzf_literals(columns);
   const auto size = [](const std::string& s) { return static_cast<std::uint32_t>(s.size()); };
   return {
-      {"ply ascii", ScanFormat::ply, "ply\nformat ascii 1.0\n" + ply_vertex + text},
-      {"ply little", ScanFormat::ply, "ply\nformat binary_little_endian 1.0\n" + ply_vertex + body(false)},
-      {"ply big", ScanFormat::ply, "ply\nformat binary_big_endian 1.0\n" + ply_vertex + body(true)},
+      {"ply ascii", ScanFormat::ply, "ply\nformat ascii 1.0\n" + kPlyVertex + text},
+      {"ply little", ScanFormat::ply, "ply\nformat binary_little_endian 1.0\n" + kPlyVertex + body(false)},
+      {"ply big", ScanFormat::ply, "ply\nformat binary_big_endian 1.0\n" + kPlyVertex + body(true)},
       {"ply with lists and other order", ScanFormat::ply,
        "ply\r\nformat binary_little_endian 1.0\r\nelement sensor 2\r\nproperty uchar id\r\nelement vertex "
        "3\r\nproperty double z\r\nproperty list uchar short seen\r\nproperty short y2\r\nproperty float y\r\n"
@@ -67,16 +67,16 @@ std::vector<Sample> samples() {
            raw<float>({2}) + raw<std::int32_t>({1}) + raw<double>({6}) + std::string(1, '\0') +
            raw<std::int16_t>({9}) + raw<float>({5.5F}) + raw<std::int32_t>({-4}) + raw<double>({-1}) +
            std::string(1, '\2') + raw<std::int16_t>({7, 7, 9}) + raw<float>({0}) + raw<std::int32_t>({0})},
-      {"pcd ascii", ScanFormat::pcd, pcd_head + "DATA ascii\n" + text},
-      {"pcd binary", ScanFormat::pcd, pcd_head + "DATA binary\n" + body(false)},
+      {"pcd ascii", ScanFormat::pcd, kPcdHead + "DATA ascii\n" + text},
+      {"pcd binary", ScanFormat::pcd, kPcdHead + "DATA binary\n" + body(false)},
       {"pcd compressed", ScanFormat::pcd,
-       pcd_head + "DATA binary_compressed\n" + raw<std::uint32_t>({size(packed), size(columns)}) + packed},
+       kPcdHead + "DATA binary_compressed\n" + raw<std::uint32_t>({size(packed), size(columns)}) + packed},
       {"xyz", ScanFormat::xyz, "x, y, z\n1, 2, 3\n\n# a remark\n-4,5.5,6\n0;0;-1\n"},
       {"3d", ScanFormat::uos_3d, "a heading\n-200 300 100 17\n-550 600 -400 3\n0 -100 0 255\n"},
   };
 }
 
-TEST(CloudFormats, all_say_the_same_of_the_same_points) {
+TEST(CloudFormats, all_agree_on_the_same_points) {
   for (const Sample& sample : samples()) {
     const auto scan = parse_scan(sample.bytes, sample.name, sample.format);
     ASSERT_TRUE(scan) << scan.error().message;
@@ -87,7 +87,7 @@ TEST(CloudFormats, all_say_the_same_of_the_same_points) {
   }
 }
 
-TEST(CloudFormats, units_and_axes_are_as_said) {
+TEST(CloudFormats, units_and_axes_are_as_documented) {
   ReadOptions options;
   options.unit = LengthUnit::millimetre;
   options.axes = FileAxes::x_right_y_down;
@@ -185,18 +185,18 @@ TEST(HostileCloud, a_header_that_promises_more_than_the_file_holds_is_refused_wi
   };
   const std::string huge = "18446744073709551615";
   for (const char* encoding : {"ascii", "binary_little_endian"}) {
-    const std::string said =
+    const std::string error_text =
         message("ply\nformat " + std::string(encoding) + " 1.0\nelement vertex " + huge +
                     "\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
                 ScanFormat::ply);
-    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
-    EXPECT_EQ(said.find("f: byte "), 0U) << said;
+    EXPECT_NE(error_text.find("declares " + huge), std::string::npos) << error_text;
+    EXPECT_EQ(error_text.find("f: byte "), 0U) << error_text;
   }
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
   for (const char* encoding : {"ascii", "binary"}) {
-    const std::string said =
+    const std::string error_text =
         message(fields + "WIDTH " + huge + "\nHEIGHT 1\nDATA " + encoding + "\n", ScanFormat::pcd);
-    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
+    EXPECT_NE(error_text.find("declares " + huge), std::string::npos) << error_text;
   }
   EXPECT_NE(
       message(fields + "WIDTH " + huge + "\nHEIGHT 2\nDATA binary\n", ScanFormat::pcd).find("WIDTH times"),
@@ -236,7 +236,7 @@ TEST(HostileCloud, millimetres_and_centimetres_taken_for_metres_are_suspected) {
   EXPECT_EQ(note(millimetres, in_millimetres), "");
 }
 
-TEST(HostileCloud, words_that_are_no_numbers_are_named_with_their_line) {
+TEST(HostileCloud, tokens_that_are_no_numbers_are_named_with_their_line) {
   const auto scan = parse_scan("1 2 3\n1 two 3\n", "a.xyz", ScanFormat::xyz);
   ASSERT_FALSE(scan);
   EXPECT_EQ(scan.error().message, "a.xyz:2: expected x y z as numbers, not \"two\"");

@@ -30,7 +30,7 @@ std::int32_t partner_slow(const Surfels& target, const Surfels& source, std::siz
   for (std::size_t j = 0; j < target.count(); ++j) {
     const float d2 = (target.means[j] - p).squaredNorm();
     if (!(d2 < nearest)) continue;
-    if (source.slack[i] < PartnerSearch::flat_enough && target.slack[j] < PartnerSearch::flat_enough) {
+    if (source.slack[i] < PartnerSearch::kFlatEnough && target.slack[j] < PartnerSearch::kFlatEnough) {
       const float cosine = n.dot(target.normals[j]);
       if ((source.oriented && target.oriented ? cosine : std::abs(cosine)) < 0.5f) continue;
     }

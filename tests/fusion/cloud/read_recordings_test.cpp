@@ -9,16 +9,16 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float min_range = 0.48F;  // m; nearer points are not valid (3DTK's config.ini)
+constexpr float kMinRange = 0.48F;  // m; nearer points are not valid (3DTK's config.ini)
 
 /// The heights of floor and ceiling in the attribution files come from histograms of scans that are not
 /// level: the fullest layer of 5 cm within 0.25 m of `z` agrees with them to one and a half layers.
-constexpr double layer_tolerance = 0.075;  // m
+constexpr double kLayerTolerance = 0.075;  // m
 double densest_layer(const PointCloud<Scanner>& cloud, double z) {
   std::array<int, 10> counts{};
   for (const Eigen::Vector3f& p : cloud.points) {
     const double layer = (static_cast<double>(p.z()) - z + 0.25) / 0.05;
-    if (p.norm() > min_range && layer >= 0 && layer < 10) ++counts[static_cast<std::size_t>(layer)];
+    if (p.norm() > kMinRange && layer >= 0 && layer < 10) ++counts[static_cast<std::size_t>(layer)];
   }
   const auto best = std::max_element(counts.begin(), counts.end()) - counts.begin();
   return z - 0.25 + 0.05 * static_cast<double>(best) + 0.025;
@@ -30,7 +30,7 @@ double median_distance(const PointCloud<Scanner>& target, const PointCloud<Scann
   const BucketGrid grid(target.points, 1.0);
   std::vector<float> distances;
   for (std::size_t i = 0; i < cloud.size(); i += 20) {
-    if (cloud.points[i].norm() < min_range) continue;
+    if (cloud.points[i].norm() < kMinRange) continue;
     const Eigen::Vector3f p = (T * cloud.points[i].cast<double>().eval()).cast<float>();
     float nearest = 1;
     grid.for_each_run(grid.bucket_of(p), [&](BucketGrid::Range run) {
@@ -52,8 +52,8 @@ TEST(ReadRecordings, the_room_is_read_from_compressed_pcd_with_floor_and_ceiling
   EXPECT_EQ(scan->not_finite, 0U);
   EXPECT_TRUE(scan->notes.empty());
   EXPECT_TRUE(scan->cloud.viewpoints.empty());
-  EXPECT_NEAR(densest_layer(scan->cloud, -1.30), -1.30, layer_tolerance);
-  EXPECT_NEAR(densest_layer(scan->cloud, 1.65), 1.65, layer_tolerance);
+  EXPECT_NEAR(densest_layer(scan->cloud, -1.30), -1.30, kLayerTolerance);
+  EXPECT_NEAR(densest_layer(scan->cloud, 1.65), 1.65, kLayerTolerance);
 }
 
 TEST(ReadRecordings, the_corridor_of_3dtk_is_metres_x_forward_y_left_z_up) {
@@ -62,8 +62,8 @@ TEST(ReadRecordings, the_corridor_of_3dtk_is_metres_x_forward_y_left_z_up) {
   const auto scan = read_scan(path);
   ASSERT_TRUE(scan) << scan.error().message;
   EXPECT_EQ(scan->cloud.size(), 81'359U);
-  EXPECT_NEAR(densest_layer(scan->cloud, -0.43), -0.43, layer_tolerance);
-  EXPECT_NEAR(densest_layer(scan->cloud, 2.00), 2.00, layer_tolerance);
+  EXPECT_NEAR(densest_layer(scan->cloud, -0.43), -0.43, kLayerTolerance);
+  EXPECT_NEAR(densest_layer(scan->cloud, 2.00), 2.00, kLayerTolerance);
   // The solid wall is at x = +0.90 m of the left-handed file, which is to the right: y = -0.90 here.
   const auto near = [&scan](float y) {
     return std::count_if(scan->cloud.points.begin(), scan->cloud.points.end(),
@@ -104,7 +104,7 @@ TEST(ReadRecordings, binary_pcd_and_labelled_ply_have_their_points_and_labels) {
   const auto steps = read_scan(stairs);
   ASSERT_TRUE(steps) << steps.error().message;
   EXPECT_EQ(steps->cloud.size(), 107'772U);
-  EXPECT_NEAR(densest_layer(steps->cloud, 0.59), 0.59, layer_tolerance);
+  EXPECT_NEAR(densest_layer(steps->cloud, 0.59), 0.59, kLayerTolerance);
   EXPECT_EQ(steps->cloud.colours.size(), steps->cloud.size());
   const auto crop = read_scan(labelled);
   ASSERT_TRUE(crop) << crop.error().message;

@@ -58,10 +58,10 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   const int count = all ? 300 : 40;
   const std::vector<Eigen::Isometry3d> truth = around_the_ring(count);
   const std::vector<ScanToRegister> scans = drive(truth, 60);
-  std::size_t told = 0;
-  const auto found = register_sequence(scans, {}, [&](std::size_t done, std::size_t) { told = done; });
+  std::size_t last_done = 0;
+  const auto found = register_sequence(scans, {}, [&](std::size_t done, std::size_t) { last_done = done; });
   ASSERT_TRUE(found.ok()) << found.error().message;
-  EXPECT_EQ(told, scans.size());
+  EXPECT_EQ(last_done, scans.size());
   double worst = 0, drifted = 0, seconds = 0;
   int left_out = 0;
   for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -127,7 +127,7 @@ TEST(RegistrationSequence, BelievesNoFitFarFromItsGuess) {
   EXPECT_TRUE(leapt);
 }
 
-TEST(RegistrationSequence, LeavesOutAScanOfElsewhereAndSaysSo) {
+TEST(RegistrationSequence, LeavesOutAScanOfAnotherPlaceAndReportsIt) {
   const std::vector<Eigen::Isometry3d> truth = {pose(-1, 0.3, 0, 0), pose(0, 0.2, 0, 0.2),
                                                 pose(0.8, 0, 0, 0.4)};
   std::vector<ScanToRegister> scans(3);

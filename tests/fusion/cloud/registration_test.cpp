@@ -171,7 +171,7 @@ TEST(Registration, CountsDuplicatedPointsOnce) {
   EXPECT_LT(metres_off(*found, pair.truth), 0.004);
 }
 
-TEST(Registration, SaysWhichWaysOnePlaneDoesNotDetermine) {
+TEST(Registration, ReportsTheDirectionsThatOnePlaneDoesNotDetermine) {
   PointCloud<Target> plane;
   for (int i = 0; i < 100; ++i) {
     for (int j = 0; j < 100; ++j)

@@ -77,10 +77,10 @@ TEST(CloudFromDepth, an_image_that_is_not_the_cameras_is_refused) {
 Scan line_across(SensorTime stamp) {
   Scan line;
   line.stamp = stamp;
-  line.angle_first = 0;
-  line.angle_step = static_cast<float>(2 * 3.14159265358979 / 180);
+  line.angle_min = 0;
+  line.angle_increment = static_cast<float>(2 * 3.14159265358979 / 180);
   for (int i = 0; i < 180; ++i) {
-    const double angle = static_cast<double>(line.angle_step) * i;
+    const double angle = static_cast<double>(line.angle_increment) * i;
     const double y = std::cos(angle), z = std::sin(angle);
     const double side = std::abs(y) > 1e-9 ? 1 / std::abs(y) : 1e9;
     const double level = z > 1e-9 ? 2.0 / z : z < -1e-9 ? 0.5 / -z : 1e9;
@@ -131,7 +131,7 @@ TEST(CloudFromLines, what_a_laser_sees_of_its_own_robot_is_left_out) {
     const Transform<Base, Laser> T_base_laser(turn, {0.2, 0, 1.0});
     Scan line;
     line.stamp = SensorTime::from_utime(1'000'000 + 25'000LL * i);
-    line.angle_step = static_cast<float>(2 * std::numbers::pi / 180);
+    line.angle_increment = static_cast<float>(2 * std::numbers::pi / 180);
     for (int k = 0; k < 180; ++k)
       line.ranges.push_back(0.2F + 0.01F * static_cast<float>((k * 37 + i) % 180));
     const Transform<Map, Base> T_map_base = Transform<Map, Base>::planar(3, -2, 0.7);

@@ -47,17 +47,17 @@ class SlowRegistrar {
   struct Planes {
     cloud::BucketGrid grid;
     std::vector<Eigen::Vector3d> normals;
-    std::vector<double> slack;  ///< as in Surfels
-    std::vector<double> share;  ///< weight by area: each cube counts once, whatever its density
+    std::vector<double> slack;     ///< as in Surfels
+    std::vector<double> fraction;  ///< weight by area: each cube counts once, whatever its density
 
     Planes(const std::vector<Eigen::Vector3f>& points, double size)
-        : grid(points, 0.5 * size), normals(points.size()), slack(points.size(), 1), share(points.size()) {
+        : grid(points, 0.5 * size), normals(points.size()), slack(points.size(), 1), fraction(points.size()) {
       const cloud::BucketGrid cubes(points, size);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const Eigen::Vector3i cube =
             cubes.bucket_of(grid.sorted()[i]).cwiseMin(cubes.buckets() - Eigen::Vector3i::Ones());
         const cloud::BucketGrid::Range all = cubes.row(cube.x(), cube.x(), cube.y(), cube.z());
-        share[i] = 1.0 / (all.end - all.begin);
+        fraction[i] = 1.0 / (all.end - all.begin);
       }
       cloud::for_each_chunk(points.size(), 512, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) fit(i, 1.5 * size);
@@ -143,10 +143,10 @@ class SlowRegistrar {
             if (target_.slack[j] >= 0.25) continue;
             const Eigen::Vector3d& a = target_.normals[j];
             const double e = a.dot(target_.grid.sorted()[j].cast<double>() - p);
-            const double say = kernel * kernel / (kernel * kernel + e * e);
+            const double root_weight = kernel * kernel / (kernel * kernel + e * e);
             Eigen::Matrix<double, 6, 1> row;
             row << a, (p - T.translation()).cross(a);
-            const double weight = source_.share[i] * say * say;
+            const double weight = source_.fraction[i] * root_weight * root_weight;
             sum.H += weight * row * row.transpose();
             sum.b += weight * e * row;
             sum.residuals.push_back(std::abs(e));
@@ -161,9 +161,9 @@ class SlowRegistrar {
   }
 
   void converge(SlowRegistration& result, double gate, double kernel) const {
-    constexpr int most = 60;
+    constexpr int max_steps = 60;
     result.converged = false;
-    for (int i = 0; i < most && !result.converged; ++i) {
+    for (int i = 0; i < max_steps && !result.converged; ++i) {
       const Sum sum = round(result.T, gate, kernel);
       const Eigen::Matrix<double, 6, 1> step = sum.H.ldlt().solve(sum.b);
       const Eigen::Vector3d centre = result.T.translation(), turn = step.tail<3>();

@@ -17,7 +17,7 @@ using test::pose;
 
 /// The default against the reference, from one guess.
 void compare(const std::vector<Eigen::Vector3f>& target, const std::vector<Eigen::Vector3f>& source,
-             const Eigen::Isometry3d& guess, double most_degrees) {
+             const Eigen::Isometry3d& guess, double max_degrees) {
   PointCloud<Target> a;
   a.points = target;
   PointCloud<Source> b;
@@ -35,7 +35,7 @@ void compare(const std::vector<Eigen::Vector3f>& target, const std::vector<Eigen
   std::printf("%zu + %zu points: default and twin (%d iterations) %.2f mm and %.3f degrees apart\n",
               target.size(), source.size(), slow.iterations, 1000 * shift, degrees);
   EXPECT_LT(shift, 0.005);
-  EXPECT_LT(degrees, most_degrees);
+  EXPECT_LT(degrees, max_degrees);
 }
 
 TEST(SlowRegistration, AgreesWithTheDefaultOnAMadeUpRoom) {

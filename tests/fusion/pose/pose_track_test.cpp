@@ -63,7 +63,7 @@ struct SlowTrack {
   }
 };
 
-TEST(PoseTrack, AgreesWithItsSlowTwinOnRandomDrives) {
+TEST(PoseTrack, AgreesWithTheReferenceOnRandomDrives) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int drive = 0; drive < 30; ++drive) {
@@ -116,7 +116,7 @@ TEST(PoseTrack, FollowsAnArcBetweenSlowOdometrySamples) {
   EXPECT_EQ(pose->age, at_seconds(0.37) - at_seconds(0.5));
 }
 
-TEST(PoseTrack, PlacesAnEarlyWordAgainWhenOdometryGetsThere) {
+TEST(PoseTrack, PlacesAnEarlyEstimateAgainWhenOdometryArrives) {
   PoseTrack track(robot(), {});
   track.add(odometry(0, {}));
   track.add(odometry(0.1, {0.1, 0, 0}));
@@ -129,7 +129,7 @@ TEST(PoseTrack, PlacesAnEarlyWordAgainWhenOdometryGetsThere) {
   EXPECT_NEAR(pose->T_map_base.translation().x(), 5, 1e-9);
 }
 
-TEST(PoseTrack, CovarianceGrowsWithTheWayAndNeverShrinksWithout) {
+TEST(PoseTrack, CovarianceGrowsWithDistanceAndNeverShrinksWithoutEstimates) {
   PoseTrack track(robot(), {});
   for (int i = 0; i <= 20; ++i) track.add(odometry(0.05 * i, on_circle(0.05 * i)));
   track.add(estimate(0.2, on_circle(0.2)));
@@ -148,14 +148,14 @@ TEST(PoseTrack, CovarianceGrowsWithTheWayAndNeverShrinksWithout) {
 /// to `jitter` seconds from its stamp, and its heading drifts by `heading` (rad, 1 sigma) per estimate.
 /// Returns the error of the propagated poses just before each later estimate: real RMS and predicted, in m,
 /// and the same for heading, in rad.
-struct Carried {
+struct Propagated {
   double error = 0, predicted = 0, yaw = 0, predicted_yaw = 0;
 };
-Carried carry(double jitter, double heading) {
+Propagated propagate(double jitter, double heading) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> unit;
   PoseTrack track(robot(), {});
-  Carried sum;
+  Propagated sum;
   int words = 0;
   Pose2 T_odom_base{};
   double last = 0;
@@ -165,14 +165,14 @@ Carried carry(double jitter, double heading) {
     last = seen;
     track.add(odometry(t, T_odom_base));
     const Pose2 T_map_base{1.4 * t, 0, 0};
-    const auto carried = track.at(at_seconds(t));
-    if (carried && i > 40) {
+    const auto propagated = track.at(at_seconds(t));
+    if (propagated && i > 40) {
       ++words;
-      const Pose2 guess = planar(carried->T_map_base);
+      const Pose2 guess = planar(propagated->T_map_base);
       sum.error += (guess.position() - T_map_base.position()).squaredNorm() / 2;
       sum.yaw += guess.yaw * guess.yaw;
-      sum.predicted += carried->covariance(0, 0) / 2 + carried->covariance(1, 1) / 2;
-      sum.predicted_yaw += carried->covariance(5, 5);
+      sum.predicted += propagated->covariance(0, 0) / 2 + propagated->covariance(1, 1) / 2;
+      sum.predicted_yaw += propagated->covariance(5, 5);
     }
     track.add(estimate(t, T_map_base));
   }
@@ -182,16 +182,16 @@ Carried carry(double jitter, double heading) {
 }
 
 TEST(PoseTrack, PredictsTheErrorOfOdometryThatIsWorseThanItsDescription) {
-  const Carried late = carry(0.05, 0);
+  const Propagated late = propagate(0.05, 0);
   EXPECT_GT(late.error, 0.04);
   EXPECT_NEAR(late.predicted / late.error, 1, 0.35);
-  const Carried winding = carry(0, 0.03);
+  const Propagated winding = propagate(0, 0.03);
   EXPECT_GT(winding.yaw, 0.02);
   EXPECT_NEAR(winding.predicted_yaw / winding.yaw, 1, 0.35);
 }
 
 TEST(PoseTrack, NeverPredictsLessThanTheDescriptionOfTheOdometry) {
-  const Carried exact = carry(0, 0);
+  const Propagated exact = propagate(0, 0);
   EXPECT_LT(exact.error, 1e-9);
   // 5 % of the 0.35 m between two estimates, and the estimate's own centimetre.
   EXPECT_NEAR(exact.predicted, std::hypot(0.05 * 0.35, 0.01), 0.003);
@@ -207,7 +207,7 @@ TEST(PoseTrack, StandingStillKeepsItsCertainty) {
   EXPECT_NEAR(pose->twist.vx, 0, 1e-12);
 }
 
-TEST(PoseTrack, SaysWhyThereIsNoPose) {
+TEST(PoseTrack, ReportsWhyThereIsNoPose) {
   PoseTrackOptions options;
   options.map_id = "a";
   PoseTrack track(robot(), options);
@@ -303,7 +303,7 @@ TEST(PoseTrack, CarriesEstimatesAloneWhereNoOdometryEverComes) {
   EXPECT_GT(track.at(at_seconds(0.2))->covariance(0, 0), 1e-4);
   EXPECT_FALSE(track.at(at_seconds(0.7), &why));
   EXPECT_EQ(why, NoPose::too_far_ahead);
-  EXPECT_FALSE(track.carried_by_odometry());
+  EXPECT_FALSE(track.has_odometry());
 }
 
 TEST(PoseTrack, OdometryThatComesLateTakesOverWithoutARelocalization) {

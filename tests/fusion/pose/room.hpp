@@ -56,8 +56,8 @@ inline RobotDescription robot_with_laser() {
   laser.convention.range_min = 0.05F;
   laser.convention.range_max = 30;
   laser.beams = 361;
-  laser.angle_first = -std::numbers::pi / 2;
-  laser.angle_step = std::numbers::pi / 360;
+  laser.angle_min = -std::numbers::pi / 2;
+  laser.angle_increment = std::numbers::pi / 360;
   laser.stamp_beam = LaserDescription::StampBeam::first;
   laser.beam_interval = 26.7e-3 / 361;
   robot.laser = laser;
@@ -71,14 +71,14 @@ inline Scan scan_from(const std::vector<Segment>& walls, const RobotDescription&
   const LaserDescription& laser = *robot.laser;
   Scan scan;
   scan.stamp = stamp;
-  scan.angle_first = static_cast<float>(laser.angle_first);
-  scan.angle_step = static_cast<float>(laser.angle_step);
+  scan.angle_min = static_cast<float>(laser.angle_min);
+  scan.angle_increment = static_cast<float>(laser.angle_increment);
   std::normal_distribution<double> noise(0, sigma);
   for (int i = 0; i < laser.beams; ++i) {
     const auto beam = static_cast<std::size_t>(i);
     const double dt = laser.beam_time(beam, static_cast<std::size_t>(laser.beams)).seconds();
     const Pose2 T_map_laser = T_map_base * moved(twist, dt) * planar(laser.T_base_laser);
-    const double angle = static_cast<double>(scan.angle_first) + i * static_cast<double>(scan.angle_step);
+    const double angle = static_cast<double>(scan.angle_min) + i * static_cast<double>(scan.angle_increment);
     const double range = cast(walls, T_map_laser.position(), T_map_laser.yaw + angle);
     scan.ranges.push_back(static_cast<float>(range + noise(random)));
   }
@@ -114,7 +114,7 @@ inline std::vector<Sample> drive(const std::vector<Segment>& walls, const RobotD
     stamp = stamp + seconds(dt);
   };
   for (int leg = 0; leg < static_cast<int>(rounds * 4); ++leg) {
-    for (double way = 0; way < legs[leg % 4]; way += speed * dt) take({speed, 0, 0});
+    for (double driven = 0; driven < legs[leg % 4]; driven += speed * dt) take({speed, 0, 0});
     // A quarter turn with radius 0.5 m.
     const int steps = static_cast<int>(std::lround(std::numbers::pi / 2 / (turn * dt)));
     for (int i = 0; i < steps; ++i) take({0.3, 0, std::numbers::pi / 2 / (steps * dt)});

@@ -67,7 +67,7 @@ TEST(Mapper, FollowsADriveAndClosesItsLoop) {
   EXPECT_LT(worst_final, 0.05);
 }
 
-TEST(Mapper, SaysTheSameTwice) {
+TEST(Mapper, IsDeterministic) {
   const Drive& drive = shared_drive();
   std::vector<PoseEstimate> causal[2], final[2];
   std::string id[2];
@@ -79,7 +79,7 @@ TEST(Mapper, SaysTheSameTwice) {
   }
 }
 
-TEST(Mapper, SaysNothingBeforeTheFirstOdometry) {
+TEST(Mapper, PublishesNothingBeforeTheFirstOdometry) {
   const Drive& drive = shared_drive();
   auto mapper = make_mapper(drive.robot, {});
   EXPECT_FALSE((*mapper)->add(drive.samples[0].scan));
@@ -147,7 +147,7 @@ TEST_P(InAMap, TracksFromAStart) {
   EXPECT_GT(inside, words * 8 / 10) << "the covariance must be honest";
 }
 
-TEST_P(InAMap, FindsItselfAnywhereAndSaysNothingBefore) {
+TEST_P(InAMap, LocalizesAnywhereAndPublishesNothingBefore) {
   const auto slam = localizer({});
   const auto samples = other_drive();
   int tracking = 0;

@@ -22,8 +22,8 @@ TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
   Scan real, out;
   real.ranges.assign(kBeams, 20);
   real.intensities.assign(kBeams, 1);
-  real.angle_first = scene.beams.angle_first;
-  real.angle_step = scene.beams.angle_step;
+  real.angle_min = scene.beams.angle_min;
+  real.angle_increment = scene.beams.angle_increment;
   std::vector<float> time;
   std::vector<std::int32_t> beam_body;
   std::vector<RangeHit> bodies(kBeams), building(kBeams);
@@ -36,7 +36,7 @@ TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
         Transform<Map, Laser>(scene.laser.T_map_laser_end.quaternion(), forward.translation());
     beam_times(laser, kBeams, time);
     const std::span<const BodyMotion> some = std::span(scene.bodies).first(scene.bodies.size() - n % 7);
-    const BeamSet beams{real.angle_first, real.angle_step, time};
+    const BeamSet beams{real.angle_min, real.angle_increment, time};
     caster.cast_bodies(scene.laser, beams, some, 80, bodies);
     caster.cast_building(scene.laser, beams, 80, building);
     replaced += augment_scan(real, laser, {1, n}, bodies, building, out, beam_body);

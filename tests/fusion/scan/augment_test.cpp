@@ -85,8 +85,8 @@ void random_case(Draw& draw, std::size_t beams, Case& c) {
   c.laser = random_laser(draw);
   c.key = {draw.word(), draw.word()};
   c.real.stamp = {static_cast<std::int64_t>(draw.word() >> 2)};
-  c.real.angle_first = static_cast<float>(draw.real(-4, 4));
-  c.real.angle_step = static_cast<float>(draw.real(-0.1, 0.1));
+  c.real.angle_min = static_cast<float>(draw.real(-4, 4));
+  c.real.angle_increment = static_cast<float>(draw.real(-0.1, 0.1));
   c.real.ranges.resize(beams);
   c.real.intensities.resize(draw.chance(0.5) ? beams : 0);
   c.virtual_hits.resize(beams);
@@ -164,8 +164,8 @@ TEST(Augmentation, keeps_promise_1_over_ten_million_beams) {
     ASSERT_EQ(out.stamp, c.real.stamp);
     ASSERT_EQ(out.ranges.size(), kBeams);
     ASSERT_EQ(out.intensities.size(), c.real.intensities.size());
-    ASSERT_EQ(bits(out.angle_first), bits(c.real.angle_first));
-    ASSERT_EQ(bits(out.angle_step), bits(c.real.angle_step));
+    ASSERT_EQ(bits(out.angle_min), bits(c.real.angle_min));
+    ASSERT_EQ(bits(out.angle_increment), bits(c.real.angle_increment));
     std::size_t named = 0;
     for (std::size_t i = 0; i < kBeams; ++i) {
       const std::string broken = broken_clause(c, i, out, beam_body[i]);
@@ -273,13 +273,13 @@ TEST(Simulation, writes_the_nearest_of_bodies_and_building) {
   scan.beam(0, 3, 5);
   scan.beam(0, 6, 5);
   scan.beam(0, kInf, kInf);
-  scan.laser.angle_first = -0.5;
-  scan.laser.angle_step = 0.25;
+  scan.laser.angle_min = -0.5;
+  scan.laser.angle_increment = 0.25;
   simulate_scan(scan.laser, {}, scan.virtual_hits, scan.building_hits, {77}, scan.out);
   EXPECT_EQ(scan.out.ranges, (std::vector<float>{3, 5, kInf}));
   EXPECT_EQ(scan.out.stamp.ns, 77);
-  EXPECT_EQ(scan.out.angle_first, -0.5F);
-  EXPECT_EQ(scan.out.angle_step, 0.25F);
+  EXPECT_EQ(scan.out.angle_min, -0.5F);
+  EXPECT_EQ(scan.out.angle_increment, 0.25F);
   EXPECT_TRUE(scan.out.intensities.empty());
 }
 

@@ -27,7 +27,7 @@ TEST(BeamOrder, a_part_of_a_sweep_is_answered_as_in_the_whole) {
     const auto whole = cast(scene, scene.beams, scene.bodies);
     // Only the first beams: their bearings are identical to the bit.
     for (const std::size_t n : {std::size_t{1}, std::size_t{2}, std::size_t{100}}) {
-      const BeamSet part{scene.beams.angle_first, scene.beams.angle_step, scene.beams.time.first(n)};
+      const BeamSet part{scene.beams.angle_min, scene.beams.angle_increment, scene.beams.time.first(n)};
       const auto hits = cast(scene, part, scene.bodies);
       for (std::size_t i = 0; i < n; ++i) {
         ASSERT_EQ(hits[i].range, whole[i].range) << "scene " << seed << " beam " << i;
@@ -77,14 +77,14 @@ TEST(BeamWindow, names_every_beam_that_meets_a_sphere) {
     rays.set(scene.laser, scene.beams);
     const BeamWindow window(scene.beams, rays.half_turn(), rays.half_tilt(), scene.max_range);
     // A sphere at rest relative to the laser: its centre moves against the laser's motion.
-    const Eigen::Vector3d way = rays.end() - rays.start();
+    const Eigen::Vector3d travel = rays.end() - rays.start();
     const Eigen::Vector3d middle = (rays.start() + rays.end()) / 2;
     const double radius = draw.real(0.01, draw.chance(0.2) ? 5 : 0.5);
     const Eigen::Vector3d offset =
         draw.vector(draw.chance(0.3) ? 2 : 20).cwiseProduct(Eigen::Vector3d(1, 1, 0.1));
     const Eigen::Vector3d center = rays.R_map_middle().transpose() * offset;
     std::vector<bool> in(rays.size(), false);
-    for (const BeamRange& range : window.meet(center, radius + way.norm() / 2)) {
+    for (const BeamRange& range : window.meet(center, radius + travel.norm() / 2)) {
       for (std::size_t i = range.first; i < range.last; ++i) in[i] = true;
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {

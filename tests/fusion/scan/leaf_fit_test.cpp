@@ -37,8 +37,8 @@ struct Site {
                         0};
     laser.noise_sigma = 0.01;
     laser.beams = 1081;
-    laser.angle_first = -135 * kDegree;
-    laser.angle_step = 0.25 * kDegree;
+    laser.angle_min = -135 * kDegree;
+    laser.angle_increment = 0.25 * kDegree;
     door.hinge = Hinge{{-0.45, 0}, 0, 90 * kDegree, 0};
     const auto wall = [this](double x, double y, double length, double yaw) {
       walls.entities.push_back(box(EntityLabel::wall, x, y, yaw, {length, 0.1, 2.5}));
@@ -63,7 +63,7 @@ struct Site {
     }
     const auto beams = static_cast<std::size_t>(laser.beams);
     beam_times(laser, beams, time);
-    const BeamSet set{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step), time};
+    const BeamSet set{static_cast<float>(laser.angle_min), static_cast<float>(laser.angle_increment), time};
     std::vector<RangeHit> hits(beams), building(beams);
     cast_building_exact({T_map_laser, T_map_laser}, set, model, 30, building);
     std::vector<BodyDefinition> bodies(people.size());
@@ -80,8 +80,8 @@ struct Site {
   }
 
   /// `error`: error of the pose that is passed to the fit.
-  LeafSight find(const Scan& scan, std::optional<double> known = {}, double sigma = 0.02,
-                 const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
+  LeafFitResult find(const Scan& scan, std::optional<double> known = {}, double sigma = 0.02,
+                     const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
     const auto wrong = T_map_laser.moved_by(error);
     fit.set_scan(scan, laser, {wrong, wrong}, time, sigma);
     return fit.find(door, *door.hinge, known);
@@ -96,7 +96,7 @@ TEST(LeafFit, FindsEachAngleWithinTwoDegreesFromBothSides) {
     int found = 0;
     double worst = 0;
     for (int degrees = 0; degrees <= 90; degrees += 3) {
-      const LeafSight sight = site.find(site.scan(degrees * kDegree));
+      const LeafFitResult sight = site.find(site.scan(degrees * kDegree));
       if (!sight.angle) continue;
       ++found;
       worst = std::max(worst, std::abs(*sight.angle - degrees * kDegree));
@@ -110,7 +110,7 @@ TEST(LeafFit, FindsEachAngleWithinTwoDegreesFromBothSides) {
 TEST(LeafFit, APoseThatIsCentimetresWrongMovesItByFewDegrees) {
   Site site;
   for (const double degrees : {0.0, 20.0, 45.0, 75.0}) {
-    const LeafSight sight = site.find(site.scan(degrees * kDegree), {}, 0.03, {0.02, -0.02, 0});
+    const LeafFitResult sight = site.find(site.scan(degrees * kDegree), {}, 0.03, {0.02, -0.02, 0});
     ASSERT_TRUE(sight.angle) << degrees;
     EXPECT_NEAR(*sight.angle, degrees * kDegree, 4 * kDegree) << degrees;
   }
@@ -133,7 +133,7 @@ TEST(LeafFit, AWallBesideADoorIsNoLeafOfIt) {
   ASSERT_TRUE(find({}, {}).angle) << "it was taken for one";
   EXPECT_FALSE(find({}, walls).angle);
   for (const double degrees : {0.0, 20.0, 40.0}) {
-    const LeafSight sight = find(degrees * kDegree, walls);
+    const LeafFitResult sight = find(degrees * kDegree, walls);
     ASSERT_TRUE(sight.angle) << degrees;
     EXPECT_NEAR(*sight.angle, degrees * kDegree, 3 * kDegree);
   }
@@ -146,9 +146,9 @@ TEST(LeafFit, AWallThatIsDrawnAcrossTheOpeningHidesNoDoor) {
   EXPECT_TRUE(walls_beside(site.door, *site.door.hinge, across).empty());
 }
 
-TEST(LeafFit, NothingIsSaidOfALeafThatIsNotThere) {
+TEST(LeafFit, ReportsNothingForAMissingLeaf) {
   Site site;
-  const LeafSight sight = site.find(site.scan(std::nullopt), 0.0);
+  const LeafFitResult sight = site.find(site.scan(std::nullopt), 0.0);
   EXPECT_FALSE(sight.angle);
   EXPECT_TRUE(sight.gone) << "beams pass where it was closed";
 }
@@ -164,12 +164,12 @@ TEST(LeafFit, APersonInTheDoorwayIsNoLeaf) {
   }
 }
 
-TEST(LeafFit, BehindAPersonTheLeafIsFoundOrNothingIsSaid) {
+TEST(LeafFit, FindsTheLeafBehindAPersonOrReportsNothing) {
   Site site;
   int found = 0;
   for (int degrees = 0; degrees <= 90; degrees += 10) {
     for (const double y : {-0.3, 0.0, 0.3}) {
-      const LeafSight sight = site.find(site.scan(degrees * kDegree, {{3.2, y + 0.3, 0.2}}));
+      const LeafFitResult sight = site.find(site.scan(degrees * kDegree, {{3.2, y + 0.3, 0.2}}));
       if (!sight.angle) continue;
       ++found;
       EXPECT_NEAR(*sight.angle, degrees * kDegree, 2 * kDegree) << y;
@@ -178,10 +178,10 @@ TEST(LeafFit, BehindAPersonTheLeafIsFoundOrNothingIsSaid) {
   EXPECT_GE(found, 15);
 }
 
-TEST(LeafFit, WithoutBeamsOnItNothingIsSaidNorThatItIsGone) {
+TEST(LeafFit, ReportsNeitherAngleNorAbsenceWithoutBeamsOnTheLeaf) {
   Site site;
   site.T_map_laser = Transform<Map, Laser>::planar(1.5, 0.8, std::numbers::pi, 0.4);
-  LeafSight sight = site.find(site.scan(0.3), 0.3);
+  LeafFitResult sight = site.find(site.scan(0.3), 0.3);
   EXPECT_FALSE(sight.angle);
   EXPECT_FALSE(sight.gone);
   site = Site();
@@ -198,9 +198,9 @@ TEST(LeafFit, WithoutBeamsOnItNothingIsSaidNorThatItIsGone) {
 TEST(LeafFit, TheSameScanGivesTheSameBits) {
   Site site;
   const Scan scan = site.scan(0.5);
-  const LeafSight first = site.find(scan);
+  const LeafFitResult first = site.find(scan);
   site.find(site.scan(1.2));
-  const LeafSight again = site.find(scan);
+  const LeafFitResult again = site.find(scan);
   ASSERT_TRUE(first.angle && again.angle);
   EXPECT_EQ(*first.angle, *again.angle);
   EXPECT_EQ(first.returns, again.returns);

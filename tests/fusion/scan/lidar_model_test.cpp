@@ -51,7 +51,7 @@ TEST(Noise, is_standard_normal) {
 }
 
 // The quantile function inverts the distribution function, far into both tails.
-TEST(Noise, is_the_quantile_of_its_uniform_word) {
+TEST(Noise, is_the_quantile_of_its_uniform_sample) {
   for (std::uint32_t beam = 0; beam < 100'000; ++beam) {
     const PhiloxCounter word = philox4x32({beam, 0, 5, 0}, {6, 0});
     const double p = (static_cast<double>((std::uint64_t{word[0]} << 32 | word[1]) >> 12) + 0.5) * 0x1p-52;
@@ -83,7 +83,7 @@ TEST(Measure, quantises_to_the_step_of_the_wire) {
   EXPECT_EQ(measure_range(laser, {}, 0, 3.4751F), 3.4751F);
 }
 
-TEST(Measure, spreads_as_its_sigma_says) {
+TEST(Measure, spreads_as_its_sigma) {
   LaserDescription laser = plain_laser();
   laser.noise_sigma = 0.03;
   double sum = 0, squares = 0;

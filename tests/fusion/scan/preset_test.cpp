@@ -20,13 +20,13 @@ struct Expected {
 
 class Preset : public testing::TestWithParam<Expected> {};
 
-TEST_P(Preset, says_what_the_data_sheet_says) {
+TEST_P(Preset, matches_the_data_sheet) {
   const Expected& expected = GetParam();
   const auto laser = load_laser_preset(expected.name);
   ASSERT_TRUE(laser.ok()) << laser.error().message;
   EXPECT_EQ(laser->beams, expected.beams);
-  EXPECT_NEAR((laser->beams - 1) * laser->angle_step * 180 / std::numbers::pi, expected.field, 1e-6);
-  EXPECT_NEAR(laser->angle_first, -(laser->beams - 1) * laser->angle_step / 2, laser->angle_step)
+  EXPECT_NEAR((laser->beams - 1) * laser->angle_increment * 180 / std::numbers::pi, expected.field, 1e-6);
+  EXPECT_NEAR(laser->angle_min, -(laser->beams - 1) * laser->angle_increment / 2, laser->angle_increment)
       << "looks ahead";
   EXPECT_FLOAT_EQ(laser->convention.range_max, static_cast<float>(expected.range_max));
   EXPECT_DOUBLE_EQ(laser->noise_sigma, expected.noise);

@@ -67,13 +67,13 @@ inline Shape random_shape(Draw& draw) {
 template <class Frame>
 Transform<Map, Frame> moved(Draw& draw, const Transform<Map, Frame>& from) {
   if (draw.chance(0.3)) return from;
-  const double way = draw.chance(0.1) ? 3 : 0.1, turn = draw.chance(0.1) ? 3 : 0.1;
+  const double distance = draw.chance(0.1) ? 3 : 0.1, turn = draw.chance(0.1) ? 3 : 0.1;
   const Eigen::Quaterniond q =
       from.quaternion() *
       (draw.chance(0.5)
            ? draw.rotation(turn)
            : Eigen::Quaterniond(Eigen::AngleAxisd(draw.real(-turn, turn), Eigen::Vector3d::UnitZ())));
-  return {q, from.translation() + draw.vector(way)};
+  return {q, from.translation() + draw.vector(distance)};
 }
 
 inline void random_beams(Draw& draw, int n, RandomScene& scene) {
@@ -82,8 +82,8 @@ inline void random_beams(Draw& draw, int n, RandomScene& scene) {
                        : draw.chance(0.1) ? draw.real(full, 2.5 * full)
                                           : draw.real(0.5, 4.8);
   const double sign = draw.chance(0.3) ? -1 : 1;
-  scene.beams.angle_first = static_cast<float>(draw.chance(0.5) ? -sign * field / 2 : draw.real(-7, 7));
-  scene.beams.angle_step = static_cast<float>(sign * field / n);
+  scene.beams.angle_min = static_cast<float>(draw.chance(0.5) ? -sign * field / 2 : draw.real(-7, 7));
+  scene.beams.angle_increment = static_cast<float>(sign * field / n);
   LaserDescription lidar;
   lidar.passes = draw.integer(1, 3);
   lidar.beam_interval = draw.chance(0.1) ? 0 : 37e-6;

@@ -41,11 +41,11 @@ struct Single {
   }
   std::vector<RangeHit> cast() {
     motion.body = &definition;
-    std::vector<RangeHit> fast(time.size()), twin(time.size());
+    std::vector<RangeHit> fast(time.size()), reference(time.size());
     RayCaster caster;
     caster.cast_bodies(laser, beams, std::span(&motion, 1), max_range, fast);
-    cast_bodies_exact(laser, beams, std::span(&motion, 1), max_range, twin);
-    for (std::size_t i = 0; i < fast.size(); ++i) EXPECT_TRUE(agree(fast[i], twin[i])) << "beam " << i;
+    cast_bodies_exact(laser, beams, std::span(&motion, 1), max_range, reference);
+    for (std::size_t i = 0; i < fast.size(); ++i) EXPECT_TRUE(agree(fast[i], reference[i])) << "beam " << i;
     return fast;
   }
   void stand(const Transform<Map, Body>& T_map_body) {
@@ -108,7 +108,7 @@ TEST(RayCaster, follows_a_body_that_turns_during_the_sweep) {
   EXPECT_NEAR(hits[2].range, 3, 1e-5);
 }
 
-TEST(RayCaster, says_zero_where_the_laser_is_inside_a_body) {
+TEST(RayCaster, returns_zero_where_the_laser_is_inside_a_body) {
   for (const ShapeKind kind : {ShapeKind::box, ShapeKind::cylinder, ShapeKind::sphere, ShapeKind::capsule}) {
     Single scene(shape_of(kind, {1, 1, 1}));
     scene.stand(PlanarBody::planar(0.2, 0.1, 0.3, 0.1));

@@ -20,8 +20,8 @@ struct Room {
   SemanticModel model;
   LaserMotion motion;
   std::vector<float> time = std::vector<float>(kBeams, 0);
-  float angle_first = static_cast<float>(-std::numbers::pi / 2);
-  float angle_step = static_cast<float>(std::numbers::pi / 360);
+  float angle_min = static_cast<float>(-std::numbers::pi / 2);
+  float angle_increment = static_cast<float>(std::numbers::pi / 360);
   std::vector<RangeHit> building;
 
   Room() {
@@ -41,7 +41,7 @@ struct Room {
 
   /// People are upright cylinders at x, y with a radius.
   Scan scan(const std::vector<Eigen::Vector3d>& people, double wall_offset = 0) {
-    const BeamSet beams{angle_first, angle_step, time};
+    const BeamSet beams{angle_min, angle_increment, time};
     building.resize(kBeams);
     cast_building_exact(motion, beams, model, 30, building);
     std::vector<BodyDefinition> bodies(people.size());
@@ -58,8 +58,8 @@ struct Room {
     cast_bodies_exact(motion, beams, motions, 30, hits);
     for (RangeHit& wall : walls) wall.range -= static_cast<float>(wall_offset);
     Scan scan;
-    laser.angle_first = angle_first;
-    laser.angle_step = angle_step;
+    laser.angle_min = angle_min;
+    laser.angle_increment = angle_increment;
     simulate_scan(laser, {5, 1}, hits, walls, {}, scan);
     return scan;
   }
@@ -141,8 +141,8 @@ TEST(UnexplainedReturns, cut_long_things_into_discs) {
 
 TEST(UnexplainedReturns, are_whole_across_the_ends_of_a_full_turn) {
   Room room;
-  room.angle_first = static_cast<float>(-std::numbers::pi);
-  room.angle_step = static_cast<float>(2 * std::numbers::pi / kBeams);
+  room.angle_min = static_cast<float>(-std::numbers::pi);
+  room.angle_increment = static_cast<float>(2 * std::numbers::pi / kBeams);
   const auto discs = room.find(room.scan({{-2, 0, 0.25}}));
   ASSERT_EQ(discs.size(), 1U) << "a person behind the laser is cut by the ends of the scan";
   EXPECT_LT((discs[0].center - Eigen::Vector2d(-2, 0)).norm(), 0.3);

@@ -40,13 +40,13 @@ class Passage {
   }
   void drop() { drop_carriers(cloud_, cloud_.labels); }
 
-  double share_left(std::size_t from, std::size_t to) const {
+  double remaining_fraction(std::size_t from, std::size_t to) const {
     std::size_t left = 0;
     for (std::size_t i = from; i < to; ++i) left += cloud_.labels[i] == kUnknown;
     return static_cast<double>(left) / static_cast<double>(to - from);
   }
-  double strip_left() const { return share_left(first_, last_); }
-  double railing_left() const { return share_left(0, first_); }
+  double strip_left() const { return remaining_fraction(first_, last_); }
+  double railing_left() const { return remaining_fraction(0, first_); }
 
  private:
   void add(const Eigen::Vector3d& p, std::uint16_t scan, EntityLabel label = EntityLabel::unknown) {

@@ -12,9 +12,9 @@ namespace parhelion::test {
 
 /// Draws points on rectangles with noise along their normals. It uses its own arithmetic on the generator's
 /// output, so that every library draws the same.
-class CloudPainter {
+class CloudSampler {
  public:
-  CloudPainter(double per_square_metre, double sigma, std::uint64_t seed)
+  CloudSampler(double per_square_metre, double sigma, std::uint64_t seed)
       : density_(per_square_metre), sigma_(sigma), random_(seed) {}
 
   /// The parallelogram corner + s u + t v, s and t in [0, 1].
@@ -47,8 +47,8 @@ class CloudPainter {
   /// Points anywhere in the box.
   void clutter(const Eigen::AlignedBox3d& box, int count) {
     for (int i = 0; i < count; ++i) {
-      const Eigen::Vector3d share(uniform(), uniform(), uniform());
-      cloud_.points.push_back((box.min() + share.cwiseProduct(box.sizes())).cast<float>());
+      const Eigen::Vector3d fraction(uniform(), uniform(), uniform());
+      cloud_.points.push_back((box.min() + fraction.cwiseProduct(box.sizes())).cast<float>());
     }
   }
   void turn(const Eigen::Isometry3d& motion) {

@@ -22,20 +22,20 @@ struct Stairs {
 
 /// Steps along x with the given rises, with the floor before them; every point is raised by bend(x).
 Stairs stairs_of(const std::vector<double>& rises, const std::function<double(double)>& bend) {
-  test::CloudPainter painter(3000, 0.004, 11);
+  test::CloudSampler sampler(3000, 0.004, 11);
   Stairs stairs;
   double z = 0;
   const auto tread = [&](double from, double to) {
-    const std::size_t before = painter.cloud().size();
-    painter.slab({from, 0}, {to, kWidth}, z);
+    const std::size_t before = sampler.cloud().size();
+    sampler.slab({from, 0}, {to, kWidth}, z);
     std::vector<double> heights;
-    for (std::size_t i = before; i < painter.cloud().size(); ++i) {
-      Eigen::Vector3f p = painter.cloud().points[i];
+    for (std::size_t i = before; i < sampler.cloud().size(); ++i) {
+      Eigen::Vector3f p = sampler.cloud().points[i];
       p.z() += static_cast<float>(bend(p.x()));
       stairs.cloud.points.push_back(p);
       heights.push_back(p.z());
     }
-    stairs.flight.steps.push_back({no_surface, median(heights), from, to, 0, kWidth});
+    stairs.flight.steps.push_back({kNoSurface, median(heights), from, to, 0, kWidth});
   };
   tread(-kStrip, 0);
   for (std::size_t i = 0; i < rises.size(); ++i) {
@@ -48,10 +48,10 @@ Stairs stairs_of(const std::vector<double>& rises, const std::function<double(do
 /// m, maximum deviation of the rises from their mean.
 double unevenness(const Flight& flight) {
   const std::vector<double> rises = flight.rises();
-  double mean = 0, most = 0;
+  double mean = 0, largest = 0;
   for (const double rise : rises) mean += rise / static_cast<double>(rises.size());
-  for (const double rise : rises) most = std::max(most, std::abs(rise - mean));
-  return most;
+  for (const double rise : rises) largest = std::max(largest, std::abs(rise - mean));
+  return largest;
 }
 
 TEST(EvenRises, AreWhatABentCloudOfEvenStairsGives) {

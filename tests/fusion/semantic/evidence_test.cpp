@@ -80,7 +80,7 @@ TEST(Evidence, BehindASurfaceNothingIsKnown) {
 TEST(Evidence, WithoutRoomForMoreTheRestStaysUnobserved) {
   const cloud::PointCloud<Map> cloud = random_views(3);
   EvidenceOptions few;
-  few.most_blocks = 4;
+  few.max_blocks = 4;
   const EvidenceGrid bounded(cloud, few), whole(cloud);
   EXPECT_EQ(bounded.blocks(), 4U);
   EXPECT_GT(whole.blocks(), 8U);

@@ -85,7 +85,7 @@ TEST(MainPart, IsAllWhereLittleLiesFartherOut) {
   EXPECT_TRUE(plan_box({}).isEmpty());
 }
 
-TEST(ModelPlan, SaysWhatIsWrong) {
+TEST(ModelPlan, ReportsErrors) {
   const auto error = [](const SemanticModel& model, const ModelPlan& plan, const std::string& path) {
     const Status status = draw_model_plan(model, plan, path);
     return status ? std::string() : status.error().message;

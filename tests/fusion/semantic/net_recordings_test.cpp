@@ -108,7 +108,7 @@ cloud::PointCloud<Cloud> registered_corridor() {
   return std::move(sequence->cloud);
 }
 
-TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
+TEST(NetOnRecordings, DistinguishesTheCorridorsWallFromItsRailing) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-3dtk-corridor/scan000.3d"))
   const Labelled found = labelled(registered_corridor());
   const std::vector<VerticalSurface>& all = found.surfaces.verticals;

@@ -64,12 +64,12 @@ Site make_site() {
   Scan scan;
   LaserDescription laser;
   laser.convention.range_max = 20;
-  scan.angle_first = -1.57F;
-  scan.angle_step = 3.14F / 360;
+  scan.angle_min = -1.57F;
+  scan.angle_increment = 3.14F / 360;
   std::vector<std::int16_t> agents(361, -1);
   const auto T_map_base = Transform<Map, Base>::planar(4, 2.2, 0.3);
   for (int i = 0; i <= 360; ++i) {
-    const double angle = 0.3 + scan.angle_first + i * static_cast<double>(scan.angle_step);
+    const double angle = 0.3 + scan.angle_min + i * static_cast<double>(scan.angle_increment);
     double range = test::cast({4, 2.2}, angle, walls, 30);
     const double to_barrel = test::cast({4, 2.2}, angle, {{{7.8, 1.2}, {7.8, 1.8}}}, 30);
     if (to_barrel < range) {
@@ -162,7 +162,7 @@ TEST(PlanPicture, RefusesNothingAndNowhere) {
 TEST(PlanPicture, ScanIsPlacedByTheLasersPose) {
   Scan scan;
   scan.ranges = {2, std::numeric_limits<float>::infinity(), 3};
-  scan.angle_step = static_cast<float>(std::numbers::pi / 4);
+  scan.angle_increment = static_cast<float>(std::numbers::pi / 4);
   LaserDescription laser;
   laser.convention.range_max = 10;
   laser.T_base_laser = Transform<Base, Laser>::planar(1, 0, 0);

@@ -8,7 +8,7 @@ namespace parhelion::semantic {
 namespace {
 
 /// Minimum precision and recall; 0 where the rate has none.
-struct Least {
+struct Minimum {
   double precision = 0, recall = 0;
 };
 
@@ -17,7 +17,7 @@ struct Least {
 struct Row {
   const char* what;
   const test::Rate& rate;
-  Least of_ten, of_two_hundred;
+  Minimum of_ten, of_two_hundred;
 };
 
 // Causes of the lowest rates: a flush door whose leaf lies within 1.5 cm of the wall's face is not in the
@@ -48,10 +48,10 @@ TEST(SemanticNetOnRandomSites, FindsWhatIsThere) {
                       {"flush door", score.door_kind[3], {0, 0.49}, {0, 0.53}},
                       {"door ajar", score.door_kind[4], {0, 0.99}, {0, 0.74}}};
   for (const Row& row : rows) {
-    const Least& least = test::long_run() ? row.of_two_hundred : row.of_ten;
+    const Minimum& minimum = test::long_run() ? row.of_two_hundred : row.of_ten;
     EXPECT_GT(row.rate.there + row.rate.found, 0) << row.what << ": nothing was scored";
-    EXPECT_GE(row.rate.precision(), least.precision) << row.what;
-    EXPECT_GE(row.rate.recall(), least.recall) << row.what;
+    EXPECT_GE(row.rate.precision(), minimum.precision) << row.what;
+    EXPECT_GE(row.rate.recall(), minimum.recall) << row.what;
   }
 }
 

@@ -171,16 +171,16 @@ TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
 }
 
 TEST(RoundWalls, HaveOneTopWhereverSightEndedLower) {
-  test::CloudPainter painter(600, 0.004, 9);
-  painter.slab({-5, -5}, {5, 5}, 0);
+  test::CloudSampler sampler(600, 0.004, 9);
+  sampler.slab({-5, -5}, {5, 5}, 0);
   constexpr int pieces = 60;
   const auto at = [](int i) {
     const double angle = 1.5 * std::numbers::pi * i / pieces;
     return Eigen::Vector2d(kRadius * std::cos(angle), kRadius * std::sin(angle));
   };
-  for (int i = 0; i < pieces; ++i) painter.wall(at(i), at(i + 1), 0, i < 25 ? 3.2 : 2.4);
+  for (int i = 0; i < pieces; ++i) sampler.wall(at(i), at(i + 1), 0, i < 25 ? 3.2 : 2.4);
   cloud::PointCloud<Cloud> cloud;
-  cloud.points = painter.cloud().points;
+  cloud.points = sampler.cloud().points;
   const auto built = build_model(cloud, {});
   ASSERT_TRUE(built) << built.error().message;
   int facets = 0;

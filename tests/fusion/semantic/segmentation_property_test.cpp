@@ -14,7 +14,7 @@
 namespace parhelion::semantic {
 namespace {
 
-using test::CloudPainter;
+using test::CloudSampler;
 
 /// Clouds are large: a few in every run, many in a long one.
 void check(const auto& property) {
@@ -41,19 +41,19 @@ Built random_room() {
   Built built;
   built.floor = *rc::gen::inRange(-300, 300) / 100.0;
   built.ceiling = built.floor + *rc::gen::inRange(230, 400) / 100.0;
-  CloudPainter painter(*rc::gen::inRange(250, 900), *rc::gen::inRange(0, 12) / 1000.0,
+  CloudSampler sampler(*rc::gen::inRange(250, 900), *rc::gen::inRange(0, 12) / 1000.0,
                        *rc::gen::arbitrary<std::uint64_t>());
-  painter.room({0, 0}, {length, depth}, built.floor, built.ceiling);
+  sampler.room({0, 0}, {length, depth}, built.floor, built.ceiling);
   const double inner = length * *rc::gen::inRange(30, 70) / 100.0;
-  painter.wall({inner, 0}, {inner, depth * 0.7}, built.floor, built.ceiling);
+  sampler.wall({inner, 0}, {inner, depth * 0.7}, built.floor, built.ceiling);
   const double side = std::min(1.0, depth / 4);
-  painter.clutter(
+  sampler.clutter(
       {Eigen::Vector3d(0.3, 0.3, built.floor), Eigen::Vector3d(0.3 + side, 0.3 + side, built.floor + 0.8)},
       *rc::gen::inRange(0, 1500));
-  painter.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, *rc::gen::inRange(0, 300));
+  sampler.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, *rc::gen::inRange(0, 300));
   const Eigen::Isometry3d T_map_room =
       Eigen::Translation3d(place.x(), place.y(), 0) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-  painter.turn(T_map_room);
+  sampler.turn(T_map_room);
   const std::vector<Eigen::Vector2d> p = {{0, 0},     {length, 0}, {length, depth},
                                           {0, depth}, {inner, 0},  {inner, depth * 0.7}};
   const auto in_map = [&](std::size_t i) -> Eigen::Vector2d {
@@ -62,7 +62,7 @@ Built random_room() {
   for (const auto& [a, b] :
        std::vector<std::pair<std::size_t, std::size_t>>{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}})
     built.walls.emplace_back(in_map(a), in_map(b));
-  built.cloud = painter.cloud();
+  built.cloud = sampler.cloud();
   return built;
 }
 
@@ -126,13 +126,13 @@ double largest_shift(const Segmentation& one, const Segmentation& other, const E
 
 TEST(SegmentationOfRandomRooms, DoesNotDependOnWhereTilesBegin) {
   check([] {
-    CloudPainter painter(250, 0.004, 11);
-    painter.room({-6, -4}, {9, 7}, 0, 2.6);
-    painter.wall({1, -4}, {1, 5}, 0, 2.6);
-    const auto before = segment(painter.cloud());
+    CloudSampler sampler(250, 0.004, 11);
+    sampler.room({-6, -4}, {9, 7}, 0, 2.6);
+    sampler.wall({1, -4}, {1, 5}, 0, 2.6);
+    const auto before = segment(sampler.cloud());
     const Eigen::Vector2d shift(*rc::gen::inRange(-1000, 1000) / 100.0,
                                 *rc::gen::inRange(-1000, 1000) / 100.0);
-    cloud::PointCloud<Map> moved = painter.cloud();
+    cloud::PointCloud<Map> moved = sampler.cloud();
     for (Eigen::Vector3f& p : moved.points) p.head<2>() += shift.cast<float>();
     const auto after = segment(moved);
     RC_ASSERT(before.ok() && after.ok());
@@ -148,14 +148,14 @@ TEST(SegmentationOfRandomRooms, FindsStairsHoweverTheyAreTurned) {
     const double wide = *rc::gen::inRange(9, 20) / 10.0;
     const double yaw = *rc::gen::inRange(0, 360) * std::numbers::pi / 180;
     constexpr int steps = 6;
-    CloudPainter painter(4000, 0.003, 5);
-    painter.slab({-3, -2}, {0, 3}, 0);
+    CloudSampler sampler(4000, 0.003, 5);
+    sampler.slab({-3, -2}, {0, 3}, 0);
     for (int i = 0; i < steps; ++i) {
-      painter.wall({i * tread, 0}, {i * tread, wide}, i * rise, (i + 1) * rise);
-      painter.slab({i * tread, 0}, {(i + 1) * tread, wide}, (i + 1) * rise);
+      sampler.wall({i * tread, 0}, {i * tread, wide}, i * rise, (i + 1) * rise);
+      sampler.slab({i * tread, 0}, {(i + 1) * tread, wide}, (i + 1) * rise);
     }
-    painter.turn(Eigen::Isometry3d(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())));
-    const auto found = segment(painter.cloud());
+    sampler.turn(Eigen::Isometry3d(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())));
+    const auto found = segment(sampler.cloud());
     RC_ASSERT(found.ok());
     for (int i = 1; i <= steps; ++i) {
       RC_ASSERT(

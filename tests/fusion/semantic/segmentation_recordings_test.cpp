@@ -172,14 +172,14 @@ TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   ASSERT_NE(floor, nullptr);
   const auto verticals = static_cast<std::uint32_t>(found.verticals.size());
   const auto f1 = [&](std::uint8_t label, const auto& is_it) {
-    double both = 0, said = 0, true_ones = 0;
+    double both = 0, predicted_count = 0, true_ones = 0;
     for (std::size_t i = 0; i < cloud.size(); ++i) {
-      const bool says = found.surface_of[i] != no_surface && is_it(found.surface_of[i]);
-      both += says && cloud.labels[i] == label;
-      said += says;
+      const bool predicted = found.surface_of[i] != kNoSurface && is_it(found.surface_of[i]);
+      both += predicted && cloud.labels[i] == label;
+      predicted_count += predicted;
       true_ones += cloud.labels[i] == label;
     }
-    return 2 * both / (said + true_ones);
+    return 2 * both / (predicted_count + true_ones);
   };
   const double floor_f1 =
       f1(1, [&](std::uint32_t s) { return s >= verticals && &found.horizontals[s - verticals] == floor; });
@@ -210,7 +210,7 @@ TEST(SegmentationOfRecordings, TheKitchensTableTopIsNotItsFloor) {
       }));
 }
 
-TEST(SegmentationOfRecordings, BothWaysAgreeOnTheRoom) {
+TEST(SegmentationOfRecordings, BothPipelinesAgreeOnTheRoom) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-room-scan/room_scan1.pcd"));
   const cloud::PointCloud<Cloud> cloud = scan("3d-room-scan/room_scan1.pcd");
   const auto T_map_cloud = level(cloud);

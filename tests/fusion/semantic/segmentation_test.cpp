@@ -12,7 +12,7 @@
 namespace parhelion::semantic {
 namespace {
 
-using test::CloudPainter;
+using test::CloudSampler;
 using testing::HasSubstr;
 
 /// Distance of a point of the plan to a surface's segment.
@@ -39,9 +39,9 @@ const HorizontalSurface* at_height(const Segmentation& s, double z, double off) 
 }
 
 TEST(Segmentation, OfARoomIsItsWallsFloorAndCeiling) {
-  CloudPainter painter(400, 0.005, 1);
-  painter.room({-2, -1.5}, {3, 2.5}, -1.3, 1.4);
-  const auto found = segment(painter.cloud());
+  CloudSampler sampler(400, 0.005, 1);
+  sampler.room({-2, -1.5}, {3, 2.5}, -1.3, 1.4);
+  const auto found = segment(sampler.cloud());
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_EQ(found->verticals.size(), 4U);
   EXPECT_EQ(found->horizontals.size(), 2U);
@@ -60,21 +60,21 @@ TEST(Segmentation, OfARoomIsItsWallsFloorAndCeiling) {
   EXPECT_FALSE(floor->faces_down);
   EXPECT_TRUE(ceiling->faces_down);
   EXPECT_NEAR(floor->area, 20, 2);
-  ASSERT_EQ(found->surface_of.size(), painter.cloud().size());
-  const auto left = std::count(found->surface_of.begin(), found->surface_of.end(), no_surface);
-  EXPECT_LT(static_cast<double>(left), 0.01 * static_cast<double>(painter.cloud().size()));
+  ASSERT_EQ(found->surface_of.size(), sampler.cloud().size());
+  const auto left = std::count(found->surface_of.begin(), found->surface_of.end(), kNoSurface);
+  EXPECT_LT(static_cast<double>(left), 0.01 * static_cast<double>(sampler.cloud().size()));
 }
 
 TEST(Segmentation, IsTheSameForAnyNumberOfThreads) {
-  CloudPainter painter(300, 0.01, 2);
-  painter.room({-9, -7}, {12, 8}, 0, 2.7);
-  painter.wall({0, -7}, {3, 8}, 0, 2.7);
-  painter.clutter({Eigen::Vector3d(-9, -7, 0), Eigen::Vector3d(12, 8, 2.7)}, 20'000);
+  CloudSampler sampler(300, 0.01, 2);
+  sampler.room({-9, -7}, {12, 8}, 0, 2.7);
+  sampler.wall({0, -7}, {3, 8}, 0, 2.7);
+  sampler.clutter({Eigen::Vector3d(-9, -7, 0), Eigen::Vector3d(12, 8, 2.7)}, 20'000);
   SegmentationOptions options;
   options.threads = 1;
-  const auto one = segment(painter.cloud(), options);
+  const auto one = segment(sampler.cloud(), options);
   options.threads = 2;
-  const auto two = segment(painter.cloud(), options);
+  const auto two = segment(sampler.cloud(), options);
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_EQ(one->surface_of, two->surface_of);
   ASSERT_EQ(one->verticals.size(), two->verticals.size());
@@ -86,9 +86,9 @@ TEST(Segmentation, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(Segmentation, OfAWallAcrossTilesIsOneSegment) {
-  CloudPainter painter(400, 0.005, 3);
-  painter.wall({-14, 3}, {17, 6}, 0, 2.5);
-  const auto found = segment(painter.cloud());
+  CloudSampler sampler(400, 0.005, 3);
+  sampler.wall({-14, 3}, {17, 6}, 0, 2.5);
+  const auto found = segment(sampler.cloud());
   ASSERT_TRUE(found.ok());
   ASSERT_EQ(found->verticals.size(), 1U);
   EXPECT_NE(along(*found, {-14, 3}, {17, 6}, 0.04), nullptr);
@@ -96,26 +96,26 @@ TEST(Segmentation, OfAWallAcrossTilesIsOneSegment) {
 
 TEST(Segmentation, RefusesWhatItCannotWorkOn) {
   EXPECT_THAT(segment({}).error().message, HasSubstr("empty"));
-  CloudPainter painter(400, 0.005, 4);
-  painter.room({0, 0}, {4, 3}, 0, 2.6);
+  CloudSampler sampler(400, 0.005, 4);
+  sampler.room({0, 0}, {4, 3}, 0, 2.6);
   SegmentationOptions options;
   options.pixel = -1;
-  EXPECT_THAT(segment(painter.cloud(), options).error().message, HasSubstr("pixel"));
-  cloud::PointCloud<Map> millimetres = painter.cloud();
+  EXPECT_THAT(segment(sampler.cloud(), options).error().message, HasSubstr("pixel"));
+  cloud::PointCloud<Map> millimetres = sampler.cloud();
   for (Eigen::Vector3f& p : millimetres.points) p *= 1000;
   EXPECT_THAT(segment(millimetres).error().message, HasSubstr("millimetres"));
 }
 
 TEST(Segmentation, IsNotLostToAStrayPoint) {
-  CloudPainter painter(400, 0.005, 5);
-  painter.room({0, 0}, {4, 3}, 0, 2.6);
-  cloud::PointCloud<Map> cloud = painter.cloud();
+  CloudSampler sampler(400, 0.005, 5);
+  sampler.room({0, 0}, {4, 3}, 0, 2.6);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
   cloud.points.insert(cloud.points.end(), {{1e6F, -1e6F, 3e5F}, {3e38F, 1, 1}, {1, 1, -3e38F}});
   const auto found = segment(cloud);
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_EQ(found->verticals.size(), 4U);
   EXPECT_EQ(found->horizontals.size(), 2U);
-  EXPECT_EQ(found->surface_of.back(), no_surface);
+  EXPECT_EQ(found->surface_of.back(), kNoSurface);
 }
 
 TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
@@ -128,18 +128,18 @@ TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
 }
 
 cloud::PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
-  CloudPainter painter(300, 0.005, 6);
-  painter.room({-3, -2}, {4, 3}, -1, 1.7);
+  CloudSampler sampler(300, 0.005, 6);
+  sampler.room({-3, -2}, {4, 3}, -1, 1.7);
   for (const double x : {-2.0, 0.0, 2.0}) {
     const double low = furniture_on_top ? 0.95 : -1, high = furniture_on_top ? 1.7 : -0.25;
-    painter.slab({x, -1}, {x + 1, 0}, furniture_on_top ? low : high);
-    painter.wall({x, -1}, {x + 0.7, -0.3}, low, high);
-    painter.clutter({Eigen::Vector3d(x, -1, low), Eigen::Vector3d(x + 1, 0, high)}, 2'000);
+    sampler.slab({x, -1}, {x + 1, 0}, furniture_on_top ? low : high);
+    sampler.wall({x, -1}, {x + 0.7, -0.3}, low, high);
+    sampler.clutter({Eigen::Vector3d(x, -1, low), Eigen::Vector3d(x + 1, 0, high)}, 2'000);
   }
-  painter.turn(
+  sampler.turn(
       Eigen::Isometry3d(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d(0.6, 0.8, 0))));
   cloud::PointCloud<Cloud> cloud;
-  cloud.points = painter.cloud().points;
+  cloud.points = sampler.cloud().points;
   return cloud;
 }
 
@@ -158,14 +158,14 @@ TEST(Level, TurnsATiltedRoomUpright) {
 TEST(Segmentation, LetsNoFloorClimbItsWalls) {
   // Sparse: the random content of a wall's slices differs by no more than 3 cm from one to the next.
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    CloudPainter painter(420, 0.008, seed);
-    painter.room({0, 0}, {3.9, 7.2}, 1.76, 4.36);
-    painter.wall({2.5, 0}, {2.5, 5.04}, 1.76, 4.36);
-    painter.clutter({Eigen::Vector3d(0.3, 0.3, 1.76), Eigen::Vector3d(1.3, 1.3, 2.56)}, 1200);
-    painter.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, 190);
-    painter.turn(Eigen::Isometry3d(Eigen::Translation3d(12.7, -8.7, 0) *
+    CloudSampler sampler(420, 0.008, seed);
+    sampler.room({0, 0}, {3.9, 7.2}, 1.76, 4.36);
+    sampler.wall({2.5, 0}, {2.5, 5.04}, 1.76, 4.36);
+    sampler.clutter({Eigen::Vector3d(0.3, 0.3, 1.76), Eigen::Vector3d(1.3, 1.3, 2.56)}, 1200);
+    sampler.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, 190);
+    sampler.turn(Eigen::Isometry3d(Eigen::Translation3d(12.7, -8.7, 0) *
                                    Eigen::AngleAxisd(0.87, Eigen::Vector3d::UnitZ())));
-    const auto found = segment(painter.cloud());
+    const auto found = segment(sampler.cloud());
     ASSERT_TRUE(found.ok());
     const HorizontalSurface* const floor = at_height(*found, 1.76, 0.01);
     ASSERT_NE(floor, nullptr) << "seed " << seed;
@@ -173,7 +173,7 @@ TEST(Segmentation, LetsNoFloorClimbItsWalls) {
   }
 }
 
-TEST(Level, SaysThatACloudIsUpsideDown) {
+TEST(Level, ReportsAnUpsideDownCloud) {
   const auto found = level(tilted_room(2, true));
   ASSERT_FALSE(found.ok());
   EXPECT_THAT(found.error().message, HasSubstr("upside down"));
@@ -181,11 +181,11 @@ TEST(Level, SaysThatACloudIsUpsideDown) {
   EXPECT_FALSE(level(tilted_room(2, false), -Eigen::Vector3d::UnitZ()).ok());
 }
 
-TEST(Level, SaysWhatItSawWhereNothingIsLevel) {
-  CloudPainter painter(300, 0.005, 7);
-  painter.wall({0, 0}, {4, 0}, 0, 2.5);
+TEST(Level, ReportsWhatItFoundWhereNothingIsLevel) {
+  CloudSampler sampler(300, 0.005, 7);
+  sampler.wall({0, 0}, {4, 0}, 0, 2.5);
   cloud::PointCloud<Cloud> cloud;
-  cloud.points = painter.cloud().points;
+  cloud.points = sampler.cloud().points;
   EXPECT_THAT(level(cloud).error().message, HasSubstr("no level surface"));
   EXPECT_THAT(level(cloud::PointCloud<Cloud>()).error().message, HasSubstr("empty"));
   EXPECT_THAT(level(cloud, {0, 0, 2}).error().message, HasSubstr("length"));

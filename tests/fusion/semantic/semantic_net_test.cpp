@@ -16,7 +16,7 @@
 namespace parhelion::semantic {
 namespace {
 
-using test::CloudPainter;
+using test::CloudSampler;
 using testing::HasSubstr;
 
 long count(const SemanticNet& net, EntityLabel label) {
@@ -33,26 +33,26 @@ SemanticNet net_of(const cloud::PointCloud<Map>& cloud) {
 }
 
 TEST(SemanticNet, OfABareRoomIsFourWallsFloorAndCeiling) {
-  CloudPainter painter(600, 0.005, 1);
-  painter.room({0, 0}, {5, 4}, 0, 2.7);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(600, 0.005, 1);
+  sampler.room({0, 0}, {5, 4}, 0, 2.7);
+  const SemanticNet net = net_of(sampler.cloud());
   EXPECT_EQ(count(net, EntityLabel::wall), 4);
   EXPECT_EQ(count(net, EntityLabel::floor), 1);
   EXPECT_EQ(count(net, EntityLabel::ceiling), 1);
   EXPECT_EQ(count(net, EntityLabel::door), 0);
   EXPECT_EQ(net.evidence.size(), net.entities.size());
-  EXPECT_EQ(net.labels.size(), painter.cloud().size());
+  EXPECT_EQ(net.labels.size(), sampler.cloud().size());
   EXPECT_FALSE(find_overlap(net.entities));
 }
 
 TEST(SemanticNet, KnowsADoorThatStandsOpen) {
   // A wall across a hall with an opening 0.9 m wide and 2.0 m high, seen from one side.
-  CloudPainter painter(900, 0.005, 2);
-  painter.room({0, 0}, {8, 4}, 0, 2.7);
-  painter.wall({4, 0}, {4, 1.5}, 0, 2.7);
-  painter.wall({4, 2.4}, {4, 4}, 0, 2.7);
-  painter.wall({4, 1.5}, {4, 2.4}, 2.0, 2.7);
-  cloud::PointCloud<Map> cloud = painter.cloud();
+  CloudSampler sampler(900, 0.005, 2);
+  sampler.room({0, 0}, {8, 4}, 0, 2.7);
+  sampler.wall({4, 0}, {4, 1.5}, 0, 2.7);
+  sampler.wall({4, 2.4}, {4, 4}, 0, 2.7);
+  sampler.wall({4, 1.5}, {4, 2.4}, 2.0, 2.7);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
   cloud.viewpoints = {{2, 2, 1.2}};
   // The part hidden by the wall was not measured.
   std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
@@ -84,14 +84,14 @@ TEST(SemanticNet, KnowsADoorThatStandsOpen) {
 
 TEST(SemanticNet, FindsStairsOfRandomRises) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    CloudPainter painter(3000, 0.004, seed);
-    const double rise = 0.14 + 0.06 * painter.uniform(), tread = 0.26 + 0.08 * painter.uniform();
-    painter.slab({-2, 0}, {0, 1.4}, 0);
+    CloudSampler sampler(3000, 0.004, seed);
+    const double rise = 0.14 + 0.06 * sampler.uniform(), tread = 0.26 + 0.08 * sampler.uniform();
+    sampler.slab({-2, 0}, {0, 1.4}, 0);
     for (int i = 0; i < 5; ++i) {
-      painter.wall({i * tread, 0}, {i * tread, 1.4}, i * rise, (i + 1) * rise);
-      painter.slab({i * tread, 0}, {(i + 1) * tread + (i == 4 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
+      sampler.wall({i * tread, 0}, {i * tread, 1.4}, i * rise, (i + 1) * rise);
+      sampler.slab({i * tread, 0}, {(i + 1) * tread + (i == 4 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
     }
-    const SemanticNet net = net_of(painter.cloud());
+    const SemanticNet net = net_of(sampler.cloud());
     ASSERT_EQ(net.stairs.size(), 1U) << "seed " << seed;
     ASSERT_EQ(net.stairs[0].rises.size(), 5U) << "seed " << seed << ", rise " << rise;
     for (const double found : net.stairs[0].rises) EXPECT_NEAR(found, rise, 0.01) << "seed " << seed;
@@ -99,21 +99,21 @@ TEST(SemanticNet, FindsStairsOfRandomRises) {
 }
 
 /// Four steps of `rise` from x = 0, their lowest tread at z = rise.
-void paint_steps(CloudPainter& painter, double rise) {
+void paint_steps(CloudSampler& sampler, double rise) {
   for (int i = 0; i < 4; ++i) {
-    if (i > 0) painter.wall({i * 0.3, 0}, {i * 0.3, 1.4}, i * rise, (i + 1) * rise);
-    painter.slab({i * 0.3, 0}, {(i + 1) * 0.3 + (i == 3 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
+    if (i > 0) sampler.wall({i * 0.3, 0}, {i * 0.3, 1.4}, i * rise, (i + 1) * rise);
+    sampler.slab({i * 0.3, 0}, {(i + 1) * 0.3 + (i == 3 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
   }
 }
 
 TEST(SemanticNet, TakesAStripOfGroundForTheLevelThatAFlightStandsOn) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    CloudPainter painter(3000, 0.004, seed);
-    const double rise = 0.14 + 0.06 * painter.uniform();
-    painter.slab({-0.05, 0}, {0, 1.4}, 0);
-    painter.wall({0, 0}, {0, 1.4}, 0, rise);
-    paint_steps(painter, rise);
-    const SemanticNet net = net_of(painter.cloud());
+    CloudSampler sampler(3000, 0.004, seed);
+    const double rise = 0.14 + 0.06 * sampler.uniform();
+    sampler.slab({-0.05, 0}, {0, 1.4}, 0);
+    sampler.wall({0, 0}, {0, 1.4}, 0, rise);
+    paint_steps(sampler, rise);
+    const SemanticNet net = net_of(sampler.cloud());
     ASSERT_EQ(net.stairs.size(), 1U) << "seed " << seed;
     ASSERT_EQ(net.stairs[0].rises.size(), 4U) << "seed " << seed << ", rise " << rise;
     EXPECT_NEAR(net.stairs[0].rises[0], rise, 0.01) << "seed " << seed;
@@ -121,33 +121,33 @@ TEST(SemanticNet, TakesAStripOfGroundForTheLevelThatAFlightStandsOn) {
 }
 
 TEST(SemanticNet, InventsNoStepWhereALowWallCarriesAFlight) {
-  CloudPainter painter(3000, 0.004, 3);
-  painter.wall({0, 0}, {0, 1.4}, -0.8, 0.17);
-  painter.slab({-1, 0}, {0, 1.4}, -0.8);
-  paint_steps(painter, 0.17);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(3000, 0.004, 3);
+  sampler.wall({0, 0}, {0, 1.4}, -0.8, 0.17);
+  sampler.slab({-1, 0}, {0, 1.4}, -0.8);
+  paint_steps(sampler, 0.17);
+  const SemanticNet net = net_of(sampler.cloud());
   ASSERT_EQ(net.stairs.size(), 1U);
   EXPECT_EQ(net.stairs[0].rises.size(), 3U);
 }
 
 TEST(SemanticNet, InventsNoStepInARampThatLeadsToAFlight) {
-  CloudPainter painter(3000, 0.004, 3);
-  painter.rectangle({-1.2, 0, -0.6}, {1.2, 0, 0.77}, {0, 1.4, 0});
-  paint_steps(painter, 0.17);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(3000, 0.004, 3);
+  sampler.rectangle({-1.2, 0, -0.6}, {1.2, 0, 0.77}, {0, 1.4, 0});
+  paint_steps(sampler, 0.17);
+  const SemanticNet net = net_of(sampler.cloud());
   ASSERT_EQ(net.stairs.size(), 1U);
   EXPECT_EQ(net.stairs[0].rises.size(), 3U);
 }
 
 TEST(SemanticNet, EndsAWallAtTheFlightWhoseRiserLiesInItsPlane) {
-  CloudPainter painter(3000, 0.004, 5);
-  painter.slab({-2, 0}, {0, 3.4}, 0);
-  painter.slab({0, 1.4}, {0.6, 3.4}, 0);
-  painter.wall({0, 0}, {0, 1.4}, 0, 0.17);
-  paint_steps(painter, 0.17);
-  painter.wall({0.6, 1.4}, {0.6, 3.4}, 0, 2);
-  painter.wall({0.6, 0}, {0.6, 1.4}, 0.34, 0.51);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(3000, 0.004, 5);
+  sampler.slab({-2, 0}, {0, 3.4}, 0);
+  sampler.slab({0, 1.4}, {0.6, 3.4}, 0);
+  sampler.wall({0, 0}, {0, 1.4}, 0, 0.17);
+  paint_steps(sampler, 0.17);
+  sampler.wall({0.6, 1.4}, {0.6, 3.4}, 0, 2);
+  sampler.wall({0.6, 0}, {0.6, 1.4}, 0.34, 0.51);
+  const SemanticNet net = net_of(sampler.cloud());
   ASSERT_EQ(net.stairs.size(), 1U);
   int walls = 0;
   for (const ModelEntity& e : net.entities) {
@@ -161,11 +161,11 @@ TEST(SemanticNet, EndsAWallAtTheFlightWhoseRiserLiesInItsPlane) {
 }
 
 TEST(SemanticNet, TakesNoTableForAFloor) {
-  CloudPainter painter(900, 0.005, 4);
-  painter.room({0, 0}, {6, 4}, 0, 2.6);
-  painter.slab({1, 1}, {3, 2}, 0.74);
-  painter.slab({3.5, 2.5}, {5, 3.3}, 0.72);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(900, 0.005, 4);
+  sampler.room({0, 0}, {6, 4}, 0, 2.6);
+  sampler.slab({1, 1}, {3, 2}, 0.74);
+  sampler.slab({3.5, 2.5}, {5, 3.3}, 0.72);
+  const SemanticNet net = net_of(sampler.cloud());
   for (const ModelEntity& e : net.entities) {
     if (e.label != EntityLabel::floor) continue;
     EXPECT_LT(e.T_map_body.translation().z(), 0.1) << e.name;
@@ -174,14 +174,14 @@ TEST(SemanticNet, TakesNoTableForAFloor) {
 }
 
 TEST(SemanticNet, TakesACountersFrontForNoWallAndFindsTheWallBehindIt) {
-  CloudPainter painter(2500, 0.004, 6);
-  painter.slab({0, 0}, {4, 2.4}, 0);
-  painter.wall({0, 2.4}, {2.6, 2.4}, 0, 0.9);  // the front, and the top that it carries
-  painter.slab({0, 2.4}, {2.6, 3}, 0.9);
-  painter.wall({0, 3}, {2.6, 3}, 0.9, 1.7);  // the visible part of the wall behind; no ceiling
-  painter.wall({2.6, 3}, {4, 3}, 0, 1.7);
-  painter.wall({0, 0}, {0, 3}, 0, 1.7);
-  const SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(2500, 0.004, 6);
+  sampler.slab({0, 0}, {4, 2.4}, 0);
+  sampler.wall({0, 2.4}, {2.6, 2.4}, 0, 0.9);  // the front, and the top that it carries
+  sampler.slab({0, 2.4}, {2.6, 3}, 0.9);
+  sampler.wall({0, 3}, {2.6, 3}, 0.9, 1.7);  // the visible part of the wall behind; no ceiling
+  sampler.wall({2.6, 3}, {4, 3}, 0, 1.7);
+  sampler.wall({0, 0}, {0, 3}, 0, 1.7);
+  const SemanticNet net = net_of(sampler.cloud());
   bool behind = false;
   for (const ModelEntity& e : net.entities) {
     if (e.label != EntityLabel::wall || std::abs(std::sin(e.T_map_body.yaw())) > 0.1) continue;
@@ -192,17 +192,17 @@ TEST(SemanticNet, TakesACountersFrontForNoWallAndFindsTheWallBehindIt) {
 }
 
 TEST(SemanticNet, RefusesASegmentationOfAnotherCloud) {
-  CloudPainter painter(300, 0.005, 1);
-  painter.room({0, 0}, {5, 4}, 0, 2.7);
+  CloudSampler sampler(300, 0.005, 1);
+  sampler.room({0, 0}, {5, 4}, 0, 2.7);
   const Segmentation wrong;
-  EXPECT_THAT(label_entities(painter.cloud(), wrong).error().message, HasSubstr("points"));
+  EXPECT_THAT(label_entities(sampler.cloud(), wrong).error().message, HasSubstr("points"));
   EXPECT_FALSE(label_entities({}, wrong).ok());
 }
 
 TEST(SemanticNet, IsWrittenAsAGraph) {
-  CloudPainter painter(600, 0.005, 1);
-  painter.room({0, 0}, {5, 4}, 0, 2.7);
-  SemanticNet net = net_of(painter.cloud());
+  CloudSampler sampler(600, 0.005, 1);
+  sampler.room({0, 0}, {5, 4}, 0, 2.7);
+  SemanticNet net = net_of(sampler.cloud());
   net.entities[0].name = "the \"big\" floor";
   const std::string dot = net_to_dot(net);
   EXPECT_THAT(dot, testing::StartsWith("digraph"));

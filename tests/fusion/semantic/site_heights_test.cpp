@@ -22,18 +22,18 @@ constexpr double kSlope = 0.02;
 /// A floor that rises along x by 2 cm a metre through -1.3 m, and a level ceiling at 1.6 m: 8 by 4 m about a
 /// scanner at the origin.
 cloud::PointCloud<Map> leaning_floor() {
-  test::CloudPainter painter(400, 0.004, 5);
-  painter.rectangle({-4, -2, -1.3 - 4 * kSlope}, {8, 0, 8 * kSlope}, {0, 4, 0});
-  const std::size_t of_floor = painter.cloud().size();
-  painter.slab({-4, -2}, {4, 2}, 1.6);
-  cloud::PointCloud<Map> cloud = painter.cloud();
+  test::CloudSampler sampler(400, 0.004, 5);
+  sampler.rectangle({-4, -2, -1.3 - 4 * kSlope}, {8, 0, 8 * kSlope}, {0, 4, 0});
+  const std::size_t of_floor = sampler.cloud().size();
+  sampler.slab({-4, -2}, {4, 2}, 1.6);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
   cloud.labels.assign(cloud.size(), static_cast<std::uint8_t>(EntityLabel::ceiling));
   std::fill_n(cloud.labels.begin(), of_floor, static_cast<std::uint8_t>(EntityLabel::floor));
   cloud.viewpoints = {{0, 0, 0}, {3, 0, 0.1}, {30, 0, 0}};
   return cloud;
 }
 
-TEST(SiteHeights, SayHowWideALeaningFloorIsSpreadAndWhereScannersStood) {
+TEST(SiteHeights, ReportTheSpreadOfALeaningFloorAndTheScannersPoses) {
   const SiteHeights heights = site_heights(leaning_floor(), -1.3, 1.6);
   ASSERT_TRUE(heights.floor && heights.ceiling);
   EXPECT_NEAR(heights.floor->median, -1.3, 0.004);
@@ -47,7 +47,7 @@ TEST(SiteHeights, SayHowWideALeaningFloorIsSpreadAndWhereScannersStood) {
   // The floor covers only one metre of the 1.5 m around the second scanner: its middle is at about x = 2.8 m.
   EXPECT_NEAR(heights.scanners[1].floor.value(), -1.3 + 2.8 * kSlope, 0.008);
   EXPECT_FALSE(heights.scanners[2].floor || heights.scanners[2].ceiling) << "it stood far away";
-  const std::string words = in_words(heights);
+  const std::string words = heights_text(heights);
   EXPECT_NE(words.find("floor -1.3"), std::string::npos) << words;
   EXPECT_NE(words.find("scanner 2:"), std::string::npos) << words;
 }
@@ -58,10 +58,10 @@ TEST(SiteHeights, AreNoneWhereNothingIsLabelled) {
   EXPECT_FALSE(elsewhere.floor || elsewhere.ceiling);
   cloud.labels.clear();
   EXPECT_FALSE(site_heights(cloud, -1.3, 1.6).floor);
-  EXPECT_EQ(in_words(site_heights(cloud::PointCloud<Map>{}, -1.3, 1.6)), "");
+  EXPECT_EQ(heights_text(site_heights(cloud::PointCloud<Map>{}, -1.3, 1.6)), "");
 }
 
-TEST(SiteHeights, ThePictureSaysWhenItCannotBeWritten) {
+TEST(SiteHeights, ReportsAPictureThatCannotBeWritten) {
   const cloud::PointCloud<Map> cloud = leaning_floor();
   const SiteHeights heights = site_heights(cloud, -1.3, 1.6);
   const auto folder =

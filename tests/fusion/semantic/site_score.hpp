@@ -94,11 +94,11 @@ inline void score_points(const cloud::PointCloud<Cloud>& truth, const std::vecto
   const auto count = [&](EntityLabel label, Rate& rate) {
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const auto is = static_cast<EntityLabel>(truth.labels[i]);
-      auto says = static_cast<EntityLabel>(labels[i]);
-      if (is == not_scored) continue;
-      if (says == EntityLabel::wall_above_door) says = EntityLabel::wall;
-      rate.both += is == label && says == label;
-      rate.found += says == label;
+      auto predicted = static_cast<EntityLabel>(labels[i]);
+      if (is == kNotScored) continue;
+      if (predicted == EntityLabel::wall_above_door) predicted = EntityLabel::wall;
+      rate.both += is == label && predicted == label;
+      rate.found += predicted == label;
       rate.there += is == label;
     }
   };
@@ -238,7 +238,7 @@ inline std::size_t seen_treads(const LevelledSite& levelled, const std::vector<d
     int points = 0;
     for (std::size_t k = 0; k < levelled.cloud.size(); ++k) {
       const auto label = static_cast<EntityLabel>(levelled.scanned.cloud.labels[k]);
-      if (label != EntityLabel::stairs && label != not_scored) continue;
+      if (label != EntityLabel::stairs && label != kNotScored) continue;
       const Eigen::Vector3d p = levelled.T_site_map * levelled.cloud.points[k].cast<double>();
       points += std::abs(p.z() - top) < 0.03;
     }
@@ -254,17 +254,17 @@ inline void score_stairs(const LevelledSite& levelled, const std::vector<semanti
     score.step.found += static_cast<double>(flight.rises.size());
   for (std::vector<double> rises : levelled.site.flights) {
     const std::size_t seen = seen_treads(levelled, rises);
-    double most = 0;
+    double best_match = 0;
     for (const semantic::StairsFlight& flight : found) {
       double same = 0;
       for (std::size_t i = 0; i < std::min(rises.size(), flight.rises.size()); ++i)
         same += std::abs(rises[i] - flight.rises[i]) < 0.01;
-      most = std::max(most, same);
+      best_match = std::max(best_match, same);
     }
-    score.step.there += static_cast<double>(std::max(seen, static_cast<std::size_t>(most)));
-    score.step.both += most;
-    score.flight.there += seen >= 3 || most >= 3;
-    score.flight.both += most >= 3 && most >= static_cast<double>(seen);
+    score.step.there += static_cast<double>(std::max(seen, static_cast<std::size_t>(best_match)));
+    score.step.both += best_match;
+    score.flight.there += seen >= 3 || best_match >= 3;
+    score.flight.both += best_match >= 3 && best_match >= static_cast<double>(seen);
   }
 }
 

@@ -57,7 +57,7 @@ TEST(Slice, ATableTopIsNotAtTheLasersHeightButIsAtItsOwn) {
   EXPECT_EQ(at(*high, 3, 2.3), 1.F);
 }
 
-TEST(Slice, SaysWhatIsWrong) {
+TEST(Slice, ReportsErrors) {
   EXPECT_FALSE(slice({}));
   SliceOptions options;
   options.resolution = 0;

@@ -54,7 +54,7 @@ TEST(UnknownMesh, LiesWithinACubeOfThePointsAndCoversThem) {
   }
 }
 
-TEST(UnknownMesh, IsClosedEachEdgeIsMetBothWaysEquallyOften) {
+TEST(UnknownMesh, IsClosedWithEachEdgeUsedInBothDirections) {
   const cloud::PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   const auto result = unknown_mesh(cloud, labels);
@@ -85,11 +85,11 @@ TEST(UnknownMesh, TakesOnlyWhatIsUnknownAndLeavesSpecklesOut) {
   EXPECT_EQ(none->left_out, 20U);
 }
 
-TEST(UnknownMesh, StaysWithinTheTrianglesAllowedBySayingLargerCubes) {
+TEST(UnknownMesh, StaysWithinTheTriangleLimitByUsingLargerCubes) {
   const cloud::PointCloud<Map> cloud = scanned_box({3, 2, 1});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   UnknownMeshOptions options;
-  options.most_triangles = 2000;
+  options.max_triangles = 2000;
   options.triangles_per_m2 = 0;
   const auto result = unknown_mesh(cloud, labels, options);
   ASSERT_TRUE(result);
@@ -114,7 +114,7 @@ TEST(UnknownMesh, ALargeSiteStaysAsFineAsASmallOne) {
           p + Eigen::Vector3f(4.F * static_cast<float>(i % 6), 4.F * static_cast<float>(i / 6), 0));
   }
   UnknownMeshOptions options;
-  options.most_triangles = 2000;
+  options.max_triangles = 2000;
   const auto small = unknown_mesh(one, std::vector<std::uint8_t>(one.size(), kUnknown), options);
   const auto large = unknown_mesh(many, std::vector<std::uint8_t>(many.size(), kUnknown), options);
   ASSERT_TRUE(small && large);

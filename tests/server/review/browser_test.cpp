@@ -11,7 +11,7 @@
 namespace parhelion::review {
 namespace {
 
-const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
 SessionReview reviewed(const test::WrittenSession& session, const std::string& path) {
   session.write(path);
@@ -21,10 +21,10 @@ SessionReview reviewed(const test::WrittenSession& session, const std::string& p
 }
 
 TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
-  if (!std::filesystem::exists(browser_folder + "/node_modules/playwright-core")) {
+  if (!std::filesystem::exists(kBrowserFolder + "/node_modules/playwright-core")) {
     // tools/test has installed it, so its absence is a failure there.
-    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
-    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
+    GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
   const test::Folder folder;
   test::WrittenSession session;
@@ -46,7 +46,7 @@ TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
       {{page.sessions[0], reviewed(session, folder / "b.lcm")}, {}, {}});
 
   const char* kept = std::getenv("PARHELION_BROWSER_PICTURES");
-  const auto ran = test::run({browser_folder + "/review.mjs", folder / "one.html", folder / "two.html",
+  const auto ran = test::run({kBrowserFolder + "/review.mjs", folder / "one.html", folder / "two.html",
                               kept ? std::string(kept) : folder / ""},
                              folder / "node.txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;

@@ -39,15 +39,15 @@ TEST_F(ReviewTest, ScoreAndReasonsAreThoseOfGradeSession) {
   ASSERT_TRUE(graded.ok() && made.grade);
   EXPECT_EQ(made.grade->score, graded->grade.score);
   EXPECT_EQ(made.grade->score, 60 - 4 * (3 + 0.5 * 4));
-  ASSERT_EQ(made.grade->charges.size(), 4U);
+  ASSERT_EQ(made.grade->deductions.size(), 4U);
   EXPECT_FALSE(made.cut_off);
   const json page = json::parse(to_json(ReviewPage{{made}, {}, {}}));
-  const json& charge = page["sessions"][0]["grade"]["charges"][1];
-  EXPECT_EQ(charge["t"], 6.5);
-  EXPECT_EQ(charge["rule"], "touched a thing");
-  EXPECT_EQ(charge["points"], 5);
-  EXPECT_EQ(charge["cause"]["kind"], "collision_started");
-  EXPECT_EQ(charge["cause"]["object"], "barrel_1");
+  const json& deduction = page["sessions"][0]["grade"]["deductions"][1];
+  EXPECT_EQ(deduction["t"], 6.5);
+  EXPECT_EQ(deduction["rule"], "touched a thing");
+  EXPECT_EQ(deduction["points"], 5);
+  EXPECT_EQ(deduction["cause"]["kind"], "contact_started");
+  EXPECT_EQ(deduction["cause"]["object"], "barrel_1");
 }
 
 TEST_F(ReviewTest, WhatWasDrivenAndMeasuredIsThere) {
@@ -65,16 +65,16 @@ TEST_F(ReviewTest, WhatWasDrivenAndMeasuredIsThere) {
     EXPECT_EQ(made.series.count(name), 1U) << name;
   EXPECT_EQ(made.series.count("delay_camera"), 0U);
   const auto peak = [&](const char* name) {
-    double most = -1e9;
-    for (const auto& sample : made.series.at(name).samples()) most = std::max(most, sample.value);
-    return most;
+    double largest = -1e9;
+    for (const auto& sample : made.series.at(name).samples()) largest = std::max(largest, sample.value);
+    return largest;
   };
   EXPECT_NEAR(peak("speed"), 0.2356, 1e-3);
   EXPECT_NEAR(peak("pitch"), 0.05 * 180 / std::numbers::pi, 0.05);
   EXPECT_NEAR(peak("roll"), 0, 1e-6);
   EXPECT_NEAR(peak("given_forward"), 0.3, 1e-6);
   // A scan's delay is relative to the fastest one, with the microsecond resolution of the stamps.
-  EXPECT_NEAR(peak("delay_scan") - made.least_delay.at("delay_scan"), 0.08, 1e-5);
+  EXPECT_NEAR(peak("delay_scan") - made.min_delay.at("delay_scan"), 0.08, 1e-5);
 }
 
 TEST_F(ReviewTest, APictureOfEachPenaltyIsWhatHadBeenShownLast) {
@@ -99,7 +99,7 @@ TEST_F(ReviewTest, OfManyPenaltiesTheDearestKeepTheirPictures) {
   std::vector<std::uint8_t> bytes;
   const auto show = [&](double t) {
     Image image;
-    image.stamp = SensorTime::from_utime(test::start_us);
+    image.stamp = SensorTime::from_utime(test::kStartUs);
     image.width = image.height = 8;
     image.row_stride = 8;
     image.format = PixelFormat::gray;
@@ -109,8 +109,8 @@ TEST_F(ReviewTest, OfManyPenaltiesTheDearestKeepTheirPictures) {
   };
   for (int i = 0; i < 100; ++i) {
     show(i + 0.5);
-    if (i == 30 || i == 60) choice.charged(10);
-    if (i == 50 || i == 99) choice.charged(1);
+    if (i == 30 || i == 60) choice.handle_deduction(10);
+    if (i == 50 || i == 99) choice.handle_deduction(1);
   }
   choice.saw(200, {1, 2, 3});
   std::uint64_t unreadable = 0;
@@ -160,7 +160,7 @@ TEST_F(ReviewTest, WithoutTrainingThereIsAReviewWithoutAScore) {
   EXPECT_TRUE(page_of(session)["sessions"][0]["grade"].is_null());
 }
 
-TEST_F(ReviewTest, WhatIsNoSessionLogSaysSo) {
+TEST_F(ReviewTest, AFileThatIsNoSessionLogIsRefused) {
   test::write_log(folder_ / "bare.lcm", test::drive(1));
   EXPECT_THAT(review_session(folder_ / "bare.lcm").error().message, HasSubstr("no MR_SESSION in it"));
   EXPECT_FALSE(review_session(folder_ / "missing.lcm").ok());
@@ -174,8 +174,8 @@ TEST_F(ReviewTest, EachKindOfEventIsListedAndWhatIsLeftOutIsCounted) {
   limits.events_of_kind = 10;
   const SessionReview made = review(session, limits);
   EXPECT_EQ(made.events.size(), 11U);
-  EXPECT_EQ(made.events_left_out.at("collision_started"), 20U);
-  EXPECT_EQ(made.grade->charges.size(), 30U);
+  EXPECT_EQ(made.events_left_out.at("contact_started"), 20U);
+  EXPECT_EQ(made.grade->deductions.size(), 30U);
 }
 
 TEST_F(ReviewTest, NoNameBecomesMarkup) {

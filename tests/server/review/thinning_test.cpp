@@ -14,10 +14,10 @@
 namespace parhelion::review {
 namespace {
 
-RC_GTEST_PROP(Series, HoldsOfEachWindowWhatASlowTwinFindsThere, ()) {
+RC_GTEST_PROP(Series, HoldsForEachWindowWhatTheReferenceFinds, ()) {
   const auto steps = *rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 400));
-  const auto most = static_cast<std::size_t>(*rc::gen::inRange(1, 40));
-  Series series(most);
+  const auto max_windows = static_cast<std::size_t>(*rc::gen::inRange(1, 40));
+  Series series(max_windows);
   std::vector<Series::Sample> all;
   double t = 0;
   for (const int step : steps) {
@@ -29,19 +29,19 @@ RC_GTEST_PROP(Series, HoldsOfEachWindowWhatASlowTwinFindsThere, ()) {
   std::map<long long, std::pair<double, double>> windows;
   for (const auto& sample : all) {
     const auto index = static_cast<long long>(std::floor(sample.t / series.width()));
-    auto& [least, greatest] = windows.try_emplace(index, sample.value, sample.value).first->second;
-    least = std::min(least, sample.value);
+    auto& [smallest, greatest] = windows.try_emplace(index, sample.value, sample.value).first->second;
+    smallest = std::min(smallest, sample.value);
     greatest = std::max(greatest, sample.value);
   }
-  RC_ASSERT(windows.size() <= most);
+  RC_ASSERT(windows.size() <= max_windows);
   std::map<long long, std::pair<double, double>> kept;
   double before = -1;
   for (const auto& sample : series.samples()) {
     RC_ASSERT(sample.t >= before);
     before = sample.t;
     const auto index = static_cast<long long>(std::floor(sample.t / series.width()));
-    auto& [least, greatest] = kept.try_emplace(index, sample.value, sample.value).first->second;
-    least = std::min(least, sample.value);
+    auto& [smallest, greatest] = kept.try_emplace(index, sample.value, sample.value).first->second;
+    smallest = std::min(smallest, sample.value);
     greatest = std::max(greatest, sample.value);
   }
   RC_ASSERT(kept == windows);
@@ -73,7 +73,7 @@ TEST(Track, AnHourOfRoundsStaysNearWhatWasDriven) {
   for (const TrackPoint& point : points) EXPECT_NEAR(point.x * point.x / 4 + point.y * point.y, 1, 1e-9);
 }
 
-TEST(Track, AJumpIsNoWayThatWasDriven) {
+TEST(Track, AJumpIsNoDrivenDistance) {
   Track track(4);
   track.add({0, 0, 0, 0, 0, true});
   for (int i = 1; i <= 6; ++i) track.add({1.0 * i, 0.1 * i, 0, 0, 0.1, false});
@@ -106,8 +106,8 @@ RC_GTEST_PROP(NearestReturn, IsWhatMeasuringEachReturnGives, ()) {
   const RobotDescription robot = robot_with_laser();
   const LaserDescription& laser = *robot.laser;
   Scan scan;
-  scan.angle_first = -1.5F;
-  scan.angle_step = 0.1F;
+  scan.angle_min = -1.5F;
+  scan.angle_increment = 0.1F;
   ScanInfo info;
   for (int i = 0; i < 31; ++i) {
     const int range = *rc::gen::inRange(0, 1000);
@@ -119,7 +119,7 @@ RC_GTEST_PROP(NearestReturn, IsWhatMeasuringEachReturnGives, ()) {
   double any = std::numeric_limits<double>::infinity(), injected = any;
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
-    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     const Eigen::Vector3d p = laser.T_base_laser * Eigen::Vector3d(scan.ranges[i] * std::cos(angle),
                                                                    scan.ranges[i] * std::sin(angle), 0);
     const double d = distance_to_outline(p.head<2>(), robot.footprint);

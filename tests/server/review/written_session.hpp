@@ -48,7 +48,7 @@ struct WrittenSession {
       touch.name = rule;
       touch.points = 3;
       touch.per_impulse = 0.5;
-      touch.when.event = EventKind::collision_started;
+      touch.when.event = EventKind::contact_started;
       lesson.penalties = {touch};
     }
     return *tick::configure(made, robot(), room());
@@ -63,7 +63,7 @@ struct WrittenSession {
       ASSERT_TRUE(log.write(made.channel, made.arrival, made.payload).ok());
     };
     const tick::Configuration session = configuration();
-    put(channel::mr_session, 0, tick::session_header(session, SensorTime::from_utime(us(0))));
+    put(channel::kMrSession, 0, tick::session_header(session, SensorTime::from_utime(us(0))));
     std::vector<Image> film;
     for (int i = 0; pictures && i < 7; ++i) film.push_back(picture(i));
     Scan scan = scan_at(1);
@@ -72,44 +72,44 @@ struct WrittenSession {
     for (int i = 1; i <= steps; ++i) {
       const double t = i / 30.0;
       for (; touched < touches.size() && touches[touched] <= t; ++touched)
-        put(channel::mr_events, t, touch(touches[touched]));
-      if (i == 90) put(channel::mr_events, t, event(t, EventKind::zone_entered, "hall"));
-      put(channel::mr_world, t, world(t, static_cast<std::uint64_t>(i)));
+        put(channel::kMrEvents, t, touch(touches[touched]));
+      if (i == 90) put(channel::kMrEvents, t, event(t, EventKind::zone_entered, "hall"));
+      put(channel::kMrWorld, t, world(t, static_cast<std::uint64_t>(i)));
       if (i % 2 == 0) {
-        put(channel::teleop, t + 0.01, TwistCommand{SensorTime::from_utime(us(t)), {0.3, 0, 0.15}});
-        const double share = i % 60 < 10 ? 0.5 : 1;
-        put(channel::mr_cmd, t + 0.01,
-            TwistCommand{SensorTime::from_utime(us(t)), {share * 0.3, 0, share * 0.15}});
+        put(channel::kTeleop, t + 0.01, TwistCommand{SensorTime::from_utime(us(t)), {0.3, 0, 0.15}});
+        const double fraction = i % 60 < 10 ? 0.5 : 1;
+        put(channel::kMrCmd, t + 0.01,
+            TwistCommand{SensorTime::from_utime(us(t)), {fraction * 0.3, 0, fraction * 0.15}});
         if (pictures) {
           Image& image = film[static_cast<std::size_t>(i / 2) % film.size()];
           image.stamp = SensorTime::from_utime(us(t));
-          put(channel::mr_camera, t + 0.02, image);
+          put(channel::kMrCamera, t + 0.02, image);
         }
       }
       if (static_cast<int>(t * scan_rate) != static_cast<int>((t - 1 / 30.0) * scan_rate)) {
         scan.stamp = SensorTime::from_utime(us(t));
         if (broken_scan >= 0 && t >= broken_scan && t < broken_scan + 1 / scan_rate) {
-          for (const char* name : {channel::scan, channel::mr_scan}) {
+          for (const char* name : {channel::kScan, channel::kMrScan}) {
             Message half = message(name, us(t), scan);
             half.payload.resize(half.payload.size() / 2);
             ASSERT_TRUE(log.write(half.channel, half.arrival, half.payload).ok());
           }
         }
-        put(channel::scan, t + 0.005 + (i % 90 == 0 ? 0.08 : 0), scan);
-        put(channel::mr_scan, t + 0.006, scan);
+        put(channel::kScan, t + 0.005 + (i % 90 == 0 ? 0.08 : 0), scan);
+        put(channel::kMrScan, t + 0.006, scan);
         ScanInfo info{scan.stamp, true, "", 0.01, {"barrel_1"}, {}};
         info.beam_agent.assign(scan.ranges.size(), -1);
         if (injected) info.beam_agent[info.beam_agent.size() / 2] = 0;
-        put(channel::mr_scan_info, t + 0.006, info);
+        put(channel::kMrScanInfo, t + 0.006, info);
       }
     }
     if (end)
-      put(channel::loop, seconds,
+      put(channel::kLoop, seconds,
           LoopDecision{SensorTime::from_utime(us(seconds)), LoopDecision::Kind::ended, 0});
   }
 
  private:
-  static std::int64_t us(double t) { return start_us + static_cast<std::int64_t>(t * 1e6); }
+  static std::int64_t us(double t) { return kStartUs + static_cast<std::int64_t>(t * 1e6); }
   Event event(double t, EventKind kind, const std::string& object) const {
     Event made;
     made.stamp = SimulationTime::from_utime(us(t));
@@ -121,7 +121,7 @@ struct WrittenSession {
     return made;
   }
   Event touch(double t) const {
-    Event made = event(t, EventKind::collision_started, "barrel_1");
+    Event made = event(t, EventKind::contact_started, "barrel_1");
     made.pair = PairKind::real_virtual;
     made.impulse = 4;
     return made;

@@ -13,8 +13,8 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int width = 64, height = 48;
-const std::string pictures = "MR_AGENT_rover_1_CAMERA";
+constexpr int kWidth = 64, height = 48;
+const std::string kPictures = "MR_AGENT_rover_1_CAMERA";
 
 /// The rover with small camera images, heading along x from `x` on the map's x axis.
 AgentDefinition rover(double x, double rate = 5) {
@@ -27,7 +27,7 @@ AgentDefinition rover(double x, double rate = 5) {
 tick::Configuration with_rovers(std::vector<AgentDefinition> agents, Scenario scenario = {}) {
   scenario.agents = std::move(agents);
   auto made =
-      tick::configure(scenario, test::robot(), test::room(), {test::small_camera("rover", width, height)});
+      tick::configure(scenario, test::robot(), test::room(), {test::small_camera("rover", kWidth, height)});
   EXPECT_TRUE(made) << made.error().message;
   return *made;
 }
@@ -69,7 +69,7 @@ class AgentCamerasTest : public test::TickTest {
     out_.clear();
     start(std::move(configuration));
     watch(test::drive(1));
-    const auto all = decoded<Image>(pictures);
+    const auto all = decoded<Image>(kPictures);
     std::vector<std::uint8_t> bgr;
     if (all.empty() || !render::JpegCodec().decode(all.back().bytes, bgr).ok()) ADD_FAILURE() << "no picture";
     return bgr;
@@ -77,8 +77,8 @@ class AgentCamerasTest : public test::TickTest {
   Event answer_to(InstructorCommand command, double at) {
     set_request(command, {}, ++requests_);
     watch(
-        {test::message(channel_of(command), test::start_us + static_cast<std::int64_t>(at * 1e6), command)});
-    for (const Event& event : decoded<Event>(channel::mr_events)) {
+        {test::message(channel_of(command), test::kStartUs + static_cast<std::int64_t>(at * 1e6), command)});
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) {
       if (event.request == requests_ &&
           (event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused))
         return event;
@@ -93,7 +93,7 @@ class AgentCamerasTest : public test::TickTest {
   void run(double t) {
     outputs_.clear();
     tick::advance(configuration_,
-                  ArrivalTime::from_utime(test::start_us + static_cast<std::int64_t>(t * 1e6)), *state_,
+                  ArrivalTime::from_utime(test::kStartUs + static_cast<std::int64_t>(t * 1e6)), *state_,
                   outputs_, observer_);
     draw();
   }
@@ -104,7 +104,7 @@ class AgentCamerasTest : public test::TickTest {
 };
 
 int blue_of(const std::vector<std::uint8_t>& bgr, int u, int v) {
-  return bgr[static_cast<std::size_t>(3 * (v * width + u))];
+  return bgr[static_cast<std::size_t>(3 * (v * kWidth + u))];
 }
 
 /// Columns and rows in which two images differ by more than noise and coding.
@@ -116,8 +116,8 @@ Differing differing(const std::vector<std::uint8_t>& a, const std::vector<std::u
   Differing all;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     if (std::abs(a[i] - b[i]) < 40) continue;
-    all.columns.insert(static_cast<int>(i / 3) % width);
-    all.rows.insert(static_cast<int>(i / 3) / width);
+    all.columns.insert(static_cast<int>(i / 3) % kWidth);
+    all.rows.insert(static_cast<int>(i / 3) / kWidth);
   }
   return all;
 }
@@ -125,7 +125,7 @@ Differing differing(const std::vector<std::uint8_t>& a, const std::vector<std::u
 TEST_F(AgentCamerasTest, ComeAtTheirRateWithTheirInstantsStamps) {
   start(with_rovers({rover(-3)}));
   watch(test::drive(2));
-  const auto all = decoded<Image>(pictures);
+  const auto all = decoded<Image>(kPictures);
   EXPECT_NEAR(static_cast<double>(all.size()), 10, 1);
   EXPECT_EQ(state_->tally.agent_frames_in, all.size());
   EXPECT_EQ(state_->tally.agent_frames_out, all.size());
@@ -133,7 +133,7 @@ TEST_F(AgentCamerasTest, ComeAtTheirRateWithTheirInstantsStamps) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].stamp.utime(), stamps_["rover_1"][i].utime());
     EXPECT_EQ(all[i].format, PixelFormat::mjpeg);
-    EXPECT_EQ(all[i].width, width);
+    EXPECT_EQ(all[i].width, kWidth);
     if (i == 0) continue;
     EXPECT_NEAR((all[i].stamp - all[i - 1].stamp).seconds(), 0.2, 0.005);
   }
@@ -144,7 +144,7 @@ TEST_F(AgentCamerasTest, SeeTheWallInFrontDownToWhereItMeetsTheFloor) {
   // The wall at x = 4.95 m is 8.05 m away, its foot 0.6 m under the camera.
   const CameraIntrinsics& k = configuration_.robot_models.front()->description.camera->intrinsics;
   const int foot = static_cast<int>(std::lround(k.cy + k.fy * 0.6 / 8.05));
-  EXPECT_GT(blue_of(room, width / 2, foot - 3), blue_of(room, width / 2, foot + 3) + 20);
+  EXPECT_GT(blue_of(room, kWidth / 2, foot - 3), blue_of(room, kWidth / 2, foot + 3) + 20);
   const auto open = seen({rover(-3)}, SemanticModel{});
   EXPECT_FALSE(differing(room, open).columns.empty());
 }
@@ -153,10 +153,10 @@ TEST_F(AgentCamerasTest, SeeAnAgentInFrontAndNoneBehindAWall) {
   const auto alone = seen({rover(-3)});
   const auto before = differing(alone, seen({rover(-3), test::agent("box", AgentKind::box, -1.5, 0)}));
   ASSERT_FALSE(before.columns.empty());
-  EXPECT_NEAR((*before.columns.begin() + *before.columns.rbegin()) / 2.0, width / 2.0, 4);
+  EXPECT_NEAR((*before.columns.begin() + *before.columns.rbegin()) / 2.0, kWidth / 2.0, 4);
   const auto left = differing(alone, seen({rover(-3), test::agent("box", AgentKind::box, -1, 0.6)}));
   ASSERT_FALSE(left.columns.empty());
-  EXPECT_LT(*left.columns.rbegin(), width / 2) << "y points to the left";
+  EXPECT_LT(*left.columns.rbegin(), kWidth / 2) << "y points to the left";
   EXPECT_EQ(alone, seen({rover(-3), test::agent("box", AgentKind::box, 6, 0)}))
       << "hidden: not one bit differs";
 }
@@ -174,10 +174,10 @@ TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
   out_.clear();
   start(with_rovers({rover(-0.5)}));
   auto lost = test::drive(1);
-  std::erase_if(lost, [](const Message& each) { return each.channel == channel::pose_cov; });
+  std::erase_if(lost, [](const Message& each) { return each.channel == channel::kPoseCov; });
   watch(lost);
   std::vector<std::uint8_t> without;
-  ASSERT_TRUE(render::JpegCodec().decode(decoded<Image>(pictures).back().bytes, without).ok());
+  ASSERT_TRUE(render::JpegCodec().decode(decoded<Image>(kPictures).back().bytes, without).ok());
   EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose its position is unknown";
 }
 
@@ -186,7 +186,7 @@ TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {
   feed(test::drive(1));
   EXPECT_TRUE(state_->agent_cameras.cameras.empty());
   EXPECT_EQ(state_->tally.agent_frames_in, 0U);
-  EXPECT_FALSE(out_.contains(pictures));
+  EXPECT_FALSE(out_.contains(kPictures));
 }
 
 TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
@@ -195,28 +195,28 @@ TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
   AgentDefinition agent = rover(-3, 0);
   EXPECT_EQ(answer_to(AgentSpawn{.agent = agent}, 0.2).kind, EventKind::command_accepted);
   run(0.5);
-  EXPECT_TRUE(out_[pictures].empty());
+  EXPECT_TRUE(out_[kPictures].empty());
   EXPECT_EQ(order_camera("rover_1", 5, 0.6).kind, EventKind::command_accepted);
   run(1.61);
-  EXPECT_NEAR(static_cast<double>(out_[pictures].size()), 6, 1);
+  EXPECT_NEAR(static_cast<double>(out_[kPictures].size()), 6, 1);
   EXPECT_EQ(order_camera("rover_1", 0, 1.7).kind, EventKind::command_accepted);
-  const std::size_t ended = out_[pictures].size();
+  const std::size_t ended = out_[kPictures].size();
   run(2.5);
-  EXPECT_EQ(out_[pictures].size(), ended);
+  EXPECT_EQ(out_[kPictures].size(), ended);
   EXPECT_EQ(order_camera("rover_1", 10, 2.6).kind, EventKind::command_accepted);
   run(3);
-  const std::size_t again = out_[pictures].size();
+  const std::size_t again = out_[kPictures].size();
   EXPECT_GT(again, ended);
   EXPECT_EQ(answer_to(AgentRemove{.agent = agent.name}, 3.1).kind, EventKind::command_accepted);
   EXPECT_EQ(answer_to(AgentSpawn{.agent = agent}, 3.2).kind, EventKind::command_accepted);
-  const std::size_t removed = out_[pictures].size();
+  const std::size_t removed = out_[kPictures].size();
   run(4);
-  EXPECT_EQ(out_[pictures].size(), removed) << "one of that name came back without a camera";
+  EXPECT_EQ(out_[kPictures].size(), removed) << "one of that name came back without a camera";
 }
 
 TEST_F(AgentCamerasTest, AreRefusedWhereThereIsNoneOrTooMany) {
   Scenario scenario;
-  scenario.most_agent_pictures = 12;
+  scenario.max_agent_image_rate = 12;
   AgentDefinition second = rover(3, 5);
   second.name = "rover_2";
   start(with_rovers({rover(-3), second, test::agent("simple", AgentKind::robot, 0, 3)}, scenario));
@@ -257,7 +257,7 @@ TEST_F(AgentCamerasTest, OfOneRateAreTakenAtDifferentSteps) {
 TEST(AgentCameraScenario, IsRefusedBeforeItStartsWhereTheModelTakesFewer) {
   const tick::Configuration configuration = with_rovers({rover(-3, 40)}, [] {
     Scenario scenario;
-    scenario.most_agent_pictures = 60;
+    scenario.max_agent_image_rate = 60;
     return scenario;
   }());
   const auto state = tick::make_state(configuration, ArrivalTime{});
@@ -270,7 +270,7 @@ TEST(AgentCameraRenderThread, DrawsTheNewestOfEachCameraHoweverBusyItIs) {
   const SemanticModel room = test::room();
   RenderThread renderer(room, true, 0);
   ASSERT_EQ(renderer.fault(), "");
-  const auto model = test::small_camera("rover", width, height);
+  const auto model = test::small_camera("rover", kWidth, height);
   std::set<std::uint64_t> dropped;
   std::uint64_t sequence = 0;
   std::map<std::string, std::uint64_t> newest;

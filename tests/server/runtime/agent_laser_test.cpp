@@ -39,7 +39,7 @@ class AgentLaser : public test::TickTest {
     };
     motion.T_map_laser_start = mounted(first);
     motion.T_map_laser_end = mounted(last);
-    const scan::BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+    const scan::BeamSet beams{static_cast<float>(laser.angle_min), static_cast<float>(laser.angle_increment),
                               time};
     std::vector<scan::RangeHit> bodies(time.size()), building(time.size());
     scan::RayCaster caster;
@@ -87,7 +87,7 @@ TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
       const scan::Sweep sweep = scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
       // Stamps have microseconds on the wire; use the nearest step's instant.
       const double rate = configuration_.scenario.physics_rate;
-      const SimulationTime began = simulation_time(ArrivalTime::from_utime(test::start_us - 2000));
+      const SimulationTime began = simulation_time(ArrivalTime::from_utime(test::kStartUs - 2000));
       const double since = (SimulationTime{scan.stamp.ns + sweep.end.ns} - began).seconds();
       const SimulationTime end = began + seconds(std::round(since * rate) / rate);
       const std::string agent = entry->channel.substr(9, entry->channel.size() - 9 - 5);
@@ -101,7 +101,7 @@ TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
 TEST_F(AgentLaser, ManyThreadsPublishTheSameAsOne) {
   const auto all = [&](int threads) {
     configuration_ = scene_with_lasers();
-    state_ = *tick::make_state(configuration_, ArrivalTime::from_utime(test::start_us - 2000),
+    state_ = *tick::make_state(configuration_, ArrivalTime::from_utime(test::kStartUs - 2000),
                                std::make_unique<ThreadPool>(threads));
     out_.clear();
     feed(test::drive(3));

@@ -14,7 +14,7 @@ using test::agent;
 using test::message;
 using test::TickTest;
 
-constexpr std::int64_t ms = 1000;
+constexpr std::int64_t kMs = 1000;
 
 tick::Configuration with_robot(const RobotDescription& robot, Scenario scenario = {}) {
   scenario.name = "synthetic";
@@ -33,10 +33,10 @@ std::vector<Message> imu_messages(double from, double to, double pitch) {
   std::vector<Message> log;
   for (double t = from; t < to; t += 0.02) {
     ImuSample sample;
-    sample.stamp = SensorTime::from_utime(test::start_us + static_cast<std::int64_t>(t * 1e6));
+    sample.stamp = SensorTime::from_utime(test::kStartUs + static_cast<std::int64_t>(t * 1e6));
     sample.orientation = Eigen::AngleAxisd(test::pose_at(t).yaw() + 0.3, Eigen::Vector3d::UnitZ()) *
                          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY());
-    log.push_back(message(channel::imu, sample.stamp.utime() + 1 * ms, sample));
+    log.push_back(message(channel::kImu, sample.stamp.utime() + 1 * kMs, sample));
   }
   return log;
 }
@@ -53,13 +53,13 @@ TEST_F(TickTest, OnARampTheBeamsPassOverWhatTheyWouldHitOnTheLevel) {
   start(with_robot(robot_with_imu()));
   // Nose up for a second; then the sensor is silent, and the attitude unknown.
   feed(test::drive(2.5, imu_messages(0, 1, -0.3)));
-  const auto infos = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto infos = decoded<ScanInfo>(channel::kMrScanInfo);
   ASSERT_EQ(infos.size(), 25U);
   EXPECT_EQ(beams_on_agents(infos, 2, 10), 0U);
   EXPECT_GT(beams_on_agents(infos, 15, 25), 20U);
   bool known = false, forgotten = false;
-  for (const WorldMessage& world : decoded<WorldMessage>(channel::mr_world)) {
-    const double t = static_cast<double>(world.stamp.utime() - test::start_us) * 1e-6;
+  for (const WorldMessage& world : decoded<WorldMessage>(channel::kMrWorld)) {
+    const double t = static_cast<double>(world.stamp.utime() - test::kStartUs) * 1e-6;
     if (t > 0.1 && t < 1) {
       EXPECT_TRUE(world.attitude_known) << t;
       const auto robot = std::find_if(world.bodies.begin(), world.bodies.end(),
@@ -78,11 +78,11 @@ TEST_F(TickTest, OnARampTheBeamsPassOverWhatTheyWouldHitOnTheLevel) {
 TEST_F(TickTest, LevelByTheImuIsTheSameAsWithoutOne) {
   start(with_robot(robot_with_imu()));
   feed(test::drive(1, imu_messages(0, 1, 0)));
-  const auto with = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto with = decoded<ScanInfo>(channel::kMrScanInfo);
   out_.clear();
   start(with_robot(test::robot()));
   feed(test::drive(1));
-  const auto without = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto without = decoded<ScanInfo>(channel::kMrScanInfo);
   EXPECT_GT(beams_on_agents(with, 0, 10), 20U);
   EXPECT_EQ(beams_on_agents(with, 0, 10), beams_on_agents(without, 0, 10));
 }
@@ -90,21 +90,21 @@ TEST_F(TickTest, LevelByTheImuIsTheSameAsWithoutOne) {
 TEST_F(TickTest, WithoutAMountingInTheDescriptionThereIsNoAttitude) {
   start(with_robot(test::robot()));
   feed(test::drive(1, imu_messages(0, 1, -0.3)));
-  EXPECT_GT(beams_on_agents(decoded<ScanInfo>(channel::mr_scan_info), 2, 10), 20U);
-  for (const WorldMessage& world : decoded<WorldMessage>(channel::mr_world))
+  EXPECT_GT(beams_on_agents(decoded<ScanInfo>(channel::kMrScanInfo), 2, 10), 20U);
+  for (const WorldMessage& world : decoded<WorldMessage>(channel::kMrWorld))
     EXPECT_FALSE(world.attitude_known);
 }
 
 /// POSE instead of POSE_COV.
 std::vector<Message> with_plain_poses(std::vector<Message> log) {
   for (Message& each : log) {
-    if (each.channel != channel::pose_cov) continue;
+    if (each.channel != channel::kPoseCov) continue;
     PoseEstimate estimate;
     EXPECT_TRUE(decode(each.channel, each.payload, estimate).ok());
     PoseStamped pose;
     pose.stamp = estimate.stamp;
     pose.T_map_base = estimate.T_map_base;
-    each.channel = channel::pose;
+    each.channel = channel::kPose;
     encode(pose, each.payload);
   }
   return log;
@@ -116,25 +116,25 @@ Scenario plain_pose_scenario(const std::string& map_id) {
   return scenario;
 }
 
-TEST_F(TickTest, APoseWithConfiguredCovarianceIsAsGoodAsOneThatSaysIt) {
+TEST_F(TickTest, AConfiguredCovarianceEqualsAPublishedOne) {
   start(with_robot(test::robot()));
   feed(test::drive(3));
-  const auto reference = out_[channel::mr_scan];
+  const auto reference = out_[channel::kMrScan];
   out_.clear();
   start(with_robot(test::robot(), plain_pose_scenario("")));
   feed(with_plain_poses(test::drive(3)));
-  EXPECT_EQ(out_[channel::mr_scan], reference);
+  EXPECT_EQ(out_[channel::kMrScan], reference);
   EXPECT_GT(state_->tally.beams_replaced, 0U);
 }
 
 TEST_F(TickTest, APoseWithoutConfiguredCovarianceIsNotConsumedNorOneOfAnotherMap) {
   start(with_robot(test::robot()));
   feed(with_plain_poses(test::drive(1)));
-  for (const ScanInfo& info : decoded<ScanInfo>(channel::mr_scan_info)) EXPECT_FALSE(info.live);
+  for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) EXPECT_FALSE(info.live);
   out_.clear();
   start(with_robot(test::robot(), plain_pose_scenario("elsewhere")));
   feed(with_plain_poses(test::drive(1)));
-  const auto infos = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto infos = decoded<ScanInfo>(channel::kMrScanInfo);
   EXPECT_FALSE(infos.back().live);
   EXPECT_NE(infos.back().reason.find("map"), std::string::npos) << infos.back().reason;
 }
@@ -143,7 +143,7 @@ TEST_F(TickTest, APoseThatLeapsIsARelocalization) {
   start(with_robot(test::robot(), plain_pose_scenario("")));
   auto log = with_plain_poses(test::drive(2));
   for (Message& each : log) {
-    if (each.channel != channel::pose || each.arrival.utime() < test::start_us + 1000 * ms) continue;
+    if (each.channel != channel::kPose || each.arrival.utime() < test::kStartUs + 1000 * kMs) continue;
     PoseStamped pose;
     ASSERT_TRUE(decode(each.channel, each.payload, pose).ok());
     pose.T_map_base = {pose.T_map_base.quaternion(),
@@ -160,11 +160,11 @@ RobotDescription robot_with_head() {
   return robot;
 }
 
-TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
+TEST_F(TickTest, ACameraOnAHeadFollowsTheEncoders) {
   start(with_robot(robot_with_head()));
-  const std::int64_t seen = test::start_us + 950 * ms;
-  const Joints joints{SensorTime::from_utime(seen - 10 * ms), {"pan"}, {0.7}, {}, {}};
-  feed(test::drive(0.95, {message(channel::joint_state, seen - 5 * ms, joints)}));
+  const std::int64_t seen = test::kStartUs + 950 * kMs;
+  const Joints joints{SensorTime::from_utime(seen - 10 * kMs), {"pan"}, {0.7}, {}, {}};
+  feed(test::drive(0.95, {message(channel::kJointState, seen - 5 * kMs, joints)}));
   feed(test::image_at(seen));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   const tick::Outputs::Frame& frame = outputs_.frames().front();
@@ -176,21 +176,21 @@ TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
   EXPECT_TRUE(frame.job.T_map_optical.isometry().isApprox(expected.isometry(), 1e-9));
 }
 
-TEST_F(TickTest, StaleEncodersStopInjectionIntoThatCameraAndSayWhy) {
+TEST_F(TickTest, StaleEncodersSuspendInjectionIntoTheirCamera) {
   start(with_robot(robot_with_head()));
-  const std::int64_t seen = test::start_us + 950 * ms;
-  const Joints joints{SensorTime::from_utime(seen - 300 * ms), {"pan"}, {0.7}, {}, {}};
-  feed(test::drive(0.95, {message(channel::joint_state, seen - 290 * ms, joints)}));
+  const std::int64_t seen = test::kStartUs + 950 * kMs;
+  const Joints joints{SensorTime::from_utime(seen - 300 * kMs), {"pan"}, {0.7}, {}, {}};
+  feed(test::drive(0.95, {message(channel::kJointState, seen - 290 * kMs, joints)}));
   feed(test::image_at(seen));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   EXPECT_NE(outputs_.frames().front().reason.find("camera head: the encoder of joint 'pan'"),
             std::string::npos)
       << outputs_.frames().front().reason;
-  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live) << "the laser does not sit on the head";
+  EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live) << "the laser does not sit on the head";
 }
 
 TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
-  const std::int64_t seen = test::start_us + 950 * ms;
+  const std::int64_t seen = test::kStartUs + 950 * kMs;
   std::map<double, Transform<Map, Body>> shown;
   for (const double readout : {0.0, 0.1}) {
     RobotDescription robot = robot_with_head();
@@ -225,49 +225,50 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
 
 TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
   start(with_robot(test::robot()));
-  const auto at = [](int t) { return test::start_us + t * ms; };
+  const auto at = [](int t) { return test::kStartUs + t * kMs; };
   const Joints command{SensorTime::from_utime(at(100)), {"arm", "grip"}, {1.5, 0.2}, {}, {3, 4}};
   const Joints measured{SensorTime::from_utime(at(300)), {"grip", "arm"}, {0.1, 1.25}, {}, {}};
-  feed(message(channel::joint_state, at(50), measured));
-  feed(message(channel::joint_cmd, at(100), command));
-  auto said = decoded<Joints>(channel::mr_joint_cmd);
-  ASSERT_EQ(said.size(), 1U);
-  EXPECT_EQ(out_[channel::mr_joint_cmd].front(), message("", 0, command).payload);
+  feed(message(channel::kJointState, at(50), measured));
+  feed(message(channel::kJointCmd, at(100), command));
+  auto joint_commands = decoded<Joints>(channel::kMrJointCmd);
+  ASSERT_EQ(joint_commands.size(), 1U);
+  EXPECT_EQ(out_[channel::kMrJointCmd].front(), message("", 0, command).payload);
   // The encoders continue, the commands stop.
   for (int t = 300; t <= 900; t += 100) {
     Joints now = measured;
     now.stamp = SensorTime::from_utime(at(t));
-    feed(message(channel::joint_state, at(t), now));
+    feed(message(channel::kJointState, at(t), now));
   }
-  said = decoded<Joints>(channel::mr_joint_cmd);
-  ASSERT_GE(said.size(), 3U) << "a stop is repeated";
-  ASSERT_LE(said.size(), 5U);
-  for (std::size_t i = 1; i < said.size(); ++i) {
-    EXPECT_GE(said[i].stamp.utime(), at(600));
-    EXPECT_EQ(said[i].names, command.names);
-    EXPECT_EQ(said[i].positions, (std::vector<double>{1.25, 0.1})) << "held at the encoder positions";
-    EXPECT_EQ(said[i].velocities, (std::vector<double>{0, 0}));
-    EXPECT_EQ(said[i].efforts, (std::vector<double>{0, 0}));
+  joint_commands = decoded<Joints>(channel::kMrJointCmd);
+  ASSERT_GE(joint_commands.size(), 3U) << "a stop is repeated";
+  ASSERT_LE(joint_commands.size(), 5U);
+  for (std::size_t i = 1; i < joint_commands.size(); ++i) {
+    EXPECT_GE(joint_commands[i].stamp.utime(), at(600));
+    EXPECT_EQ(joint_commands[i].names, command.names);
+    EXPECT_EQ(joint_commands[i].positions, (std::vector<double>{1.25, 0.1}))
+        << "held at the encoder positions";
+    EXPECT_EQ(joint_commands[i].velocities, (std::vector<double>{0, 0}));
+    EXPECT_EQ(joint_commands[i].efforts, (std::vector<double>{0, 0}));
   }
   // A new command passes immediately.
-  feed(message(channel::joint_cmd, at(950), command));
-  EXPECT_EQ(out_[channel::mr_joint_cmd].back(), message("", 0, command).payload);
+  feed(message(channel::kJointCmd, at(950), command));
+  EXPECT_EQ(out_[channel::kMrJointCmd].back(), message("", 0, command).payload);
 }
 
 TEST_F(TickTest, AStopMakesUpNoPositionAndWhatCannotBeReadIsAStop) {
   start(with_robot(test::robot()));
-  const Joints command{SensorTime::from_utime(test::start_us), {"arm"}, {1.5}, {0.5}, {}};
-  Message broken = message(channel::joint_cmd, test::start_us + 20 * ms, command);
+  const Joints command{SensorTime::from_utime(test::kStartUs), {"arm"}, {1.5}, {0.5}, {}};
+  Message broken = message(channel::kJointCmd, test::kStartUs + 20 * kMs, command);
   broken.payload.pop_back();
   feed(broken);
-  EXPECT_TRUE(out_[channel::mr_joint_cmd].empty()) << "nothing moves yet";
-  feed(message(channel::joint_cmd, test::start_us + 40 * ms, command));
-  broken.arrival = ArrivalTime::from_utime(test::start_us + 60 * ms);
+  EXPECT_TRUE(out_[channel::kMrJointCmd].empty()) << "nothing moves yet";
+  feed(message(channel::kJointCmd, test::kStartUs + 40 * kMs, command));
+  broken.arrival = ArrivalTime::from_utime(test::kStartUs + 60 * kMs);
   feed(broken);
-  const auto said = decoded<Joints>(channel::mr_joint_cmd);
-  ASSERT_EQ(said.size(), 2U);
-  EXPECT_TRUE(said[1].positions.empty());
-  EXPECT_EQ(said[1].velocities, std::vector<double>{0});
+  const auto joint_commands = decoded<Joints>(channel::kMrJointCmd);
+  ASSERT_EQ(joint_commands.size(), 2U);
+  EXPECT_TRUE(joint_commands[1].positions.empty());
+  EXPECT_EQ(joint_commands[1].velocities, std::vector<double>{0});
   EXPECT_EQ(state_->tally.refused_inputs, 2U);
 }
 
@@ -284,11 +285,11 @@ TEST(Inputs, AreLoggedAndReplayedToTheSameBytes) {
   std::ofstream(folder / "robot.yaml") << to_yaml(robot);
   auto extra = imu_messages(0, 2, -0.05);
   for (int t = 0; t < 2000; t += 50) {
-    const std::int64_t us = test::start_us + t * ms;
-    extra.push_back(message(channel::joint_state, us + 2 * ms,
+    const std::int64_t us = test::kStartUs + t * kMs;
+    extra.push_back(message(channel::kJointState, us + 2 * kMs,
                             Joints{SensorTime::from_utime(us), {"pan"}, {1e-3 * t}, {}, {}}));
     if (t < 1000)
-      extra.push_back(message(channel::joint_cmd, us + 3 * ms,
+      extra.push_back(message(channel::kJointCmd, us + 3 * kMs,
                               Joints{SensorTime::from_utime(us), {"pan"}, {1.0}, {}, {}}));
   }
   test::write_log(folder / "drive.lcm", with_plain_poses(test::drive(2, extra)));
@@ -300,7 +301,7 @@ TEST(Inputs, AreLoggedAndReplayedToTheSameBytes) {
   const auto first = replay(options);
   ASSERT_TRUE(first.ok()) << first.error().message;
   EXPECT_GT(first->tally.beams_replaced, 0U);
-  EXPECT_TRUE(first->hash.contains(channel::mr_joint_cmd));
+  EXPECT_TRUE(first->hash.contains(channel::kMrJointCmd));
   ReplayOptions again;
   again.log = folder / "session.lcm";
   again.session = folder / "again.lcm";

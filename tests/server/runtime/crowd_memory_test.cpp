@@ -16,7 +16,7 @@ constexpr std::uint64_t kGigabyte = 1'000'000'000;
 
 Scenario crowd(std::size_t persons) {
   Scenario scenario;
-  scenario.most_agents = std::max<std::uint64_t>(1000, persons);
+  scenario.max_agents = std::max<std::uint64_t>(1000, persons);
   for (std::size_t i = 0; i < persons; ++i) {
     AgentDefinition person;
     person.name = "person_" + std::to_string(i);
@@ -26,7 +26,7 @@ Scenario crowd(std::size_t persons) {
   return scenario;
 }
 
-TEST(CrowdMemory, TenThousandAgentsAreRefusedWhereTheyDoNotFitAndTheErrorSaysHowManyDo) {
+TEST(CrowdMemory, RefusesTooManyAgentsAndReportsHowManyFit) {
   const Status status = check_crowd(crowd(10'000), 4 * kGigabyte);
   ASSERT_FALSE(status.ok());
   const std::string& text = status.error().message;
@@ -44,7 +44,7 @@ TEST(CrowdMemory, TenThousandAgentsAreRefusedWhereTheyDoNotFitAndTheErrorSaysHow
 
 TEST(CrowdMemory, RoomForLaterSpawnsIsAskedForToo) {
   Scenario scenario;
-  scenario.most_agents = 10'000;
+  scenario.max_agents = 10'000;
   EXPECT_FALSE(check_crowd(scenario, 4 * kGigabyte).ok());
   EXPECT_TRUE(check_crowd(scenario, 64 * kGigabyte).ok());
   EXPECT_TRUE(check_crowd(Scenario{}, kGigabyte / 10).ok()) << "the default asks for nothing";
@@ -53,7 +53,7 @@ TEST(CrowdMemory, RoomForLaterSpawnsIsAskedForToo) {
 
 TEST(CrowdMemory, AServerIsNotStartedWithWhatNoMachineHolds) {
   auto configuration = test::configuration({});
-  configuration.scenario.most_agents = 1'000'000'000;
+  configuration.scenario.max_agents = 1'000'000'000;
   const auto state = make_session_state(configuration, ArrivalTime{});
   ASSERT_FALSE(state.ok());
   EXPECT_THAT(state.error().message, HasSubstr("1000000000 agents"));

@@ -23,20 +23,20 @@ std::size_t number_after(const std::string& text, const std::string& words) {
   return at == std::string::npos ? 0 : std::stoul(text.substr(at + words.size()));
 }
 
-TEST(CrowdTime, TheWarningSaysHowLongStepsTakeAndHowManyAgentsFit) {
+TEST(CrowdTime, TheWarningNamesStepTimeAndHowManyAgentsFit) {
   Scenario scenario;
-  scenario.most_agents = 10'000;
+  scenario.max_agents = 10'000;
   const auto warning = slow_crowd(scenario, {500, 0.5e-3});
   ASSERT_TRUE(warning);
   EXPECT_THAT(*warning, HasSubstr("10000 agents is expected to take at least 10 ms"));
   EXPECT_THAT(*warning, HasSubstr("4.2 ms are there"));
   const std::size_t fit = number_after(*warning, "at most "),
                     rate = number_after(*warning, "physics_rate of ");
-  scenario.most_agents = fit;
+  scenario.max_agents = fit;
   EXPECT_FALSE(slow_crowd(scenario, {500, 0.5e-3})) << fit;
-  scenario.most_agents = fit + fit / 100;
+  scenario.max_agents = fit + fit / 100;
   EXPECT_TRUE(slow_crowd(scenario, {500, 0.5e-3})) << fit;
-  scenario.most_agents = 10'000;
+  scenario.max_agents = 10'000;
   scenario.physics_rate = static_cast<double>(rate);
   EXPECT_FALSE(slow_crowd(scenario, {500, 0.5e-3})) << rate;
 }
@@ -44,7 +44,7 @@ TEST(CrowdTime, TheWarningSaysHowLongStepsTakeAndHowManyAgentsFit) {
 TEST(CrowdTime, AgentsOfTheScenarioCountWhereNoMoreAreToCome) {
   Scenario scenario;
   scenario.agents = persons(100);
-  EXPECT_FALSE(slow_crowd(scenario, {50, 1e-3})) << "most_agents is the default";
+  EXPECT_FALSE(slow_crowd(scenario, {50, 1e-3})) << "max_agents is the default";
   EXPECT_TRUE(slow_crowd(scenario, {50, 2e-3}));
 }
 

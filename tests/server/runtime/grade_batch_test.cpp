@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/server/tick/lesson_log.hpp"
+#include "tests/server/tick/graded_log.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -45,7 +45,7 @@ TEST_F(GradeBatch, RowsAreInTheOrderOfNamesForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(GradeBatch, ARowSaysWhatGradeSays) {
+TEST_F(GradeBatch, ARowEqualsTheOutputOfGrade) {
   const std::string log = folder_ / "b/3.lcm";
   const auto rows = grade_batch({log}, 1);
   const auto session = grade_session(log);
@@ -55,7 +55,7 @@ TEST_F(GradeBatch, ARowSaysWhatGradeSays) {
   EXPECT_EQ(rows[0].score, 100 - 3 * 7);
   EXPECT_EQ(rows[0].score, session->grade.score);
   EXPECT_EQ(rows[0].tasks_done, 2U);
-  EXPECT_EQ(rows[0].charges, 3U);
+  EXPECT_EQ(rows[0].deductions, 3U);
   EXPECT_TRUE(rows[0].passed);
   EXPECT_TRUE(rows[0].complete);
   EXPECT_EQ(rows[0].level, 3);
@@ -101,7 +101,7 @@ TEST_F(GradeBatch, ShardsTogetherAreAllAndNoneTwice) {
   EXPECT_EQ(all, *logs);
 }
 
-TEST_F(GradeBatch, WhatIsNotThereIsSaidBeforeWorkBegins) {
+TEST_F(GradeBatch, MissingFilesAreReportedBeforeWorkBegins) {
   EXPECT_THAT(session_logs({folder_ / "none"}).error().message, HasSubstr("no such file or folder"));
   std::filesystem::create_directory(folder_ / "empty");
   EXPECT_THAT(session_logs({folder_ / "empty"}).error().message, HasSubstr("no session log"));

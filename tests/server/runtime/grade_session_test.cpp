@@ -57,7 +57,7 @@ class GradeSession : public testing::Test {
     Penalty touch;
     touch.name = "touched a virtual thing";
     touch.points = 7;
-    touch.when = on(EventKind::collision_started, "barrel_1");
+    touch.when = on(EventKind::contact_started, "barrel_1");
     training.penalties = {touch};
     if (change) change(scenario);
     std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
@@ -85,11 +85,11 @@ TEST_F(GradeSession, TheTraineeIsPenalizedForTouchingAVirtualBarrel) {
   EXPECT_EQ(grade.tasks[0].outcome, training::TaskOutcome::done);
   EXPECT_EQ(grade.tasks[0].cause->kind, EventKind::zone_entered);
   EXPECT_EQ(grade.tasks[1].outcome, training::TaskOutcome::open);
-  ASSERT_FALSE(grade.charges.empty()) << to_text(*session);
-  EXPECT_EQ(grade.charges[0].cause->object, "barrel_1");
-  EXPECT_EQ(grade.charges[0].cause->pair, PairKind::real_virtual);
-  EXPECT_EQ(grade.score, 50 - 7.0 * static_cast<double>(grade.charges.size()));
-  EXPECT_THAT(to_text(*session), HasSubstr("touched a virtual thing  collision_started"));
+  ASSERT_FALSE(grade.deductions.empty()) << to_text(*session);
+  EXPECT_EQ(grade.deductions[0].cause->object, "barrel_1");
+  EXPECT_EQ(grade.deductions[0].cause->pair, PairKind::real_virtual);
+  EXPECT_EQ(grade.score, 50 - 7.0 * static_cast<double>(grade.deductions.size()));
+  EXPECT_THAT(to_text(*session), HasSubstr("touched a virtual thing  contact_started"));
 }
 
 TEST_F(GradeSession, TheSessionReplayedHasTheSameGradeToTheBit) {
@@ -119,32 +119,33 @@ TEST_F(GradeSession, TheSameBytesForAnyNumberOfThreadsScoreIncluded) {
   }
 }
 
-TEST_F(GradeSession, TheScoreThatWasSaidLastIsTheScoreOfTheLogAndOfTheReport) {
+TEST_F(GradeSession, TheLastPublishedScoreIsThatOfLogAndReport) {
   const std::string path = record("a.lcm", [](Scenario& scenario) {
     scenario.training->penalties[0].points = 0.1;  // sums of these are inexact
     scenario.training->penalties[0].per_impulse = 1.0 / 3;
   });
-  std::vector<Event> said;
+  std::vector<Event> grading_events;
   auto reader = LogReader::open(path);
   ASSERT_TRUE(reader.ok());
   for (auto next = reader->next(); next && *next; next = reader->next()) {
     Event event;
-    if ((*next)->channel != channel::mr_events || !decode("", (*next)->payload, event)) continue;
-    if (is_grading(event.kind)) said.push_back(event);
+    if ((*next)->channel != channel::kMrEvents || !decode("", (*next)->payload, event)) continue;
+    if (is_grading(event.kind)) grading_events.push_back(event);
   }
-  ASSERT_FALSE(said.empty());
-  EXPECT_EQ(said.front().kind, EventKind::task_started);
-  EXPECT_EQ(said.front().object, "into the hall");
-  const auto last = std::find_if(said.rbegin(), said.rend(),
+  ASSERT_FALSE(grading_events.empty());
+  EXPECT_EQ(grading_events.front().kind, EventKind::task_started);
+  EXPECT_EQ(grading_events.front().object, "into the hall");
+  const auto last = std::find_if(grading_events.rbegin(), grading_events.rend(),
                                  [](const Event& event) { return event.kind == EventKind::score_changed; });
-  ASSERT_NE(last, said.rend());
+  ASSERT_NE(last, grading_events.rend());
   const auto session = grade_session(path);
   ASSERT_TRUE(session.ok());
   EXPECT_EQ(last->value, session->grade.score);
   EXPECT_NE(last->value, 50) << "the barrel was touched";
-  const auto charged = std::count_if(
-      said.begin(), said.end(), [](const Event& event) { return event.kind == EventKind::penalty_charged; });
-  EXPECT_EQ(static_cast<std::size_t>(charged), session->grade.charges.size());
+  const auto deducted = std::count_if(grading_events.begin(), grading_events.end(), [](const Event& event) {
+    return event.kind == EventKind::points_deducted;
+  });
+  EXPECT_EQ(static_cast<std::size_t>(deducted), session->grade.deductions.size());
   ASSERT_TRUE(report_ && report_->grade);
   EXPECT_EQ(to_json(*report_->grade), to_json(*session)) << "the report's grade is that of the log";
   EXPECT_THAT(to_json(*report_), HasSubstr("\"score\": "));
@@ -166,14 +167,14 @@ TEST_F(GradeSession, ALogThatIsCutOffIsGradedAsFarAsItGoes) {
 TEST_F(GradeSession, TheRobotsClockMayBeSetBackDuringTheSession) {
   const auto plain = grade_session(record("a.lcm"));
   for (Message& each : drive_) {
-    if (each.arrival < ArrivalTime::from_utime(test::start_us + 1'000'000)) continue;
+    if (each.arrival < ArrivalTime::from_utime(test::kStartUs + 1'000'000)) continue;
     auto utime = leading_stamp(each.payload)->utime() - 3'600'000'000;
     for (std::size_t i = 16; i-- > 8; utime >>= 8) each.payload[i] = static_cast<std::uint8_t>(utime);
   }
   const auto set_back = grade_session(record("b.lcm"));
   ASSERT_TRUE(plain.ok() && set_back.ok());
-  ASSERT_FALSE(plain->grade.charges.empty());
-  EXPECT_EQ(set_back->grade.charges.size(), plain->grade.charges.size());
+  ASSERT_FALSE(plain->grade.deductions.empty());
+  EXPECT_EQ(set_back->grade.deductions.size(), plain->grade.deductions.size());
   EXPECT_EQ(set_back->grade.tasks[0].outcome, training::TaskOutcome::done);
   EXPECT_EQ(set_back->grade.score, plain->grade.score);
   EXPECT_GT(set_back->grade.end, set_back->grade.begin);
@@ -181,7 +182,7 @@ TEST_F(GradeSession, TheRobotsClockMayBeSetBackDuringTheSession) {
   EXPECT_EQ(to_json(*report_->grade), to_json(*set_back)) << "the report's grade is that of the log";
 }
 
-TEST_F(GradeSession, WhatCannotBeGradedSaysWhy) {
+TEST_F(GradeSession, WhatCannotBeGradedIsRefusedWithTheReason) {
   test::write_log(folder_ / "bare.lcm", test::drive(1));
   EXPECT_THAT(grade_session(folder_ / "bare.lcm").error().message, HasSubstr("no MR_SESSION in it"));
   const std::string path = record("none.lcm", [](Scenario& scenario) { scenario.training.reset(); });

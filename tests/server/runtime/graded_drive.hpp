@@ -9,7 +9,7 @@ namespace parhelion::test {
 class GradedDrive : public ScriptedDrive {
  protected:
   void TearDown() override {
-    if (HasFailure()) std::fputs((told() + marks()).c_str(), stderr);
+    if (HasFailure()) std::fputs((event_log() + marks()).c_str(), stderr);
   }
   /// A scenario of server/scenarios.
   void begin(const std::string& scenario) {
@@ -19,12 +19,12 @@ class GradedDrive : public ScriptedDrive {
                     configuration_.robot.name, state_->simulation.now());
     wait(0.5);
   }
-  void heard(const tick::Outputs::Entry& entry) override {
+  void handle_output(const tick::Outputs::Entry& entry) override {
     if (!grader_) return;
     Event event;
-    if (entry.channel == channel::mr_events && decode(entry.channel, entry.payload, event)) {
+    if (entry.channel == channel::kMrEvents && decode(entry.channel, entry.payload, event)) {
       grader_->take(event);
-    } else if (entry.channel == channel::mr_world && decode(entry.channel, entry.payload, world_)) {
+    } else if (entry.channel == channel::kMrWorld && decode(entry.channel, entry.payload, world_)) {
       grader_->take(world_);
     }
   }
@@ -48,11 +48,11 @@ class GradedDrive : public ScriptedDrive {
   training::Grade grade() const { return grader_->grade(); }
   std::string marks() const {
     const training::Grade all = grade();
-    std::string text = "score " + std::to_string(all.score) + " of " + std::to_string(all.most) + "\n";
+    std::string text = "score " + std::to_string(all.score) + " of " + std::to_string(all.max) + "\n";
     for (const training::TaskGrade& task : all.tasks)
       text += "  " + task.name + " " + to_string(task.outcome) + "\n";
-    for (const training::Charge& charge : all.charges)
-      text += "  -" + std::to_string(charge.points) + " " + charge.rule + "\n";
+    for (const training::Deduction& deduction : all.deductions)
+      text += "  -" + std::to_string(deduction.points) + " " + deduction.rule + "\n";
     return text;
   }
 

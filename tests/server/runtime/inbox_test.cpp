@@ -165,7 +165,7 @@ TEST_F(InboxTest, InboxReturnsAtTheDeadlineWhereNothingComes) {
   EXPECT_GE(steady_now(), deadline);
 }
 
-TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
+TEST_F(InboxTest, InboxReportsAForeignPublisherOnceAMinuteAndChannel) {
   Scenario scenario;
   scenario.level = 1;
   scenario.trainee.emplace();

@@ -13,8 +13,8 @@ class Lanes : public test::GradedDrive {
   bool ride(const std::vector<Eigen::Vector2d>& places, const Flippers& held, double speed) {
     for (const Eigen::Vector2d& place : places) {
       const auto ask = [&] {
-        const double pitch = std::asin(motion().T_map_base.rotation()(2, 0)) / degree;
-        send_flippers((pitch > held.at ? held.down : held.up) * degree);
+        const double pitch = std::asin(motion().T_map_base.rotation()(2, 0)) / kDegree;
+        send_flippers((pitch > held.at ? held.down : held.up) * kDegree);
         return towards(place, speed);
       };
       const auto there = [&] { return (motion().T_map_base.translation().head<2>() - place).norm() < 0.15; };
@@ -23,7 +23,7 @@ class Lanes : public test::GradedDrive {
     return true;
   }
   void flippers(double degrees) {
-    move_joints({{"left_flipper_joint", degrees * degree}, {"right_flipper_joint", degrees * degree}}, 2);
+    move_joints({{"left_flipper_joint", degrees * kDegree}, {"right_flipper_joint", degrees * kDegree}}, 2);
   }
 };
 
@@ -74,12 +74,12 @@ TEST_F(Lanes, WhoRacesOverTheCrossingRampsWithFlippersUpFallsOffAnEdge) {
   begin("lanes/crossing_ramps.yaml");
   const auto fell = [this] { return happened(EventKind::fell); };
   const auto race = [this] {
-    send_flippers(45 * degree);
+    send_flippers(45 * kDegree);
     return towards({5.4, -0.55}, 0.8);
   };
   EXPECT_TRUE(drive(race, fell, 60));
-  ASSERT_FALSE(grade().charges.empty());
-  EXPECT_EQ(grade().charges.back().rule, "fell");
+  ASSERT_FALSE(grade().deductions.empty());
+  EXPECT_EQ(grade().deductions.back().rule, "fell");
   EXPECT_FALSE(grade().passed);
 }
 

@@ -59,13 +59,14 @@ class LevelsDepth : public LevelsTest {
 TEST_F(LevelsDepth, DepthComesAtItsRateWithThePicturesOfTheSameInstantAndAsMrDepth) {
   start(with_depth());
   watch(1);
-  EXPECT_NEAR(static_cast<double>(out_[channel::camera].size()), 15, 1);
-  ASSERT_NEAR(static_cast<double>(out_[channel::depth].size()), 5, 1);
-  EXPECT_EQ(out_[channel::mr_depth], out_[channel::depth]) << "its bodies are in it: nothing is put in twice";
+  EXPECT_NEAR(static_cast<double>(out_[channel::kCamera].size()), 15, 1);
+  ASSERT_NEAR(static_cast<double>(out_[channel::kDepth].size()), 5, 1);
+  EXPECT_EQ(out_[channel::kMrDepth], out_[channel::kDepth])
+      << "its bodies are in it: nothing is put in twice";
   EXPECT_EQ(state_->tally.frames_out, state_->tally.frames_in);
   std::vector<SensorTime> pictures;
-  for (const Image& image : decoded<Image>(channel::camera)) pictures.push_back(image.stamp);
-  for (const Image& image : decoded<Image>(channel::depth)) {
+  for (const Image& image : decoded<Image>(channel::kCamera)) pictures.push_back(image.stamp);
+  for (const Image& image : decoded<Image>(channel::kDepth)) {
     EXPECT_EQ(image.format, PixelFormat::depth_mm);
     EXPECT_EQ(image.width, 80);
     EXPECT_EQ(image.height, 60);
@@ -76,7 +77,7 @@ TEST_F(LevelsDepth, DepthComesAtItsRateWithThePicturesOfTheSameInstantAndAsMrDep
 TEST_F(LevelsDepth, ItsPointsLieOnTheWallsOfTheModelAndOnTheAgent) {
   start(with_depth({test::agent("box_1", AgentKind::box, 0, 0.3)}));
   watch(0.3);
-  const auto images = decoded<Image>(channel::depth);
+  const auto images = decoded<Image>(channel::kDepth);
   ASSERT_FALSE(images.empty());
   const DepthCameraDescription& camera = *configuration_.robot.depth;
   const auto taken = std::find(stamps_.begin(), stamps_.end(), images.back().stamp);
@@ -118,9 +119,9 @@ TEST_F(LevelsDepth, ARobotThatHasADepthCameraOnlySendsDepthOnly) {
   configuration.robot.camera.reset();
   start(std::move(configuration));
   watch(1);
-  EXPECT_TRUE(out_[channel::camera].empty());
-  EXPECT_NEAR(static_cast<double>(out_[channel::depth].size()), 5, 1);
-  EXPECT_EQ(state_->tally.frames_out, out_[channel::depth].size());
+  EXPECT_TRUE(out_[channel::kCamera].empty());
+  EXPECT_NEAR(static_cast<double>(out_[channel::kDepth].size()), 5, 1);
+  EXPECT_EQ(state_->tally.frames_out, out_[channel::kDepth].size());
 }
 
 TEST_F(LevelsDepth, AHeadThatTheRobotDoesNotHaveIsRefusedWithItsName) {
@@ -128,7 +129,7 @@ TEST_F(LevelsDepth, AHeadThatTheRobotDoesNotHaveIsRefusedWithItsName) {
   configuration.robot.depth->head.push_back({"mast_pan", {}, Eigen::Vector3d::UnitZ()});
   start(std::move(configuration));
   watch(0.3);
-  EXPECT_TRUE(out_[channel::depth].empty());
+  EXPECT_TRUE(out_[channel::kDepth].empty());
   EXPECT_NE(state_->tally.last_refusal.find("mast_pan"), std::string::npos) << state_->tally.last_refusal;
 }
 

@@ -14,7 +14,7 @@ using test::LevelsTest;
 using test::teleop_at;
 using testing::HasSubstr;
 
-TEST_F(LevelsTest, OutOfRadioRangeTheOperatorIsNotHeardAndTheRobotStops) {
+TEST_F(LevelsTest, OutOfRadioRangeTheRobotStops) {
   Scenario scenario = hazardous();
   scenario.battery.reset();
   start(level_1({}, scenario));
@@ -23,9 +23,9 @@ TEST_F(LevelsTest, OutOfRadioRangeTheOperatorIsNotHeardAndTheRobotStops) {
   ASSERT_EQ(lost.size(), 1U);
   EXPECT_EQ(lost[0].subject, "trainee");
   EXPECT_NEAR(lost[0].position.x(), -0.5, 0.05);
-  EXPECT_EQ(events(EventKind::hazard_set_off).size(), 1U) << "it rolls on for its half second";
-  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0);
-  EXPECT_THAT(events(EventKind::command_reduced).back().text, HasSubstr("silen"));
+  EXPECT_EQ(events(EventKind::hazard_triggered).size(), 1U) << "it rolls on for its half second";
+  EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0);
+  EXPECT_THAT(events(EventKind::speed_limited).back().text, HasSubstr("silen"));
   EXPECT_LT(motion().velocity.norm(), 0.01);
   EXPECT_NEAR(motion().T_map_base.translation().x(), -0.5 + 0.4 * 0.5, 0.15);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
@@ -42,7 +42,7 @@ TEST_F(LevelsTest, OutOfRadioRangeTheOperatorIsNotHeardAndTheRobotStops) {
 TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
   start(level_1({}, hazardous()));
   run(2);
-  const auto readings = decoded<HazardReading>(channel::hazard);
+  const auto readings = decoded<HazardReading>(channel::kHazard);
   EXPECT_NEAR(static_cast<double>(readings.size()), 20, 1);
   ASSERT_EQ(readings.back().values.size(), 1U);
   const double height = configuration_.robot.height;
@@ -57,7 +57,7 @@ TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
               1e-5);
 }
 
-TEST_F(LevelsTest, WithAnEmptyBatteryItStandsAndTheStatusSaysWhatIsLeft) {
+TEST_F(LevelsTest, StopsWithAnEmptyBatteryAndReportsTheCharge) {
   Scenario scenario = hazardous();
   scenario.radio.reset();
   scenario.battery->idle = 50;
@@ -71,24 +71,24 @@ TEST_F(LevelsTest, WithAnEmptyBatteryItStandsAndTheStatusSaysWhatIsLeft) {
   EXPECT_EQ(state_->tally.battery_left, 0);
 }
 
-Message operator_at(std::int64_t utime, const std::string& robot, OperatorWord::State state) {
-  return test::message(channel::operators, utime,
-                       OperatorWord{SensorTime::from_utime(utime), "ann", robot, state, "keys"});
+Message operator_at(std::int64_t utime, const std::string& robot, OperatorStatus::State state) {
+  return test::message(channel::kOperators, utime,
+                       OperatorStatus{SensorTime::from_utime(utime), "ann", robot, state, "keys"});
 }
 
 TEST_F(LevelsTest, AnOperatorDrivesOneRobotAtATimeAndALostConsoleStopsIt) {
   start(level_1({test::agent("robot_1", AgentKind::robot, 2, 2, BehaviourKind::teleop)}));
-  const auto says = [this](const std::string& robot, OperatorWord::State state) {
+  const auto report_operator = [this](const std::string& robot, OperatorStatus::State state) {
     feed(operator_at(teleop_at(time_, 0).arrival.utime(), robot, state));
     time_ += 0.05;
   };
-  says("trainee", OperatorWord::State::drives);
+  report_operator("trainee", OperatorStatus::State::drives);
   run(0.9, Twist2{0.4, 0, 0});
   EXPECT_GT(motion().velocity.x(), 0.3);
-  says("robot_1", OperatorWord::State::drives);
-  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0)
+  report_operator("robot_1", OperatorStatus::State::drives);
+  EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0)
       << "the one that is left stops at once";
-  says("nobody", OperatorWord::State::drives);
+  report_operator("nobody", OperatorStatus::State::drives);
   EXPECT_THAT(state_->tally.last_refusal, HasSubstr("nobody"));
   const auto switched = events(EventKind::operator_switched);
   ASSERT_EQ(switched.size(), 2U);
@@ -98,11 +98,11 @@ TEST_F(LevelsTest, AnOperatorDrivesOneRobotAtATimeAndALostConsoleStopsIt) {
   const auto lost = events(EventKind::console_lost);
   ASSERT_EQ(lost.size(), 1U) << "no messages for a second";
   EXPECT_EQ(lost[0].object, "robot_1");
-  says("trainee", OperatorWord::State::drives);
+  report_operator("trainee", OperatorStatus::State::drives);
   run(3.5, Twist2{0.4, 0, 0});
-  says("trainee", OperatorWord::State::lost);
+  report_operator("trainee", OperatorStatus::State::lost);
   EXPECT_EQ(events(EventKind::console_lost).size(), 2U);
-  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0);
+  EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0);
 }
 
 }  // namespace

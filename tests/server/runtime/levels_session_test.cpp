@@ -24,19 +24,20 @@ class LevelsSession : public testing::Test {
   Report serve_and_drive(const tick::Configuration& configuration) {
     MemoryBusHub hub;
     const auto server = hub.connect(), console = hub.connect();
-    EXPECT_TRUE(console->subscribe(channel::odometry, 10'000).ok());
+    EXPECT_TRUE(console->subscribe(channel::kOdometry, 10'000).ok());
     ServeOptions options;
     options.session = folder_ / "session.lcm";
     std::atomic<bool> stop = false;
     options.stop = [&stop] { return stop.load(); };
     std::optional<Result<Report>> report;
     std::thread thread([&] { report.emplace(serve(*server, configuration, options)); });
-    Message heard;
+    Message incoming;
     for (int i = 0; i < 150; ++i) {  // three seconds of its odometry
-      const auto received = console->receive(heard, seconds(20));
+      const auto received = console->receive(incoming, seconds(20));
       if (!received.ok() || !*received) break;
       if (i % 4 != 0) continue;
-      const Message command = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, {0.4, 0, 0.3}});
+      const Message command =
+          test::message(channel::kTeleop, 0, TwistCommand{{wall_now().ns}, {0.4, 0, 0.3}});
       EXPECT_TRUE(console->publish(command.channel, command.payload).ok());
     }
     stop = true;
@@ -65,17 +66,17 @@ TEST_F(LevelsSession, ASessionOfASimulatedRobotReplaysToTheSameBytes) {
   EXPECT_EQ(replayed->arrivals_corrected, 0U);
   EXPECT_EQ(replayed->hash, live.hash) << test::difference(folder_ / "session.lcm", folder_ / "again.lcm");
   for (const char* name :
-       {channel::scan, channel::odometry, channel::imu, channel::pose_cov, channel::mr_scan, channel::mr_cmd,
-        channel::mr_events, channel::hazard, channel::camera, channel::mr_camera})
+       {channel::kScan, channel::kOdometry, channel::kImu, channel::kPoseCov, channel::kMrScan,
+        channel::kMrCmd, channel::kMrEvents, channel::kHazard, channel::kCamera, channel::kMrCamera})
     EXPECT_TRUE(replayed->hash.contains(name)) << name;
-  EXPECT_EQ(replayed->hash.at(channel::mr_camera), replayed->hash.at(channel::camera))
+  EXPECT_EQ(replayed->hash.at(channel::kMrCamera), replayed->hash.at(channel::kCamera))
       << "its bodies are in the picture: nothing is drawn twice";
   EXPECT_EQ(replayed->frames_dropped, live.frames_dropped) << "what live had no time for is not drawn now";
   EXPECT_EQ(live.tally.frames_out + live.frames_dropped, live.tally.frames_in);
   EXPECT_GT(live.tally.frames_out, 1U);
 }
 
-TEST_F(LevelsSession, WhatASimulatedRobotSaidReplaysAsARealRobotsRecording) {
+TEST_F(LevelsSession, ASimulatedRobotsSensorsReplayAsARealRecording) {
   serve_and_drive(level_1());
   std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
   std::ofstream(folder_ / "level3.yaml")
@@ -93,7 +94,7 @@ TEST_F(LevelsSession, WhatASimulatedRobotSaidReplaysAsARealRobotsRecording) {
       << "as live: a busy machine drops some";
   EXPECT_GT(tally.frames_composited, 0U) << "and the barrel is drawn into it";
   std::uint64_t degraded = 0;
-  for (std::size_t why = 1; why < tick::degraded_kinds; ++why) degraded += tally.scans_degraded[why];
+  for (std::size_t why = 1; why < tick::kDegradedKinds; ++why) degraded += tally.scans_degraded[why];
   EXPECT_LE(degraded, 4U) << "but for the first ones";
 }
 

@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr Duration slam_takes = milliseconds(20);
+constexpr Duration kSlamTakes = milliseconds(20);
 
 class LevelsSlamTest : public test::TickTest {
  protected:
@@ -29,10 +29,10 @@ class LevelsSlamTest : public test::TickTest {
   }
 
   /// Passes the outputs to SLAM; its estimate arrives some time after the scan.
-  void hear() {
+  void feed_slam() {
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       out_[entry.channel].push_back(entry.payload);
-      if (entry.channel == channel::robot && !slam_) {
+      if (entry.channel == channel::kRobot && !slam_) {
         RobotMessage robot;
         ASSERT_TRUE(decode(entry.channel, entry.payload, robot).ok());
         const auto description = parse_robot_description(robot.yaml, "ROBOT");
@@ -43,15 +43,15 @@ class LevelsSlamTest : public test::TickTest {
         auto mapper = pose::make_mapper(*description, options);
         ASSERT_TRUE(mapper.ok()) << mapper.error().message;
         slam_ = std::move(*mapper);
-      } else if (entry.channel == channel::odometry && slam_) {
+      } else if (entry.channel == channel::kOdometry && slam_) {
         Odometry odometry;
         ASSERT_TRUE(decode(entry.channel, entry.payload, odometry).ok());
         slam_->add(odometry);
-      } else if (entry.channel == channel::scan && slam_) {
+      } else if (entry.channel == channel::kScan && slam_) {
         Scan scan;
         ASSERT_TRUE(decode(entry.channel, entry.payload, scan).ok());
-        if (auto word = slam_->add(scan))
-          words_.push_back(test::message(channel::pose_cov, (now_ + slam_takes).utime(), *word));
+        if (auto estimate = slam_->add(scan))
+          estimates_.push_back(test::message(channel::kPoseCov, (now_ + kSlamTakes).utime(), *estimate));
       }
     }
   }
@@ -63,20 +63,20 @@ class LevelsSlamTest : public test::TickTest {
         now_ = ArrivalTime{state_->simulation.next_step().ns};
         outputs_.clear();
         tick::advance(configuration_, now_, *state_, outputs_, observer_);
-        hear();
-        while (!words_.empty() && words_.front().arrival <= now_) {
+        feed_slam();
+        while (!estimates_.empty() && estimates_.front().arrival <= now_) {
           outputs_.clear();
-          tick::tick(configuration_, words_.front(), *state_, outputs_, observer_);
-          words_.pop_front();
-          hear();
+          tick::tick(configuration_, estimates_.front(), *state_, outputs_, observer_);
+          estimates_.pop_front();
+          feed_slam();
         }
       }
       now_ = next;
       outputs_.clear();
       tick::tick(configuration_,
-                 test::message(channel::teleop, now_.utime(), TwistCommand{SensorTime{now_.ns}, twist}),
+                 test::message(channel::kTeleop, now_.utime(), TwistCommand{SensorTime{now_.ns}, twist}),
                  *state_, outputs_, observer_);
-      hear();
+      feed_slam();
       compare();
     }
   }
@@ -94,7 +94,7 @@ class LevelsSlamTest : public test::TickTest {
 
   ArrivalTime now_;
   std::unique_ptr<pose::Slam> slam_;
-  std::deque<Message> words_;
+  std::deque<Message> estimates_;
   double worst_ = 0, worst_turn_ = 0;
   int compared_ = 0;
 };
@@ -117,13 +117,13 @@ double explained(const pose::GridMap& map, const SemanticModel& model) {
   return occupied > 100 ? static_cast<double>(near) / occupied : 0;
 }
 
-TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
+TEST_F(LevelsSlamTest, TheRobotDrivesByTheEstimateOfSlamAndTheMapIsMade) {
   live(0.5, {});
   EXPECT_TRUE(state_->robots.front().pose.at_step.has_value()) << "SLAM has spoken";
   live(12, {0.4, 0, 0.5});
   live(12, {0.4, 0, -0.5});
   live(1, {});
-  const Eigen::Vector3d odometry = decoded<Odometry>(channel::odometry).back().T_odom_base.translation();
+  const Eigen::Vector3d odometry = decoded<Odometry>(channel::kOdometry).back().T_odom_base.translation();
   const Eigen::Vector3d truth =
       state_->simulation.robot_motion("trainee")->T_map_base.translation() - Eigen::Vector3d(4, 2.5, 0);
   EXPECT_GT((odometry - truth).head<2>().norm(), 0.05) << "wheels alone drift";
@@ -131,7 +131,7 @@ TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
   EXPECT_LT(worst_, 0.10);
   EXPECT_LT(worst_turn_, 0.07);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
-  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "only SLAM publishes it";
+  EXPECT_EQ(out_.count(channel::kPoseCov), 0U) << "only SLAM publishes it";
   EXPECT_THAT(tick::slam_note(state_->robots.front().sensors.get()), testing::HasSubstr("poses, off by"));
   const auto path = slam_->finish();
   EXPECT_GT(path.size(), 900U);

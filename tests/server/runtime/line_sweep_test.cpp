@@ -49,14 +49,14 @@ tick::Configuration sweeping(const LineLaserDescription& line) {
   return configuration;
 }
 
-std::int64_t at(double t) { return test::start_us + static_cast<std::int64_t>(std::llround(t * 1e6)); }
+std::int64_t at(double t) { return test::kStartUs + static_cast<std::int64_t>(std::llround(t * 1e6)); }
 
 Scan line_at(double t, const LineLaserDescription& line, const Tilt& tilt, const SemanticModel& site) {
   const LaserDescription& laser = line.laser;
   Scan scan;
   scan.stamp = SensorTime::from_utime(at(t));
-  scan.angle_first = static_cast<float>(laser.angle_first);
-  scan.angle_step = static_cast<float>(laser.angle_step);
+  scan.angle_min = static_cast<float>(laser.angle_min);
+  scan.angle_increment = static_cast<float>(laser.angle_increment);
   std::vector<float> time;
   scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
   const auto place = [&](double when) {
@@ -68,7 +68,7 @@ Scan line_at(double t, const LineLaserDescription& line, const Tilt& tilt, const
   };
   std::vector<scan::RangeHit> hits(time.size());
   const scan::LaserMotion motion{place(t), place(t + laser.beam_interval * (laser.beams - 1))};
-  scan::cast_building_exact(motion, {scan.angle_first, scan.angle_step, time}, site, 30, hits);
+  scan::cast_building_exact(motion, {scan.angle_min, scan.angle_increment, time}, site, 30, hits);
   for (const scan::RangeHit& hit : hits)
     scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
   return scan;
@@ -81,12 +81,12 @@ std::vector<Message> drive(double duration, const LineLaserDescription& line, co
   const SemanticModel site = furnished_room();
   for (int i = 0; i * 0.025 < duration; ++i) {
     const double t = i * 0.025;
-    log.push_back(test::message(channel::lines, at(t) + 12'000, line_at(t, line, tilt, site)));
+    log.push_back(test::message(channel::kLines, at(t) + 12'000, line_at(t, line, tilt, site)));
   }
   for (int i = 0; !line.head.empty() && i * 0.02 < duration; ++i) {
     const double t = i * 0.02;
     const Joints joints{SensorTime::from_utime(at(t)), {"tilt"}, {tilt(t)}, {}, {}};
-    log.push_back(test::message(channel::joint_state, at(t) + 60'000, joints));
+    log.push_back(test::message(channel::kJointState, at(t) + 60'000, joints));
   }
   std::stable_sort(log.begin(), log.end(),
                    [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
@@ -111,7 +111,7 @@ Swept sweep(const tick::Configuration& configuration, const std::vector<Message>
     outputs.clear();
     tick::tick(configuration, message, **state, outputs, stages);
     const tick::RobotState& robot = (*state)->robots.front();
-    if (message.channel != channel::lines || !robot.scan.line) continue;
+    if (message.channel != channel::kLines || !robot.scan.line) continue;
     lines.add(*robot.scan.line);
     while (auto view = lines.take(robot.pose)) swept.views.push_back(std::move(*view));
   }
@@ -184,7 +184,7 @@ TEST(LineSweep, HeldEncodersAreNotBelieved) {
   auto log = drive(4, line, nodding);
   // The encoder stops after two seconds; elsewhere its last value is used for 0.2 s.
   std::erase_if(log, [](const Message& m) {
-    return m.channel == channel::joint_state && m.arrival > ArrivalTime::from_utime(at(2.06));
+    return m.channel == channel::kJointState && m.arrival > ArrivalTime::from_utime(at(2.06));
   });
   const Swept swept = sweep(sweeping(line), log);
   EXPECT_GT(swept.left_out, 65U) << "lines of 1.75 s";
@@ -195,7 +195,7 @@ TEST(LineSweep, ALaserAtRestMakesNoView) {
   const auto line = line_laser(true);
   auto log = drive(6, line, [](double) { return 0.3; });
   std::erase_if(log, [](const Message& m) {
-    return m.channel == channel::odometry || m.channel == channel::pose_cov || m.channel == channel::scan;
+    return m.channel == channel::kOdometry || m.channel == channel::kPoseCov || m.channel == channel::kScan;
   });
   for (int i = 0; i < 60; ++i) {
     PoseEstimate still;
@@ -204,7 +204,7 @@ TEST(LineSweep, ALaserAtRestMakesNoView) {
     still.covariance = PoseCovariance::Identity() * 1e-4;
     still.map_id = "synthetic";
     still.state = SlamState::tracking;
-    log.push_back(test::message(channel::pose_cov, at(0.1 * i) + 20'100, still));
+    log.push_back(test::message(channel::kPoseCov, at(0.1 * i) + 20'100, still));
   }
   std::stable_sort(log.begin(), log.end(),
                    [](const Message& a, const Message& b) { return a.arrival < b.arrival; });

@@ -31,9 +31,9 @@ DepthCameraDescription depth_camera() {
 }
 
 /// A depth image of a floor, a wall ahead and a wall at the right, taken from `really`; the view's pose is
-/// `said`.
-PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map, DepthOptical>& said) {
-  PlacedDepth result{{}, depth_camera(), said};
+/// `reported`.
+PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map, DepthOptical>& reported) {
+  PlacedDepth result{{}, depth_camera(), reported};
   const CameraIntrinsics& lens = result.camera.intrinsics;
   std::vector<std::uint16_t> millimetres;
   for (int v = 0; v < lens.height; ++v) {
@@ -100,8 +100,8 @@ TEST(LiveSite, PutsAViewRightWhosePoseIsOff) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, -0.3);
   ASSERT_TRUE(site.add(view(at, at)).ok());
-  const auto really = camera_at(0.2, 0.1, -0.5), said = camera_at(0.26, 0.06, -0.49);
-  const auto model = site.add(view(really, said));
+  const auto really = camera_at(0.2, 0.1, -0.5), reported = camera_at(0.26, 0.06, -0.49);
+  const auto model = site.add(view(really, reported));
   ASSERT_TRUE(model.ok()) << model.error().message;
   double worst = 0;  // largest distance of the cloud's points from the three planes
   for (const Eigen::Vector3f& p : site.cloud().points) {

@@ -24,7 +24,7 @@ TEST_F(LoopDelayTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
   play({log.begin() + 2 * third, log.end()}, 1.0);
   EXPECT_TRUE(await_scan(log));
   stop();
-  EXPECT_EQ(heard_.size(), 30U);
+  EXPECT_EQ(received_.size(), 30U);
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
   EXPECT_GT(live.guard_fired, 0U);
@@ -50,7 +50,7 @@ TEST_F(LoopDelayTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
   const auto log = test::drive(1.5);
   const auto last_scan = std::find_if(log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2), log.end(),
-                                      [](const Message& each) { return each.channel == channel::scan; });
+                                      [](const Message& each) { return each.channel == channel::kScan; });
   play({log.begin(), last_scan}, 1.0);
   shut_gate();
   play({last_scan, last_scan + 1}, 1.0);
@@ -86,20 +86,20 @@ TEST_F(LoopDelayTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWhole
   const Report& live = **report_;
   EXPECT_GT(live.guard_fired, 0U);
   EXPECT_TRUE(live.complete) << live.incomplete_because;
-  const auto sent = stamps(log, channel::scan);
-  EXPECT_EQ(stamps(heard_, channel::mr_scan), sent) << "each once, and in order";
+  const auto sent = stamps(log, channel::kScan);
+  EXPECT_EQ(stamps(received_, channel::kMrScan), sent) << "each once, and in order";
   const auto written = session_log();
-  EXPECT_EQ(stamps(written, channel::scan), sent);
+  EXPECT_EQ(stamps(written, channel::kScan), sent);
   std::vector<Message> answers;
   for (const Message& each : written) {
-    if (each.channel == channel::mr_scan) answers.push_back(each);
+    if (each.channel == channel::kMrScan) answers.push_back(each);
   }
-  ASSERT_EQ(answers.size(), heard_.size());
-  for (std::size_t i = 0; i < heard_.size(); ++i) ASSERT_EQ(answers[i].payload, heard_[i].payload) << i;
+  ASSERT_EQ(answers.size(), received_.size());
+  for (std::size_t i = 0; i < received_.size(); ++i) ASSERT_EQ(answers[i].payload, received_[i].payload) << i;
   expect_same_bytes_again(live);
 }
 
-TEST_F(LoopDelayTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
+TEST_F(LoopDelayTest, LoopPublishesTooManyQueuedScansAndReportsLogGaps) {
   options_.inbox.bytes = 10'000;  // about ten scans
   serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}));
   const auto log = test::drive(8);
@@ -115,11 +115,11 @@ TEST_F(LoopDelayTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLac
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
-  EXPECT_EQ(stamps(heard_, channel::mr_scan), stamps(log, channel::scan)) << "each once, and in order";
+  EXPECT_EQ(stamps(received_, channel::kMrScan), stamps(log, channel::kScan)) << "each once, and in order";
   EXPECT_EQ(live.tally.scans_in, 80U);
   EXPECT_EQ(live.tally.scans_out, 80U);
   EXPECT_GT(live.tally.scans_left_out, 0U);
-  EXPECT_EQ(stamps(session_log(), channel::scan).size() + live.tally.scans_left_out, 80U);
+  EXPECT_EQ(stamps(session_log(), channel::kScan).size() + live.tally.scans_left_out, 80U);
   EXPECT_FALSE(live.complete);
   EXPECT_NE(live.incomplete_because.find(std::to_string(live.tally.scans_left_out) + " scans"),
             std::string::npos)

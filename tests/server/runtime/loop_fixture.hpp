@@ -35,8 +35,8 @@ class LoopTest : public testing::Test {
       at_gate_ = false;
       return stop_.load();
     };
-    options_.say = [this](const std::string& news) {
-      said_.push_back(news);
+    options_.notify = [this](const std::string& news) {
+      notices_.push_back(news);
       started_ = true;
     };
     thread_ =
@@ -73,13 +73,13 @@ class LoopTest : public testing::Test {
 
   /// Receives until the last scan of a recording was published; keeps the scans.
   bool await_scan(std::span<const Message> log) {
-    const std::int64_t last = stamps({log.begin(), log.end()}, channel::scan).back();
+    const std::int64_t last = stamps({log.begin(), log.end()}, channel::kScan).back();
     Message message;
     while (true) {
       const auto received = robot_->receive(message, seconds(20));
       if (!received.ok() || !*received) return false;
-      if (message.channel != channel::mr_scan) continue;
-      heard_.push_back(message);
+      if (message.channel != channel::kMrScan) continue;
+      received_.push_back(message);
       if (leading_stamp(message.payload)->utime() == last) return true;
     }
   }
@@ -96,7 +96,7 @@ class LoopTest : public testing::Test {
     while (true) {
       const auto received = robot_->receive(message, seconds(20));
       if (!received.ok() || !*received) return false;
-      if (message.channel == channel::mr_world && leading_stamp(message.payload)->ns >= from.ns + beyond.ns)
+      if (message.channel == channel::kMrWorld && leading_stamp(message.payload)->ns >= from.ns + beyond.ns)
         return true;
     }
   }
@@ -142,8 +142,8 @@ class LoopTest : public testing::Test {
   runtime::ServeOptions options_;
   std::atomic<bool> stop_ = false, started_ = false;
   std::atomic<bool> gate_shut_ = false, at_gate_ = false;
-  std::vector<Message> heard_;     ///< MR_SCAN, from await_scan()
-  std::vector<std::string> said_;  ///< messages for people; complete after stop()
+  std::vector<Message> received_;     ///< MR_SCAN, from await_scan()
+  std::vector<std::string> notices_;  ///< messages for people; complete after stop()
   std::optional<Result<runtime::Report>> report_;
   std::thread thread_;
 };

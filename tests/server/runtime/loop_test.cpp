@@ -15,7 +15,7 @@ TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
                       seconds(10));
   const auto log = test::drive(2);
   play(log, 1.0);
-  EXPECT_EQ(await(channel::mr_scan, 20).size(), 20U);
+  EXPECT_EQ(await(channel::kMrScan, 20).size(), 20U);
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
@@ -46,7 +46,7 @@ TEST_F(LoopTest, LoopGradesAsItGoesToTheBitAsItsLogIsGradedLater) {
   Penalty touch;
   touch.name = "touch";
   touch.per_impulse = 1.0 / 3;
-  touch.when.event = EventKind::collision_continued;
+  touch.when.event = EventKind::contact_continues;
   training.penalties = {near, touch};
   serve_in_background(lesson, seconds(10));
   play(test::drive(3), 1.0);
@@ -57,12 +57,12 @@ TEST_F(LoopTest, LoopGradesAsItGoesToTheBitAsItsLogIsGradedLater) {
   ASSERT_TRUE(again.ok()) << again.error().message;
   ASSERT_TRUE(live.grade.has_value());
   EXPECT_EQ(to_json(*live.grade), to_json(*again));
-  EXPECT_FALSE(again->grade.charges.empty());
+  EXPECT_FALSE(again->grade.deductions.empty());
   EXPECT_TRUE(again->grade.complete) << "stopped by a person";
   std::optional<double> last, ended;
   for (const Message& each : session_log()) {
     Event event;
-    if (each.channel != channel::mr_events || !decode("", each.payload, event)) continue;
+    if (each.channel != channel::kMrEvents || !decode("", each.payload, event)) continue;
     if (event.kind == EventKind::score_changed) last = event.value;
     if (event.kind == EventKind::grading_ended) ended = event.value;
   }
@@ -75,11 +75,11 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
   serve_in_background(test::configuration({}));
   const AgentSpawn command{
       .stamp = {wall_now().ns}, .request = 99, .agent = agent("box_1", AgentKind::box, 3, 2)};
-  const Message message = test::message(channel::mr_spawn, 0, command);
+  const Message message = test::message(channel::kMrSpawn, 0, command);
   ASSERT_TRUE(robot_->publish(message.channel, message.payload).ok());
   bool accepted = false;
   while (!accepted) {
-    const auto events = await(channel::mr_events, 1);
+    const auto events = await(channel::kMrEvents, 1);
     ASSERT_EQ(events.size(), 1U);
     Event event;
     ASSERT_TRUE(decode(events[0].channel, events[0].payload, event).ok());
@@ -92,7 +92,7 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
     while (true) {
       const auto next = reader->next();
       if (!next.ok() || !*next) break;
-      found = found || ((*next)->channel == channel::mr_spawn && (*next)->payload == message.payload);
+      found = found || ((*next)->channel == channel::kMrSpawn && (*next)->payload == message.payload);
     }
     EXPECT_TRUE(found);
   }
@@ -108,9 +108,9 @@ TEST_F(LoopTest, LoopThatIsStoppedAnswersWhatWaits) {
   const Report& live = **report_;
   EXPECT_EQ(live.tally.scans_in, 20U);
   EXPECT_EQ(live.guard_fired, 0U);
-  const auto sent = stamps(log, channel::scan);
-  EXPECT_EQ(stamps(await(channel::mr_scan, 20), channel::mr_scan), sent);
-  EXPECT_EQ(stamps(session_log(), channel::scan), sent);
+  const auto sent = stamps(log, channel::kScan);
+  EXPECT_EQ(stamps(await(channel::kMrScan, 20), channel::kMrScan), sent);
+  EXPECT_EQ(stamps(session_log(), channel::kScan), sent);
   expect_same_bytes_again(live);
 }
 
@@ -118,22 +118,22 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
   serve_in_background(test::configuration({}));
   std::vector<Message> sent;
   for (int i = 0; i < 20; ++i) {
-    Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
+    Message scan = test::message(channel::kScan, 0, test::scan_at(0.1 * i));
     if (i % 2 == 0) scan.payload.resize(scan.payload.size() / 2);
     sent.push_back(scan);
     if (i == 10) shut_gate();  // from here on the guard publishes
     ASSERT_TRUE(robot_->publish(scan.channel, scan.payload).ok());
     const Message foreign =
-        test::message(channel::scan, 0, Odometry{SensorTime::from_utime(test::start_us), {}});
+        test::message(channel::kScan, 0, Odometry{SensorTime::from_utime(test::kStartUs), {}});
     ASSERT_TRUE(robot_->publish(foreign.channel, foreign.payload).ok());
   }
-  const auto heard = await(channel::mr_scan, 20);
+  const auto messages = await(channel::kMrScan, 20);
   open_gate();
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
-  ASSERT_EQ(heard.size(), 20U);
-  for (std::size_t i = 0; i < heard.size(); ++i) EXPECT_EQ(heard[i].payload, sent[i].payload) << i;
+  ASSERT_EQ(messages.size(), 20U);
+  for (std::size_t i = 0; i < messages.size(); ++i) EXPECT_EQ(messages[i].payload, sent[i].payload) << i;
   EXPECT_EQ(live.tally.scans_in, 20U);
   EXPECT_EQ(live.tally.scans_out, 20U);
   EXPECT_EQ(live.tally.foreign_scans, 20U);
@@ -141,58 +141,60 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
   expect_same_bytes_again(live);
 }
 
-TEST_F(LoopTest, AnotherServerOnTheBusIsToldOfOnceAndOnesOwnWordsAreNot) {
+TEST_F(LoopTest, ReportsAnotherServerOnceAndNotItself) {
   serve_in_background(test::configuration({}));
   const auto await_own_status = [&](int times) {
     ServerStatus status;
     for (; times > 0; times -= status.values.size() > 1) {
-      const auto heard = await(channel::mr_status, 1);
-      ASSERT_EQ(heard.size(), 1U);
-      ASSERT_TRUE(decode(channel::mr_status, heard[0].payload, status).ok());
+      const auto messages = await(channel::kMrStatus, 1);
+      ASSERT_EQ(messages.size(), 1U);
+      ASSERT_TRUE(decode(channel::kMrStatus, messages[0].payload, status).ok());
     }
   };
   await_own_status(2);
   for (int i = 0; i < 5; ++i) {
     const Message another =
-        test::message(channel::mr_status, 0, ServerStatus{{wall_now().ns}, {{"i", i}}, {}});
+        test::message(channel::kMrStatus, 0, ServerStatus{{wall_now().ns}, {{"i", i}}, {}});
     ASSERT_TRUE(robot_->publish(another.channel, another.payload).ok());
     await_own_status(i == 0 ? 2 : 0);
   }
   await_own_status(1);
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), tick::another_server_text), 1);
-  std::vector<std::string> told;
+  EXPECT_EQ(std::count(notices_.begin(), notices_.end(), tick::kAnotherServerText), 1);
+  std::vector<std::string> foreign_publishers;
   for (const Message& each : session_log()) {
     Event event;
-    if (each.channel != channel::mr_events || !decode("", each.payload, event)) continue;
-    if (event.kind == EventKind::foreign_publisher) told.push_back(event.object + ": " + event.text);
+    if (each.channel != channel::kMrEvents || !decode("", each.payload, event)) continue;
+    if (event.kind == EventKind::foreign_publisher)
+      foreign_publishers.push_back(event.object + ": " + event.text);
   }
-  EXPECT_EQ(told, std::vector<std::string>{std::string("MR_STATUS: ") + tick::another_server_text});
+  EXPECT_EQ(foreign_publishers,
+            std::vector<std::string>{std::string("MR_STATUS: ") + tick::kAnotherServerText});
   expect_same_bytes_again(**report_);
 }
 
-TEST_F(LoopTest, ARobotThatWasStoppedWhenTheServerDiedStaysStoppedAndItsLogSaysSo) {
+TEST_F(LoopTest, AStoppedRobotStaysStoppedAfterARestartAndIsLogged) {
   std::vector<bool> held;
   options_.robot_stopped = true;
   options_.robot_stop_held = [&](bool holds) { held.push_back(holds); };
   serve_in_background(test::configuration({}), seconds(10));
-  const auto say = [&](const std::string& channel, const auto& item) {
+  const auto publish_item = [&](const std::string& channel, const auto& item) {
     const Message message = test::message(channel, 0, item);
     ASSERT_TRUE(robot_->publish(message.channel, message.payload).ok());
   };
-  say(channel::teleop, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
+  publish_item(channel::kTeleop, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
   const auto next_event = [&] {
     Event event;
-    EXPECT_TRUE(decode("", await(channel::mr_events, 1).at(0).payload, event).ok());
+    EXPECT_TRUE(decode("", await(channel::kMrEvents, 1).at(0).payload, event).ok());
     return event;
   };
   Event event = next_event();
-  while (event.kind != EventKind::command_reduced) event = next_event();
+  while (event.kind != EventKind::speed_limited) event = next_event();
   EXPECT_EQ(event.text, "emergency_stop");
-  say(channel::teleop, TwistCommand{{wall_now().ns}, {}});
-  say(channel::mr_emergency_stop,
-      EmergencyStopCommand{.request = 9, .robot = configuration_.robot.name, .engaged = false});
+  publish_item(channel::kTeleop, TwistCommand{{wall_now().ns}, {}});
+  publish_item(channel::kMrEmergencyStop,
+               EmergencyStopCommand{.request = 9, .robot = configuration_.robot.name, .engaged = false});
   while (event.request != 9) event = next_event();
   EXPECT_EQ(event.kind, EventKind::command_accepted);
   stop();
@@ -205,25 +207,25 @@ TEST_F(LoopTest, APausedSessionStandsStillAnswersAndReplaysToTheSameBytes) {
   const auto clock = std::make_shared<SessionClock>();
   options_.clock = clock;
   serve_in_background(test::level_1());
-  ASSERT_EQ(await(channel::mr_world, 3).size(), 3U);
+  ASSERT_EQ(await(channel::kMrWorld, 3).size(), 3U);
   clock->set_rate(0);
   const auto answered = [&](std::uint64_t request) {
     std::vector<std::uint8_t> payload;
     encode(AgentFreeze{.stamp = {wall_now().ns}, .request = request, .all = true}, payload);
-    EXPECT_TRUE(robot_->publish(channel::mr_freeze, payload).ok());
+    EXPECT_TRUE(robot_->publish(channel::kMrFreeze, payload).ok());
     Event event;
     while (event.request != request) {
-      const auto heard = await(channel::mr_events, 1);
-      if (heard.empty() || !decode(heard[0].channel, heard[0].payload, event).ok()) break;
+      const auto messages = await(channel::kMrEvents, 1);
+      if (messages.empty() || !decode(messages[0].channel, messages[0].payload, event).ok()) break;
     }
     EXPECT_EQ(event.request, request);
     return event.stamp;
   };
   const SimulationTime before = answered(1);
-  ASSERT_EQ(await(channel::mr_status, 2).size(), 2U);  // more than a second of real time
+  ASSERT_EQ(await(channel::kMrStatus, 2).size(), 2U);  // more than a second of real time
   EXPECT_LT(answered(2) - before, milliseconds(1));
   clock->set_rate(1);
-  ASSERT_EQ(await(channel::mr_world, 3).size(), 3U);
+  ASSERT_EQ(await(channel::kMrWorld, 3).size(), 3U);
   stop();
   ASSERT_TRUE(report_ && report_->ok());
   expect_same_bytes_again(**report_);

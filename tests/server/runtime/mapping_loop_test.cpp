@@ -42,12 +42,12 @@ Image depth_image(std::int64_t utime) {
 std::vector<Message> drive_with_depth(double duration) {
   std::vector<Message> images;
   for (double t = 0.05; t < duration; t += 0.1) {
-    const auto utime = test::start_us + static_cast<std::int64_t>(t * 1e6);
-    images.push_back(test::message(channel::lines, utime + 10'000, test::scan_at(t)));
+    const auto utime = test::kStartUs + static_cast<std::int64_t>(t * 1e6);
+    images.push_back(test::message(channel::kLines, utime + 10'000, test::scan_at(t)));
   }
   for (double t = 0.4; t < duration; t += 0.4) {
-    const auto utime = test::start_us + static_cast<std::int64_t>(t * 1e6);
-    images.push_back(test::message(channel::depth, utime + 40'000, depth_image(utime)));
+    const auto utime = test::kStartUs + static_cast<std::int64_t>(t * 1e6);
+    images.push_back(test::message(channel::kDepth, utime + 40'000, depth_image(utime)));
   }
   return test::drive(duration, std::move(images));
 }
@@ -64,7 +64,7 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
   options.session = folder / "session.lcm";
   options.guard = seconds(10);
   options.stop = [&] { return stop.load(); };
-  options.say = [&](const std::string&) { started = true; };
+  options.notify = [&](const std::string&) { started = true; };
   options.update_site = [&](const SiteView& view) -> Result<std::optional<SemanticModel>> {
     EXPECT_EQ(std::get<PlacedDepth>(view).depth.width, 4);
     SemanticModel model = test::room();
@@ -88,7 +88,7 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
     const auto received = robot->receive(message, seconds(20));
     if (!received.ok() || !*received) break;
     Event event;
-    if (message.channel == channel::mr_scan)
+    if (message.channel == channel::kMrScan)
       ++answered;
     else if (decode(message.channel, message.payload, event))
       changed |= event.kind == EventKind::model_changed;

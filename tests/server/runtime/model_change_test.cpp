@@ -22,7 +22,7 @@ SemanticModel room_with_wall_at(double x) {
 }
 
 Message new_model(std::int64_t arrival_us, const SemanticModel& model, std::uint64_t version) {
-  return test::message(channel::mr_model, arrival_us,
+  return test::message(channel::kMrModel, arrival_us,
                        ModelVersion{SensorTime::from_utime(arrival_us), version, to_yaml(model)});
 }
 
@@ -36,7 +36,7 @@ class ModelChangeTest : public testing::Test {
  protected:
   void start(const tick::Configuration& with) {
     configuration_ = with;
-    auto made = tick::make_state(configuration_, ArrivalTime::from_utime(test::start_us));
+    auto made = tick::make_state(configuration_, ArrivalTime::from_utime(test::kStartUs));
     ASSERT_TRUE(made.ok()) << made.error().message;
     state_ = std::move(*made);
   }
@@ -49,7 +49,7 @@ class ModelChangeTest : public testing::Test {
     int count = 0;
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       Event event;
-      if (entry.channel == channel::mr_events && decode(entry.channel, entry.payload, event).ok())
+      if (entry.channel == channel::kMrEvents && decode(entry.channel, entry.payload, event).ok())
         count += event.kind == kind ? 1 : 0;
     }
     return count;
@@ -71,18 +71,18 @@ class ModelChangeTest : public testing::Test {
 TEST_F(ModelChangeTest, LasersAgentsAndPicturesHaveTheNewBuildingAndTheHistoryTheOld) {
   start(mapping_configuration({test::agent("robot_1", AgentKind::robot, 2, 0)}));
   EXPECT_NEAR(range_ahead(), 4.95, 1e-4);
-  give(test::message(channel::odometry, test::start_us + 500'000, Odometry{}));
+  give(test::message(channel::kOdometry, test::kStartUs + 500'000, Odometry{}));
   const SimulationTime before = state_->simulation.now();
   WorldSnapshot old;
   ASSERT_TRUE(state_->simulation.at(before, old));
   const auto old_scene = old.scene;
-  give(new_model(test::start_us + 600'000, room_with_wall_at(4), 1));
+  give(new_model(test::kStartUs + 600'000, room_with_wall_at(4), 1));
   EXPECT_EQ(events(EventKind::model_changed), 1);
   EXPECT_NEAR(range_ahead(), 3.95, 1e-4);
   ASSERT_NE(state_->site.model, nullptr);
   EXPECT_EQ(state_->site.model->entities.size(), 5U);
 
-  give(test::message(channel::odometry, test::start_us + 700'000, Odometry{}));
+  give(test::message(channel::kOdometry, test::kStartUs + 700'000, Odometry{}));
   WorldSnapshot now, then;
   ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), now));
   ASSERT_TRUE(state_->simulation.at(before, then));
@@ -103,10 +103,10 @@ TEST_F(ModelChangeTest, LasersAgentsAndPicturesHaveTheNewBuildingAndTheHistoryTh
 TEST_F(ModelChangeTest, AnAgentIsStoppedByTheNewWall) {
   AgentDefinition walker = test::agent("robot_1", AgentKind::robot, 0, 0, BehaviourKind::teleop);
   start(mapping_configuration({walker}));
-  give(new_model(test::start_us + 10'000, room_with_wall_at(2), 1));
+  give(new_model(test::kStartUs + 10'000, room_with_wall_at(2), 1));
   for (int i = 1; i < 100; ++i) {
-    give(test::message("MR_AGENT_robot_1_TELEOP", test::start_us + 10'000 + i * 100'000,
-                       TwistCommand{SensorTime::from_utime(test::start_us), {1.0, 0, 0}}));
+    give(test::message("MR_AGENT_robot_1_TELEOP", test::kStartUs + 10'000 + i * 100'000,
+                       TwistCommand{SensorTime::from_utime(test::kStartUs), {1.0, 0, 0}}));
   }
   const auto* agent = state_->simulation.find_agent("robot_1");
   ASSERT_NE(agent, nullptr);
@@ -130,18 +130,18 @@ TEST_F(ModelChangeTest, WhatIsNoNewVersionIsRefusedAndTheOldOneStays) {
   };
   SemanticModel foreign = room_with_wall_at(4);
   foreign.map_id = "another";
-  EXPECT_TRUE(refused(new_model(test::start_us + 1000, foreign, 1)));
+  EXPECT_TRUE(refused(new_model(test::kStartUs + 1000, foreign, 1)));
   EXPECT_NE(state_->tally.last_refusal.find("another"), std::string::npos);
   SemanticModel named = room_with_wall_at(4);
   named.entities[4].name = "robot_1";
-  EXPECT_TRUE(refused(new_model(test::start_us + 2000, named, 1)));
-  Message damaged = new_model(test::start_us + 3000, room_with_wall_at(4), 1);
+  EXPECT_TRUE(refused(new_model(test::kStartUs + 2000, named, 1)));
+  Message damaged = new_model(test::kStartUs + 3000, room_with_wall_at(4), 1);
   damaged.payload.resize(damaged.payload.size() / 2);
   EXPECT_TRUE(refused(damaged));
-  give(new_model(test::start_us + 4000, test::room(), 2));
-  EXPECT_TRUE(refused(new_model(test::start_us + 5000, room_with_wall_at(4), 2)));
+  give(new_model(test::kStartUs + 4000, test::room(), 2));
+  EXPECT_TRUE(refused(new_model(test::kStartUs + 5000, room_with_wall_at(4), 2)));
   configuration_.scenario.mapping = false;
-  EXPECT_TRUE(refused(new_model(test::start_us + 6000, room_with_wall_at(4), 3)));
+  EXPECT_TRUE(refused(new_model(test::kStartUs + 6000, room_with_wall_at(4), 3)));
 }
 
 TEST_F(ModelChangeTest, ReplayOfASessionObeysItsModelsAndGivesTheSameBytes) {
@@ -154,8 +154,8 @@ TEST_F(ModelChangeTest, ReplayOfASessionObeysItsModelsAndGivesTheSameBytes) {
                      test::agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander)};
   std::ofstream(folder / "model.yaml") << to_yaml(test::room());
   std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
-  const auto first = new_model(test::start_us + 1'501'000, room_with_wall_at(4.5), 1);
-  const auto second = new_model(test::start_us + 3'001'000, room_with_wall_at(4.2), 2);
+  const auto first = new_model(test::kStartUs + 1'501'000, room_with_wall_at(4.5), 1);
+  const auto second = new_model(test::kStartUs + 3'001'000, room_with_wall_at(4.2), 2);
   test::write_log(folder / "drive.lcm", test::drive(5, {first, second}));
   test::write_log(folder / "plain.lcm", test::drive(5));
   const auto run = [&](const char* log, const char* session, bool with_scenario) {

@@ -36,9 +36,9 @@ TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
   tick::Outputs::Entry outputs[] = {entry("MR_SCAN", 2), entry("MR_EVENTS", 3)};
   outputs[0].sent = true;
   outbox.send(&input, outputs, input.arrival);
-  Message heard;
-  ASSERT_TRUE(*listener->receive(heard, seconds(5)));
-  EXPECT_EQ(heard.channel, "MR_EVENTS") << "MR_SCAN had gone out before";
+  Message incoming;
+  ASSERT_TRUE(*listener->receive(incoming, seconds(5)));
+  EXPECT_EQ(incoming.channel, "MR_EVENTS") << "MR_SCAN had gone out before";
   const auto log = read_all(folder / "s.lcm");
   ASSERT_EQ(log.size(), 3U);
   EXPECT_EQ(log[0].channel, "SCAN");
@@ -117,9 +117,9 @@ TEST(Outbox, OutboxGoesOnPublishingWhereTheDiskIsFull) {
   EXPECT_FALSE(outbox.complete());
   EXPECT_NE(outbox.log_error().find("s.lcm"), std::string::npos) << outbox.log_error();
   EXPECT_LT(acknowledged, 100U);
-  Message heard;
+  Message incoming;
   int scans = 0;
-  while (*listener->receive(heard, milliseconds(0))) scans += heard.channel == "MR_SCAN" ? 1 : 0;
+  while (*listener->receive(incoming, milliseconds(0))) scans += incoming.channel == "MR_SCAN" ? 1 : 0;
   EXPECT_EQ(scans, 100) << "scans go on";
   std::size_t kept = 0;
   for (const Message& event : read_all(folder / "s.lcm")) kept += event.channel == "MR_SPAWN" ? 1 : 0;

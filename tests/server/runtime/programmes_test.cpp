@@ -19,8 +19,8 @@ TEST_F(Programmes, TheFirstDriveIsNotPassedBesideTheMarksAndAgainstTheWall) {
   begin("programmes/first_drive.yaml");
   drive_by({{6, 2}, {6, 6}}, 0.7);
   drive_to({-1, 8}, 0.7, 12);
-  EXPECT_EQ(grade().earned, 50);
-  EXPECT_GE(grade().charged, 10);
+  EXPECT_EQ(grade().awarded, 50);
+  EXPECT_GE(grade().deducted, 10);
   EXPECT_EQ(grade().grade, "");
   EXPECT_FALSE(grade().passed);
 }
@@ -38,7 +38,7 @@ TEST_F(Programmes, TheDoorwayIsLostAtItsFrame) {
   drive_to({5.2, 2.85}, 0.6, 12);
   drive_to({7.4, 2.9}, 0.6, 6);
   EXPECT_EQ(grade().tasks[0].outcome, training::TaskOutcome::failed);
-  EXPECT_EQ(grade().tasks[0].cause->kind, EventKind::collision_started);
+  EXPECT_EQ(grade().tasks[0].cause->kind, EventKind::contact_started);
   EXPECT_EQ(grade().score, 0);
   EXPECT_FALSE(grade().passed);
 }
@@ -54,8 +54,8 @@ TEST_F(Programmes, TheSlalomGoesBetweenTheBarrelsIntoTheBay) {
 
 TEST_F(Programmes, AnObjectIsLiftedAndPutIntoTheContainer) {
   begin("programmes/lift_and_place.yaml");
-  lift_part_into_tub();
-  EXPECT_EQ(grade().earned, 100);
+  lift_part_into_container();
+  EXPECT_EQ(grade().awarded, 100);
   EXPECT_EQ(grade().grade, "excellent");
   EXPECT_TRUE(grade().passed);
 }
@@ -83,7 +83,7 @@ TEST_F(Programmes, TheStairsAreClimbedWithinPitchAndRoll) {
   drive_to({7.6, 4.15}, 0.4, 10);
   EXPECT_TRUE(climb_to({11, 4.15}, 40));
   stand(5);
-  EXPECT_EQ(grade().earned, 100);
+  EXPECT_EQ(grade().awarded, 100);
   EXPECT_TRUE(grade().passed);
 }
 
@@ -116,7 +116,7 @@ TEST_F(Programmes, WhoDrivesAtADeviceDoesNotPass) {
   begin("programmes/hazards.yaml");
   drive_to({5.2, 5.4}, 0.8, 8);
   EXPECT_EQ(grade().tasks[0].outcome, training::TaskOutcome::failed);
-  EXPECT_GE(grade().charged, 40);
+  EXPECT_GE(grade().deducted, 40);
   EXPECT_FALSE(grade().passed);
 }
 

@@ -91,7 +91,7 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesInEveryBuild) {
   if (path == nullptr) GTEST_SKIP() << "PARHELION_HASHES names no file to compare with (tools/test does)";
   std::string hashes;
   for (const auto& [channel, hash] : run(options("a.lcm")).hash) hashes += channel + " " + hash + "\n";
-  ASSERT_NE(hashes.find(channel::mr_scan), std::string::npos);
+  ASSERT_NE(hashes.find(channel::kMrScan), std::string::npos);
   if (!std::filesystem::exists(path)) std::ofstream(path) << hashes;
   EXPECT_EQ(bytes_of(path), hashes) << "another build gave other bytes";
 }
@@ -143,7 +143,7 @@ TEST_F(ReplayTest, ReplayOfASessionTakesTheRobotThatItRanWith) {
   ReplayOptions with_file = options("a.lcm");
   with_file.robot = folder_ / "robot.yaml";
   const Report first = run(with_file);
-  EXPECT_NE(first.hash.at(channel::mr_scan), run(options("c.lcm")).hash.at(channel::mr_scan));
+  EXPECT_NE(first.hash.at(channel::kMrScan), run(options("c.lcm")).hash.at(channel::kMrScan));
   ReplayOptions again;
   again.log = folder_ / "a.lcm";
   EXPECT_EQ(run(again).hash, first.hash);
@@ -191,7 +191,7 @@ TEST_F(ReplayTest, ReplaySurvivesFlippedBits) {
   }
 }
 
-TEST_F(ReplayTest, ReplayOfALogThatWasPausedForADaySkipsTheDayAndSaysSo) {
+TEST_F(ReplayTest, ReplaySkipsADayOfPauseAndReportsIt) {
   auto log = test::drive(2);
   auto later = test::drive(2);
   for (Message& each : later) each.arrival = each.arrival + seconds(86'400);
@@ -210,7 +210,7 @@ TEST_F(ReplayTest, ReplayOfALogThatWasPausedForADaySkipsTheDayAndSaysSo) {
   EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
 }
 
-TEST_F(ReplayTest, ReplaySaysWhatIsMissing) {
+TEST_F(ReplayTest, ReplayReportsMissingInputs) {
   ReplayOptions other = options("x.lcm");
   other.log = folder_ / "nothing.lcm";
   auto report = replay(other);
@@ -218,7 +218,7 @@ TEST_F(ReplayTest, ReplaySaysWhatIsMissing) {
   EXPECT_NE(report.error().message.find("nothing.lcm"), std::string::npos);
 
   auto without_robot = test::drive(1);
-  std::erase_if(without_robot, [](const Message& m) { return m.channel == channel::robot; });
+  std::erase_if(without_robot, [](const Message& m) { return m.channel == channel::kRobot; });
   test::write_log(folder_ / "no-robot.lcm", without_robot);
   other.log = folder_ / "no-robot.lcm";
   report = replay(other);

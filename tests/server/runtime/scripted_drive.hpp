@@ -16,7 +16,7 @@ namespace parhelion::test {
 
 class ScriptedDrive : public TickTest {
  protected:
-  static constexpr double degree = std::numbers::pi / 180;
+  static constexpr double kDegree = std::numbers::pi / 180;
 
   /// `change`: the test's changes to the scenario.
   void load(const std::string& scenario, const std::function<void(Scenario&)>& change = {}) {
@@ -35,7 +35,7 @@ class ScriptedDrive : public TickTest {
   bool drive(const std::function<Twist2()>& ask, const std::function<bool()>& done, double limit) {
     for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
       now_ = now_ + milliseconds(50);
-      send(message(channel::teleop, now_.utime(), TwistCommand{SensorTime{now_.ns}, ask()}));
+      send(message(channel::kTeleop, now_.utime(), TwistCommand{SensorTime{now_.ns}, ask()}));
     }
     return done();
   }
@@ -48,10 +48,10 @@ class ScriptedDrive : public TickTest {
   }
   /// Towards a position: turns on the spot first, then drives.
   Twist2 towards(const Eigen::Vector2d& place, double speed) {
-    const Eigen::Vector2d way = place - motion().T_map_base.translation().head<2>();
+    const Eigen::Vector2d to_place = place - motion().T_map_base.translation().head<2>();
     const Eigen::Matrix3d R = motion().T_map_base.rotation();
-    const double off =
-        std::remainder(std::atan2(way.y(), way.x()) - std::atan2(R(1, 0), R(0, 0)), 2 * std::numbers::pi);
+    const double off = std::remainder(std::atan2(to_place.y(), to_place.x()) - std::atan2(R(1, 0), R(0, 0)),
+                                      2 * std::numbers::pi);
     return {std::abs(off) > 0.2 ? 0 : speed, 0, std::clamp(2.0 * off, -0.8, 0.8)};
   }
   bool drive_to(const Eigen::Vector2d& place, double speed, double limit,
@@ -69,12 +69,12 @@ class ScriptedDrive : public TickTest {
     ArrivalTime pressed;
     const auto ask = [&] {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
-      if (phase == 0 && pitch > 6 * degree) phase = 1;
-      if (phase == 1 && pitch > 22 * degree) phase = 2;
+      if (phase == 0 && pitch > 6 * kDegree) phase = 1;
+      if (phase == 1 && pitch > 22 * kDegree) phase = 2;
       // A single step, or the end of a flight: ready for the next one.
       if (phase != 1) pressed = now_;
-      if ((phase == 1 && now_ - pressed > seconds(4)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
-      const double angle = std::array{35, -20, -6}[phase] * degree;
+      if ((phase == 1 && now_ - pressed > seconds(4)) || (phase == 2 && pitch < 4 * kDegree)) phase = 0;
+      const double angle = std::array{35, -20, -6}[phase] * kDegree;
       send_flippers(angle);
       return towards(place, 0.3);
     };
@@ -98,8 +98,8 @@ class ScriptedDrive : public TickTest {
   }
   /// Moves the part from the robot's right into the container on its left, as placed by the shipped
   /// scenarios.
-  void lift_part_into_tub() {
-    const double part = -90 * degree, tub = 90 * degree;  // beside the robot at its start
+  void lift_part_into_container() {
+    const double part = -90 * kDegree, tub = 90 * kDegree;  // beside the robot at its start
     reach(0.68, 0.40, part, 5);
     reach(0.68, 0.11, part, 3);
     move_joints({{"left_finger_joint", 0.079}}, 1.5);
@@ -113,10 +113,10 @@ class ScriptedDrive : public TickTest {
   void report(const std::string& what, const Eigen::Vector2d& place) {
     now_ = now_ + microseconds(1);
     const ObjectReport report{.stamp = SensorTime{now_.ns}, .object = what, .position = place};
-    send(message(channel::mr_object_report, now_.utime(), report));
+    send(message(channel::kMrObjectReport, now_.utime(), report));
   }
   /// Receives the server's outputs, in order.
-  virtual void heard(const tick::Outputs::Entry& /*entry*/) {}
+  virtual void handle_output(const tick::Outputs::Entry& /*entry*/) {}
 
   const simulation::RobotMotion& motion() {
     return *state_->simulation.robot_motion(configuration_.scenario.trainee->name);
@@ -127,10 +127,10 @@ class ScriptedDrive : public TickTest {
       return event.kind == kind && (object.empty() || event.object == object || event.subject == object);
     });
   }
-  std::string told() const {
+  std::string event_log() const {
     std::string text;
     for (const Event& event : events_)
-      text += std::to_string(event.stamp.ns / 1'000'000 - start_us / 1000) + " " + to_string(event.kind) +
+      text += std::to_string(event.stamp.ns / 1'000'000 - kStartUs / 1000) + " " + to_string(event.kind) +
               " " + event.subject + " " + event.object + " " + std::to_string(event.value) + "\n";
     return text;
   }
@@ -138,8 +138,8 @@ class ScriptedDrive : public TickTest {
   /// Keeps the newest outputs' events.
   void take_events() {
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
-      heard(entry);
-      if (entry.channel != channel::mr_events) continue;
+      handle_output(entry);
+      if (entry.channel != channel::kMrEvents) continue;
       Event event;
       ASSERT_TRUE(decode(entry.channel, entry.payload, event).ok());
       events_.push_back(std::move(event));
@@ -158,7 +158,7 @@ class ScriptedDrive : public TickTest {
       joints.positions.push_back(position);
     }
     now_ = now_ + microseconds(1);
-    send(message(channel::joint_cmd, now_.utime(), joints));
+    send(message(channel::kJointCmd, now_.utime(), joints));
   }
   void send(const Message& input) {
     outputs_.clear();

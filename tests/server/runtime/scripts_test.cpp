@@ -76,7 +76,7 @@ TEST(Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
   EXPECT_THAT(due(scripts, 10.5), ElementsAre("each 1.5 s"));
 }
 
-TEST(Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
+TEST(Scripts, MatchTheTraineeByAnyOfItsNamesAndNoOtherRobot) {
   tick::Scripts scripts({on_event("door", EventKind::door_space_left, kTrainee, "door 2")},
                         {"rover", "pupil"}, kStart);
   scripts.handle(happened(EventKind::door_space_left, 1, "person_1", "door 2"));
@@ -89,7 +89,7 @@ TEST(Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
   EXPECT_THAT(due(scripts, 3), IsEmpty()) << "it runs once";
 }
 
-TEST(Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
+TEST(Scripts, WaitForTheirDelayAndRunInTimeOrder) {
   Script late = on_event("late", EventKind::agent_spawned), soon = on_event("soon", EventKind::agent_spawned);
   late.after = 0.5;
   soon.after = 0.2;
@@ -188,7 +188,7 @@ Script visitor() {
 class ScriptPath : public test::TickTest {
  protected:
   std::vector<Event> events(EventKind kind) {
-    auto all = decoded<Event>(channel::mr_events);
+    auto all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [&](const Event& event) { return event.kind != kind; });
     return all;
   }
@@ -279,7 +279,7 @@ TEST(ScriptReplay, GivesTheSameWorldAndEventsForAnyThreadCountAndOnEachRun) {
       ASSERT_TRUE(report.ok()) << report.error().message;
       ASSERT_GE(report->tally.events[static_cast<std::size_t>(EventKind::script_started)], 2U);
       ASSERT_GE(report->tally.events[static_cast<std::size_t>(EventKind::door_opened)], 1U);
-      ASSERT_TRUE(report->hash.contains(channel::mr_world) && report->hash.contains(channel::mr_events));
+      ASSERT_TRUE(report->hash.contains(channel::kMrWorld) && report->hash.contains(channel::kMrEvents));
       if (first.empty()) first = report->hash;
       EXPECT_EQ(report->hash, first) << "round " << round << ", " << threads << " threads";
     }

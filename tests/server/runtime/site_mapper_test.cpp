@@ -14,7 +14,7 @@ namespace {
 
 SiteView view(int number) {
   PlacedDepth view;
-  view.depth.stamp = SensorTime::from_utime(test::start_us + number);
+  view.depth.stamp = SensorTime::from_utime(test::kStartUs + number);
   return view;
 }
 
@@ -31,7 +31,7 @@ std::vector<SiteMapper::Ready> take(SiteMapper& mapper, std::size_t count) {
   return taken;
 }
 
-TEST(SiteMapper, TakesTheNewestViewFirstAndCountsWhatGaveWay) {
+TEST(SiteMapper, DrawsTheNewestViewFirstAndCountsDroppedOnes) {
   const tick::Configuration configuration = test::configuration({});
   std::promise<void> begun, open;
   std::shared_future<void> gate = open.get_future().share();
@@ -43,7 +43,7 @@ TEST(SiteMapper, TakesTheNewestViewFirstAndCountsWhatGaveWay) {
           begun.set_value();
           gate.wait();
         }
-        order.push_back(stamp_of(seen).utime() - test::start_us);
+        order.push_back(stamp_of(seen).utime() - test::kStartUs);
         return std::optional(test::room());
       },
       configuration, 5);

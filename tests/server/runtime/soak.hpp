@@ -33,7 +33,7 @@ class Laps {
     std::vector<Transform<Odom, Base>> poses;
     for (const Message& each : lap_) {
       Odometry odometry;
-      if (each.channel == channel::odometry && decode(each.channel, each.payload, odometry))
+      if (each.channel == channel::kOdometry && decode(each.channel, each.payload, odometry))
         poses.push_back(odometry.T_odom_base);
     }
     if (!poses.empty()) once_round_ = poses.back().isometry() * poses.front().isometry().inverse();
@@ -47,9 +47,9 @@ class Laps {
     const Duration by{length_.ns * number};
     for (Message& each : shifted) {
       each.arrival = each.arrival + by;
-      if (each.channel == channel::scan) shift<Scan>(each, by);
-      if (each.channel == channel::pose_cov) shift<PoseEstimate>(each, by);
-      if (each.channel == channel::odometry) {
+      if (each.channel == channel::kScan) shift<Scan>(each, by);
+      if (each.channel == channel::kPoseCov) shift<PoseEstimate>(each, by);
+      if (each.channel == channel::kOdometry) {
         shift<Odometry>(each, by, [this](Odometry& odometry) {
           odometry.T_odom_base = Transform<Odom, Base>(round_ * odometry.T_odom_base.isometry());
         });
@@ -98,15 +98,17 @@ inline void soak(const tick::Configuration& configuration, Laps laps, Duration l
         outbox.send(&each, outputs.entries(), each.arrival);
       }
     }
-    const double memory = resident();
-    if (part == parts / 4) after_warm_up = memory;
+    const double kMemory = resident();
+    if (part == parts / 4) after_warm_up = kMemory;
     std::printf("%6.2f h of log time: memory %.1f MB, scan p50 %.0f p99 %.0f max %.0f us (%llu scans)\n",
-                lap * laps.length().seconds() / 3600, memory, stages.scan_us.at(0.5), stages.scan_us.at(0.99),
-                stages.scan_us.max(), static_cast<unsigned long long>(stages.scan_us.count()));
+                lap * laps.length().seconds() / 3600, kMemory, stages.scan_us.at(0.5),
+                stages.scan_us.at(0.99), stages.scan_us.max(),
+                static_cast<unsigned long long>(stages.scan_us.count()));
     std::fflush(stdout);
   }
-  const auto scans = static_cast<std::uint64_t>(std::count_if(
-      laps.first().begin(), laps.first().end(), [](const Message& m) { return m.channel == channel::scan; }));
+  const auto scans =
+      static_cast<std::uint64_t>(std::count_if(laps.first().begin(), laps.first().end(),
+                                               [](const Message& m) { return m.channel == channel::kScan; }));
   EXPECT_EQ(state.tally.scans_in, scans * static_cast<std::uint64_t>(count));
   EXPECT_EQ(state.tally.scans_out, state.tally.scans_in);
   EXPECT_EQ(state.tally.refused_inputs, 0U) << state.tally.last_refusal;

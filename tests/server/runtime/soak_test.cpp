@@ -15,7 +15,7 @@ TEST(Soak, MemoryStaysFlatOverManyLaps) {
                            test::agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander),
                            test::agent("box_1", AgentKind::box, 0, 0)});
   auto log = test::drive(40);  // one turn of the circle, so that laps join without a jump
-  std::erase_if(log, [](const Message& m) { return m.channel == channel::robot; });
+  std::erase_if(log, [](const Message& m) { return m.channel == channel::kRobot; });
   test::soak(configuration, test::Laps(log, milliseconds(25)), seconds(stands_in ? 24 * 3600 : 320),
              stands_in ? 24 : 8);
 }

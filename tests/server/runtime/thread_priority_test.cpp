@@ -14,9 +14,9 @@ namespace {
 /// Of the calling thread.
 int nice_now() { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); }
 
-TEST(GiveWay, IsTakenOverByThreadsThatAreStarted) {
+TEST(LowerPriority, IsTakenOverByThreadsThatAreStarted) {
   int policy = -1, nice = -1;
-  const Status done = while_giving_way(7, [&]() -> Status {
+  const Status done = with_lower_priority(7, [&]() -> Status {
     std::thread([&] {
       policy = sched_getscheduler(0);
       nice = nice_now();
@@ -36,28 +36,28 @@ TEST(RealTimeScope, HoldsWhereItIsAllowedAndEndsWithTheScope) {
       if (!scope.holds()) GTEST_SKIP() << scope.note();
       EXPECT_EQ(scope.note(), "real-time");
       EXPECT_EQ(sched_getscheduler(0), SCHED_FIFO);
-      int started = -1, giving_way = -1;
+      int started = -1, lowered_policy = -1;
       std::thread([&] { started = sched_getscheduler(0); }).join();
       EXPECT_EQ(started, SCHED_FIFO) << "what scans wait for is started within";
       std::thread([&] {
-        give_way(0);
-        giving_way = sched_getscheduler(0);
+        lower_priority(0);
+        lowered_policy = sched_getscheduler(0);
       }).join();
-      EXPECT_EQ(giving_way, SCHED_BATCH);
+      EXPECT_EQ(lowered_policy, SCHED_BATCH);
     }
     EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
   }).join();
 }
 
-TEST(RealTimeScope, SaysWhatToDoWhereItIsRefused) {
+TEST(RealTimeScope, ReportsTheRemedyWhereItIsRefused) {
   // In a separate process without permission: no capability, and no limit that allows it.
   const pid_t child = fork();
   if (child == 0) {
     const rlimit none{0, 0};
     const bool dropped = setrlimit(RLIMIT_RTPRIO, &none) == 0 && (getuid() != 0 || setuid(65534) == 0);
     const RealTimeScope scope(RealTime::on);
-    const bool told = !scope.holds() && scope.note().find("LimitRTPRIO") != std::string::npos;
-    _exit(!dropped ? 2 : (told && sched_getscheduler(0) == SCHED_OTHER ? 0 : 1));
+    const bool explained = !scope.holds() && scope.note().find("LimitRTPRIO") != std::string::npos;
+    _exit(!dropped ? 2 : (explained && sched_getscheduler(0) == SCHED_OTHER ? 0 : 1));
   }
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -70,7 +70,7 @@ TEST(RealTimeScope, IsNotTakenWhereItIsSwitchedOff) {
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
 }
 
-TEST(RealTime, IsReadFromItsWord) {
+TEST(RealTime, IsReadFromItsName) {
   EXPECT_EQ(*parse_real_time("auto"), RealTime::automatic);
   EXPECT_EQ(*parse_real_time("on"), RealTime::on);
   EXPECT_EQ(*parse_real_time("off"), RealTime::off);

@@ -4,19 +4,19 @@
 namespace parhelion::runtime {
 namespace {
 
-const std::string workshop = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml";
+const std::string kWorkshop = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml";
 
 class WorkshopTest : public test::ScriptedDrive {
  protected:
   void TearDown() override {
-    if (HasFailure()) std::fputs(told().c_str(), stderr);
+    if (HasFailure()) std::fputs(event_log().c_str(), stderr);
   }
 };
 
 TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheTub) {
-  load(workshop);
+  load(kWorkshop);
   wait(0.5);
-  lift_part_into_tub();
+  lift_part_into_container();
   EXPECT_TRUE(happened(EventKind::gripped, "part_1"));
   EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
   EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
@@ -24,21 +24,21 @@ TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheTub) {
 }
 
 TEST_F(WorkshopTest, ATraineeOpensTheDoorClimbsTheStairsAndTipsOver) {
-  load(workshop);
+  load(kWorkshop);
   wait(0.5);
   drive_to({5.2, 2.5}, 0.5, 10);
   drive_to({7, 2.5}, 0.5, 20);
   EXPECT_TRUE(happened(EventKind::movement_started));
   EXPECT_TRUE(happened(EventKind::door_space_entered, "door 1"));
-  EXPECT_TRUE(happened(EventKind::collision_started, "door 1"));
+  EXPECT_TRUE(happened(EventKind::contact_started, "door 1"));
   EXPECT_TRUE(happened(EventKind::door_opened, "door 1"));
   EXPECT_TRUE(happened(EventKind::zone_entered, "second room"));
 
   drive_to({7, 4.15}, 0.5, 20);
   drive_to({7.6, 4.15}, 0.4, 20);
   EXPECT_TRUE(climb_to({11, 4.15}, 40)) << motion().T_map_base.translation().transpose();
-  for (const char* step : {"step 1", "step 2", "step 3", "step 4"})
-    EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
+  for (const char* kStep : {"step 1", "step 2", "step 3", "step 4"})
+    EXPECT_TRUE(happened(EventKind::step_climbed, kStep)) << kStep;
   EXPECT_NEAR(motion().T_map_base.translation().z(), 0.68, 0.05);
   EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
   EXPECT_FALSE(happened(EventKind::fell));
@@ -49,7 +49,7 @@ TEST_F(WorkshopTest, ATraineeOpensTheDoorClimbsTheStairsAndTipsOver) {
   EXPECT_TRUE(happened(EventKind::fell));
   EXPECT_TRUE(happened(EventKind::pitch_limit));
   EXPECT_TRUE(happened(EventKind::tipped_over, "trainee"));
-  EXPECT_FALSE(happened(EventKind::pose_lost));
+  EXPECT_FALSE(happened(EventKind::localization_lost));
 }
 
 }  // namespace

@@ -51,18 +51,18 @@ TEST(Behaviour, TenWanderersForTenMinutesHitNoWallAndNotTheRealRobot) {
   }
   std::size_t among_themselves = 0;
   for (const Event& event : simulation.take_events()) {
-    if (event.kind != EventKind::collision_started) continue;
+    if (event.kind != EventKind::contact_started) continue;
     EXPECT_EQ(event.pair, PairKind::virtual_virtual)
         << event.subject << " hit " << event.object << " at " << event.position.transpose() << " after "
         << (event.stamp - kStart).seconds() << " s";
     among_themselves += event.pair == PairKind::virtual_virtual;
   }
-  std::size_t least = visited[0].size();
-  for (const auto& squares : visited) least = std::min(least, squares.size());
+  std::size_t smallest = visited[0].size();
+  for (const auto& squares : visited) smallest = std::min(smallest, squares.size());
   std::cout << "agents hit each other " << static_cast<double>(among_themselves) / minutes
-            << " times a minute; the laziest came to " << least << " of 144 square metres\n";
+            << " times a minute; the laziest came to " << smallest << " of 144 square metres\n";
   EXPECT_LE(static_cast<double>(among_themselves), minutes) << "together less than one bump a minute";
-  EXPECT_GE(least, 15U) << "wanders";
+  EXPECT_GE(smallest, 15U) << "wanders";
 }
 
 TEST(Behaviour, APatrolVisitsItsWaypointsInTurnAroundAnObstacle) {
@@ -88,11 +88,11 @@ TEST(Behaviour, APatrolVisitsItsWaypointsInTurnAroundAnObstacle) {
     // It starts at its last waypoint.
     ASSERT_GE(reached.size(), 7U) << to_string(kind);
     for (std::size_t i = 0; i < reached.size(); ++i) EXPECT_EQ(reached[i], static_cast<int>((i + 2) % 3));
-    EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+    EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
   }
 }
 
-TEST(Behaviour, AgentsStopForTheRealRobotThatStandsInTheirWay) {
+TEST(Behaviour, AgentsStopForTheRealRobotOnTheirPath) {
   SemanticModel corridor;
   corridor.entities.push_back(model_box("left", EntityLabel::wall, {0, 0.75, 1}, {12, 0.1, 2}));
   corridor.entities.push_back(model_box("right", EntityLabel::wall, {0, -0.75, 1}, {12, 0.1, 2}));
@@ -104,7 +104,7 @@ TEST(Behaviour, AgentsStopForTheRealRobotThatStandsInTheirWay) {
   spawn(simulation, guard, real);
   run(simulation, 60, real);
   EXPECT_LT(body(simulation, "guard").T_map_body.translation().x(), -0.5);
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 // Its path leads behind the robot that pushes it against the wall: it must not turn on the spot until it is
@@ -122,7 +122,7 @@ TEST(Behaviour, WhomTheRealRobotPressesAgainstAWallLeavesInTime) {
     std::vector<LaserRequest> requests;
     for (int i = 0; i < 240 * 22; ++i) simulation.step(pressing(i / 240.0), requests);
     for (const Event& event : simulation.take_events())
-      EXPECT_NE(event.kind, EventKind::collision_started)
+      EXPECT_NE(event.kind, EventKind::contact_started)
           << "start " << start << ", with " << event.object << " after " << (event.stamp - kStart).seconds();
   }
 }
@@ -157,7 +157,7 @@ TEST(Behaviour, NothingReappearsInsideTheStoppingDistance) {
   EXPECT_GE((body(simulation, "crate").T_map_body.translation() - Eigen::Vector3d(0.75, 0, 0)).norm(), 0.3);
   const auto events = simulation.take_events();
   EXPECT_EQ(count(events, EventKind::agent_moved), 1U);
-  EXPECT_EQ(count(events, EventKind::collision_started), 0U);
+  EXPECT_EQ(count(events, EventKind::contact_started), 0U);
 }
 
 TEST(Behaviour, ContactsWhileNothingIsSensedAreFlagged) {
@@ -170,9 +170,9 @@ TEST(Behaviour, ContactsWhileNothingIsSensedAreFlagged) {
     simulation.step(real, requests);
   }
   const auto events = simulation.take_events();
-  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  ASSERT_EQ(count(events, EventKind::contact_started), 1U);
   for (const Event& event : events) {
-    EXPECT_TRUE(event.unsensed || event.kind != EventKind::collision_started);
+    EXPECT_TRUE(event.unsensed || event.kind != EventKind::contact_started);
   }
 }
 
@@ -214,11 +214,11 @@ TEST(Behaviour, ARobotWithALaserAsksForScansInTimeAndHeedsThem) {
       EXPECT_NEAR(request.T_map_laser.translation().z(), 0.30, 1e-9);
       // A wall across its path at x = 3, known only from its laser.
       Scan scan;
-      scan.angle_first = static_cast<float>(request.laser.angle_first);
-      scan.angle_step = static_cast<float>(request.laser.angle_step);
+      scan.angle_min = static_cast<float>(request.laser.angle_min);
+      scan.angle_increment = static_cast<float>(request.laser.angle_increment);
       for (int beam = 0; beam < request.laser.beams; ++beam) {
         const double angle =
-            request.T_map_laser.yaw() + request.laser.angle_first + beam * request.laser.angle_step;
+            request.T_map_laser.yaw() + request.laser.angle_min + beam * request.laser.angle_increment;
         const double range = (3 - request.T_map_laser.translation().x()) / std::cos(angle);
         scan.ranges.push_back(std::cos(angle) > 0.01 && range < 8
                                   ? static_cast<float>(range)

@@ -15,9 +15,9 @@ TEST(Bodies, FeetThatStandDoNotSlideAndNoneIsBelowTheFloor) {
   const AgentDefinition walker = moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander, 0.8);
   const double stride = stride_length(0.8);
   std::vector<Transform<Base, Body>> before, now;
-  for (double way = 0; way < 3 * stride; way += 0.01) {
+  for (double walked = 0; walked < 3 * stride; walked += 0.01) {
     now.clear();
-    part_poses(walker, {0, 0, way / stride * 2 * std::numbers::pi, 1}, now);
+    part_poses(walker, {0, 0, walked / stride * 2 * std::numbers::pi, 1}, now);
     ASSERT_EQ(now.size(), agent_bodies(walker, 1).size());
     bool stands = false;
     for (const std::size_t foot : {5U, 8U}) {

@@ -24,13 +24,13 @@ std::vector<BodyState> links(const Simulation& simulation) {
 
 /// m, largest distance between the ends of neighbouring links.
 double gap(const std::vector<BodyState>& states, double pitch) {
-  double most = 0;
+  double largest = 0;
   for (std::size_t i = 1; i < states.size(); ++i) {
     const Eigen::Vector3d a = states[i - 1].T_map_body * Eigen::Vector3d(pitch / 2, 0, 0);
     const Eigen::Vector3d b = states[i].T_map_body * Eigen::Vector3d(-pitch / 2, 0, 0);
-    most = std::max(most, (a - b).norm());
+    largest = std::max(largest, (a - b).norm());
   }
-  return most;
+  return largest;
 }
 
 TEST(Cable, LiesWhereItIsPutAndSleeps) {

@@ -15,10 +15,10 @@ double dense_distance(const std::vector<Footprint>& agents, const Pose2& pose, c
   const double speed = fastest_point_speed(local, twist);
   constexpr double spacing = 0.002;
   Footprint placed;
-  for (double way = 0; way <= limit; way += spacing) {
-    place(local, advance(pose, twist, way / speed), placed);
+  for (double travel = 0; travel <= limit; travel += spacing) {
+    place(local, advance(pose, twist, travel / speed), placed);
     for (const Footprint& agent : agents) {
-      if (signed_distance(placed, agent) <= 0) return way;
+      if (signed_distance(placed, agent) <= 0) return travel;
     }
   }
   return limit;
@@ -62,7 +62,7 @@ TEST(Clearance, AgreesWithDenseSamplingAlongRandomArcs) {
   EXPECT_GT(hits, 100);
 }
 
-TEST(Clearance, AStraightWayIsMeasuredFromTheFront) {
+TEST(Clearance, AStraightPathIsMeasuredFromTheFront) {
   Simulation simulation = make();
   spawn(simulation, agent("crate", AgentKind::box, 2, 0));
   const auto clear = simulation.clearance(Transform<Map, Base>::planar(0, 0, 0), {0.5, 0, 0}, 5);

@@ -46,7 +46,7 @@ TEST(Commands, TheStoppingDistanceIsAheadOfTheRobotAndGrowsWithItsSpeed) {
   EXPECT_TRUE(simulation.spawn(agent("c", AgentKind::box, 0.7, 1.0), real_at(0, 0)).ok());
 }
 
-TEST(Commands, WallsAndOtherAgentsAndUnexplainedReturnsAreInTheWay) {
+TEST(Commands, WallsOtherAgentsAndUnexplainedReturnsAreObstacles) {
   Simulation simulation = make(room(6));
   EXPECT_THAT(refusal(simulation, agent("crate", AgentKind::box, 3.05, 0)), HasSubstr("'wall 1'"));
   spawn(simulation, agent("crate", AgentKind::box, 0, 0));
@@ -73,7 +73,7 @@ TEST(Commands, APlaceFarOutsideTheSiteIsRefusedWithTheSitesBounds) {
       << "a model without anything has no bounds";
 }
 
-TEST(Commands, WhatHangsAboveAnAgentIsNotInItsWay) {
+TEST(Commands, ObjectsAboveAnAgentDoNotBlockIt) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("lintel", EntityLabel::unknown, {0, 0, 2.2}, {2, 0.3, 0.4}));
   model.entities.push_back(model_box("ceiling", EntityLabel::ceiling, {0, 0, 2.6}, {6, 6, 0.1}));

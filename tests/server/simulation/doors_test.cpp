@@ -35,7 +35,9 @@ SemanticModel two_rooms(bool is_virtual = false) {
   return model;
 }
 
-DoorCommand say(const std::string& door, double opening) { return {.door = door, .opening = opening}; }
+DoorCommand door_command(const std::string& door, double opening) {
+  return {.door = door, .opening = opening};
+}
 
 DoorState state_of(const Simulation& simulation, const std::string& name = "door 3") {
   for (const DoorState& door : simulation.doors()) {
@@ -64,7 +66,7 @@ TEST(RealDoor, StandsWhereTheModelHasItAndIsNotKnown) {
   EXPECT_TRUE(simulation.take_events().empty());
 }
 
-TEST(RealDoor, FollowsWhatSensorsSayAndIsUnknownAgainWhenTheySayNothing) {
+TEST(RealDoor, FollowsTheSensorsAndBecomesUnknownWithoutThem) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 0);
   run(simulation, 0.1);
@@ -88,10 +90,10 @@ TEST(RealDoor, FollowsWhatSensorsSayAndIsUnknownAgainWhenTheySayNothing) {
   EXPECT_NEAR(state_of(simulation).opening, 60 * kDegree, 1e-12) << "the last that was known";
 }
 
-TEST(RealDoor, TheInstructorsWordStandsAboveTheSensorsUntilItIsTakenBack) {
+TEST(RealDoor, InstructorCommandOverridesDoorSensorsUntilWithdrawn) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 20 * kDegree);
-  ASSERT_TRUE(simulation.set_door(say("door 3", 80 * kDegree)).ok());
+  ASSERT_TRUE(simulation.set_door(door_command("door 3", 80 * kDegree)).ok());
   run(simulation, 1);
   EXPECT_NEAR(state_of(simulation).opening, 80 * kDegree, 1e-9);
   ASSERT_TRUE(simulation.set_door({.door = "door 3"}).ok());
@@ -101,10 +103,10 @@ TEST(RealDoor, TheInstructorsWordStandsAboveTheSensorsUntilItIsTakenBack) {
 
 TEST(RealDoor, CommandsThatCannotBeAreRefusedWithWhatCan) {
   Simulation simulation = make(two_rooms());
-  Status refused = simulation.set_door(say("door 2", 0));
+  Status refused = simulation.set_door(door_command("door 2", 0));
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, testing::HasSubstr("did you mean 'door 3'"));
-  refused = simulation.set_door(say("door 3", -30 * kDegree));
+  refused = simulation.set_door(door_command("door 3", -30 * kDegree));
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, testing::HasSubstr("0 deg to 90 deg"));
 }
@@ -124,7 +126,7 @@ TEST(RealDoor, TheRealRobotHitsOneThatIsKnownToBeClosed) {
   for (const bool known : {true, false}) {
     Simulation simulation = make(two_rooms());
     if (known) simulation.observe_door("door 3", 0);
-    const auto hits = of_kind(drive_at_door(simulation), EventKind::collision_started);
+    const auto hits = of_kind(drive_at_door(simulation), EventKind::contact_started);
     ASSERT_EQ(hits.size(), known ? 1U : 0U);
     if (known) {
       EXPECT_EQ(hits[0].object, "door 3");
@@ -150,7 +152,7 @@ TEST(RealDoor, OneThatIsKnownToBeOpenLetsAgentsThroughAndAClosedOneDoesNot) {
   }
 }
 
-TEST(RealDoor, PushesAnAgentThatStandsInItsWay) {
+TEST(RealDoor, PushesAnAgentOnItsPath) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 0);
   AgentDefinition crate = agent("crate", AgentKind::box, 1.5, 0.2);
@@ -220,7 +222,7 @@ TEST(HungDoor, IsAWallToWhoWouldHaveToPullIt) {
   spawn(simulation, walker);
   run(simulation, 10);
   EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_unreachable).size(), 1U);
-  ASSERT_TRUE(simulation.set_door(say("door 3", 85 * kDegree)).ok());
+  ASSERT_TRUE(simulation.set_door(door_command("door 3", 85 * kDegree)).ok());
   run(simulation, 15);
   EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_reached).size(), 1U) << "it stands open now";
 }
@@ -277,7 +279,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
     EXPECT_EQ(broken[0].object, "door 3");
     EXPECT_GT(broken[0].impulse, holds);
     EXPECT_TRUE(state_of(simulation).unhinged);
-    const Status refused = simulation.set_door(say("door 3", 0.5));
+    const Status refused = simulation.set_door(door_command("door 3", 0.5));
     ASSERT_FALSE(refused.ok());
     EXPECT_THAT(refused.error().message, testing::HasSubstr("off its hinge"));
   }
@@ -285,7 +287,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
 
 TEST(HungDoor, StandsAtOnceWhereTheInstructorPutsIt) {
   Simulation simulation = make(two_rooms(true));
-  ASSERT_TRUE(simulation.set_door(say("door 3", 70 * kDegree)).ok());
+  ASSERT_TRUE(simulation.set_door(door_command("door 3", 70 * kDegree)).ok());
   run(simulation, 2);
   EXPECT_NEAR(state_of(simulation).opening, 70 * kDegree, 0.5 * kDegree);
   const DoorState state = state_of(simulation);
@@ -319,7 +321,7 @@ TEST(HungDoor, MovesTheSameOnEachRun) {
   }
 }
 
-TEST(DoorSpace, WhoEntersAndLeavesIsSaid) {
+TEST(DoorSpace, ReportsWhoEntersAndLeaves) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 85 * kDegree);
   std::vector<LaserRequest> requests;
@@ -372,7 +374,7 @@ TEST(DoorHistory, AScanOfThePastSeesTheLeafWhereItWas) {
   EXPECT_GT(seen.back().second - seen.front().second, 60 * kDegree);
 }
 
-TEST(ModelNet, SaysWhatAThingBelongsTo) {
+TEST(ModelNet, NamesTheOwnerOfAShape) {
   SemanticModel model = two_rooms();
   ModelEntity step = model_box("step 2", EntityLabel::stairs, {0, 3, 0.1}, {0.3, 1, 0.2});
   step.part_of = "stairs 1";

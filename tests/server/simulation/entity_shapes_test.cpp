@@ -90,7 +90,7 @@ TEST(EntityShapes, ASpawnCountsWhenItIsDoneAndNotWhenItIsAsked) {
   EXPECT_EQ(shapes.find("late", "box"), nullptr);
 }
 
-TEST(EntityShapes, OfWhatNobodyHasSeenSpawnedNothingIsSaid) {
+TEST(EntityShapes, UnknownSpawnedEntitiesHaveNoShape) {
   EntityShapes shapes({}, test::robot(), {}, {});
   shapes.take(spawned("stranger", 3));
   EXPECT_EQ(shapes.find("stranger", "box"), nullptr);

@@ -112,17 +112,17 @@ std::vector<Event> run_orders(const std::vector<Order>& orders) {
 
 void check_streams(const std::vector<Event>& events) {
   const std::map<EventKind, std::pair<int, bool>> kinds{
-      {EventKind::collision_started, {0, true}}, {EventKind::collision_stopped, {0, false}},
-      {EventKind::movement_started, {1, true}},  {EventKind::movement_stopped, {1, false}},
-      {EventKind::zone_entered, {2, true}},      {EventKind::zone_left, {2, false}},
-      {EventKind::agent_spawned, {3, true}},     {EventKind::agent_removed, {3, false}}};
+      {EventKind::contact_started, {0, true}},  {EventKind::contact_ended, {0, false}},
+      {EventKind::movement_started, {1, true}}, {EventKind::movement_stopped, {1, false}},
+      {EventKind::zone_entered, {2, true}},     {EventKind::zone_left, {2, false}},
+      {EventKind::agent_spawned, {3, true}},    {EventKind::agent_removed, {3, false}}};
   std::set<std::tuple<int, std::string, std::string>> open;
   SimulationTime last = kStart;
   for (const Event& event : events) {
     RC_ASSERT(event.stamp >= last);
     last = event.stamp;
     RC_ASSERT(event.position.allFinite() && std::isfinite(event.impulse) && std::isfinite(event.value));
-    if (event.kind == EventKind::collision_continued)
+    if (event.kind == EventKind::contact_continues)
       RC_ASSERT(open.contains({0, event.subject, event.object}));
     const auto kind = kinds.find(event.kind);
     if (kind == kinds.end()) continue;

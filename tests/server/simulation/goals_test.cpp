@@ -36,7 +36,7 @@ const Event* find(const std::vector<Event>& events, EventKind kind) {
   return nullptr;
 }
 
-TEST(Goals, GoesThroughTheGapToEachWaypointAndSaysSo) {
+TEST(Goals, GoesThroughTheGapAndReportsEachWaypoint) {
   for (const AgentKind kind : {AgentKind::robot, AgentKind::person}) {
     Simulation simulation = make(two_rooms());
     AgentDefinition runner = moving("runner", kind, -4, 4, BehaviourKind::go, 0.8);
@@ -46,7 +46,7 @@ TEST(Goals, GoesThroughTheGapToEachWaypointAndSaysSo) {
     EXPECT_LT((place_of(simulation, "runner") - Eigen::Vector2d(-4, -4)).norm(), 0.35) << to_string(kind);
     const auto events = simulation.take_events();
     EXPECT_EQ(count(events, EventKind::goal_reached), 2U);
-    EXPECT_EQ(count(events, EventKind::collision_started), 0U);
+    EXPECT_EQ(count(events, EventKind::contact_started), 0U);
     ASSERT_TRUE(find(events, EventKind::goal_reached));
     EXPECT_EQ(find(events, EventKind::goal_reached)->value, 1);
   }
@@ -81,7 +81,7 @@ TEST(Goals, AGoalInsideAWallIsRefused) {
   EXPECT_NE(unknown.error().message.find("did you mean 'runner'"), std::string::npos);
 }
 
-TEST(Goals, GoesRoundACrateThatWasPutInItsWay) {
+TEST(Goals, GoesAroundACrateInItsPath) {
   Simulation simulation = make(room(12));
   AgentDefinition runner = moving("runner", AgentKind::robot, -4, 0, BehaviourKind::go, 0.8);
   runner.behaviour.waypoints = {{4, 0}};
@@ -92,7 +92,7 @@ TEST(Goals, GoesRoundACrateThatWasPutInItsWay) {
   spawn(simulation, crate);
   run(simulation, 40);
   EXPECT_LT((place_of(simulation, "runner") - Eigen::Vector2d(4, 0)).norm(), 0.35);
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 TEST(Goals, FollowsThroughTheGapAndKeepsItsDistance) {
@@ -111,7 +111,7 @@ TEST(Goals, FollowsThroughTheGapAndKeepsItsDistance) {
   const double end = (place_of(simulation, "dog") - place_of(simulation, "guide")).norm();
   EXPECT_LT(end, 1.0 + 0.65 + 0.5);
   EXPECT_GT(nearest, 1.0) << "between outlines 1 m, less a little";
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 TEST(Goals, FleesWhatComesNearAndThenStands) {
@@ -128,7 +128,7 @@ TEST(Goals, FleesWhatComesNearAndThenStands) {
       nearest = std::min(nearest, (place_of(simulation, "shy") - Eigen::Vector2d(x, 0)).norm());
   }
   EXPECT_GT(nearest, 2.0);
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 /// Area that the robot cannot avoid: its footprint swept until it stands.
@@ -137,8 +137,8 @@ bool inside_stopping_distance(const Simulation& simulation, const std::string& n
   const Footprint person = make_disc(place_of(simulation, name), 0.25);
   const RobotLimits limits = robot().limits;
   const double v = std::abs(real.twist.vx),
-               way = v * limits.reaction_time + v * v / (2 * limits.deceleration);
-  for (double s = 0; s <= way + 1e-9; s += 0.02) {
+               braking_distance = v * limits.reaction_time + v * v / (2 * limits.deceleration);
+  for (double s = 0; s <= braking_distance + 1e-9; s += 0.02) {
     Footprint placed;
     const double t = v > 0 ? s / v : 0;
     place(make_polygon(robot().footprint), advance(planar_pose(real.T_map_base), real.twist, t), placed);
@@ -149,7 +149,7 @@ bool inside_stopping_distance(const Simulation& simulation, const std::string& n
 
 // The trainee drives along corridors and curves, limited by MR_CMD; the blocker must block the path, but
 // never within the stopping distance.
-TEST(Goals, BlocksTheWayAndIsNeverInsideTheStoppingDistance) {
+TEST(Goals, BlocksThePathAndStaysOutsideTheStoppingDistance) {
   const ContactLimits contact;
   for (const double turn : {0.0, 0.15, -0.25}) {
     Simulation simulation = make(room(60));
@@ -175,7 +175,7 @@ TEST(Goals, BlocksTheWayAndIsNeverInsideTheStoppingDistance) {
     }
     EXPECT_EQ(inside, 0U) << "turn " << turn;
     EXPECT_GT(held, 10U) << "it stood in the way at least once, turn " << turn;
-    EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+    EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
   }
 }
 
@@ -189,7 +189,7 @@ TEST(Goals, WhoYieldsStepsAsideAndWhoDoesNotStays) {
     for (int i = 0; i < 240 * 16; ++i)
       simulation.step(real_at(-4 + 0.5 * i / 240, 0, 0, {0.5, 0, 0}), requests);
     const auto events = simulation.take_events();
-    EXPECT_EQ(count(events, EventKind::collision_started) > 0, !yields);
+    EXPECT_EQ(count(events, EventKind::contact_started) > 0, !yields);
     if (yields) {
       EXPECT_GT(std::abs(place_of(simulation, "visitor").y()), 0.4);
     }

@@ -50,7 +50,7 @@ class Handling : public testing::Test {
 
 using Kinds = std::vector<EventKind>;
 
-TEST_F(Handling, GrippedIsSaidWithTheSmallerForceInTheStepOfThePinch) {
+TEST_F(Handling, GrippedIsReportedImmediatelyWithTheSmallerForce) {
   EXPECT_TRUE(step(0.9, 0).empty()) << "less than the pinch";
   const auto events = step(5, 0);
   ASSERT_EQ(kinds(events), Kinds{EventKind::gripped});
@@ -60,7 +60,7 @@ TEST_F(Handling, GrippedIsSaidWithTheSmallerForceInTheStepOfThePinch) {
   EXPECT_EQ(events[0].pair, PairKind::real_virtual);
   EXPECT_EQ(events[0].value, 5);
   EXPECT_TRUE(step(5, 0).empty());
-  // A loss of contact shorter than kLetGo is not a release.
+  // A loss of contact shorter than kReleaseTime is not a release.
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(step(0, 0).empty());
   EXPECT_TRUE(step(5, 0).empty());
   for (int i = 0; i < 30; ++i) step(0, 0);
@@ -75,7 +75,7 @@ TEST_F(Handling, OneFingerGripsNothing) {
   EXPECT_TRUE(events.empty());
 }
 
-TEST_F(Handling, LiftedIsSaidAboveTwoCentimetresAndAgainOnlyAfterItWasDown) {
+TEST_F(Handling, LiftedIsReportedAboveTwoCentimetresOncePerLift) {
   step(5, 0.1);  // it was 0.1 m high
   EXPECT_TRUE(step(5, 0.119).empty());
   const auto events = step(5, 0.121);
@@ -120,11 +120,11 @@ TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {
   at.over = "tub";
   EXPECT_TRUE(step(0, 0.2, 1).empty()) << "it falls in, it is not dropped";
   at.in = "tub";
-  // kLetGo until it counts as released, then kRest; contact was lost one step earlier.
+  // kReleaseTime until it counts as released, then kRest; contact was lost one step earlier.
   int steps = 1;
   std::vector<Event> events;
   for (; events.empty() && steps < 200; ++steps) events = step(0, 0.015);
-  EXPECT_NEAR(steps * kStep, GripperWatch::kLetGo + GripperWatch::kRest, 2 * kStep);
+  EXPECT_NEAR(steps * kStep, GripperWatch::kReleaseTime + GripperWatch::kRest, 2 * kStep);
   ASSERT_EQ(kinds(events), Kinds{EventKind::placed});
   EXPECT_EQ(events[0].object, "tub");
   EXPECT_EQ(events[0].text, "load");
@@ -185,8 +185,8 @@ class Gripper : public testing::Test {
     joints(crawler_reach(ahead, z, turned));
     run(*world, wait);
   }
-  void fingers(double way, double wait) {
-    joints({{"left_finger_joint", way}});
+  void fingers(double opening, double wait) {
+    joints({{"left_finger_joint", opening}});
     run(*world, wait);
   }
   void lift(double grip_at = 0.11) {
@@ -197,7 +197,7 @@ class Gripper : public testing::Test {
   }
   Eigen::Vector3d load() const { return body(*world, "load").T_map_body.translation(); }
   /// Gripper events, in order.
-  std::vector<Event> said() {
+  std::vector<Event> gripper_events() {
     std::vector<Event> found;
     for (const Event& event : world->take_events()) {
       if (event.kind >= EventKind::gripped && event.kind <= EventKind::placed) found.push_back(event);
@@ -219,7 +219,7 @@ TEST_F(Gripper, LiftsABoxAndPutsItIntoTheContainer) {
   const Eigen::Vector3d tub = body(*world, "tub").T_map_body.translation();
   EXPECT_LT((load() - tub).head<2>().cwiseAbs().maxCoeff(), 0.15);
   EXPECT_LT(load().z(), 0.15);
-  const auto events = said();
+  const auto events = gripper_events();
   ASSERT_EQ(events.size(), 3U);
   EXPECT_EQ(events[0].kind, EventKind::gripped);
   EXPECT_EQ(events[1].kind, EventKind::lifted);
@@ -236,12 +236,12 @@ TEST_F(Gripper, LiftsABoxAndPutsItIntoTheContainer) {
     EXPECT_NE(event.subject, "load") << "it lies there: " << to_string(event.kind) << " " << event.object;
 }
 
-TEST_F(Gripper, WhatItLetsGoOfInTheAirIsDropped) {
+TEST_F(Gripper, AnObjectReleasedInTheAirIsReportedAsDropped) {
   start(1.1);
   lift();
-  said();
+  gripper_events();
   fingers(0, 2);
-  const auto events = said();
+  const auto events = gripper_events();
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].kind, EventKind::dropped);
   EXPECT_EQ(events[0].object, "load");
@@ -252,7 +252,7 @@ TEST_F(Gripper, WhatItLetsGoOfInTheAirIsDropped) {
 TEST_F(Gripper, SlipperyPadsLoseIt) {
   start(0.004);  // 70 N on both sides hold 0.56 N; the box weighs 1.2 N
   lift();
-  const auto events = said();
+  const auto events = gripper_events();
   ASSERT_GE(events.size(), 1U);
   EXPECT_EQ(events.front().kind, EventKind::gripped);
   EXPECT_LT(load().z(), 0.01) << "it stays where it was";
@@ -271,7 +271,7 @@ TEST_F(Gripper, ACableIsLiftedByItsEndAndDragged) {
   reach(0.66, 0.50, -60 * kDegree, 4);
   EXPECT_GT(place("link_3").z(), 0.3);
   EXPECT_GT((place("link_15") - tail).norm(), 0.3) << "the tail is dragged along";
-  const auto events = said();
+  const auto events = gripper_events();
   ASSERT_EQ(events.size(), 1U) << "not lifted: its tail lies on the floor";
   EXPECT_EQ(events[0].kind, EventKind::gripped);
   EXPECT_EQ(events[0].object, "load");

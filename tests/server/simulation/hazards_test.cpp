@@ -33,7 +33,7 @@ std::vector<Event> follow(Simulation& simulation, double duration, Motion robot_
   std::vector<LaserRequest> requests;
   for (int i = 1; i <= std::lround(duration / kStep); ++i)
     simulation.step(std::optional<RealRobotState>(robot_at(i * kStep)), requests);
-  return only(simulation.take_events(), EventKind::hazard_set_off);
+  return only(simulation.take_events(), EventKind::hazard_triggered);
 }
 
 double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
@@ -46,7 +46,7 @@ double reading_at(Simulation& simulation, double x, double y) {
   return reading.values.empty() ? -1 : reading.values[0].value;
 }
 
-TEST(Hazards, NearnessIsToTheRobotsOutlineAndSaidOnce) {
+TEST(Hazards, NearnessIsMeasuredToTheOutlineAndReportedOnce) {
   SimulationOptions options;
   options.hazards = {device("mine")};
   options.hazards[0].position = {3, 0, 0};
@@ -130,10 +130,10 @@ TEST(Hazards, GasGoesRoundWalls) {
   options.hazards[0].reach = 2;
   Simulation simulation = make(model, options);
   EXPECT_NEAR(reading_at(simulation, -3, 0), 1000 * std::exp(-1.5), 1e-6) << "straight";
-  const double way = std::hypot(1.9, 1) + 0.2 + std::hypot(1.9, 1);
+  const double path_length = std::hypot(1.9, 1) + 0.2 + std::hypot(1.9, 1);
   const double behind = reading_at(simulation, 4, 0);
-  EXPECT_LT(behind, 1000 * std::exp(-way / 2));
-  EXPECT_GT(behind, 1000 * std::exp(-(1.08 * way + 0.5) / 2))
+  EXPECT_LT(behind, 1000 * std::exp(-path_length / 2));
+  EXPECT_GT(behind, 1000 * std::exp(-(1.08 * path_length + 0.5) / 2))
       << "a grid's way is at most 8 % and two cells longer";
 }
 

@@ -134,7 +134,7 @@ TEST(History, ARelocalizedRobotJumpsWithoutVelocityAndWithoutContacts) {
   const BodyState after = body(simulation, "pioneer");
   EXPECT_EQ(after.epoch, before.epoch + 1);
   EXPECT_EQ(after.velocity.norm(), 0);
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 3, 1e-9);
 }
 

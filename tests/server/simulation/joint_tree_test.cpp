@@ -92,7 +92,7 @@ TEST(JointTree, ALightLinkHoldsAHeavyLoadStillWithTheTorqueOfStatics) {
   EXPECT_NEAR(arm.wrist().pull, kGravity * kLoad, 0.05);
 }
 
-TEST(JointTree, AMotorThatIsTooWeakGivesAllItHasAndGivesWay) {
+TEST(JointTree, AWeakMotorYieldsAtItsMaximumEffort) {
   Arm arm;
   arm.run(0.1, 5);
   EXPECT_NEAR(std::abs(arm.shoulder().effort), 5, 1e-9);

@@ -28,9 +28,9 @@ TEST(ModelMeshes, StopAnAgentAndAreNamedInTheEvent) {
   EXPECT_GT(front, 0.8) << "it drove up to the shelf";
   EXPECT_LT(front, 1.3) << "and not into it";
   const auto events = simulation.take_events();
-  ASSERT_GE(count(events, EventKind::collision_started), 1U);
+  ASSERT_GE(count(events, EventKind::contact_started), 1U);
   for (const Event& event : events) {
-    if (event.kind != EventKind::collision_started) continue;
+    if (event.kind != EventKind::contact_started) continue;
     EXPECT_EQ(event.object, "shelf");
   }
 }
@@ -52,7 +52,7 @@ TEST(ModelMeshes, StopTheRealRobotLikeBoxes) {
     real.sigma = 0.01;
     simulation.step(real, requests);
   }
-  const auto events = only(simulation.take_events(), EventKind::collision_started);
+  const auto events = only(simulation.take_events(), EventKind::contact_started);
   ASSERT_EQ(events.size(), 1U) << "many pieces, one contact";
   EXPECT_EQ(events[0].object, "shelf");
   EXPECT_NEAR(events[0].position.x(), 1.3, 0.01);
@@ -120,7 +120,7 @@ TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNobody) {
     simulation.step({}, requests);
   }
   EXPECT_GT(body(simulation, "rover", "chassis").T_map_body.translation().x(), 1.9);
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 }  // namespace

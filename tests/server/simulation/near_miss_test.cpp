@@ -40,7 +40,7 @@ std::vector<Event> pass(double gap, double speed, bool sensed = true) {
   });
 }
 
-TEST(NearMiss, PassingTooNearIsSaidWhenItIsOverWithTheSmallestGap) {
+TEST(NearMiss, ANearMissIsReportedAfterPassingWithItsSmallestGap) {
   const auto misses = pass(0.12, 0.5);
   ASSERT_EQ(misses.size(), 1U);
   EXPECT_EQ(misses[0].subject, "pioneer");
@@ -88,7 +88,7 @@ TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
   EXPECT_NEAR(misses[0].value, (0.35 + s * s / (2 * a)) / s, 0.03);
 }
 
-TEST(NearMiss, WhoStopsTooNearAndStaysIsToldSoWhateverItStandsBefore) {
+TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
   for (const bool building : {true, false}) {
     Simulation simulation = make(building ? room(6) : SemanticModel{});
     if (!building) spawn(simulation, crate(3.25, 0));

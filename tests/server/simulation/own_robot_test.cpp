@@ -50,7 +50,7 @@ TEST(OwnRobot, TheOneOfThePageDrivesTurnsAndRaisesItsBar) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::joint_broken), 0U);
 }
 
-TEST(OwnRobot, ThePageSaysEachKey) {
+TEST(OwnRobot, TheDocumentationPageNamesEachKey) {
   const std::string all = page();
   std::size_t keys = 0;
   const auto expect_all = [&](const std::string& schema) {

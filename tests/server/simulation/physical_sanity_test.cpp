@@ -28,7 +28,7 @@ struct Slope {
     for (int i = 0; i < duration / kStep; ++i) physics.step();
   }
   /// m down the slope.
-  double way() const { return (turn.conjugate() * physics.state(block).T_map_body.translation()).x() + 5; }
+  double slid() const { return (turn.conjugate() * physics.state(block).T_map_body.translation()).x() + 5; }
   double speed() const { return (turn.conjugate() * physics.state(block).velocity).x(); }
 
   Physics physics{kStep};
@@ -41,11 +41,11 @@ TEST(PhysicalSanity, ABlockOnASlopeSlidesAtTheFrictionAngle) {
   Slope below(angle - 0.5 * kDegree), above(angle + 0.5 * kDegree);
   below.run(4);
   above.run(4);
-  EXPECT_LT(below.way(), 0.01);
-  EXPECT_GT(above.way(), 0.1);
+  EXPECT_LT(below.slid(), 0.01);
+  EXPECT_GT(above.slid(), 0.1);
 }
 
-TEST(PhysicalSanity, WhatSlidesGainsSpeedAsCoulombSays) {
+TEST(PhysicalSanity, ASlidingBodyAcceleratesByCoulombFriction) {
   const double angle = 30 * kDegree;
   Slope slope(angle);
   slope.run(1);

@@ -121,9 +121,9 @@ TEST(Physics, ARobotThatDrivesIntoAWallStopsThere) {
   }
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 3 - 0.26, 0.01);
   const auto events = simulation.take_events();
-  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  ASSERT_EQ(count(events, EventKind::contact_started), 1U);
   for (const Event& event : events) {
-    if (event.kind != EventKind::collision_started) continue;
+    if (event.kind != EventKind::contact_started) continue;
     EXPECT_EQ(event.subject, "rover");
     EXPECT_EQ(event.object, "wall 1");
     EXPECT_EQ(event.pair, PairKind::real_virtual);
@@ -164,17 +164,17 @@ TEST(Physics, TheRealRobotPushesAgentsAndIsNotPushed) {
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), front + 0.26, 0.02);
   EXPECT_NEAR(body(simulation, "pioneer").T_map_body.translation().x(), 1.0, 1e-12);
   const auto events = simulation.take_events();
-  bool said = false;
+  bool contact_reported = false;
   for (const Event& event : events) {
-    if (event.kind != EventKind::collision_started) continue;
-    said = true;
+    if (event.kind != EventKind::contact_started) continue;
+    contact_reported = true;
     EXPECT_EQ(event.subject, "pioneer");
     EXPECT_EQ(event.object, "rover");
     EXPECT_EQ(event.pair, PairKind::real_virtual);
     EXPECT_NEAR(event.impulse, 30 * 0.5, 30 * 0.5 * 0.3) << "brings the agent to the robot's speed";
     EXPECT_FALSE(event.unsensed);
   }
-  EXPECT_TRUE(said);
+  EXPECT_TRUE(contact_reported);
 }
 
 TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {

@@ -61,12 +61,12 @@ TEST(CollisionPrediction, ComesTwoSecondsBeforeAWallAndNotAgain) {
   EXPECT_EQ(warned[0].object, "wall 1");
   EXPECT_EQ(warned[0].pair, PairKind::real_real);
   // The front is 0.25 m ahead of base_link, the wall at 3 m.
-  EXPECT_NEAR(since_start(warned[0]), 0.75, 1.001 * kStep + kLeastAdvance);
+  EXPECT_NEAR(since_start(warned[0]), 0.75, 1.001 * kStep + kMinAdvance);
   EXPECT_NEAR(warned[0].value, 2, 0.02);
   EXPECT_NEAR(warned[0].position.x(), 3, 1e-6);
 }
 
-TEST(CollisionPrediction, SaysNothingAlongAWallNorAwayFromIt) {
+TEST(CollisionPrediction, DrivingAlongOrAwayFromAWallPredictsNoCollision) {
   Simulation simulation = make(room(10));
   const auto events = follow(simulation, 3, [](double t) { return real_at(t - 2, 4.7, 0, {1, 0, 0}); });
   EXPECT_EQ(count(events, EventKind::collision_predicted), 0U);
@@ -100,7 +100,7 @@ TEST(CollisionPrediction, SeesAnAgentComingWhileTheRobotStands) {
     simulation.step(real_at(0, 0), requests);
   }
   events = simulation.take_events();
-  const auto hit = only(events, EventKind::collision_started);
+  const auto hit = only(events, EventKind::contact_started);
   ASSERT_FALSE(hit.empty());
   // Both are warned: the standing and the approaching one.
   for (const std::string who : {"pioneer", "r"}) {
@@ -121,10 +121,10 @@ TEST(Tipping, IsTheAngleToTheEdgeOverTheRateAboutIt) {
   // A roll to the right: about +x the left side rises.
   const Eigen::Matrix3d R = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix();
   const Tipping tipping = tipping_of(stance, R.row(2), {rate, 0, 0});
-  EXPECT_NEAR(tipping.share, (level - roll) / level, 1e-9);
+  EXPECT_NEAR(tipping.fraction, (level - roll) / level, 1e-9);
   EXPECT_NEAR(tipping.time, (level - roll) / rate, 1e-9);
   EXPECT_FALSE(std::isfinite(tipping_of(stance, R.row(2), {-rate, 0, 0}).time)) << "it comes back";
-  EXPECT_NEAR(tipping_of(stance, {0, 0, 1}, {0, 0, 0}).share, 1, 1e-12);
+  EXPECT_NEAR(tipping_of(stance, {0, 0, 1}, {0, 0, 0}).fraction, 1, 1e-12);
   // Past its edge it tips immediately.
   const Eigen::Matrix3d over = Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitX()).toRotationMatrix();
   EXPECT_EQ(tipping_of(stance, over.row(2), {0, 0, 0}).time, 0);
@@ -176,7 +176,7 @@ TEST(TippingPrediction, ARobotThatDrivesOverAnEdgeIsWarnedBeforeItLies) {
   EXPECT_LT(warned[0].stamp, tipped[0].stamp);
 }
 
-TEST(TippingPrediction, SaysNothingOfADriveOnTheLevel) {
+TEST(TippingPrediction, DrivingOnLevelFloorPredictsNoTipping) {
   Simulation simulation = make(floor_of(20), with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 0, 0));
   for (const Twist2& twist : {Twist2{0.8, 0, 0}, Twist2{-0.8, 0, 0}, Twist2{0.5, 0, 2}, Twist2{0, 0, -2}})

@@ -20,10 +20,10 @@ std::vector<Event> drive(Simulation& simulation, double from, double to, double 
   return events;
 }
 
-TEST(RealContacts, HittingAModelledWallIsSaidWithMassTimesClosingSpeed) {
+TEST(RealContacts, HittingAModelledWallReportsMassTimesClosingSpeed) {
   Simulation simulation = make(room(6));
   auto events = drive(simulation, 0, 2.76, 0.5, 0.01);
-  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  ASSERT_EQ(count(events, EventKind::contact_started), 1U);
   EXPECT_EQ(events[0].subject, "pioneer");
   EXPECT_EQ(events[0].object, "wall 1");
   EXPECT_EQ(events[0].pair, PairKind::real_real);
@@ -31,14 +31,14 @@ TEST(RealContacts, HittingAModelledWallIsSaidWithMassTimesClosingSpeed) {
   EXPECT_NEAR(events[0].position.x(), 3, 1e-6);
   EXPECT_LT(std::abs(events[0].position.y()), 0.21);
   events = drive(simulation, 2.76, 1, 0.5, 0.01);
-  EXPECT_EQ(count(events, EventKind::collision_stopped), 1U);
+  EXPECT_EQ(count(events, EventKind::contact_ended), 1U);
 }
 
 TEST(RealContacts, TheMarginIsThePosesUncertainty) {
   for (const double sigma : {0.005, 0.05}) {
     Simulation simulation = make(room(6));
     const auto events = drive(simulation, 0, 2.72, 0.3, sigma);  // 3 cm from the wall
-    EXPECT_EQ(count(events, EventKind::collision_started), sigma > 0.03 ? 1U : 0U) << sigma;
+    EXPECT_EQ(count(events, EventKind::contact_started), sigma > 0.03 ? 1U : 0U) << sigma;
   }
 }
 
@@ -50,14 +50,14 @@ TEST(RealContacts, PassingAlongAWallIsNoContact) {
     real.sigma = 0.02;
     simulation.step(real, requests);
   }
-  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 TEST(RealContacts, AModelledDoorAndAFloorAreNotHit) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("door", EntityLabel::door, {1, 0, 1}, {0.05, 0.9, 2}));
   Simulation simulation = make(model);
-  EXPECT_EQ(count(drive(simulation, 0, 2, 0.5, 0.01), EventKind::collision_started), 0U);
+  EXPECT_EQ(count(drive(simulation, 0, 2, 0.5, 0.01), EventKind::contact_started), 0U);
 }
 
 TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
@@ -66,7 +66,7 @@ TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
   model.entities.back().is_virtual = true;
   Simulation simulation = make(model);
   const auto events = drive(simulation, 0, 0.76, 0.5, 0.01);
-  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  ASSERT_EQ(count(events, EventKind::contact_started), 1U);
   EXPECT_EQ(events[0].pair, PairKind::real_virtual);
 }
 

@@ -116,7 +116,7 @@ TEST(RobotArm, StretchedOutItHoldsStill) {
   EXPECT_LT(fastest, 0.005);
 }
 
-TEST(RobotArm, AJointThatIsToldToStandStillDoesNotSinkUnderItsLoad) {
+TEST(RobotArm, AJointWithZeroVelocityHoldsItsLoad) {
   Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   joints(simulation, {{"shoulder_joint", 30 * kDegree}, {"elbow_joint", 0}});
@@ -141,8 +141,8 @@ TEST(RobotArm, AJointThatIsToldToStandStillDoesNotSinkUnderItsLoad) {
 /// Moves the point between the finger pads to (x, z) of base_link, fingers down.
 void reach(Simulation& simulation, double x, double z) { joints(simulation, crawler_reach(x - kTurret, z)); }
 
-void fingers(Simulation& simulation, double way) {
-  joints(simulation, {{"left_finger_joint", way}});  // the other one is geared to it
+void fingers(Simulation& simulation, double opening) {
+  joints(simulation, {{"left_finger_joint", opening}});  // the other one is geared to it
 }
 
 TEST(RobotArm, TheGripperLiftsABoxByFrictionAndLetsItGo) {

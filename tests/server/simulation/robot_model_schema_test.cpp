@@ -13,7 +13,7 @@ namespace {
 
 using test::SchemaDefaults;
 
-const std::string folder = std::string(PARHELION_SOURCE_DIR) + "/server/robots/";
+const std::string kFolder = std::string(PARHELION_SOURCE_DIR) + "/server/robots/";
 
 /// All values of a robot model's file, except its robot description.
 std::string values_of(const RobotModel& model) {
@@ -31,10 +31,10 @@ std::string values_of(const RobotModel& model) {
 }
 
 TEST(RobotModelSchema, ItsDefaultsAreThoseOfTheProgram) {
-  const auto urdf = yaml::read_text(folder + "rover.urdf");
+  const auto urdf = yaml::read_text(kFolder + "rover.urdf");
   ASSERT_TRUE(urdf) << urdf.error().message;
   SchemaDefaults defaults("robot_model", [&](const std::string& yaml) -> std::optional<std::string> {
-    const auto model = parse_robot_model(*urdf, yaml, folder + "document.yaml");
+    const auto model = parse_robot_model(*urdf, yaml, kFolder + "document.yaml");
     if (!model) return std::nullopt;
     return values_of(*model);
   });

@@ -77,9 +77,9 @@ TEST(RobotModel, AJointLoopIsRefused) {
 TEST(RobotModel, AJointThatMimicsWhatItCannotIsRefused) {
   std::string text = urdf(kBox, "5", "");
   text.insert(text.rfind("</joint>"), "<mimic joint='rudder' multiplier='2'/>");
-  const std::string said = refusal(text);
-  EXPECT_THAT(said, HasSubstr("'right_joint': mimics 'rudder'"));
-  EXPECT_THAT(said, HasSubstr("multiplier 1"));
+  const std::string error_text = refusal(text);
+  EXPECT_THAT(error_text, HasSubstr("'right_joint': mimics 'rudder'"));
+  EXPECT_THAT(error_text, HasSubstr("multiplier 1"));
 }
 
 TEST(RobotModel, ALinkThatTheYamlMisspellsIsSuggested) {
@@ -95,7 +95,7 @@ TEST(RobotModel, TextThatIsNoUrdfIsRefused) {
   for (const char* text : {"", "<robot", "<robot name='x'/>", "<html></html>"}) refusal(text);
 }
 
-TEST(RobotModel, ARobotThatIsSpawnedInAWallIsToldTheNearestFreePlace) {
+TEST(RobotModel, SpawningARobotInAWallReportsTheNearestFreePlace) {
   Simulation simulation = make(room(6), with_robots({"rover"}));
   const Status status = simulation.spawn(articulated("r", "rover", 2.95, 0), std::nullopt);
   ASSERT_FALSE(status.ok());

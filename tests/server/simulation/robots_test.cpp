@@ -27,9 +27,9 @@ TEST(Robots, WheelsThatRollCoverTheirCircumferenceInATurn) {
   spawn(simulation, articulated("r", "rover", 0, 0));
   drive(simulation, "r", {0.5, 0, 0}, 4);
   const double rolled = motion(simulation, "r").left,
-               way = motion(simulation, "r").T_map_base.translation().x();
-  EXPECT_GT(way, 1.5);
-  EXPECT_NEAR(rolled, way, 0.01 * way);
+               driven = motion(simulation, "r").T_map_base.translation().x();
+  EXPECT_GT(driven, 1.5);
+  EXPECT_NEAR(rolled, driven, 0.01 * driven);
   // The visible wheel is turned by its travel over its radius.
   const BodyState wheel = body(simulation, "r", "left_wheel");
   EXPECT_NEAR(std::remainder(rolled / 0.0975 - std::atan2(-wheel.T_map_body.rotation()(2, 0),
@@ -39,7 +39,7 @@ TEST(Robots, WheelsThatRollCoverTheirCircumferenceInATurn) {
   EXPECT_NEAR(wheel.rotation_rate.y(), 0.5 / 0.0975, 0.1);
 }
 
-TEST(Robots, TurnsOnTheSpotAsItsTrackSays) {
+TEST(Robots, TurnsOnTheSpotAccordingToItsTrackWidth) {
   Simulation simulation = make(floor_of(20), with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 0, 0));
   drive(simulation, "r", {0, 0, 1.0}, 2);
@@ -65,8 +65,8 @@ TEST(Robots, StopsWhenNobodyDrivesItAndAtWalls) {
   EXPECT_EQ(at.touching.front(), "bumper");
   bool collided = false;
   for (const Event& event : simulation.take_events()) {
-    collided = collided || (event.kind == EventKind::collision_started && event.subject == "r" &&
-                            event.object == "wall 1");
+    collided = collided ||
+               (event.kind == EventKind::contact_started && event.subject == "r" && event.object == "wall 1");
     EXPECT_NE(event.object, "floor");
   }
   EXPECT_TRUE(collided);
@@ -103,7 +103,7 @@ TEST(Robots, TheTraineesIsTheRealRobotToOthers) {
   EXPECT_EQ(bodies, 3);  // base and two wheels
   bool met = false;
   for (const Event& event : simulation.take_events()) {
-    if (event.kind != EventKind::collision_started) continue;
+    if (event.kind != EventKind::contact_started) continue;
     met = true;
     EXPECT_EQ(event.subject, "pioneer");
     EXPECT_EQ(event.object, "crate");

@@ -79,7 +79,7 @@ RouteSearch::Result to_the_end(RouteSearch& search, std::size_t piece) {
   }
 }
 
-RC_GTEST_PROP(Route, CostsWhatDijkstraSaysAndKeepsItsDistance, ()) {
+RC_GTEST_PROP(Route, CostEqualsDijkstraAndTheRouteKeepsItsDistance, ()) {
   const auto building = building_of(any_room());
   RouteGrid grid(building, 0, 1.5);
   const auto place = [] {
@@ -95,19 +95,19 @@ RC_GTEST_PROP(Route, CostsWhatDijkstraSaysAndKeepsItsDistance, ()) {
   RC_PRE(search.factor(RouteGrid::cell_of(query.start)) > 0);
   const auto result = to_the_end(search, static_cast<std::size_t>(*rc::gen::inRange(1, 4000)));
   RouteSearch costs(grid, query, 2);
-  const auto twin = dijkstra(costs, query.start, query.goal);
-  RC_ASSERT((result == RouteSearch::Result::found) == twin.has_value());
-  if (!twin) return;
-  RC_ASSERT(search.cost() == *twin);
+  const auto reference = dijkstra(costs, query.start, query.goal);
+  RC_ASSERT((result == RouteSearch::Result::found) == reference.has_value());
+  if (!reference) return;
+  RC_ASSERT(search.cost() == *reference);
   RouteSearch again(grid, query, 3);
   RC_ASSERT(to_the_end(again, 100'000) == RouteSearch::Result::found);
-  const auto way = again.smooth();
-  RC_ASSERT(way == again.smooth());
-  RC_ASSERT(way.front() == query.start && way.back() == query.goal);
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    const Footprint piece = make_segment(way[i - 1], way[i], 0);
+  const auto path = again.smooth();
+  RC_ASSERT(path == again.smooth());
+  RC_ASSERT(path.front() == query.start && path.back() == query.goal);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Footprint piece = make_segment(path[i - 1], path[i], 0);
     // Between neighbouring cells clearance is known only at their centres; end points lie anywhere in theirs.
-    const double loose = (way[i] - way[i - 1]).norm() < 0.15 ? 0.08 : 0.002;
+    const double loose = (path[i] - path[i - 1]).norm() < 0.15 ? 0.08 : 0.002;
     for (const FixedObstacle& obstacle : building->obstacles())
       RC_ASSERT(signed_distance(piece, obstacle.footprint) >= query.clearance - loose);
     for (const Footprint& other : query.blocked)
@@ -115,7 +115,7 @@ RC_GTEST_PROP(Route, CostsWhatDijkstraSaysAndKeepsItsDistance, ()) {
   }
 }
 
-TEST(Route, AClosedRoomHasNoWayAndAnOpenFloorAStraightOne) {
+TEST(Route, AClosedRoomHasNoRouteAndOpenFloorAStraightOne) {
   SemanticModel model;
   for (const double s : {-1.0, 1.0}) {
     model.entities.push_back(model_box("x" + std::to_string(s), EntityLabel::wall, {s, 0, 1}, {0.1, 2.1, 2}));
@@ -132,7 +132,7 @@ TEST(Route, AClosedRoomHasNoWayAndAnOpenFloorAStraightOne) {
   EXPECT_EQ(open.smooth().size(), 2U);
 }
 
-TEST(Route, ADoorThatMustBePushedIsTakenWhereTheWayRoundIsLong) {
+TEST(Route, PushesADoorOpenWhereTheDetourIsLong) {
   SemanticModel model;  // a wall with a gap of 1 m at y = 0 and its end at y = 20 or y = 1
   for (const double end : {20.0, 1.0}) {
     model.entities = {model_box("below", EntityLabel::wall, {0, -20.5, 1}, {0.1, 40, 2}),
@@ -140,9 +140,9 @@ TEST(Route, ADoorThatMustBePushedIsTakenWhereTheWayRoundIsLong) {
     RouteGrid grid(building_of(model), 0, 1.5);
     RouteSearch search(grid, {{-2, 0}, {2, 0}, 0.3, {}, {make_segment({0, -0.5}, {0, 0.5}, 0.02)}}, 1);
     ASSERT_EQ(to_the_end(search, 10'000), RouteSearch::Result::found);
-    double most = 0;
-    for (const auto& p : search.cells()) most = std::max(most, p.y());
-    EXPECT_EQ(most > 1, end == 1.0) << end;
+    double largest = 0;
+    for (const auto& p : search.cells()) largest = std::max(largest, p.y());
+    EXPECT_EQ(largest > 1, end == 1.0) << end;
   }
 }
 

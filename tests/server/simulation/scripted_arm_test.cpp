@@ -12,7 +12,7 @@ namespace {
 using namespace test;
 
 constexpr double kDegree = std::numbers::pi / 180, kGravity = 9.81;
-constexpr double kLetGo = 0.1, kRest = 0.3, kLift = 0.02,
+constexpr double kReleaseTime = 0.1, kRest = 0.3, kLift = 0.02,
                  kSink = 0.5;           // s, s, m, m/s: thresholds of gripper events
 constexpr double kSpeedUp = 0.2;        // s, for a joint's motor to reach its full speed
 constexpr double kPads = 0.08;          // m from the middle of the open gripper to either pad
@@ -31,7 +31,7 @@ struct Command {
   Values positions, speeds = {}, efforts = {};
 };
 
-void say(Simulation& simulation, const std::vector<Command>& script, double t) {
+void send_commands(Simulation& simulation, const std::vector<Command>& script, double t) {
   const auto newest = std::find_if(script.rbegin(), script.rend(),
                                    [&](const Command& each) { return each.from <= t + kStep / 2; });
   if (newest == script.rend() || std::lround((t - newest->from) / kStep) % 24 != 0) return;
@@ -57,9 +57,9 @@ const RobotJoint& joint_of(const RobotModel& model, const std::string& name) {
 
 /// When a joint at rest that is commanded `speed` at `t` has moved by `way`: it accelerates evenly, and moves
 /// with each step's new speed.
-double gone(const std::string& name, double t, double speed, double way) {
+double gone(const std::string& name, double t, double speed, double travel) {
   const double acceleration = joint_of(*shipped("crawler"), name).velocity / kSpeedUp;
-  return t - kStep + way / speed + speed / (2 * acceleration) - kStep / 2;
+  return t - kStep + travel / speed + speed / (2 * acceleration) - kStep / 2;
 }
 
 /// z over the floor of a point ahead of and above the shoulder, after a rotation upwards by `angle`.
@@ -78,8 +78,9 @@ double solve(const F& f, double value) {
 /// Expected events of the load, at a step.
 class LoadWitness {
  public:
-  /// After `lets_go` nothing presses on the load: it is placed after resting in the container for a while.
-  explicit LoadWitness(double lets_go) : lets_go_(lets_go) {}
+  /// After `released_at` nothing presses on the load: it is placed after resting in the container for a
+  /// while.
+  explicit LoadWitness(double released_at) : released_at_(released_at) {}
   void see(const Simulation& simulation, double t, std::vector<Expected>& expected) {
     WorldSnapshot world;
     ASSERT_TRUE(simulation.at(simulation.now(), world));
@@ -96,16 +97,16 @@ class LoadWitness {
     const BodyState& load = at["load"];
     load_.see(load.velocity, load.rotation_rate, t, expected);
     const double between = std::min(gap(load, at["left_finger"], -1), gap(load, at["right_finger"], 1));
-    pads_.see(t <= lets_go_ && between < kTouch, t, expected);
+    pads_.see(t <= released_at_ && between < kTouch, t, expected);
     if (!at.contains("tub")) return;
-    tub_.see(at["tub"].velocity, at["tub"].rotation_rate, t, expected);
+    container_.see(at["tub"].velocity, at["tub"].rotation_rate, t, expected);
     double lowest = 1;
     for (const Eigen::Vector3d& corner : corners(load))
       lowest = std::min(lowest, (at["tub"].T_map_body.inverse() * corner).z());
-    const Eigen::Vector3d in_tub = at["tub"].T_map_body.inverse() * load.T_map_body.translation();
-    const bool inside = in_tub.head<2>().norm() < 0.15;
+    const Eigen::Vector3d in_container = at["tub"].T_map_body.inverse() * load.T_map_body.translation();
+    const bool inside = in_container.head<2>().norm() < 0.15;
     landed_.see(inside && lowest < kWall + kTouch, t, expected);
-    if (t <= lets_go_ + kLetGo) return;
+    if (t <= released_at_ + kReleaseTime) return;
     still_ = inside && load.velocity.norm() < 0.02 ? still_ + 1 : 0;
     if (still_ == 1 + std::lround(kRest / kStep)) expected.push_back({EventKind::placed, t, "tub", "r"});
   }
@@ -120,24 +121,24 @@ class LoadWitness {
     return corners;
   }
   /// m between the load and the face of a pad, which points along `way` times its finger's y axis.
-  static double gap(const BodyState& load, const BodyState& finger, double way) {
+  static double gap(const BodyState& load, const BodyState& finger, double travel) {
     const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kLoad.z() / 2);
     const Eigen::Vector3d ahead = finger.T_map_body.inverse() * center;
     double nearest = 1;
     if (std::abs(ahead.z()) > kLoad.x() / 2 || std::abs(ahead.x() - kFingerLength) > kLoad.z() / 2)
       return nearest;
     for (const Eigen::Vector3d& corner : corners(load))
-      nearest = std::min(nearest, way * (finger.T_map_body.inverse() * corner).y());
+      nearest = std::min(nearest, travel * (finger.T_map_body.inverse() * corner).y());
     return nearest - kFinger;
   }
-  double lets_go_;
+  double released_at_;
   long still_ = 0;  // steps
-  MovementWitness robot_, load_{"load"}, tub_{"tub"};
+  MovementWitness robot_, load_{"load"}, container_{"tub"};
   ContactWitness pads_{"r", "load"}, landed_{"load", "tub"};
 };
 
 /// The crawler, a load in front of it and a container on its left, within the arm's reach.
-Run with_load(const std::string& name, double duration, std::vector<Command> script, double lets_go) {
+Run with_load(const std::string& name, double duration, std::vector<Command> script, double released_at) {
   Run run = with_robot(*shipped("crawler"), floor_of(20), duration);
   run.name = name;
   run.before_step = [script](Simulation& simulation, double t) {
@@ -150,9 +151,9 @@ Run with_load(const std::string& name, double duration, std::vector<Command> scr
       tub.size = {0.4, 0.3, 0.2};
       spawn(simulation, tub);
     }
-    say(simulation, script, t);
+    send_commands(simulation, script, t);
   };
-  const auto witness = std::make_shared<LoadWitness>(lets_go);
+  const auto witness = std::make_shared<LoadWitness>(released_at);
   run.witness = [=](const Simulation& simulation, double t, std::vector<Expected>& expected) {
     witness->see(simulation, t, expected);
   };
@@ -188,16 +189,16 @@ std::vector<Expected> taken(const Taking& taking) {
 }
 
 /// Last contact of fingers that are opened from `opens` on: they separate in that step.
-double let_go(double opens) { return opens; }
+double release_time(double opens) { return opens; }
 
 /// Lifted by less than the threshold of a fall, and released.
 Run drops(const Taking& taking) {
   const double opens = 11;
   auto script = take(taking);
   script.push_back({opens, {}, {{"shoulder_joint", 0}}, {{"left_finger_joint", -70}}});
-  Run run = with_load("drops", opens + 1.2, script, let_go(opens));
+  Run run = with_load("drops", opens + 1.2, script, release_time(opens));
   run.expected = taken(taking);
-  run.expected.push_back({EventKind::dropped, let_go(opens) - kStep + kSink / kGravity, "load", "r"});
+  run.expected.push_back({EventKind::dropped, release_time(opens) - kStep + kSink / kGravity, "load", "r"});
   return run;
 }
 
@@ -213,7 +214,7 @@ Run places(const Taking& taking, double above) {
        {std::pair{14.5, 0.25}, {16.0, 0.15}, {17.0, 0.08}, {17.7, 0.04}, {18.4, 0.02}, {19.1, 0.0}})
     script.push_back({at, crawler_reach(kAhead, 0.11 + kWall + above + higher, beside), hold});
   script.push_back({opens, {}, {}, {{"left_finger_joint", -70}}});
-  Run run = with_load("places", opens + 0.9, script, let_go(opens));
+  Run run = with_load("places", opens + 0.9, script, release_time(opens));
   run.expected = taken(taking);
   return run;
 }
@@ -238,7 +239,7 @@ Run breaks(double angle, double effort, double break_effort) {
       {drives, {}, {}, {{"shoulder_joint", effort}}}};
   run.before_step = [=](Simulation& simulation, double t) {
     if (t == kStep) spawn(simulation, articulated("r", "crawler", 0, 0));
-    say(simulation, script, t);
+    send_commands(simulation, script, t);
   };
   const auto moves = std::make_shared<MovementWitness>();
   const auto load = std::make_shared<double>(0);
@@ -282,9 +283,9 @@ Run overloads_its_shoulder(double effort) {
     const RobotMotion& now = motion(simulation, "r");
     moves->see(now, t, expected);
     const std::size_t at = index_of(now.joints, "shoulder_joint");
-    const double share = std::abs(now.joints.efforts[at]) / effort;
-    *stalled = share >= 0.99 && std::abs(now.joints.velocities[at]) < slow ? *stalled + kStep : 0;
-    if (share < 0.9) *overloaded = false;
+    const double fraction = std::abs(now.joints.efforts[at]) / effort;
+    *stalled = fraction >= 0.99 && std::abs(now.joints.velocities[at]) < slow ? *stalled + kStep : 0;
+    if (fraction < 0.9) *overloaded = false;
     if (*overloaded || *stalled <= 0.5) return;
     *overloaded = true;
     expected.push_back({EventKind::joint_overload, t, "shoulder_joint", "r"});

@@ -48,25 +48,25 @@ class ContactWitness {
     if (!open_ && !touches) return;
     if (!open_) {
       open_ = true;
-      said_ = 0;
-      expected.push_back({EventKind::collision_started, t, object_, subject_});
+      steps_since_report_ = 0;
+      expected.push_back({EventKind::contact_started, t, object_, subject_});
     } else {
-      ++said_;
+      ++steps_since_report_;
     }
     apart_ = touches ? 0 : apart_ + 1;
-    if (touches && said_ >= 240) {
-      expected.push_back({EventKind::collision_continued, t, object_, subject_});
-      said_ = 0;
+    if (touches && steps_since_report_ >= 240) {
+      expected.push_back({EventKind::contact_continues, t, object_, subject_});
+      steps_since_report_ = 0;
     }
     if (apart_ <= 60) return;
     open_ = false;
-    expected.push_back({EventKind::collision_stopped, t, object_, subject_});
+    expected.push_back({EventKind::contact_ended, t, object_, subject_});
   }
 
  private:
   std::string subject_, object_;
   bool open_ = false;
-  int said_ = 0, apart_ = 0;  // steps
+  int steps_since_report_ = 0, apart_ = 0;  // steps
 };
 
 inline Run with_robot(simulation::RobotModel model, SemanticModel site, double duration) {

@@ -56,7 +56,7 @@ inline std::vector<Event> events_of(const Run& run, std::vector<Expected>& expec
 }
 
 struct Score {
-  int said = 0, expected = 0, matched = 0, onset_late = 0, worst = 0;
+  int reported = 0, expected = 0, matched = 0, onset_late = 0, worst = 0;
 };
 
 /// Matches each event with the nearest expected one of its kind and entities; within half a second it is the
@@ -65,7 +65,7 @@ inline void judge(const Run& run, Score& score) {
   std::vector<Expected> expected = run.expected;
   const std::vector<Event> events = events_of(run, expected);
   std::vector<bool> taken(events.size(), false);
-  score.said += static_cast<int>(events.size());
+  score.reported += static_cast<int>(events.size());
   score.expected += static_cast<int>(expected.size());
   for (const Expected& due : expected) {
     const int due_step = std::max(1, static_cast<int>(std::ceil(due.t / kStep - 1e-6)));
@@ -103,10 +103,10 @@ inline void judge(const Run& run, Score& score) {
 inline void expect_good(const std::vector<Run>& runs, const char* what) {
   Score score;
   for (const Run& run : runs) judge(run, score);
-  const double precision = static_cast<double>(score.matched) / score.said;
+  const double precision = static_cast<double>(score.matched) / score.reported;
   const double recall = static_cast<double>(score.matched) / score.expected;
   std::printf("%zu runs %s: %d events expected, %d said; precision %.4f, recall %.4f; worst onset %d steps\n",
-              runs.size(), what, score.expected, score.said, precision, recall, score.worst);
+              runs.size(), what, score.expected, score.reported, precision, recall, score.worst);
   EXPECT_GE(precision, 0.99);
   EXPECT_GE(recall, 0.99);
   EXPECT_EQ(score.onset_late, 0);

@@ -42,24 +42,24 @@ Run trapezoid(double a, double v, double hold, bool turns) {
   return run;
 }
 
-/// Pitch or roll grows at a rate, slow enough for two seconds to the limit, up to `most`, and stays.
-Run tilt(bool pitch, double rate, double most) {
+/// Pitch or roll grows at a rate, slow enough for two seconds to the limit, up to `max_angle`, and stays.
+Run tilt(bool pitch, double rate, double max_angle) {
   const AttitudeLimits limits;
   const double warning = pitch ? limits.pitch_warning : limits.roll_warning;
   const double limit = pitch ? limits.pitch_limit : limits.roll_limit;
   const double size = std::abs(rate);
-  Run run{.name = pitch ? "pitch" : "roll", .duration = most / size + 0.5};
+  Run run{.name = pitch ? "pitch" : "roll", .duration = max_angle / size + 0.5};
   run.limits = true;
   run.robot_at = [=](double t) {
     RealRobotState state = real_at(0, 0);
-    const double angle = std::copysign(std::min(size * t, most), rate);
+    const double angle = std::copysign(std::min(size * t, max_angle), rate);
     const Eigen::Vector3d axis = pitch ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
     state.T_map_base = Transform<Map, Base>(Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), {0, 0, 0});
     state.attitude_known = true;
     return state;
   };
   run.expected = {{pitch ? EventKind::pitch_warning : EventKind::roll_warning, warning / size}};
-  if (most > limit)
+  if (max_angle > limit)
     run.expected.push_back({pitch ? EventKind::pitch_limit : EventKind::roll_limit, limit / size});
   // One second before the limit would be reached at this rate; more than half of the margin is used up then.
   run.expected.push_back({EventKind::tipping_predicted, limit / size - 1});
@@ -137,14 +137,14 @@ Run hits_a_wall(double v, double sigma, double stands, bool back) {
   };
   run.expected = {{EventKind::movement_started, 0},
                   {EventKind::collision_predicted, contact - kWarning, "wall 1"},
-                  {EventKind::collision_started, contact, "wall 1"}};
+                  {EventKind::contact_started, contact, "wall 1"}};
   if (stands > kPause) run.expected.push_back({EventKind::movement_stopped, until + kPause});
   const double leaves = until + stands + (kRelease + v * 2 * kStep) / v;
   for (double t = contact + 1; t < (back ? leaves : run.duration); t += 1)
-    run.expected.push_back({EventKind::collision_continued, t, "wall 1"});
+    run.expected.push_back({EventKind::contact_continues, t, "wall 1"});
   if (back) {
     if (stands > kPause) run.expected.push_back({EventKind::movement_started, until + stands});
-    run.expected.push_back({EventKind::collision_stopped, leaves + kPause, "wall 1"});
+    run.expected.push_back({EventKind::contact_ended, leaves + kPause, "wall 1"});
   }
   return run;
 }
@@ -199,8 +199,8 @@ Run climbs(int steps, double rise, double tread, double v, double turns = 1e9) {
   run.model = flight(steps, rise, tread);
   run.on_stairs = true;
   run.robot_at = [=](double t) {
-    const double way = t < turns ? t : (t < 2 * turns ? 2 * turns - t : t - 2 * turns);
-    const double x = v * way, s = t < turns || t >= 2 * turns ? 1 : -1;
+    const double moving_time = t < turns ? t : (t < 2 * turns ? 2 * turns - t : t - 2 * turns);
+    const double x = v * moving_time, s = t < turns || t >= 2 * turns ? 1 : -1;
     RealRobotState state = real_at(0, 0, 0, {s * v, 0, 0});
     state.T_map_base = Transform<Map, Base>::planar(x, 0, 0, std::max(0.0, rise + (x - 1) * rise / tread));
     return state;
@@ -283,7 +283,7 @@ Run hits_a_closed_door(double v, double sigma) {
   run.expected = {{EventKind::movement_started, 0},
                   {EventKind::collision_predicted, contact - kWarning, "door"},
                   {EventKind::door_space_entered, (kSpaceBegins - kFront + 2) / v, "door"},
-                  {EventKind::collision_started, contact, "door"},
+                  {EventKind::contact_started, contact, "door"},
                   {EventKind::movement_stopped, until + kPause}};
   return run;
 }

@@ -53,7 +53,7 @@ class Operator {
   std::size_t phase_ = 0;
 };
 
-TEST(Stairs, TheTrackedRobotClimbsAFlightAndSaysEachStepOnce) {
+TEST(Stairs, TheTrackedRobotClimbsAFlightAndReportsEachStepOnce) {
   std::vector<std::vector<Event>> all;
   std::vector<RobotMotion> ends;
   for (int repeat = 0; repeat < 2; ++repeat) {

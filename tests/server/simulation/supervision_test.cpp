@@ -66,7 +66,7 @@ TEST(Supervision, AReversalIsNoStop) {
   EXPECT_EQ(events.size(), 1U);
 }
 
-TEST(Supervision, PitchAndRollAreSaidAtWarningAndLimitAndAgainOnlyAfterTheyEnded) {
+TEST(Supervision, PitchAndRollAreReportedOncePerWarningAndLimit) {
   Simulation simulation = with_limits();
   const double top = 0.65, rate = 0.5;  // rad, rad/s: up and down, twice
   const auto events = as_they_happen(drive(simulation, 5.2, [&](double t) {
@@ -91,7 +91,7 @@ TEST(Supervision, ARollToTheRightHasItsSign) {
   EXPECT_GT(events[1].value, 0.5);
 }
 
-TEST(Supervision, WithoutAnInertialSensorNothingIsSaidOfAttitude) {
+TEST(Supervision, WithoutAnInertialSensorAttitudeIsNotReported) {
   Simulation simulation = with_limits();
   const auto events = drive(simulation, 4, [](double t) {
     RealRobotState state = tilted(t, 0);
@@ -101,7 +101,7 @@ TEST(Supervision, WithoutAnInertialSensorNothingIsSaidOfAttitude) {
   EXPECT_TRUE(events.empty());
 }
 
-TEST(Supervision, ARobotThatTipsOverIsSaidOnce) {
+TEST(Supervision, ATippedOverRobotIsReportedOnce) {
   Simulation simulation = make();
   const auto events =
       drive(simulation, 2, [](double t) { return tilted(std::min(t, std::numbers::pi / 2), 0); });
@@ -171,7 +171,7 @@ SemanticModel flight() {
   return model;
 }
 
-TEST(Supervision, EachStepThatIsClimbedIsSaidWithItsName) {
+TEST(Supervision, EachClimbedStepIsReportedWithItsName) {
   Simulation simulation = make(flight());
   // base_link moves on the line of the nosings, up, down and up again.
   const auto on_stairs = [](double x) {
@@ -244,7 +244,7 @@ TEST(Supervision, ARobotThatNodsOverAnEdgeDoesNotFall) {
   EXPECT_TRUE(events.empty());
 }
 
-TEST(Supervision, AContactThatGoesOnIsSaidEachSecond) {
+TEST(Supervision, AContinuingContactIsReportedEverySecond) {
   Simulation simulation = make(room(6));
   std::vector<LaserRequest> requests;
   for (int i = 0; i < 5 * 240; ++i) {
@@ -253,14 +253,14 @@ TEST(Supervision, AContactThatGoesOnIsSaidEachSecond) {
     simulation.step(real, requests);
   }
   const auto events = simulation.take_events();
-  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
-  const auto goes_on = only(events, EventKind::collision_continued);
+  ASSERT_EQ(count(events, EventKind::contact_started), 1U);
+  const auto goes_on = only(events, EventKind::contact_continues);
   ASSERT_EQ(goes_on.size(), 4U);
   EXPECT_NEAR(goes_on[2].value, 3, 1e-9);
   EXPECT_NEAR(goes_on[2].impulse, 40 * 0.5, 0.5);
 }
 
-TEST(Supervision, OfWhatRestsOnAnotherThingNothingIsSaidUntilItMovesAgain) {
+TEST(Supervision, ARestingContactIsNotReportedUntilItMovesAgain) {
   ContactTracker contacts;
   std::vector<Event> events;
   TouchingPair pair{"part_1", "tub_1"};
@@ -269,12 +269,12 @@ TEST(Supervision, OfWhatRestsOnAnotherThingNothingIsSaidUntilItMovesAgain) {
     contacts.update({pair}, kStart + seconds(i * kStep), events);
   }
   ASSERT_EQ(events.size(), 2U) << "of six seconds it lay there for almost five";
-  EXPECT_EQ(events[0].kind, EventKind::collision_started);
-  EXPECT_EQ(events[1].kind, EventKind::collision_continued);
+  EXPECT_EQ(events[0].kind, EventKind::contact_started);
+  EXPECT_EQ(events[1].kind, EventKind::contact_continues);
   EXPECT_NEAR(since_start(events[1]), 5, 2 * kStep);
 }
 
-TEST(Supervision, AnAgentsMovementIsSaidAndEndsWithIt) {
+TEST(Supervision, RemovingAnAgentEndsItsReportedMovement) {
   Simulation simulation = make();
   spawn(simulation, moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander));
   run(simulation, 3);

@@ -57,7 +57,7 @@ RC_GTEST_PROP(Promise3, CommandsAreOnlyEverReducedAndACurveStaysTheSameCurve, ()
       RC_ASSERT(after == 0 || std::signbit(after) == std::signbit(before));
       RC_ASSERT(std::abs(after - out.scale * before) <= 1e-15 * std::abs(before));
     }
-    if (out.reason == HoldReason::none) {
+    if (out.reason == SpeedLimitReason::none) {
       RC_ASSERT(asked.vx == out.command.twist.vx && asked.vy == out.command.twist.vy &&
                 asked.wz == out.command.twist.wz);
     }
@@ -74,8 +74,9 @@ RC_GTEST_PROP(Promise3, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   const double distance = *rc::gen::inRange(0, 3000) / 1000.0;
   const VirtualContactInput input = pressed({any(3), any(3), any(4)}, true, distance);
   const double v = footprint_speed(machine, limit(limits, machine, input, state).command.twist);
-  const double way = v * machine.limits.reaction_time + v * v / (2 * machine.limits.deceleration);
-  RC_ASSERT(way <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
+  const double braking_distance =
+      v * machine.limits.reaction_time + v * v / (2 * machine.limits.deceleration);
+  RC_ASSERT(braking_distance <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
 }
 
 RC_GTEST_PROP(Promise3, NearerIsNeverFaster, ()) {
@@ -97,11 +98,11 @@ RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndAfterAReleaseCrawls, ()) {
   VirtualContactState state;
   limit({}, robot(), pressed(twist, true), state);
   RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
-  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).reason == HoldReason::pose_lost);
+  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).reason == SpeedLimitReason::localization_lost);
   RC_ASSERT(limit({}, robot(), pressed({}, false), state).scale <= 1);  // released
   // Virtual contact must not trap it where SLAM cannot recover.
   const VirtualContactResult out = limit({}, robot(), pressed(twist, false, 0), state);
-  RC_ASSERT(out.reason == HoldReason::crawl);
+  RC_ASSERT(out.reason == SpeedLimitReason::crawl);
   RC_ASSERT(out.scale > 0);
   RC_ASSERT(footprint_speed(robot(), out.command.twist) <= ContactLimits{}.crawl_speed * (1 + 1e-12));
   // Lost again: stop again.
@@ -115,8 +116,8 @@ TEST(Promise3, SilenceIsARelease) {
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
   VirtualContactInput silent = pressed({1, 0, 0}, false);
   silent.teleop_age = milliseconds(500);
-  EXPECT_EQ(limit({}, robot(), silent, state).reason, HoldReason::silence);
-  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, HoldReason::crawl);
+  EXPECT_EQ(limit({}, robot(), silent, state).reason, SpeedLimitReason::silence);
+  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, SpeedLimitReason::crawl);
 }
 
 TEST(Promise3, HoldingTheStickWhileThePoseIsLostNeverBeginsToCrawl) {
@@ -125,19 +126,19 @@ TEST(Promise3, HoldingTheStickWhileThePoseIsLostNeverBeginsToCrawl) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
 }
 
-TEST(Promise3, AnEmergencyStopHoldsUntilItIsTakenBackAndTheStickLetGo) {
+TEST(Promise3, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   VirtualContactState state;
   VirtualContactInput input = pressed({0.5, 0, 0.1}, true);
   input.emergency_stop = true;
-  EXPECT_EQ(limit({}, robot(), input, state).reason, HoldReason::emergency_stop);
+  EXPECT_EQ(limit({}, robot(), input, state).reason, SpeedLimitReason::emergency_stop);
   EXPECT_EQ(limit({}, robot(), pressed({0, 0, 0}, true), state).scale, 1) << "let go";
   limit({}, robot(), input, state);
   const auto held = limit({}, robot(), pressed({0.5, 0, 0.1}, true), state);
-  EXPECT_EQ(held.reason, HoldReason::emergency_stop) << "taken back, and the stick still pushed";
+  EXPECT_EQ(held.reason, SpeedLimitReason::emergency_stop) << "taken back, and the stick still pushed";
   EXPECT_EQ(held.command.twist.vx, 0);
   EXPECT_EQ(held.command.twist.wz, 0);
   limit({}, robot(), pressed({0, 0, 0}, true), state);
-  EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, HoldReason::none);
+  EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
 }
 
 TEST(Promise3, ATeleopThatIsNotFiniteStops) {

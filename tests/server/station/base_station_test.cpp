@@ -25,7 +25,7 @@ using parhelion::testing::RawAnswer;
 using parhelion::testing::RawClient;
 using ::testing::HasSubstr;
 
-constexpr const char* password = "correct horse";
+constexpr const char* kPassword = "correct horse";
 
 class BaseStationTest : public ::testing::Test {
  protected:
@@ -55,10 +55,10 @@ class BaseStationTest : public ::testing::Test {
     std::filesystem::create_directories(folder_ / "site");
     std::filesystem::permissions(folder_ / "site", std::filesystem::perms::owner_all);
     auto accounts = Accounts::open(folder_ / "site/accounts.json");
-    const auto hash = hash_password(password);
+    const auto hash = hash_password(kPassword);
     ASSERT_TRUE(accounts && hash);
     for (const Role role : {Role::admin, Role::instructor, Role::trainee, Role::observer})
-      ASSERT_TRUE((*accounts)->put(std::string(role_word(role)), role, *hash));
+      ASSERT_TRUE((*accounts)->put(std::string(role_name(role)), role, *hash));
   }
   void serve_in_background() {
     server_ = std::thread([this] {
@@ -66,26 +66,26 @@ class BaseStationTest : public ::testing::Test {
       options.stop = [this] { return stop_.load(); };
       EXPECT_TRUE(runtime::serve(*server_bus_, configuration_, options).ok());
     });
-    for (Message message; message.channel != channel::mr_world;)
+    for (Message message; message.channel != channel::kMrWorld;)
       ASSERT_TRUE(*witness_->receive(message, seconds(20)));
   }
 
   /// The cookie of the account that has its role as name.
   std::string cookie(const std::string& name) {
     const RawAnswer answer = RawClient(port_).post(
-        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
+        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + kPassword + "\"}");
     EXPECT_EQ(answer.status, 204) << name;
     const std::string header = answer.headers.at("set-cookie");
     return header.substr(0, header.find(';'));
   }
-  std::unique_ptr<RawClient> open_page(const std::string& name, const std::string& path = "/ws/state") {
-    auto page = std::make_unique<RawClient>(port_);
-    EXPECT_EQ(page->open_socket(path, cookie(name)).status, 101) << name << " " << path;
-    return page;
+  std::unique_ptr<RawClient> open_client(const std::string& name, const std::string& path = "/ws/state") {
+    auto client = std::make_unique<RawClient>(port_);
+    EXPECT_EQ(client->open_socket(path, cookie(name)).status, 101) << name << " " << path;
+    return client;
   }
   /// The next text of this type. Null: the page was closed.
-  static Json next(RawClient& page, const std::string& type) {
-    while (const auto frame = page.frame()) {
+  static Json next(RawClient& client, const std::string& type) {
+    while (const auto frame = client.frame()) {
       if (frame->opcode == 8) break;
       if (frame->opcode != 1) continue;
       Json message = Json::parse(frame->payload);
@@ -93,9 +93,9 @@ class BaseStationTest : public ::testing::Test {
     }
     return nullptr;
   }
-  static Json ask(RawClient& page, const std::string& text) {
-    page.send_text(text);
-    return next(page, "reply");
+  static Json ask(RawClient& client, const std::string& text) {
+    client.send_text(text);
+    return next(client, "reply");
   }
   std::vector<InstructorCommand> commands() {
     std::vector<InstructorCommand> all;
@@ -127,7 +127,7 @@ TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningSt
       R"({"type":"agent","request":1,"action":"unfreeze","name":"synthetic"})",
       R"({"type":"agent","request":1,"action":"door","name":"door 1","opening":1})",
       R"({"type":"script","request":1,"name":"s"})",
-      R"({"type":"lesson","request":1,"kind":"camera_loss","amount":1})",
+      R"({"type":"fault","request":1,"kind":"camera_loss","amount":1})",
       R"({"type":"end","request":1})",
       R"({"type":"save","request":1,"name":"mine"})",
       R"({"type":"mark","request":1,"text":"x"})",
@@ -135,16 +135,16 @@ TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningSt
       R"({"type":"control","request":1,"action":"seek","value":0})",
       R"({"type":"estop_reset","request":1})"};
   for (const std::string role : {"trainee", "observer"}) {
-    const auto page = open_page(role);
+    const auto client = open_client(role);
     for (const std::string& text : commands_of_instructors) {
-      const Json reply = ask(*page, text);
+      const Json reply = ask(*client, text);
       EXPECT_EQ(reply["ok"], false) << role << text;
       EXPECT_THAT(reply["text"].get<std::string>(), HasSubstr(role + "s may not")) << text;
     }
     for (const char* path : {"/api/v1/accounts", "/api/v1/audit"})
       EXPECT_EQ(RawClient(port_).get(path, cookie(role)).status, 403) << role << path;
   }
-  const auto observer = open_page("observer");
+  const auto observer = open_client("observer");
   for (const char* text :
        {R"({"type":"report","request":1,"name":"x"})", R"({"type":"chat","request":1,"to":"all","text":"x"})",
         R"({"type":"estop","request":1})"})
@@ -155,7 +155,7 @@ TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningSt
   EXPECT_FALSE(std::filesystem::exists(folder_ / "scenarios"));
   EXPECT_THAT(audit(), HasSubstr("observers may not do this: estop"));
 
-  const auto instructor = open_page("instructor");
+  const auto instructor = open_client("instructor");
   EXPECT_EQ(ask(*instructor, commands_of_instructors[0])["ok"], true) << "it is no fault of the command";
   ASSERT_EQ(commands().size(), 1U);
 }
@@ -175,15 +175,15 @@ TEST_F(BaseStationTest, NoSocketOpensWithACookieThatIsMadeUpOrOver) {
   EXPECT_EQ(RawClient(port_).get("/api/v1/model", over).status, 401);
 }
 
-TEST_F(BaseStationTest, MarkupInNamesAndWordsStaysText) {
+TEST_F(BaseStationTest, MarkupInNamesAndMessagesStaysText) {
   serve_in_background();
   const std::string markup = R"(</script><script>alert(1)</script>)";
-  const auto page = open_page("instructor");
+  const auto client = open_client("instructor");
   const Json spawn =
-      ask(*page, R"({"type":"agent","request":1,"action":"spawn","x":1,"y":1,"name":")" + markup + "\"}");
+      ask(*client, R"({"type":"agent","request":1,"action":"spawn","x":1,"y":1,"name":")" + markup + "\"}");
   EXPECT_EQ(spawn["ok"], false) << "no name has such letters";
-  const auto observer = open_page("observer");
-  ask(*page, R"({"type":"chat","request":2,"to":"all","text":")" + markup + "\"}");
+  const auto observer = open_client("observer");
+  ask(*client, R"({"type":"chat","request":2,"to":"all","text":")" + markup + "\"}");
   EXPECT_EQ(next(*observer, "chat")["text"], markup);
   const RawAnswer made = RawClient(port_).post(
       "/api/v1/accounts", R"({"name":")" + markup + R"(","role":"trainee","password":"12345678"})",
@@ -203,7 +203,7 @@ TEST_F(BaseStationTest, FilesAreSentPackedAndTheReportIsPromisedBeforeItIsThere)
   EXPECT_THAT(RawClient(port_).get("/metrics").body, HasSubstr("parhelion_video_sent_total 0"));
 
   EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).status, 404);
-  EXPECT_EQ(ask(*open_page("instructor"), R"({"type":"end","request":1})")["ok"], true);
+  EXPECT_EQ(ask(*open_client("instructor"), R"({"type":"end","request":1})")["ok"], true);
   const RawAnswer soon = RawClient(port_).get("/api/v1/report", admin);
   EXPECT_EQ(soon.status, 503);
   EXPECT_EQ(soon.headers.at("retry-after"), "1");
@@ -221,7 +221,7 @@ double heap() {
 TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
   serve_in_background();
   const auto publisher = hub_.connect();
-  const auto page = open_page("instructor");
+  const auto client = open_client("instructor");
   std::vector<std::uint8_t> payload;
   int number = 0;
   // Half a megabyte of in-order events to every page; this page reads them.
@@ -233,35 +233,35 @@ TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
       event.stamp = {runtime::wall_now().ns};
       event.value = ++number;
       encode(event, payload);
-      ASSERT_TRUE(publisher->publish(channel::mr_events, payload).ok());
+      ASSERT_TRUE(publisher->publish(channel::kMrEvents, payload).ok());
     }
     commands();  // the witness discards them
     for (int last = 0; last < number;) {
-      const Json events = next(*page, "events");
+      const Json events = next(*client, "events");
       ASSERT_FALSE(events.is_null()) << "the page that reads is not closed";
       for (const Json& each : events["list"]) last = std::max(last, each["value"].get<int>());
     }
   };
   for (int i = 0; i < 22; ++i) round();  // events that are stored for pages that connect later
-  RawClient deaf(port_);
+  RawClient unresponsive(port_);
   const int little = 4096;
-  setsockopt(deaf.descriptor(), SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
-  ASSERT_EQ(deaf.open_socket("/ws/state", cookie("observer")).status, 101);
+  setsockopt(unresponsive.descriptor(), SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+  ASSERT_EQ(unresponsive.open_socket("/ws/state", cookie("observer")).status, 101);
   const double before = heap();
   for (int i = 0; i < 30; ++i) round();  // 15 MB
   EXPECT_LT(heap() - before, 8) << "MB; a page may let 4 wait";
 
   const auto robot = hub_.connect();
-  ASSERT_TRUE(robot->subscribe(channel::mr_scan, 100).ok());
+  ASSERT_TRUE(robot->subscribe(channel::kMrScan, 100).ok());
   for (int i = 0; i < 10; ++i) {
-    const Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
+    const Message scan = test::message(channel::kScan, 0, test::scan_at(0.1 * i));
     ASSERT_TRUE(robot->publish(scan.channel, scan.payload).ok());
     Message answer;
     ASSERT_TRUE(*robot->receive(answer, seconds(20))) << "scan " << i;
   }
   // A client that reads at last receives the close frame.
-  std::optional<RawClient::Frame> frame = deaf.frame();
-  while (frame && frame->opcode != 8) frame = deaf.frame();
+  std::optional<RawClient::Frame> frame = unresponsive.frame();
+  while (frame && frame->opcode != 8) frame = unresponsive.frame();
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->code(), 1013);
 }

@@ -51,7 +51,7 @@ TEST(DepthFrames, NoMorePointsThanAskedForAreSpreadOverTheImage) {
   }
 }
 
-TEST(DepthFrames, ARangeThatIsNotSaidLeavesNothingOut) {
+TEST(DepthFrames, AnUnsetMaximumRangeExcludesNoPoints) {
   auto far = camera(2, 1);
   far.range_max = 0;
   EXPECT_EQ(count(depth_bytes(wall(2, 1), far, {}, 0)), 2U);

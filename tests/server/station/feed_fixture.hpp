@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/station/state_feed.hpp"
-#include "tests/server/station/listening_page.hpp"
+#include "tests/server/station/listening_client.hpp"
 #include "tests/server/tick/synthetic.hpp"
 
 namespace parhelion::test {
@@ -11,39 +11,40 @@ class FeedTest : public testing::Test {
  protected:
   void start(const tick::Configuration& configuration, bool recorded = false) {
     station::FeedOptions options;
-    options.words.recorded = recorded;
-    options.clock = [this] { return ArrivalTime::from_utime(start_us) + seconds(t_); };
+    options.hello_fields.recorded = recorded;
+    options.clock = [this] { return ArrivalTime::from_utime(kStartUs) + seconds(t_); };
     feed_ = std::make_unique<station::StateFeed>(std::make_shared<const tick::Configuration>(configuration),
                                                  options);
     SessionHeader header;
-    header.stamp = SensorTime::from_utime(start_us);
-    take(channel::mr_session, header);
+    header.stamp = SensorTime::from_utime(kStartUs);
+    take(channel::kMrSession, header);
   }
-  std::shared_ptr<ListeningPage> open(std::uint64_t id = 1, station::Role role = station::Role::instructor,
-                                      const std::string& name = "ada") {
-    auto page = std::make_shared<ListeningPage>(id, role, name);
-    feed_->open(page);
-    return page;
+  std::shared_ptr<ListeningClient> open(std::uint64_t id = 1, station::Role role = station::Role::instructor,
+                                        const std::string& name = "ada") {
+    auto client = std::make_shared<ListeningClient>(id, role, name);
+    feed_->open(client);
+    return client;
   }
   WallTime now() const { return WallTime{1'000'000'000'000} + seconds(t_); }
   void take(const std::string& channel, const auto& item) {
-    feed_->take(message(channel, start_us, item), now());
+    feed_->take(message(channel, kStartUs, item), now());
   }
   void pass(double s) {
     t_ += s;
     feed_->look(now());
   }
-  SensorTime sensor_time() const { return SensorTime::from_utime(start_us) + seconds(t_); }
-  SimulationTime at(double t) const { return SimulationTime{start_us * 1000} + seconds(t); }
+  SensorTime sensor_time() const { return SensorTime::from_utime(kStartUs) + seconds(t_); }
+  SimulationTime at(double t) const { return SimulationTime{kStartUs * 1000} + seconds(t); }
 
-  void say(EventKind kind, const std::string& subject, const std::string& object = {}, double value = 0) {
+  void report_event(EventKind kind, const std::string& subject, const std::string& object = {},
+                    double value = 0) {
     Event event;
     event.stamp = at(t_);
     event.kind = kind;
     event.subject = subject;
     event.object = object;
     event.value = value;
-    take(channel::mr_events, event);
+    take(channel::kMrEvents, event);
   }
   static WorldMessage::Entry body(const std::string& entity, const std::string& part, AgentKind kind,
                                   double x, BodyOwner owner = BodyOwner::agent) {
@@ -55,11 +56,11 @@ class FeedTest : public testing::Test {
     entry.T_map_body = Transform<Map, Body>::planar(x, 0, 0);
     return entry;
   }
-  void world(std::vector<WorldMessage::Entry> bodies) {
+  void kWorld(std::vector<WorldMessage::Entry> bodies) {
     WorldMessage message;
     message.stamp = sensor_time();
     message.bodies = std::move(bodies);
-    take(channel::mr_world, message);
+    take(channel::kMrWorld, message);
   }
 
   double t_ = 0;  // s of the session

@@ -8,30 +8,30 @@
 namespace parhelion::station {
 namespace {
 
-TEST(Mailbox, PagesThatSayTooMuchAreToldSoAndNeverWait) {
+TEST(Mailbox, PagesThatSendTooMuchAreRefusedAndNeverWait) {
   Mailbox mailbox;
   std::size_t taken = 0;
-  while (taken < 10'000 && mailbox.put(PageSaid{1, "{}"})) ++taken;
-  EXPECT_EQ(taken, Mailbox::most_texts);
+  while (taken < 10'000 && mailbox.put(ClientText{1, "{}"})) ++taken;
+  EXPECT_EQ(taken, Mailbox::kMaxTexts);
 }
 
 TEST(Mailbox, TheBusWaitsOutsideUntilThereIsRoom) {
   Mailbox mailbox;
-  for (std::size_t i = 0; i < Mailbox::most_messages; ++i) ASSERT_TRUE(mailbox.put(Message{}));
+  for (std::size_t i = 0; i < Mailbox::kMaxMessages; ++i) ASSERT_TRUE(mailbox.put(Message{}));
   std::thread bus([&] { EXPECT_TRUE(mailbox.put(Message{"SCAN", {}, {}})); });
-  Letter letter;
-  ASSERT_TRUE(mailbox.take(letter, Duration{0}));
+  StationEvent event;
+  ASSERT_TRUE(mailbox.take(event, Duration{0}));
   bus.join();
 }
 
-TEST(Mailbox, AClosedOneLetsGoOfWhoeverWaits) {
+TEST(Mailbox, ClosingReleasesAllWaitingThreads) {
   Mailbox mailbox;
-  for (std::size_t i = 0; i < Mailbox::most_messages; ++i) ASSERT_TRUE(mailbox.put(Message{}));
+  for (std::size_t i = 0; i < Mailbox::kMaxMessages; ++i) ASSERT_TRUE(mailbox.put(Message{}));
   std::thread bus([&] { EXPECT_FALSE(mailbox.put(Message{})); });
   mailbox.close();
   bus.join();
-  Letter letter;
-  EXPECT_FALSE(mailbox.take(letter, seconds(1.0)));
+  StationEvent event;
+  EXPECT_FALSE(mailbox.take(event, seconds(1.0)));
 }
 
 }  // namespace

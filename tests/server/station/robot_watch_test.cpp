@@ -10,7 +10,7 @@
 namespace parhelion::station {
 namespace {
 
-class RobotWatchTest : public TeleopDeskTest {
+class RobotWatchTest : public TeleopServiceTest {
  protected:
   RobotWatchTest() {
     auto configuration = std::make_shared<tick::Configuration>();
@@ -24,7 +24,7 @@ class RobotWatchTest : public TeleopDeskTest {
     video.now = [] { return runtime::steady_now(); };
     video.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
     feed_ = std::make_unique<VideoFeed>(hub_.connect(), video);
-    watch_ = std::make_unique<RobotWatch>(hub_.connect(), std::move(configuration), *feed_, desk_.get());
+    watch_ = std::make_unique<RobotWatch>(hub_.connect(), std::move(configuration), *feed_, service_.get());
     EXPECT_TRUE(watch_->start().ok());
   }
   void publish(const char* channel, const auto& item) {
@@ -33,7 +33,7 @@ class RobotWatchTest : public TeleopDeskTest {
     EXPECT_TRUE(server_->publish(channel, payload).ok());
   }
   /// Passes a world with the agent to the watch until a page gets it with `video`.
-  bool told(bool video) {
+  bool reports_video(bool video) {
     WorldMessage world;
     WorldMessage::Entry body;
     body.entity = "robot_2";
@@ -43,13 +43,13 @@ class RobotWatchTest : public TeleopDeskTest {
     const std::string wanted = std::string(R"("video":)") + (video ? "true" : "false");
     const WallTime deadline = runtime::steady_now() + seconds(20);
     while (runtime::steady_now() < deadline) {
-      publish(channel::mr_world, world);
-      auto page = open("ines", Role::observer);
-      const auto words = page->texts("robots");
+      publish(channel::kMrWorld, world);
+      auto client = open("ines", Role::observer);
+      const auto words = client->texts("robots");
       const std::size_t at = words.empty() ? std::string::npos : words.back().find(R"("name":"robot_2")");
       if (at != std::string::npos) {
-        const std::size_t said = words.back().find(R"("video":)", at);
-        if (words.back().substr(said, wanted.size()) == wanted) return true;
+        const std::size_t video_at = words.back().find(R"("video":)", at);
+        if (words.back().substr(video_at, wanted.size()) == wanted) return true;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
@@ -58,12 +58,12 @@ class RobotWatchTest : public TeleopDeskTest {
   /// The instructor's command and the server's reply `answer`.
   void order_camera(double rate, EventKind answer) {
     const CameraRate command{.request = ++requests_, .agent = "robot_2", .rate = rate};
-    publish(channel::mr_camera_rate, command);
+    publish(channel::kMrCameraRate, command);
     Event event;
     event.kind = answer;
     event.subject = "robot_2";
     event.request = command.request;
-    publish(channel::mr_events, event);
+    publish(channel::kMrEvents, event);
   }
 
   std::unique_ptr<VideoFeed> feed_;
@@ -71,15 +71,15 @@ class RobotWatchTest : public TeleopDeskTest {
   std::uint64_t requests_ = 0;
 };
 
-TEST_F(RobotWatchTest, SaysThatARobotHasVideoOnceItsCameraWasAskedFor) {
-  EXPECT_TRUE(told(false));
+TEST_F(RobotWatchTest, ReportsVideoAfterTheCameraIsRequested) {
+  EXPECT_TRUE(reports_video(false));
   order_camera(5, EventKind::command_accepted);
-  EXPECT_TRUE(told(true));
+  EXPECT_TRUE(reports_video(true));
   order_camera(0, EventKind::command_accepted);
-  EXPECT_TRUE(told(false));
+  EXPECT_TRUE(reports_video(false));
   order_camera(50, EventKind::command_refused);
   order_camera(2, EventKind::command_accepted);
-  EXPECT_TRUE(told(true));
+  EXPECT_TRUE(reports_video(true));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ SensorState state_of(const std::vector<double>& stamps) {
   SensorWatch watch;
   watch.watch("IMU", SensorWatch::Clock::server);
   for (const double t : stamps)
-    watch.heard("IMU", SensorTime{} + seconds(100 + t), ArrivalTime{} + seconds(100 + t));
+    watch.record("IMU", SensorTime{} + seconds(100 + t), ArrivalTime{} + seconds(100 + t));
   return watch.states(ArrivalTime{} + seconds(100 + stamps.back())).at(0);
 }
 
@@ -36,31 +36,31 @@ TEST(SensorWatch, AFixedRateReadAtTheBeatsOfAFasterClockLosesNothing) {
 }
 
 TEST(SensorWatch, WhatIsLostByChanceIsNotTakenForARegularGap) {
-  for (const double share : {0.1, 0.2, 0.4}) {
-    double told = 0;
+  for (const double fraction : {0.1, 0.2, 0.4}) {
+    double mean_loss = 0;
     constexpr int runs = 40;
     for (unsigned seed = 0; seed < runs; ++seed) {
       std::mt19937 random(seed);
       std::vector<double> stamps;
       for (int i = 0; i < 400; ++i) {
-        if (std::uniform_real_distribution<>()(random) >= share) stamps.push_back(0.01 * i);
+        if (std::uniform_real_distribution<>()(random) >= fraction) stamps.push_back(0.01 * i);
       }
-      told += state_of(stamps).loss / runs;
+      mean_loss += state_of(stamps).loss / runs;
     }
-    EXPECT_NEAR(told, share, 0.02 + share / 10);
+    EXPECT_NEAR(mean_loss, fraction, 0.02 + fraction / 10);
   }
 }
 
 TEST(SensorWatch, ASensorThatFallsSilentIsLateThenLost) {
   SensorWatch watch;
   watch.watch("SCAN", SensorWatch::Clock::server);
-  const auto word = [&](double t) { return watch.states(ArrivalTime{} + seconds(t)).at(0).word; };
-  EXPECT_EQ(word(100), SensorState::Word::none);
+  const auto status = [&](double t) { return watch.states(ArrivalTime{} + seconds(t)).at(0).status; };
+  EXPECT_EQ(status(100), SensorState::Health::none);
   for (int i = 0; i <= 20; ++i)
-    watch.heard("SCAN", SensorTime{} + seconds(100 + 0.05 * i), ArrivalTime{} + seconds(100 + 0.05 * i));
-  EXPECT_EQ(word(101.1), SensorState::Word::ok);
-  EXPECT_EQ(word(101.3), SensorState::Word::late);
-  EXPECT_EQ(word(102.1), SensorState::Word::lost);
+    watch.record("SCAN", SensorTime{} + seconds(100 + 0.05 * i), ArrivalTime{} + seconds(100 + 0.05 * i));
+  EXPECT_EQ(status(101.1), SensorState::Health::ok);
+  EXPECT_EQ(status(101.3), SensorState::Health::late);
+  EXPECT_EQ(status(102.1), SensorState::Health::lost);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration soon = seconds(5.0), at_once = Duration{0};
+constexpr Duration kSoon = seconds(5.0), at_once = Duration{0};
 using Bytes = std::vector<std::uint8_t>;
 
 /// Delivers given messages with their stamps; records subscriptions and publications.
@@ -54,11 +54,11 @@ class SharedEndpointTest : public testing::Test {
     const std::lock_guard lock(script_->mutex);
     script_->coming.push_back({channel, ArrivalTime{1000 + byte}, {byte}});
   }
-  static std::vector<int> heard(Bus& bus, std::size_t count) {
+  static std::vector<int> received(Bus& bus, std::size_t count) {
     std::vector<int> bytes;
     Message message;
     while (bytes.size() < count) {
-      const auto came = bus.receive(message, soon);
+      const auto came = bus.receive(message, kSoon);
       if (!came || !*came) break;
       bytes.push_back(message.payload.at(0));
     }
@@ -69,7 +69,7 @@ class SharedEndpointTest : public testing::Test {
   std::optional<SharedEndpoint> shared_{std::in_place, std::make_unique<ScriptedBus>(script_)};
 };
 
-TEST_F(SharedEndpointTest, EachHearsWhatItSubscribedToInOrder) {
+TEST_F(SharedEndpointTest, EachReceivesItsSubscriptionsInOrder) {
   const auto scans = shared_->connect(), all = shared_->connect();
   ASSERT_TRUE(scans->subscribe("SCAN", 8).ok());
   ASSERT_TRUE(all->subscribe("SCAN", 8).ok());
@@ -77,8 +77,8 @@ TEST_F(SharedEndpointTest, EachHearsWhatItSubscribedToInOrder) {
   come("SCAN", 1);
   come("MR_AGENT_a_SCAN", 2);
   come("SCAN", 3);
-  EXPECT_EQ(heard(*all, 3), (std::vector{1, 2, 3}));
-  EXPECT_EQ(heard(*scans, 2), (std::vector{1, 3}));
+  EXPECT_EQ(received(*all, 3), (std::vector{1, 2, 3}));
+  EXPECT_EQ(received(*scans, 2), (std::vector{1, 3}));
   Message none;
   EXPECT_FALSE(*scans->receive(none, at_once));
 }
@@ -88,11 +88,11 @@ TEST_F(SharedEndpointTest, KeepsTheInstantOfArrival) {
   ASSERT_TRUE(bus->subscribe("SCAN", 8).ok());
   come("SCAN", 7);
   Message message;
-  ASSERT_TRUE(*bus->receive(message, soon));
+  ASSERT_TRUE(*bus->receive(message, kSoon));
   EXPECT_EQ(message.arrival.ns, 1007);
 }
 
-TEST_F(SharedEndpointTest, TheBusIsAskedOnceForAChannelThatSeveralHear) {
+TEST_F(SharedEndpointTest, TheBusIsSubscribedOnceForAChannelWithSeveralReceivers) {
   const auto one = shared_->connect(), two = shared_->connect();
   ASSERT_TRUE(one->subscribe("SCAN", 8).ok());
   ASSERT_TRUE(two->subscribe("SCAN", 8).ok());
@@ -105,13 +105,13 @@ TEST_F(SharedEndpointTest, WhoDoesNotTakeItsMessagesLosesItsOldestAlone) {
   ASSERT_TRUE(slow->subscribe("SCAN", 2).ok());
   ASSERT_TRUE(quick->subscribe("SCAN", 8).ok());
   for (const int i : {1, 2, 3, 4}) come("SCAN", static_cast<std::uint8_t>(i));
-  EXPECT_EQ(heard(*quick, 4), (std::vector{1, 2, 3, 4}));
-  EXPECT_EQ(heard(*slow, 2), (std::vector{3, 4}));
+  EXPECT_EQ(received(*quick, 4), (std::vector{1, 2, 3, 4}));
+  EXPECT_EQ(received(*slow, 2), (std::vector{3, 4}));
   EXPECT_EQ(slow->dropped(), 2U);
   EXPECT_EQ(quick->dropped(), 0U);
 }
 
-TEST_F(SharedEndpointTest, WhatIsSaidGoesToTheBusAlsoAfterItsEnd) {
+TEST_F(SharedEndpointTest, PublishedMessagesReachTheBusEvenAfterItsEnd) {
   const auto bus = shared_->connect();
   ASSERT_TRUE(bus->publish("TELEOP", Bytes{1}).ok());
   shared_.reset();
@@ -120,7 +120,7 @@ TEST_F(SharedEndpointTest, WhatIsSaidGoesToTheBusAlsoAfterItsEnd) {
   EXPECT_EQ(script_->published, (std::vector<std::string>{"TELEOP", "MR_SPAWN"}));
 }
 
-TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListenAndHeardAgainWhenItWorks) {
+TEST_F(SharedEndpointTest, ABusFailureReachesAllListenersAndReceptionResumes) {
   const auto bus = shared_->connect();
   ASSERT_TRUE(bus->subscribe("SCAN", 2).ok());
   {
@@ -128,7 +128,7 @@ TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListenAndHeardAgainWhenItW
     script_->fault = "the cable is gone";
   }
   Message message;
-  const auto came = bus->receive(message, soon);
+  const auto came = bus->receive(message, kSoon);
   ASSERT_FALSE(came.ok());
   EXPECT_EQ(came.error().message, "the cable is gone");
   {
@@ -136,7 +136,7 @@ TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListenAndHeardAgainWhenItW
     script_->fault.clear();
   }
   come("SCAN", 5);
-  for (auto heard = bus->receive(message, soon); !heard; heard = bus->receive(message, soon)) {
+  for (auto received = bus->receive(message, kSoon); !received; received = bus->receive(message, kSoon)) {
     std::this_thread::yield();
   }
   EXPECT_EQ(message.payload.at(0), 5);

@@ -15,7 +15,7 @@ class StandInClient : public WebClient {
   struct Sent {
     std::shared_ptr<const std::string> bytes;
     bool binary = false;
-    int slot = in_order;
+    int slot = kInOrder;
   };
   using WebClient::WebClient;
 
@@ -24,7 +24,7 @@ class StandInClient : public WebClient {
     return std::make_shared<StandInClient>(WebClientOrigin{id, {name, role}, "192.0.2.1", "/ws", query});
   }
 
-  void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) override {
+  void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = kInOrder) override {
     sent.push_back({std::move(bytes), binary, slot});
   }
   std::size_t waiting_bytes() const override { return waiting; }

@@ -12,41 +12,41 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST_F(FeedTest, APageIsToldHowThingsStandWhenItOpens) {
+TEST_F(FeedTest, APageReceivesTheCurrentStateWhenItOpens) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
-  world({body("box_1", "box", AgentKind::box, 1)});
-  say(EventKind::movement_started, "box_1");
-  const auto page = open(1, station::Role::observer, "bo");
-  const auto hello = page->newest("hello");
+  kWorld({body("box_1", "box", AgentKind::box, 1)});
+  report_event(EventKind::movement_started, "box_1");
+  const auto client = open(1, station::Role::observer, "bo");
+  const auto hello = client->newest("hello");
   EXPECT_EQ(hello["who"]["name"], "bo");
   EXPECT_EQ(hello["who"]["role"], "observer");
-  EXPECT_EQ(hello["session"]["started_us"], start_us);
+  EXPECT_EQ(hello["session"]["started_us"], kStartUs);
   EXPECT_EQ(hello["session"]["mode"], "live");
-  EXPECT_EQ(page->newest("events")["list"].size(), 1U);
-  EXPECT_FALSE(page->newest("status").is_null());
+  EXPECT_EQ(client->newest("events")["list"].size(), 1U);
+  EXPECT_FALSE(client->newest("status").is_null());
 }
 
 TEST_F(FeedTest, WhoDrivesGoesByTheNameOfTheAccountOnPagesAlone) {
   start(configuration({}));
-  const auto page = open(1, station::Role::trainee, "tess");
-  OperatorWord word;
-  word.stamp = sensor_time();
-  word.name = station::operator_name({"tess", station::Role::trainee});
-  word.robot = "trainee";
-  word.state = OperatorWord::State::drives;
-  word.text = "browser";
-  take(channel::operators, word);
+  const auto client = open(1, station::Role::trainee, "tess");
+  OperatorStatus status;
+  status.stamp = sensor_time();
+  status.name = station::operator_name({"tess", station::Role::trainee});
+  status.robot = "trainee";
+  status.state = OperatorStatus::State::drives;
+  status.text = "browser";
+  take(channel::kOperators, status);
   pass(0.6);
-  ASSERT_EQ(page->newest("operators")["list"].size(), 1U);
-  EXPECT_EQ(page->newest("operators")["list"][0]["name"], "tess");
+  ASSERT_EQ(client->newest("operators")["list"].size(), 1U);
+  EXPECT_EQ(client->newest("operators")["list"][0]["name"], "tess");
 }
 
-TEST_F(FeedTest, EntitiesAreToldWithTheirShapesAndFramesWithTheirPoses) {
+TEST_F(FeedTest, PublishesEntitiesWithShapesAndFramesWithPoses) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
-  const auto page = open();
+  const auto client = open();
   t_ = 2.5;
-  world({body("box_1", "box", AgentKind::box, 1.25)});
-  const auto entities = page->newest("entities");
+  kWorld({body("box_1", "box", AgentKind::box, 1.25)});
+  const auto entities = client->newest("entities");
   ASSERT_EQ(entities["list"].size(), 1U);
   EXPECT_EQ(entities["list"][0]["name"], "box_1");
   EXPECT_EQ(entities["list"][0]["kind"], "box");
@@ -54,7 +54,7 @@ TEST_F(FeedTest, EntitiesAreToldWithTheirShapesAndFramesWithTheirPoses) {
   ASSERT_GE(form, 0);
   EXPECT_EQ(entities["forms"][form][0]["shape"], "box");
 
-  const auto frames = page->frames(1);
+  const auto frames = client->frames(1);
   ASSERT_EQ(frames.size(), 1U);
   const std::string& frame = frames[0];
   ASSERT_EQ(frame.size(), 16U + 32U);
@@ -76,26 +76,26 @@ TEST_F(FeedTest, PersonsShareTheirForms) {
       bodies.push_back(body(name, each.part, AgentKind::person, i));
   }
   start(configuration(persons));
-  const auto page = open();
-  world(bodies);
-  const auto entities = page->newest("entities");
+  const auto client = open();
+  kWorld(bodies);
+  const auto entities = client->newest("entities");
   EXPECT_EQ(entities["list"].size(), 20U);
   EXPECT_LE(entities["forms"].size(), 9U);
 }
 
-TEST_F(FeedTest, ATableThatChangesOftenIsToldFourTimesASecondAndFramesKeepToIt) {
+TEST_F(FeedTest, LimitsAChangingTableToFourMessagesASecond) {
   start(configuration({}));
-  const auto page = open();
+  const auto client = open();
   std::vector<WorldMessage::Entry> bodies;
   for (int i = 0; i < 30; ++i) {  // one more per frame, for a second
     bodies.push_back(body("box_" + std::to_string(i), "box", AgentKind::box, i));
-    world(bodies);
+    kWorld(bodies);
     pass(1.0 / 30);
   }
-  const auto tables = page->heard("entities");
+  const auto tables = client->messages_of_type("entities");
   EXPECT_GE(tables.size(), 3U);
   EXPECT_LE(tables.size(), 5U);
-  const std::string last = page->frames(1).back();
+  const std::string last = client->frames(1).back();
   EXPECT_EQ(number_at<std::uint16_t>(last, 2), tables.back()["table"].get<int>());
   EXPECT_LE(number_at<std::uint32_t>(last, 4), tables.back()["list"].size());
 }
@@ -107,7 +107,7 @@ TEST_F(FeedTest, APageGetsTheWorldAtItsOwnRate) {
   wanted.world_hz = 10;
   feed_->subscribe(2, wanted);
   for (int i = 0; i < 60; ++i) {
-    world({body("box_1", "box", AgentKind::box, i)});
+    kWorld({body("box_1", "box", AgentKind::box, i)});
     pass(1.0 / 30);
   }
   EXPECT_GE(fast->frames(1).size(), 58U);
@@ -134,7 +134,7 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   points.points = true;
   feed_->subscribe(1, points);
   for (const Message& each : drive(0.5)) {
-    if (each.channel == channel::odometry || each.channel == channel::pose_cov) feed_->take(each, now());
+    if (each.channel == channel::kOdometry || each.channel == channel::kPoseCov) feed_->take(each, now());
   }
   Image image;
   image.stamp = scan_at(0.3).stamp;
@@ -151,8 +151,8 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   set(6, 3000);  // u 2, v 1: on the axis
   set(1, 9000);  // beyond the range
   set(7, 1000);  // u 3: a quarter of its depth to the right
-  take(channel::depth, image);
-  take(channel::depth, image);  // before any page subscribes
+  take(channel::kDepth, image);
+  take(channel::kDepth, image);  // before any page subscribes
   EXPECT_TRUE(other->frames(3).empty());
   const auto frames = asks->frames(3);
   ASSERT_EQ(frames.size(), 1U);
@@ -168,29 +168,29 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   }
   t_ = 0.25;
   image.bytes.resize(3);
-  take(channel::depth, image);
+  take(channel::kDepth, image);
   EXPECT_EQ(asks->frames(3).size(), 1U) << "a broken image shows nothing";
 }
 
 TEST_F(FeedTest, ScansCarryWhereTheLaserWasAndWhatTheBeamsHit) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
-  const auto page = open();
-  world({body("box_1", "box", AgentKind::box, 1)});
+  const auto client = open();
+  kWorld({body("box_1", "box", AgentKind::box, 1)});
   for (const Message& each : drive(0.5)) {
-    if (each.channel == channel::odometry || each.channel == channel::pose_cov) feed_->take(each, now());
+    if (each.channel == channel::kOdometry || each.channel == channel::kPoseCov) feed_->take(each, now());
   }
   const Scan scan = scan_at(0.3);
-  take(channel::scan, scan);
-  take(channel::mr_scan, scan);
+  take(channel::kScan, scan);
+  take(channel::kMrScan, scan);
   ScanInfo info;
   info.stamp = scan.stamp;
   info.live = true;
   info.agents = {"box_1"};
   info.beam_agent.assign(scan.ranges.size(), -1);
   info.beam_agent[3] = 0;
-  take(channel::mr_scan_info, info);
+  take(channel::kMrScanInfo, info);
 
-  const auto frames = page->frames(2);
+  const auto frames = client->frames(2);
   ASSERT_EQ(frames.size(), 2U);
   const std::string& mixed = frames[1];
   const std::size_t n = scan.ranges.size();
@@ -205,40 +205,40 @@ TEST_F(FeedTest, ScansCarryWhereTheLaserWasAndWhatTheBeamsHit) {
   EXPECT_EQ(number_at<std::int16_t>(mixed, 40 + 4 * n + 2 * 3), 0);
 }
 
-TEST_F(FeedTest, AScanWhosePlaceNobodyKnowsSaysSo) {
+TEST_F(FeedTest, AScanWithUnknownPoseReportsIt) {
   start(configuration({}));
-  const auto page = open();
-  take(channel::scan, scan_at(0.3));
-  ASSERT_EQ(page->frames(2).size(), 1U);
-  EXPECT_TRUE(std::isnan(number_at<float>(page->frames(2)[0], 16)));
+  const auto client = open();
+  take(channel::kScan, scan_at(0.3));
+  ASSERT_EQ(client->frames(2).size(), 1U);
+  EXPECT_TRUE(std::isnan(number_at<float>(client->frames(2)[0], 16)));
 }
 
 TEST_F(FeedTest, AWorldOfAThousandAgentsIsEncodedOnceForAll) {
   start(configuration({}));
-  std::vector<std::shared_ptr<ListeningPage>> pages;
-  for (std::uint64_t i = 1; i <= 22; ++i) pages.push_back(open(i));
+  std::vector<std::shared_ptr<ListeningClient>> clients;
+  for (std::uint64_t i = 1; i <= 22; ++i) clients.push_back(open(i));
   std::vector<WorldMessage::Entry> bodies;
   for (int i = 0; i < 1000; ++i) bodies.push_back(body("box_" + std::to_string(i), "box", AgentKind::box, i));
-  world(bodies);
-  for (const auto& page : pages) {
-    ASSERT_EQ(page->frames(1).size(), 1U);
-    EXPECT_EQ(page->frames(1)[0].size(), 16U + 32U * 1000U);
+  kWorld(bodies);
+  for (const auto& client : clients) {
+    ASSERT_EQ(client->frames(1).size(), 1U);
+    EXPECT_EQ(client->frames(1)[0].size(), 16U + 32U * 1000U);
   }
 }
 
-TEST_F(FeedTest, SensorsAreToldWithRateAgeAndLoss) {
+TEST_F(FeedTest, SensorsAreReportedWithRateAgeAndLoss) {
   start(configuration({}));
-  const auto page = open();
+  const auto client = open();
   for (int i = 0; i < 40; ++i) {
     pass(0.05);
     if (i % 4 == 3) continue;  // one of four is lost
     Odometry odometry;
     odometry.stamp = sensor_time();
-    take(channel::odometry, odometry);
+    take(channel::kOdometry, odometry);
   }
   pass(1.0);
   nlohmann::json odometry, scan;
-  const auto status = page->newest("status");
+  const auto status = client->newest("status");
   for (const auto& sensor : status["sensors"]) {
     if (sensor["name"] == "ODOMETRY") odometry = sensor;
     if (sensor["name"] == "SCAN") scan = sensor;
@@ -263,47 +263,47 @@ TEST_F(FeedTest, TasksRunAgainstTheirTimeAndEnd) {
   training.tasks = {task};
   graded.scenario.training = training;
   start(graded);
-  const auto page = open();
-  EXPECT_EQ(page->newest("score")["tasks"][0]["state"], "waiting");
-  say(EventKind::task_started, "robot", "door", 50);
+  const auto client = open();
+  EXPECT_EQ(client->newest("score")["tasks"][0]["state"], "waiting");
+  report_event(EventKind::task_started, "robot", "door", 50);
   pass(5);
-  auto score = page->newest("score");
+  auto score = client->newest("score");
   EXPECT_EQ(score["tasks"][0]["state"], "running");
   EXPECT_NEAR(score["tasks"][0]["left_s"].get<double>(), 15, 0.1);
-  say(EventKind::task_done, "robot", "door", 50);
-  say(EventKind::score_changed, "robot", "door", 50);
-  say(EventKind::grading_ended, "robot", "", 50);
+  report_event(EventKind::task_done, "robot", "door", 50);
+  report_event(EventKind::score_changed, "robot", "door", 50);
+  report_event(EventKind::grading_ended, "robot", "", 50);
   pass(0.1);
-  score = page->newest("score");
+  score = client->newest("score");
   EXPECT_EQ(score["tasks"][0]["state"], "done");
   EXPECT_EQ(score["score"], 50);
   EXPECT_EQ(score["possible"], 50);
   EXPECT_EQ(score["passed"], true);
 }
 
-TEST_F(FeedTest, AnotherSessionHeaderForgetsWhatWasSaid) {
+TEST_F(FeedTest, ANewSessionHeaderClearsEarlierEvents) {
   start(configuration({}));
-  const auto page = open();
-  world({body("box_1", "box", AgentKind::box, 1)});
-  say(EventKind::movement_started, "box_1");
+  const auto client = open();
+  kWorld({body("box_1", "box", AgentKind::box, 1)});
+  report_event(EventKind::movement_started, "box_1");
   pass(0.1);
   SessionHeader header;
-  header.stamp = SensorTime::from_utime(start_us);
-  take(channel::mr_session, header);
-  EXPECT_EQ(page->heard("hello").size(), 2U);
-  EXPECT_EQ(page->newest("events")["list"].size(), 0U);
+  header.stamp = SensorTime::from_utime(kStartUs);
+  take(channel::kMrSession, header);
+  EXPECT_EQ(client->messages_of_type("hello").size(), 2U);
+  EXPECT_EQ(client->newest("events")["list"].size(), 0U);
 }
 
 TEST_F(FeedTest, WhatCannotBeReadChangesNothing) {
   start(configuration({}));
-  const auto page = open();
-  const std::size_t before = page->sent.size();
+  const auto client = open();
+  const std::size_t before = client->sent.size();
   for (const auto& [channel, capacity] : feed_->channels()) {
-    feed_->take({channel, ArrivalTime::from_utime(start_us), {}}, now());
-    feed_->take({channel, ArrivalTime::from_utime(start_us), std::vector<std::uint8_t>(100, 0xA5)}, now());
+    feed_->take({channel, ArrivalTime::from_utime(kStartUs), {}}, now());
+    feed_->take({channel, ArrivalTime::from_utime(kStartUs), std::vector<std::uint8_t>(100, 0xA5)}, now());
   }
-  feed_->take({"MR_AGENT__SCAN", ArrivalTime::from_utime(start_us), {1, 2, 3}}, now());
-  EXPECT_EQ(page->sent.size(), before);
+  feed_->take({"MR_AGENT__SCAN", ArrivalTime::from_utime(kStartUs), {1, 2, 3}}, now());
+  EXPECT_EQ(client->sent.size(), before);
 }
 
 }  // namespace

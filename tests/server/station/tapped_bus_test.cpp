@@ -17,7 +17,7 @@ class TappedBusTest : public testing::Test {
     ASSERT_TRUE(other_->publish(channel, Bytes{byte}).ok());
   }
   /// All waiting messages.
-  static std::vector<int> heard(Bus& bus) {
+  static std::vector<int> received(Bus& bus) {
     std::vector<int> bytes;
     Message message;
     for (auto came = bus.receive(message, Duration{0}); came && *came;
@@ -32,7 +32,7 @@ class TappedBusTest : public testing::Test {
   std::unique_ptr<Bus> tap_ = bus_->tap();
 };
 
-TEST_F(TappedBusTest, EachHearsWhatItSubscribedToAndOnce) {
+TEST_F(TappedBusTest, EachReceivesItsSubscribedMessagesOnce) {
   ASSERT_TRUE(tap_->subscribe("SCAN", 4).ok());
   ASSERT_TRUE(tap_->subscribe("MR_AGENT_.*_SCAN", 4).ok());
   ASSERT_TRUE(bus_->subscribe("SCAN", 4).ok());
@@ -40,21 +40,21 @@ TEST_F(TappedBusTest, EachHearsWhatItSubscribedToAndOnce) {
   come("SCAN", 1);
   come("TELEOP", 2);
   come("MR_AGENT_a_SCAN", 3);
-  EXPECT_EQ(heard(*bus_), (std::vector{1, 2}));
-  EXPECT_EQ(heard(*tap_), (std::vector{1, 3}));
+  EXPECT_EQ(received(*bus_), (std::vector{1, 2}));
+  EXPECT_EQ(received(*tap_), (std::vector{1, 3}));
 }
 
 TEST_F(TappedBusTest, TapsThatDoNotListenCostTheOwnerNothingAndLoseTheirOldest) {
   ASSERT_TRUE(tap_->subscribe("SCAN", 2).ok());
   ASSERT_TRUE(bus_->subscribe("SCAN", 8).ok());
   for (const int i : {1, 2, 3, 4}) come("SCAN", static_cast<std::uint8_t>(i));
-  EXPECT_EQ(heard(*bus_), (std::vector{1, 2, 3, 4}));
-  EXPECT_EQ(heard(*tap_), (std::vector{3, 4}));
+  EXPECT_EQ(received(*bus_), (std::vector{1, 2, 3, 4}));
+  EXPECT_EQ(received(*tap_), (std::vector{3, 4}));
   EXPECT_EQ(tap_->dropped(), 2U);
   EXPECT_EQ(bus_->dropped(), 0U);
 }
 
-TEST_F(TappedBusTest, ATapThatWaitsHearsWhatTheOwnerReceivesMeanwhile) {
+TEST_F(TappedBusTest, AWaitingTapReceivesWhatTheOwnerReads) {
   ASSERT_TRUE(tap_->subscribe("OPERATOR", 4).ok());
   std::jthread owner([this](const std::stop_token& stop) {
     Message message;
@@ -67,15 +67,15 @@ TEST_F(TappedBusTest, ATapThatWaitsHearsWhatTheOwnerReceivesMeanwhile) {
   EXPECT_EQ(message.payload.at(0), 7);
 }
 
-TEST_F(TappedBusTest, WhatATapSaysTheOwnerHearsAlsoWithoutTheOther) {
+TEST_F(TappedBusTest, TheOwnerReceivesMessagesThatATapPublishes) {
   ASSERT_TRUE(bus_->subscribe("TELEOP", 4).ok());
   ASSERT_TRUE(other_->subscribe("TELEOP", 4).ok());
   ASSERT_TRUE(tap_->publish("TELEOP", Bytes{1}).ok());
-  EXPECT_EQ(heard(*bus_), std::vector{1});
+  EXPECT_EQ(received(*bus_), std::vector{1});
   bus_.reset();
   ASSERT_TRUE(tap_->publish("TELEOP", Bytes{2}).ok());
-  EXPECT_EQ(heard(*other_), (std::vector{1, 2}));
-  EXPECT_TRUE(heard(*tap_).empty());
+  EXPECT_EQ(received(*other_), (std::vector{1, 2}));
+  EXPECT_TRUE(received(*tap_).empty());
 }
 
 /// Blocks subscribers of SLOW until `go`.
@@ -110,24 +110,24 @@ TEST_F(TappedBusTest, TheOwnerWaitsForNoLockThatAThreadOfTheTapHolds) {
   ASSERT_TRUE(bus.subscribe("SCAN", 8).ok());
   ASSERT_TRUE(tap->subscribe("SCAN", 8).ok());
   come("SCAN", 1);
-  EXPECT_EQ(heard(bus), std::vector{1});
+  EXPECT_EQ(received(bus), std::vector{1});
   std::thread station([&] { EXPECT_TRUE(tap->subscribe("SLOW", 1).ok()); });
   asked.wait();  // it is subscribing, with all its locks held
   come("SCAN", 2);
-  EXPECT_EQ(heard(bus), std::vector{2}) << "the server's receiver stood still for a page";
+  EXPECT_EQ(received(bus), std::vector{2}) << "the server's receiver stood still for a page";
   go.count_down();
   station.join();
-  EXPECT_EQ(heard(*tap), (std::vector{1, 2}));
+  EXPECT_EQ(received(*tap), (std::vector{1, 2}));
 }
 
-TEST_F(TappedBusTest, AChannelThatIsKnownIsHeardByWhoeverSubscribesLater) {
+TEST_F(TappedBusTest, LaterSubscribersReceiveAKnownChannel) {
   ASSERT_TRUE(bus_->subscribe("SCAN", 4).ok());
   come("SCAN", 1);
-  EXPECT_EQ(heard(*bus_), std::vector{1});
+  EXPECT_EQ(received(*bus_), std::vector{1});
   ASSERT_TRUE(tap_->subscribe("SCAN", 4).ok());
   come("SCAN", 2);
-  EXPECT_EQ(heard(*bus_), std::vector{2});
-  EXPECT_EQ(heard(*tap_), std::vector{2});
+  EXPECT_EQ(received(*bus_), std::vector{2});
+  EXPECT_EQ(received(*tap_), std::vector{2});
 }
 
 TEST_F(TappedBusTest, HasOneTap) { EXPECT_THROW(bus_->tap(), std::logic_error); }

@@ -4,75 +4,75 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopDeskTest, MovesNothingBeforeTheDeadManWasLetGo) {
-  auto page = open("anna");
-  say(*page, R"({"type":"drive","robot":"trainee"})");
-  heard();
-  twist(*page, 0.5);
-  EXPECT_FALSE(moves(heard()[channel::teleop])) << "a key that was held already";
-  EXPECT_NE(page->texts("refused").back().find(R"("rearm":true)"), std::string::npos);
-  say(*page, R"({"type":"release"})");
-  twist(*page, 0.5);
-  EXPECT_TRUE(moves(heard()[channel::teleop]));
+TEST_F(TeleopServiceTest, MovesNothingBeforeTheDeadManWasReleased) {
+  auto client = open("anna");
+  send_text(*client, R"({"type":"drive","robot":"trainee"})");
+  published();
+  twist(*client, 0.5);
+  EXPECT_FALSE(moves(published()[channel::kTeleop])) << "a key that was held already";
+  EXPECT_NE(client->texts("refused").back().find(R"("rearm":true)"), std::string::npos);
+  send_text(*client, R"({"type":"release"})");
+  twist(*client, 0.5);
+  EXPECT_TRUE(moves(published()[channel::kTeleop]));
 }
 
-TEST_F(TeleopDeskTest, StopsAfterSilenceAndDoesNotStartAgainByItself) {
-  auto page = open("anna");
-  drive(*page);
-  twist(*page, 0.5);
-  heard();
+TEST_F(TeleopServiceTest, StopsAfterSilenceAndDoesNotStartAgainByItself) {
+  auto client = open("anna");
+  drive(*client);
+  twist(*client, 0.5);
+  published();
   pass(0.28);
-  EXPECT_EQ(heard().count(channel::teleop), 0U);
+  EXPECT_EQ(published().count(channel::kTeleop), 0U);
   pass(0.1);
-  const auto stopped = heard()[channel::teleop];
+  const auto stopped = published()[channel::kTeleop];
   ASSERT_FALSE(stopped.empty());
   EXPECT_FALSE(moves(stopped));
-  EXPECT_NE(page->texts("refused").back().find("release and press again"), std::string::npos);
-  twist(*page, 0.5);
-  EXPECT_FALSE(moves(heard()[channel::teleop]));
-  say(*page, R"({"type":"release"})");
-  twist(*page, 0.5);
-  EXPECT_TRUE(moves(heard()[channel::teleop]));
+  EXPECT_NE(client->texts("refused").back().find("release and press again"), std::string::npos);
+  twist(*client, 0.5);
+  EXPECT_FALSE(moves(published()[channel::kTeleop]));
+  send_text(*client, R"({"type":"release"})");
+  twist(*client, 0.5);
+  EXPECT_TRUE(moves(published()[channel::kTeleop]));
 }
 
-TEST_F(TeleopDeskTest, RepeatsTheStopOfALetGoDeadMan) {
-  auto page = open("anna");
-  drive(*page);
-  twist(*page, 0.5);
-  heard();
-  say(*page, R"({"type":"release"})");
+TEST_F(TeleopServiceTest, RepeatsTheStopAfterTheDeadManIsReleased) {
+  auto client = open("anna");
+  drive(*client);
+  twist(*client, 0.5);
+  published();
+  send_text(*client, R"({"type":"release"})");
   pass(1);
-  const auto stops = heard()[channel::teleop];
+  const auto stops = published()[channel::kTeleop];
   EXPECT_GE(stops.size(), 4U);
   EXPECT_LE(stops.size(), 9U) << "and then it is silent";
   EXPECT_FALSE(moves(stops));
 }
 
-TEST_F(TeleopDeskTest, StopsWhenTheConnectionIsLost) {
-  auto page = open("anna");
-  drive(*page);
-  twist(*page, 0.5);
-  heard();
-  close(*page);
-  EXPECT_EQ(heard()[channel::teleop].back(), 0);
-  EXPECT_EQ(words_.back().state, OperatorWord::State::lost);
-  twist(*page, 0.5);
-  EXPECT_TRUE(heard().empty()) << "what comes of a closed page is nothing";
+TEST_F(TeleopServiceTest, StopsWhenTheConnectionIsLost) {
+  auto client = open("anna");
+  drive(*client);
+  twist(*client, 0.5);
+  published();
+  close(*client);
+  EXPECT_EQ(published()[channel::kTeleop].back(), 0);
+  EXPECT_EQ(statuses_.back().state, OperatorStatus::State::lost);
+  twist(*client, 0.5);
+  EXPECT_TRUE(published().empty()) << "what comes of a closed page is nothing";
 }
 
-TEST_F(TeleopDeskTest, LosesAPageThatIsSilentThoughItIsOpen) {
-  auto page = open("anna");
-  drive(*page);
+TEST_F(TeleopServiceTest, LosesAPageThatIsSilentThoughItIsOpen) {
+  auto client = open("anna");
+  drive(*client);
   for (int i = 0; i < 10; ++i) {
-    say(*page, R"({"type":"ping","at_ms":1})");
+    send_text(*client, R"({"type":"ping","at_ms":1})");
     pass(1);
   }
-  EXPECT_EQ(desk_->driving().size(), 1U);
-  EXPECT_EQ(page->texts("pong").size(), 10U);
+  EXPECT_EQ(service_->driving().size(), 1U);
+  EXPECT_EQ(client->texts("pong").size(), 10U);
   pass(1.1);
-  EXPECT_TRUE(desk_->driving().empty());
-  heard();
-  EXPECT_EQ(words_.back().state, OperatorWord::State::lost);
+  EXPECT_TRUE(service_->driving().empty());
+  published();
+  EXPECT_EQ(statuses_.back().state, OperatorStatus::State::lost);
 }
 
 }  // namespace

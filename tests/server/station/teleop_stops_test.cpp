@@ -4,66 +4,66 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopDeskTest, HoldsAnEmergencyStopUntilItIsReset) {
+TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
   auto anna = open("anna"), bert = open("bert");
   drive(*anna);
   twist(*anna, 0.5);
-  heard();
-  say(*bert, R"({"type":"stop"})");
-  auto out = heard();
-  EXPECT_EQ(out[channel::teleop].back(), 0) << "all, as he drives none";
-  EXPECT_EQ(out[agent_teleop].back(), 0);
+  published();
+  send_text(*bert, R"({"type":"stop"})");
+  auto out = published();
+  EXPECT_EQ(out[channel::kTeleop].back(), 0) << "all, as he drives none";
+  EXPECT_EQ(out[kAgentTeleop].back(), 0);
   ASSERT_EQ(stops_.size(), 2U);
   EXPECT_EQ(stops_[0].by, "bert");
   EXPECT_NE(anna->texts("estop").back().find(R"("on":true)"), std::string::npos);
-  say(*anna, R"({"type":"release"})");
+  send_text(*anna, R"({"type":"release"})");
   twist(*anna, 0.5);
   pass(1);
-  out = heard();
-  EXPECT_GE(out[channel::teleop].size(), 9U) << "said again and again";
-  EXPECT_FALSE(moves(out[channel::teleop]));
+  out = published();
+  EXPECT_GE(out[channel::kTeleop].size(), 9U) << "said again and again";
+  EXPECT_FALSE(moves(out[channel::kTeleop]));
   EXPECT_GE(orders_.size(), 18U) << "the server is told until it answers";
   for (const EmergencyStopCommand& order : orders_) {
     EXPECT_TRUE(order.engaged);
     Event answer;
     answer.kind = EventKind::command_accepted;
     answer.request = order.request;
-    desk_->hear(answer);
+    service_->handle(answer);
   }
   pass(0.5);
-  out = heard();
-  EXPECT_EQ(out.count(channel::teleop), 0U) << "the server holds it now";
-  EXPECT_TRUE(desk_->stop("", "ines").ok()) << "twice does no harm";
-  EXPECT_EQ(desk_->stops()[0].by, "bert");
-  EXPECT_FALSE(desk_->reset("robot_7", "ines").ok());
-  ASSERT_TRUE(desk_->reset("trainee", "ines").ok());
-  heard();
+  out = published();
+  EXPECT_EQ(out.count(channel::kTeleop), 0U) << "the server holds it now";
+  EXPECT_TRUE(service_->stop("", "ines").ok()) << "twice does no harm";
+  EXPECT_EQ(service_->stops()[0].by, "bert");
+  EXPECT_FALSE(service_->reset("robot_7", "ines").ok());
+  ASSERT_TRUE(service_->reset("trainee", "ines").ok());
+  published();
   EXPECT_FALSE(orders_.back().engaged);
   EXPECT_EQ(orders_.back().robot, "trainee");
   pass(5);
-  heard();
+  published();
   EXPECT_FALSE(orders_.back().engaged) << "and robot_2 stays stopped";
-  say(*anna, R"({"type":"drive","robot":"trainee"})");
+  send_text(*anna, R"({"type":"drive","robot":"trainee"})");
   twist(*anna, 0.5);
-  EXPECT_FALSE(moves(heard()[channel::teleop])) << "a key that was held all the while";
-  say(*anna, R"({"type":"release"})");
+  EXPECT_FALSE(moves(published()[channel::kTeleop])) << "a key that was held all the while";
+  send_text(*anna, R"({"type":"release"})");
   twist(*anna, 0.5);
-  EXPECT_TRUE(moves(heard()[channel::teleop]));
+  EXPECT_TRUE(moves(published()[channel::kTeleop]));
   EXPECT_EQ(stops_.size(), 1U);
   EXPECT_NE(std::find(audited_.begin(), audited_.end(), "ines resets the emergency stop of trainee"),
             audited_.end());
 }
 
-TEST_F(TeleopDeskTest, KeepsAnEmergencyStopOfARobotThatWentAndCameBack) {
-  ASSERT_TRUE(desk_->stop("trainee", "anna").ok());
-  desk_->set_robots({robots()[1]});
-  desk_->set_robots(robots());
-  auto page = open("anna");
-  EXPECT_EQ(page->texts("estop").size(), 1U);
-  drive(*page);
-  twist(*page, 0.5);
-  EXPECT_FALSE(moves(heard()[channel::teleop]));
-  EXPECT_FALSE(desk_->stop("robot_9", "anna").ok());
+TEST_F(TeleopServiceTest, KeepsAnEmergencyStopOfARobotThatWentAndCameBack) {
+  ASSERT_TRUE(service_->stop("trainee", "anna").ok());
+  service_->set_robots({robots()[1]});
+  service_->set_robots(robots());
+  auto client = open("anna");
+  EXPECT_EQ(client->texts("estop").size(), 1U);
+  drive(*client);
+  twist(*client, 0.5);
+  EXPECT_FALSE(moves(published()[channel::kTeleop]));
+  EXPECT_FALSE(service_->stop("robot_9", "anna").ok());
 }
 
 }  // namespace

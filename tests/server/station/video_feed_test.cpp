@@ -30,9 +30,9 @@ T get(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-std::vector<Seen> frames(const StandInClient& page) {
+std::vector<Seen> frames(const StandInClient& client) {
   std::vector<Seen> all;
-  for (const auto& sent : page.sent) {
+  for (const auto& sent : client.sent) {
     if (!sent.binary) continue;
     const std::string& bytes = *sent.bytes;
     EXPECT_GT(bytes.size(), kVideoHeader);
@@ -63,9 +63,11 @@ class VideoFeedTest : public testing::Test {
     feed_->turn(Duration{});
     return client;
   }
-  void say(StandInClient& page, const std::string& text) { feed_->socket().received(page, text, false); }
+  void send_text(StandInClient& client, const std::string& text) {
+    feed_->socket().received(client, text, false);
+  }
   /// Publishes a picture taken `ago` s before, and runs the feed once.
-  Image show(const char* channel = channel::mr_camera, double ago = 0.02, const std::string& reason = "") {
+  Image show(const char* channel = channel::kMrCamera, double ago = 0.02, const std::string& reason = "") {
     Image image = picture_;
     image.stamp = wall() - seconds(ago);
     if (!reason.empty()) image.metadata.push_back({"parhelion.reason", {reason.begin(), reason.end()}});
@@ -102,10 +104,10 @@ class VideoFeedTest : public testing::Test {
 };
 
 TEST_F(VideoFeedTest, PassesJpegThroughUntouchedWithItsAge) {
-  auto page = look("robot=trainee&codec=jpeg");
+  auto client = look("robot=trainee&codec=jpeg");
   const std::int64_t before = runtime::wall_now().utime();
-  const Image image = show(channel::mr_camera, 0.035);
-  const auto seen = frames(*page);
+  const Image image = show(channel::kMrCamera, 0.035);
+  const auto seen = frames(*client);
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].picture, std::string(image.bytes.begin(), image.bytes.end()));
   EXPECT_EQ(seen[0].codec, VideoCodec::jpeg);
@@ -150,7 +152,7 @@ TEST_F(VideoFeedTest, BeginsALatecomerWithAKeyPictureThatIsAskedFor) {
   ASSERT_EQ(frames(*bert).size(), 1U);
   EXPECT_TRUE(frames(*bert)[0].key);
   pass(0.4);
-  say(*bert, R"({"type":"key"})");
+  send_text(*bert, R"({"type":"key"})");
   show();
   EXPECT_TRUE(frames(*bert).back().key);
   pass(0.4);
@@ -178,66 +180,66 @@ TEST_F(VideoFeedTest, LeavesALaggardOutOnlyUpToAKeyPicture) {
 }
 
 TEST_F(VideoFeedTest, LetsTheNewestPictureWin) {
-  auto page = look("codec=jpeg");
+  auto client = look("codec=jpeg");
   std::vector<std::uint8_t> payload;
   Image newest = picture_;
   for (int i = 0; i < 4; ++i) {
     newest.stamp = wall() - milliseconds(10 - i);
     encode(newest, payload);
-    ASSERT_TRUE(robot_->publish(channel::mr_camera, payload).ok());
+    ASSERT_TRUE(robot_->publish(channel::kMrCamera, payload).ok());
   }
   feed_->turn(Duration{});
   feed_->turn(Duration{});
-  ASSERT_EQ(frames(*page).size(), 1U);
-  EXPECT_EQ(frames(*page)[0].stamp_us, newest.stamp.utime());
-  page->waiting = 500'000;
+  ASSERT_EQ(frames(*client).size(), 1U);
+  EXPECT_EQ(frames(*client)[0].stamp_us, newest.stamp.utime());
+  client->waiting = 500'000;
   show();
-  EXPECT_EQ(frames(*page).size(), 1U) << "nothing is put behind what waits already";
+  EXPECT_EQ(frames(*client).size(), 1U) << "nothing is put behind what waits already";
 }
 
-TEST_F(VideoFeedTest, SaysWhenAPictureIsStaleAndWhy) {
-  auto page = look("codec=jpeg");
-  ASSERT_EQ(page->texts().size(), 1U);
-  EXPECT_NE(page->texts()[0].find(R"("state":"none")"), std::string::npos);
-  EXPECT_NE(page->texts()[0].find("MR_CAMERA"), std::string::npos);
+TEST_F(VideoFeedTest, ReportsWhenAPictureIsStaleAndWhy) {
+  auto client = look("codec=jpeg");
+  ASSERT_EQ(client->texts().size(), 1U);
+  EXPECT_NE(client->texts()[0].find(R"("state":"none")"), std::string::npos);
+  EXPECT_NE(client->texts()[0].find("MR_CAMERA"), std::string::npos);
   show();
-  EXPECT_NE(page->texts().back().find(R"("state":"live")"), std::string::npos);
+  EXPECT_NE(client->texts().back().find(R"("state":"live")"), std::string::npos);
   pass(0.45);
-  EXPECT_EQ(page->texts().size(), 2U);
+  EXPECT_EQ(client->texts().size(), 2U);
   pass(0.1);
-  EXPECT_NE(page->texts().back().find(R"("state":"stale")"), std::string::npos);
+  EXPECT_NE(client->texts().back().find(R"("state":"stale")"), std::string::npos);
   show();
-  EXPECT_NE(page->texts().back().find(R"("state":"live")"), std::string::npos);
+  EXPECT_NE(client->texts().back().find(R"("state":"live")"), std::string::npos);
   auto other = look("robot=nobody&codec=jpeg");
   EXPECT_NE(other->texts().back().find("no robot 'nobody'"), std::string::npos);
 }
 
 TEST_F(VideoFeedTest, CallsAPictureOriginalWhereNothingWasDrawnIn) {
-  auto page = look("codec=jpeg");
-  show(channel::mr_camera, 0.02, "no pose: lost");
-  EXPECT_EQ(frames(*page).back().state, PictureState::original);
-  EXPECT_NE(page->texts().back().find("no pose: lost"), std::string::npos);
-  show(channel::camera);
-  EXPECT_EQ(frames(*page).size(), 1U) << "the server's own is there";
+  auto client = look("codec=jpeg");
+  show(channel::kMrCamera, 0.02, "no pose: lost");
+  EXPECT_EQ(frames(*client).back().state, PictureState::original);
+  EXPECT_NE(client->texts().back().find("no pose: lost"), std::string::npos);
+  show(channel::kCamera);
+  EXPECT_EQ(frames(*client).size(), 1U) << "the server's own is there";
   pass(0.6);
-  show(channel::camera);
-  ASSERT_EQ(frames(*page).size(), 2U);
-  EXPECT_EQ(frames(*page).back().state, PictureState::original);
-  EXPECT_NE(page->texts().back().find("the camera's own"), std::string::npos);
+  show(channel::kCamera);
+  ASSERT_EQ(frames(*client).size(), 2U);
+  EXPECT_EQ(frames(*client).back().state, PictureState::original);
+  EXPECT_NE(client->texts().back().find("the camera's own"), std::string::npos);
   show();
-  EXPECT_EQ(frames(*page).back().state, PictureState::live);
+  EXPECT_EQ(frames(*client).back().state, PictureState::live);
 }
 
 TEST_F(VideoFeedTest, ShowsAnAgentsCamera) {
-  auto page = look("robot=robot_2&codec=h264");
+  auto client = look("robot=robot_2&codec=h264");
   show("MR_AGENT_robot_2_CAMERA", 0.08);
-  const auto seen = frames(*page);
+  const auto seen = frames(*client);
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].state, PictureState::simulated);
   EXPECT_EQ(seen[0].server_us - seen[0].stamp_us, 80'000);
   pass(0.6);
-  EXPECT_NE(page->texts().back().find(R"("state":"stale")"), std::string::npos);
-  EXPECT_NE(page->texts().back().find("no picture on MR_AGENT_robot_2_CAMERA"), std::string::npos);
+  EXPECT_NE(client->texts().back().find(R"("state":"stale")"), std::string::npos);
+  EXPECT_NE(client->texts().back().find("no picture on MR_AGENT_robot_2_CAMERA"), std::string::npos);
 }
 
 TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {
@@ -248,11 +250,11 @@ TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {
   options.agent_camera = [](const std::string& agent) { return "site/" + agent; };
   feed_ = std::make_unique<VideoFeed>(hub_.connect(), options);
   feed_->set_robots({"trainee", "robot_2"});
-  auto page = look("robot=robot_2&codec=jpeg");
+  auto client = look("robot=robot_2&codec=jpeg");
   show("MR_AGENT_robot_2_CAMERA");
-  EXPECT_TRUE(frames(*page).empty());
+  EXPECT_TRUE(frames(*client).empty());
   show("site/robot_2");
-  EXPECT_EQ(frames(*page).size(), 1U);
+  EXPECT_EQ(frames(*client).size(), 1U);
 }
 
 TEST_F(VideoFeedTest, CodesRawImagesAndSizesThatChange) {
@@ -264,7 +266,7 @@ TEST_F(VideoFeedTest, CodesRawImagesAndSizesThatChange) {
     image.width = 32, image.height = 24, image.row_stride = 32 * bytes;
     image.format = format;
     image.bytes.assign(static_cast<std::size_t>(32 * 24 * bytes), 200);
-    publish(channel::mr_camera, image);
+    publish(channel::kMrCamera, image);
     pass(0.4);
     EXPECT_EQ(frames(*video).back().width, 32);
     const std::string coded = frames(*jpegs).back().picture;
@@ -280,38 +282,38 @@ TEST_F(VideoFeedTest, CodesRawImagesAndSizesThatChange) {
   EXPECT_EQ(frames(*video).back().codec, VideoCodec::jpeg) << "too small for H.264";
 }
 
-TEST_F(VideoFeedTest, SaysThatAPictureCannotBeReadAndGoesOn) {
-  auto page = look("codec=h264");
+TEST_F(VideoFeedTest, ReportsAnUnreadablePictureAndContinues) {
+  auto client = look("codec=h264");
   Image broken = picture_;
   broken.stamp = wall();
   broken.bytes.resize(broken.bytes.size() / 2);
-  publish(channel::mr_camera, broken);
-  EXPECT_TRUE(frames(*page).empty());
-  EXPECT_NE(page->texts().back().find("JPEG"), std::string::npos);
-  ASSERT_TRUE(robot_->publish(channel::mr_camera, std::vector<std::uint8_t>{1, 2, 3}).ok());
+  publish(channel::kMrCamera, broken);
+  EXPECT_TRUE(frames(*client).empty());
+  EXPECT_NE(client->texts().back().find("JPEG"), std::string::npos);
+  ASSERT_TRUE(robot_->publish(channel::kMrCamera, std::vector<std::uint8_t>{1, 2, 3}).ok());
   feed_->turn(Duration{});
   EXPECT_EQ(feed_->counts().refused, 2U);
   show();
-  EXPECT_EQ(frames(*page).size(), 1U);
-  EXPECT_NE(page->texts().back().find(R"("why":"")"), std::string::npos);
+  EXPECT_EQ(frames(*client).size(), 1U);
+  EXPECT_NE(client->texts().back().find(R"("why":"")"), std::string::npos);
 }
 
-TEST_F(VideoFeedTest, DelaysAndLosesPicturesForALesson) {
-  auto page = look("codec=jpeg");
+TEST_F(VideoFeedTest, DelaysAndDropsPicturesForAFault) {
+  auto client = look("codec=jpeg");
   feed_->impair(0.2, 0);
-  show(channel::mr_camera, 0.02);
-  EXPECT_TRUE(frames(*page).empty());
+  show(channel::kMrCamera, 0.02);
+  EXPECT_TRUE(frames(*client).empty());
   pass(0.19);
-  EXPECT_TRUE(frames(*page).empty());
+  EXPECT_TRUE(frames(*client).empty());
   pass(0.01);
-  ASSERT_EQ(frames(*page).size(), 1U);
-  EXPECT_EQ(frames(*page)[0].server_us - frames(*page)[0].stamp_us, 220'000) << "and the page says so";
+  ASSERT_EQ(frames(*client).size(), 1U);
+  EXPECT_EQ(frames(*client)[0].server_us - frames(*client)[0].stamp_us, 220'000) << "and the page says so";
   feed_->impair(0, 0.3);
   for (int i = 0; i < 300; ++i) {
     show();
     pass(0.033);
   }
-  EXPECT_NEAR(static_cast<double>(frames(*page).size() - 1), 210, 25);
+  EXPECT_NEAR(static_cast<double>(frames(*client).size() - 1), 210, 25);
 }
 
 TEST_F(VideoFeedTest, StreamsJpegInPartsThatEndWithTheBoundary) {
@@ -326,22 +328,22 @@ TEST_F(VideoFeedTest, StreamsJpegInPartsThatEndWithTheBoundary) {
 }
 
 TEST_F(VideoFeedTest, AnswersClocksAndClosesWhoTalksNonsense) {
-  auto page = look("codec=jpeg");
-  say(*page, R"({"type":"clock","at_ms":12.5})");
-  EXPECT_NE(page->texts("clock").back().find(R"("at_ms":12.5)"), std::string::npos);
+  auto client = look("codec=jpeg");
+  send_text(*client, R"({"type":"clock","at_ms":12.5})");
+  EXPECT_NE(client->texts("clock").back().find(R"("at_ms":12.5)"), std::string::npos);
   for (const char* bad : {"", "{}", R"({"type":"ack","sequence":-1})", R"({"type":"ack","sequence":1e12})",
                           R"({"type":"ack"})", R"({"type":"clock","at_ms":null})", "[1]"})
-    say(*page, bad);
-  EXPECT_EQ(page->closed_with, 0);
-  for (int i = 0; i < 20; ++i) feed_->socket().received(*page, "x", true);
-  EXPECT_EQ(page->closed_with, 1008);
+    send_text(*client, bad);
+  EXPECT_EQ(client->closed_with, 0);
+  for (int i = 0; i < 20; ++i) feed_->socket().received(*client, "x", true);
+  EXPECT_EQ(client->closed_with, 1008);
 }
 
 /// 10 s over a link that loses a tenth of its packets and retransmits like TCP: acknowledged late, never
 /// lost.
 TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
   for (const double loss : {0.02, 0.1}) {
-    auto page = look("codec=h264");
+    auto client = look("codec=h264");
     struct Ack {
       std::uint32_t sequence;
       WallTime at;
@@ -350,20 +352,20 @@ TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
     std::uint64_t random = 3;
     WallTime link_free = now_, shown = now_;
     Duration longest;
-    std::size_t handled = page->sent.size();
+    std::size_t handled = client->sent.size();
     std::uint32_t last = 0;
     for (const WallTime end = now_ + seconds(10.0); now_ < end;) {
       show();
       std::size_t waiting = 0;
-      for (; handled < page->sent.size(); ++handled) {
-        const std::string& bytes = *page->sent[handled].bytes;
-        if (!page->sent[handled].binary) continue;
-        Duration way = milliseconds(5);
+      for (; handled < client->sent.size(); ++handled) {
+        const std::string& bytes = *client->sent[handled].bytes;
+        if (!client->sent[handled].binary) continue;
+        Duration latency = milliseconds(5);
         for (std::size_t packet = 0; packet <= bytes.size() / 1400; ++packet) {
           random = random * 6364136223846793005U + 1442695040888963407U;
-          if (static_cast<double>(random >> 11) * 0x1p-53 < loss) way = way + milliseconds(200);
+          if (static_cast<double>(random >> 11) * 0x1p-53 < loss) latency = latency + milliseconds(200);
         }
-        link_free = std::max(link_free + milliseconds(1), now_ + way);
+        link_free = std::max(link_free + milliseconds(1), now_ + latency);
         acks.push_back({get<std::uint32_t>(bytes, 4), link_free});
         // What a decoder can show: key frames, and frames that follow without a gap.
         const auto sequence = get<std::uint32_t>(bytes, 4);
@@ -377,15 +379,15 @@ TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
         }
         longest = std::max(longest, ack.at - shown);
         shown = ack.at;
-        say(*page, R"({"type":"ack","sequence":)" + std::to_string(ack.sequence) + "}");
+        send_text(*client, R"({"type":"ack","sequence":)" + std::to_string(ack.sequence) + "}");
       }
       std::erase_if(acks, [&](const Ack& ack) { return ack.at <= now_; });
-      page->waiting = waiting;
+      client->waiting = waiting;
       pass(0.0333);
     }
-    EXPECT_GT(frames(*page).size(), loss > 0.05 ? 100U : 200U) << loss;
+    EXPECT_GT(frames(*client).size(), loss > 0.05 ? 100U : 200U) << loss;
     EXPECT_LT(longest.seconds(), 1.5) << loss;
-    feed_->socket().closed(*page);
+    feed_->socket().closed(*client);
     feed_->turn(Duration{});
   }
 }

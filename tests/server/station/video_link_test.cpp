@@ -76,7 +76,7 @@ TEST(VideoLink, ClimbsToTheMostOnAGoodLinkAndStaysThere) {
   VideoLink link;
   Pipe pipe(50e6);
   EXPECT_EQ(run(link, pipe, 0, 60), 0);
-  EXPECT_EQ(link.bit_rate(), VideoLinkLimits{}.most);
+  EXPECT_EQ(link.bit_rate(), VideoLinkLimits{}.ceiling);
   EXPECT_FALSE(link.congested());
   EXPECT_NEAR(link.round_trip()->seconds(), 0.02, 0.01);
 }
@@ -107,7 +107,7 @@ TEST(VideoLink, NeverGoesBelowTheFloorAndComesBack) {
   EXPECT_GT(link.bit_rate(), 1e6);
 }
 
-TEST(VideoLink, TriesAPageThatSaidNothingForLong) {
+TEST(VideoLink, RetriesAPageAfterALongSilence) {
   VideoLink link;
   link.sent(1, at(0));
   link.acknowledged(1, at(0.02));
@@ -121,7 +121,7 @@ TEST(VideoLink, TriesAPageThatSaidNothingForLong) {
   EXPECT_TRUE(link.lags());
 }
 
-TEST(VideoLink, JudgesAPageThatNeverSaysWhatItHasByWhatWaits) {
+TEST(VideoLink, JudgesAPageWithoutAcknowledgementsByItsQueue) {
   VideoLink link;
   for (std::uint32_t i = 1; i < 100; ++i) link.sent(i, at(i * 0.03));
   link.look(0, at(4));
@@ -143,8 +143,8 @@ TEST(PictureAge, CountsFromTheFastestWhereTheClockCannotBeRight) {
   for (const double off : {-5.0, 7200.0}) {
     PictureAge age;
     for (int i = 0; i < 100; ++i) {
-      const double way = i % 10 == 0 ? 0.01 : 0.05;
-      EXPECT_NEAR(age.add(stamp(i), stamp(i + way + off), at(i)).seconds(), way - 0.01, 1e-9);
+      const double delay = i % 10 == 0 ? 0.01 : 0.05;
+      EXPECT_NEAR(age.add(stamp(i), stamp(i + delay + off), at(i)).seconds(), delay - 0.01, 1e-9);
     }
     EXPECT_NEAR(age.clock_off().seconds(), off + 0.01, 1e-6);
   }

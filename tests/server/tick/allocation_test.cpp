@@ -12,13 +12,13 @@ TEST(ScanPath, AllocatesNothingOnceWarm) {
   const Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 2),
                                                            test::agent("barrel_1", AgentKind::barrel, 3, -2),
                                                            test::agent("robot_1", AgentKind::robot, 0, 0)});
-  auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
+  auto state = *make_state(configuration, ArrivalTime::from_utime(test::kStartUs - 2000));
   Outputs outputs;
   StageObserver observer;
   std::size_t warm_scans = 0;
   for (const Message& each : test::drive(60)) {
     outputs.clear();
-    if (each.channel != channel::scan || each.arrival.utime() < test::start_us + 45'000'000) {
+    if (each.channel != channel::kScan || each.arrival.utime() < test::kStartUs + 45'000'000) {
       tick(configuration, each, *state, outputs, observer);
       continue;
     }

@@ -23,11 +23,11 @@ template <class Sigma>
 std::vector<Message> uncertain_drive(double duration, const Sigma& sigma) {
   std::vector<Message> images;
   for (std::int64_t t = 50'000; t < duration * 1e6; t += 100'000)
-    images.push_back(test::image_at(test::start_us + t));
+    images.push_back(test::image_at(test::kStartUs + t));
   auto log = test::drive(duration, images);
   int word = 0;
   for (Message& each : log) {
-    if (each.channel != channel::pose_cov) continue;
+    if (each.channel != channel::kPoseCov) continue;
     PoseEstimate estimate;
     EXPECT_TRUE(decode(each.channel, each.payload, estimate).ok());
     estimate.covariance.setZero();
@@ -48,8 +48,8 @@ TEST_F(TickTest, AnAgentThatTheScanLeavesOutIsNotInTheVideoEither) {
        uncertain_drive(5, [](int word) { return 0.095 + 0.012 * std::sin(0.9 * word); })) {
     feed(each);
     for (const Outputs::Entry& entry : outputs_.entries()) {
-      if (entry.channel != channel::mr_scan_info) continue;
-      in_scan = decoded<ScanInfo>(channel::mr_scan_info).back().live;
+      if (entry.channel != channel::kMrScanInfo) continue;
+      in_scan = decoded<ScanInfo>(channel::kMrScanInfo).back().live;
       scans_with += in_scan ? 1 : 0;
     }
     for (const Outputs::Frame& frame : outputs_.frames()) {
@@ -74,7 +74,7 @@ TEST_F(TickTest, AnAgentWhoseErrorIsClearlySmallAgainIsBackInScanAndVideo) {
   start(configuration);
   feed(uncertain_drive(5, [](int word) { return word < 10 || word > 25 ? 0.01 : 0.3; }));
   std::vector<bool> live;
-  for (const ScanInfo& info : decoded<ScanInfo>(channel::mr_scan_info)) live.push_back(info.live);
+  for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) live.push_back(info.live);
   ASSERT_GT(live.size(), 45U);
   EXPECT_TRUE(live[9]);
   EXPECT_FALSE(live[20]);

@@ -25,15 +25,15 @@ SemanticModel room_with_door() {
   return model;
 }
 
-class DoorSightTest : public test::TickTest {
+class DoorTrackerTest : public test::TickTest {
  protected:
   /// The robot stands at the origin, heading along x; `opening`: of the real door, none: removed.
   void look(std::optional<double> opening, double duration) {
     const SemanticModel site = with_leaf(opening);
     for (const double end = time_ + duration; time_ < end - 1e-9; time_ += 0.1) {
-      const std::int64_t utime = test::start_us + static_cast<std::int64_t>(time_ * 1e6);
+      const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(time_ * 1e6);
       const SensorTime stamp = SensorTime::from_utime(utime);
-      feed(test::message(channel::odometry, utime + 1000,
+      feed(test::message(channel::kOdometry, utime + 1000,
                          Odometry{stamp, Transform<Odom, Base>::planar(0, 0, 0)}));
       PoseEstimate pose;
       pose.stamp = stamp;
@@ -42,8 +42,8 @@ class DoorSightTest : public test::TickTest {
       pose.covariance(5, 5) = 1e-6;
       pose.map_id = "synthetic";
       pose.state = SlamState::tracking;
-      feed(test::message(channel::pose_cov, utime + 2000, pose));
-      feed(test::message(channel::scan, utime + 8000, scan(stamp, site)));
+      feed(test::message(channel::kPoseCov, utime + 2000, pose));
+      feed(test::message(channel::kScan, utime + 8000, scan(stamp, site)));
     }
   }
   void start_at_level_3(const std::vector<AgentDefinition>& agents = {},
@@ -56,9 +56,9 @@ class DoorSightTest : public test::TickTest {
     start(*made);
   }
   simulation::DoorState door() { return state_->simulation.doors().at(0); }
-  std::size_t said(EventKind kind) {
+  std::size_t count_events(EventKind kind) {
     std::size_t count = 0;
-    for (const Event& event : decoded<Event>(channel::mr_events)) count += event.kind == kind;
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) count += event.kind == kind;
     return count;
   }
 
@@ -84,7 +84,7 @@ class DoorSightTest : public test::TickTest {
     std::vector<scan::RangeHit> none(time.size(),
                                      scan::RangeHit{std::numeric_limits<float>::infinity(), -1, 0});
     std::vector<scan::RangeHit> hits(time.size());
-    const scan::BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+    const scan::BeamSet beams{static_cast<float>(laser.angle_min), static_cast<float>(laser.angle_increment),
                               time};
     scan::cast_building_exact({laser_at(), laser_at()}, beams, site, 30, hits);
     scan::simulate_scan(laser, {9, static_cast<std::uint64_t>(stamp.ns)}, none, hits, stamp, scan);
@@ -95,40 +95,40 @@ class DoorSightTest : public test::TickTest {
   }
 };
 
-TEST_F(DoorSightTest, ARealDoorStandsAsTheScansShowItAndIsUnknownUnseen) {
+TEST_F(DoorTrackerTest, ARealDoorStandsAsTheScansShowItAndIsUnknownUnseen) {
   start_at_level_3();
   EXPECT_FALSE(door().known);
   look(0.0, 0.5);
   EXPECT_TRUE(door().known);
   EXPECT_NEAR(door().opening, 0, 2 * kDegree);
-  EXPECT_EQ(said(EventKind::door_opened), 0U);
+  EXPECT_EQ(count_events(EventKind::door_opened), 0U);
   look(55 * kDegree, 1.5);
   EXPECT_NEAR(door().opening, 55 * kDegree, 2 * kDegree);
-  EXPECT_EQ(said(EventKind::door_opened), 1U);
+  EXPECT_EQ(count_events(EventKind::door_opened), 1U);
   look(0.0, 1.5);
   EXPECT_NEAR(door().opening, 0, 2 * kDegree);
-  EXPECT_EQ(said(EventKind::door_closed), 1U);
+  EXPECT_EQ(count_events(EventKind::door_closed), 1U);
   look(std::nullopt, 0.4);
   EXPECT_FALSE(door().known) << "beams pass where it was";
   look(55 * kDegree, 0.5);
   EXPECT_TRUE(door().known);
-  EXPECT_EQ(said(EventKind::door_opened), 2U) << "it was closed when it was seen last";
+  EXPECT_EQ(count_events(EventKind::door_opened), 2U) << "it was closed when it was seen last";
 }
 
-TEST_F(DoorSightTest, TheSameScansGiveTheSameBytes) {
+TEST_F(DoorTrackerTest, TheSameScansGiveTheSameBytes) {
   std::map<std::string, std::vector<std::vector<std::uint8_t>>> first;
   for (int repeat = 0; repeat < 2; ++repeat) {
     time_ = 0;
     out_.clear();
     start_at_level_3();
     for (const double opening : {0.0, 0.5, 0.9, 0.3}) look(opening, 0.5);
-    EXPECT_GE(out_[channel::mr_events].size(), 3U);
+    EXPECT_GE(out_[channel::kMrEvents].size(), 3U);
     if (repeat == 0) first = out_;
   }
   EXPECT_EQ(out_, first);
 }
 
-TEST_F(DoorSightTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
+TEST_F(DoorTrackerTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
   for (const double opening : {0.0, 85 * kDegree}) {
     AgentDefinition robot = test::agent("robot_1", AgentKind::robot, 3.5, 0.2, BehaviourKind::teleop);
     robot.T_map_base = Transform<Map, Base>::planar(3.5, 0.2, std::numbers::pi);
@@ -143,7 +143,7 @@ TEST_F(DoorSightTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
     const double x = state_->simulation.pose_of("robot_1")->translation().x();
     if (opening == 0) {
       EXPECT_GT(x, 2.1) << "it stands at the closed leaf";
-      EXPECT_GE(said(EventKind::collision_started), 1U);
+      EXPECT_GE(count_events(EventKind::contact_started), 1U);
     } else {
       EXPECT_LT(x, 1.95) << "it is through";
     }
@@ -151,11 +151,11 @@ TEST_F(DoorSightTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
 }
 
 /// The camera image is rendered with the leaf at its angle, and its scan returns are explained.
-TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
+TEST_F(DoorTrackerTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
   start_at_level_3({}, test::robot_with_camera());
   look(0.0, 0.5);
   look(40 * kDegree, 1.5);
-  feed(test::image_at(test::start_us + static_cast<std::int64_t>((time_ - 0.1) * 1e6) + 4000));
+  feed(test::image_at(test::kStartUs + static_cast<std::int64_t>((time_ - 0.1) * 1e6) + 4000));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   const WorldSnapshot& world = outputs_.frames()[0].job.world;
   bool seen = false;
@@ -172,7 +172,7 @@ TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
 }
 
 /// The rover stands at x = -2, heading towards the door.
-TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
+TEST_F(DoorTrackerTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
   for (const double opening : {0.0, 80 * kDegree}) {
     Scenario scenario;
     scenario.doors.emplace_back().name = "door 1";
@@ -186,7 +186,7 @@ TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
       for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
       if (!outputs_.frames().empty()) pictured = outputs_.frames().back().job.world;
     }
-    const Scan scan = decoded<Scan>(channel::scan).back();
+    const Scan scan = decoded<Scan>(channel::kScan).back();
     const double leaf = 4 - 0.02 - configuration_.robot.laser->T_base_laser.translation().x();
     const double ahead = scan.ranges[scan.ranges.size() / 2];
     if (opening == 0) {

@@ -8,7 +8,7 @@ namespace parhelion::tick {
 namespace {
 
 using testing::HasSubstr;
-using Kind = Lesson::Kind;
+using Kind = Fault::Kind;
 
 class FaultPath : public test::TickTest {
  protected:
@@ -23,7 +23,7 @@ class FaultPath : public test::TickTest {
     time_ += 0.01;
     set_request(command, {arrival().ns}, ++request_);
     feed(test::message(channel_of(command), arrival().utime(), command));
-    for (const Event& event : decoded<Event>(channel::mr_events)) {
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) {
       if (event.request == request_ && event.kind == EventKind::command_accepted) return {};
       if (event.request == request_) return event.text;
     }
@@ -35,38 +35,39 @@ class FaultPath : public test::TickTest {
   std::string kill_wheel(bool right) { return order(FaultCommand{.kind = Kind::dead_wheel, .right = right}); }
   std::string end(Kind kind) { return order(FaultCommand{.kind = kind, .begins = false}); }
   std::vector<Event> events(EventKind kind) {
-    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
     return all;
   }
   /// "+camera_delay 0.2" and "-camera_delay 0.2", in order.
-  std::vector<std::string> said() {
+  std::vector<std::string> fault_events() {
     std::vector<std::string> all;
-    for (const Event& event : decoded<Event>(channel::mr_events)) {
-      const bool begun = event.kind == EventKind::lesson_started;
-      if (!begun && event.kind != EventKind::lesson_ended) continue;
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) {
+      const bool begun = event.kind == EventKind::fault_started;
+      if (!begun && event.kind != EventKind::fault_ended) continue;
       const std::string what = event.text.empty() ? std::to_string(event.value).substr(0, 3) : event.text;
       all.push_back((begun ? "+" : "-") + event.object + " " + what);
     }
     return all;
   }
-  ArrivalTime arrival() const { return ArrivalTime::from_utime(test::start_us) + seconds(time_); }
+  ArrivalTime arrival() const { return ArrivalTime::from_utime(test::kStartUs) + seconds(time_); }
 
   double time_ = 0;
   std::uint64_t request_ = 0;
 };
 
-TEST_F(FaultPath, AFaultLastsAsLongAsItWasToldOrUntilItIsEnded) {
+TEST_F(FaultPath, AFaultLastsForItsDurationOrUntilEnded) {
   start(test::level_1());
   EXPECT_EQ(begin(Kind::camera_loss, 0.5, 1), "");
   EXPECT_EQ(begin(Kind::camera_delay, 0.2), "");
   wait(0.5);
-  EXPECT_THAT(said(), testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2"));
+  EXPECT_THAT(fault_events(), testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2"));
   wait(2);
-  EXPECT_THAT(said(), testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2", "-camera_loss 0.5"));
+  EXPECT_THAT(fault_events(),
+              testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2", "-camera_loss 0.5"));
   EXPECT_EQ(end(Kind::camera_delay), "");
   wait(2.5);
-  EXPECT_EQ(said().back(), "-camera_delay 0.2");
+  EXPECT_EQ(fault_events().back(), "-camera_delay 0.2");
   EXPECT_THAT(end(Kind::camera_delay), HasSubstr("not begun"));
 }
 
@@ -76,7 +77,8 @@ TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {
   wait(0.5);
   begin(Kind::camera_delay, 0.4, 1);
   wait(1);
-  EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2", "+camera_delay 0.4"));
+  EXPECT_THAT(fault_events(),
+              testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2", "+camera_delay 0.4"));
   for (int i = 0; i < 1000; ++i) begin(Kind::camera_delay, 0.1);
   EXPECT_LE(state_->faults.faults.size(), 4U) << "there is no end to what may be begun";
 }
@@ -86,10 +88,10 @@ TEST_F(FaultPath, TheTwoSidesOfADriveDieApart) {
   kill_wheel(false);
   kill_wheel(true);
   wait(0.5);
-  EXPECT_THAT(said(), testing::UnorderedElementsAre("+dead_wheel left", "+dead_wheel right"));
+  EXPECT_THAT(fault_events(), testing::UnorderedElementsAre("+dead_wheel left", "+dead_wheel right"));
   end(Kind::dead_wheel);
   wait(1);
-  EXPECT_EQ(said().size(), 4U);
+  EXPECT_EQ(fault_events().size(), 4U);
 }
 
 TEST_F(FaultPath, AFaultThatIsEndedAtOnceIsOver) {
@@ -97,7 +99,7 @@ TEST_F(FaultPath, AFaultThatIsEndedAtOnceIsOver) {
   EXPECT_EQ(begin(Kind::camera_delay, 0.2), "");
   EXPECT_EQ(end(Kind::camera_delay), "");
   wait(1);
-  EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2"));
+  EXPECT_THAT(fault_events(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2"));
 }
 
 TEST_F(FaultPath, DropoutsThatAnInstructorBeginsTakeBeams) {
@@ -105,7 +107,7 @@ TEST_F(FaultPath, DropoutsThatAnInstructorBeginsTakeBeams) {
   wait(0.5);
   begin(Kind::laser_dropouts, 1);
   wait(1.5);
-  const auto scan = decoded<Scan>(channel::mr_scan).back();
+  const auto scan = decoded<Scan>(channel::kMrScan).back();
   const auto& convention = configuration_.robot.laser->convention;
   for (const float range : scan.ranges) EXPECT_EQ(convention.classify(range), BeamKind::no_return);
 }
@@ -123,7 +125,7 @@ TEST_F(FaultPath, WhatCannotBeIsRefusedWithAReason) {
   EXPECT_EQ(begin(Kind::camera_delay, 0.1), "") << "that is of the page";
 }
 
-TEST_F(FaultPath, AScriptIsSetOffByNameAndDoesWhatItSays) {
+TEST_F(FaultPath, AScriptStartsByNameAndRunsItsActions) {
   Scenario scenario;
   Script script;
   script.name = "a box falls from the shelf";

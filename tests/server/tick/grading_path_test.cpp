@@ -17,10 +17,10 @@ namespace {
 using test::level_1;
 using testing::HasSubstr;
 
-std::int64_t us(double t) { return test::start_us + static_cast<std::int64_t>(t * 1e6); }
+std::int64_t us(double t) { return test::kStartUs + static_cast<std::int64_t>(t * 1e6); }
 
-Lesson lesson(Lesson::Kind kind, double amount, double after = 0) {
-  Lesson made;
+Fault fault(Fault::Kind kind, double amount, double after = 0) {
+  Fault made;
   made.kind = kind;
   made.amount = amount;
   made.after = after;
@@ -31,7 +31,7 @@ class GradingPath : public test::TickTest {
  protected:
   void drive(double until, double vx, double wz = 0) {
     for (; time_ < until - 1e-9; time_ += 0.05)
-      feed(test::message(channel::teleop, us(time_),
+      feed(test::message(channel::kTeleop, us(time_),
                          TwistCommand{SensorTime::from_utime(us(time_)), {vx, 0, wz}}));
   }
   void wait(double until) {
@@ -42,10 +42,10 @@ class GradingPath : public test::TickTest {
   }
   void report(const std::string& object, std::optional<Eigen::Vector2d> position = {}) {
     const SensorTime stamp = SensorTime::from_utime(us(time_ += 0.01));
-    feed(test::message(channel::mr_object_report, us(time_), ObjectReport{stamp, 7, object, position}));
+    feed(test::message(channel::kMrObjectReport, us(time_), ObjectReport{stamp, 7, object, position}));
   }
   std::vector<Event> events(EventKind kind) {
-    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
     return all;
   }
@@ -71,30 +71,30 @@ TEST_F(GradingPath, AReportIsAnEventWithHowFarOffItsPlaceIsAndIsAnswered) {
 TEST_F(GradingPath, ADeadManIsPressedWhileTeleopComesAndReleasedByItsSilence) {
   start(level_1());
   drive(0.3, 0);
-  EXPECT_TRUE(events(EventKind::deadman_pressed).empty()) << "a stop is no beginning";
+  EXPECT_TRUE(events(EventKind::dead_man_pressed).empty()) << "a stop is no beginning";
   drive(1, 0.4);
-  EXPECT_EQ(events(EventKind::deadman_pressed).size(), 1U);
-  EXPECT_TRUE(events(EventKind::deadman_released).empty());
+  EXPECT_EQ(events(EventKind::dead_man_pressed).size(), 1U);
+  EXPECT_TRUE(events(EventKind::dead_man_released).empty());
   wait(2);
-  ASSERT_EQ(events(EventKind::deadman_released).size(), 1U);
-  EXPECT_NEAR(events(EventKind::deadman_released)[0].value, 0.4, 1e-6) << "let go in motion";
+  ASSERT_EQ(events(EventKind::dead_man_released).size(), 1U);
+  EXPECT_NEAR(events(EventKind::dead_man_released)[0].value, 0.4, 1e-6) << "let go in motion";
   drive(3, 0.4);
   drive(5, 0);
   wait(6);
-  EXPECT_EQ(events(EventKind::deadman_pressed).size(), 2U);
-  ASSERT_EQ(events(EventKind::deadman_released).size(), 2U);
-  EXPECT_EQ(events(EventKind::deadman_released)[1].value, 0) << "it stood";
+  EXPECT_EQ(events(EventKind::dead_man_pressed).size(), 2U);
+  ASSERT_EQ(events(EventKind::dead_man_released).size(), 2U);
+  EXPECT_EQ(events(EventKind::dead_man_released)[1].value, 0) << "it stood";
 }
 
-TEST_F(GradingPath, DropoutsTakeTheirShareOfTheBeamsWhileTheyLast) {
+TEST_F(GradingPath, DropoutsRemoveTheirFractionOfBeamsWhileTheyLast) {
   Scenario scenario;
-  scenario.lessons = {lesson(Lesson::Kind::laser_dropouts, 0.25, 1)};
-  scenario.lessons[0].lasting = 1;
+  scenario.faults = {fault(Fault::Kind::laser_dropouts, 0.25, 1)};
+  scenario.faults[0].lasting = 1;
   start(level_1({test::agent("box_1", AgentKind::box, 0, 0)}, scenario));
   wait(3);
   const LaserDescription& laser = *configuration_.robot.laser;
-  const auto scans = decoded<Scan>(channel::mr_scan);
-  const auto infos = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto scans = decoded<Scan>(channel::kMrScan);
+  const auto infos = decoded<ScanInfo>(channel::kMrScanInfo);
   ASSERT_EQ(scans.size(), infos.size());
   // Before, during, after: the room's corners have gaps.
   std::array<double, 3> beams{}, nothing{};
@@ -114,35 +114,35 @@ TEST_F(GradingPath, DropoutsTakeTheirShareOfTheBeamsWhileTheyLast) {
   EXPECT_NEAR(nothing[2] / beams[2], always, 0.01) << "the same few beams see the corners or do not";
   const double expected = always + 0.25 * (1 - always);
   EXPECT_NEAR(nothing[1] / beams[1], expected, 4 * std::sqrt(0.25 / beams[1]) + 0.01);
-  ASSERT_EQ(events(EventKind::lesson_started).size(), 1U);
-  EXPECT_EQ(events(EventKind::lesson_started)[0].object, "laser_dropouts");
-  EXPECT_EQ(events(EventKind::lesson_ended).size(), 1U);
+  ASSERT_EQ(events(EventKind::fault_started).size(), 1U);
+  EXPECT_EQ(events(EventKind::fault_started)[0].object, "laser_dropouts");
+  EXPECT_EQ(events(EventKind::fault_ended).size(), 1U);
 }
 
 TEST_F(GradingPath, ADeadWheelTurnsTheRobotToItsSideAndLeavesTheCommandAlone) {
   for (const bool right : {false, true}) {
     Scenario scenario;
-    scenario.lessons = {lesson(Lesson::Kind::dead_wheel, 0)};
-    scenario.lessons[0].right = right;
+    scenario.faults = {fault(Fault::Kind::dead_wheel, 0)};
+    scenario.faults[0].right = right;
     out_.clear();
     time_ = 0;
     start(level_1({}, scenario));
     drive(2, 0.5);
     const double yaw = state_->simulation.robot_motion("trainee")->T_map_base.yaw();
     EXPECT_GT(right ? -yaw : yaw, 0.3) << (right ? "right" : "left");
-    const auto commands = decoded<TwistCommand>(channel::mr_cmd);
+    const auto commands = decoded<TwistCommand>(channel::kMrCmd);
     ASSERT_GT(commands.size(), 30U);
     EXPECT_EQ(commands.front().twist.vx, 0) << "its pose is not known yet";
     for (std::size_t i = 1; i < commands.size(); ++i) EXPECT_EQ(commands[i].twist.vx, 0.5) << i;
     for (const auto& command : commands) EXPECT_EQ(command.twist.wz, 0);
-    EXPECT_EQ(events(EventKind::lesson_started)[0].text, right ? "right" : "left");
+    EXPECT_EQ(events(EventKind::fault_started)[0].text, right ? "right" : "left");
   }
 }
 
 TEST_F(GradingPath, WithBothSidesDeadTheRobotStands) {
   Scenario scenario;
-  scenario.lessons = {lesson(Lesson::Kind::dead_wheel, 0), lesson(Lesson::Kind::dead_wheel, 0)};
-  scenario.lessons[1].right = true;
+  scenario.faults = {fault(Fault::Kind::dead_wheel, 0), fault(Fault::Kind::dead_wheel, 0)};
+  scenario.faults[1].right = true;
   start(level_1({}, scenario));
   const Eigen::Vector3d before = state_->simulation.robot_motion("trainee")->T_map_base.translation();
   drive(2, 0.5);
@@ -152,7 +152,7 @@ TEST_F(GradingPath, WithBothSidesDeadTheRobotStands) {
 
 TEST_F(GradingPath, ALowBatteryStartsWithWhatIsLeft) {
   Scenario scenario;
-  scenario.lessons = {lesson(Lesson::Kind::low_battery, 0.15)};
+  scenario.faults = {fault(Fault::Kind::low_battery, 0.15)};
   start(level_1({}, scenario));
   wait(1);
   EXPECT_NEAR(*state_->tally.battery_left, 0.15, 0.001);
@@ -216,17 +216,17 @@ TEST(CheckTraining, WhatAConditionNamesMustBeThere) {
   EXPECT_THAT(training_error(condition), HasSubstr("there is no container 'gide', did you mean 'guide'?"));
   condition = {};
   condition.object = "guied";
-  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' can never occur"));
+  EXPECT_THAT(training_error(condition), HasSubstr("contact_started of 'guied' can never occur"));
   condition.event = EventKind::near_miss;
   EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' can never occur"));
 }
 
-TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
+TEST(CheckTraining, ANearMissLimitMustSpecifyDistanceOrTime) {
   Condition condition;
   condition.event = EventKind::near_miss;
   condition.object = "guide";
   EXPECT_EQ(training_error(condition), "");
-  condition.most = 0.1;
+  condition.max = 0.1;
   EXPECT_THAT(training_error(condition), HasSubstr("add 'text: gap' or 'text: time' beside the limit"));
   condition.text = "gap";
   EXPECT_EQ(training_error(condition), "");

@@ -18,8 +18,8 @@ HazardSensor ideal() { return {0, 0, 0, 0}; }
 
 /// Readings of `sensor` for `truth` over time.
 template <class Truth>
-std::vector<double> said(const HazardSensor& sensor, HazardKind kind, std::uint64_t seed, int count,
-                         Truth truth) {
+std::vector<double> readings(const HazardSensor& sensor, HazardKind kind, std::uint64_t seed, int count,
+                             Truth truth) {
   HazardResponse response;
   std::vector<double> all;
   for (int i = 0; i < count; ++i) {
@@ -40,9 +40,9 @@ std::pair<double, double> spread(const std::vector<double>& all) {
   return {mean, std::sqrt(squares / static_cast<double>(all.size()))};
 }
 
-TEST(HazardSensor, AnIdealOneSaysWhatIsThere) {
+TEST(HazardSensor, AnIdealSensorReportsTheTrueValue) {
   for (const HazardKind kind : {HazardKind::radiation, HazardKind::gas}) {
-    const auto all = said(ideal(), kind, 1, 50, [](int i) { return 3.0 * i; });
+    const auto all = readings(ideal(), kind, 1, 50, [](int i) { return 3.0 * i; });
     for (int i = 0; i < 50; ++i) EXPECT_EQ(all[static_cast<std::size_t>(i)], 3.0 * i);
   }
 }
@@ -53,7 +53,7 @@ TEST(HazardSensor, ReachesNineTenthsOfAStepAfterItsLagTimesTheLogarithmOfTen) {
   sensor.gas_lag = 6.5;
   for (const HazardKind kind : {HazardKind::radiation, HazardKind::gas}) {
     const double lag = kind == HazardKind::gas ? 6.5 : 1.8;
-    const auto all = said(sensor, kind, 1, 400, [](int i) { return i == 0 ? 0.0 : 100.0; });
+    const auto all = readings(sensor, kind, 1, 400, [](int i) { return i == 0 ? 0.0 : 100.0; });
     for (std::size_t i = 0; i < all.size(); ++i)
       EXPECT_NEAR(all[i], 100 * (1 - std::exp(-(static_cast<double>(i) * kPeriod) / lag)), 1e-9);
     const auto t90 = static_cast<std::size_t>(std::ceil(lag * std::log(10) / kPeriod));
@@ -65,7 +65,7 @@ TEST(HazardSensor, ReachesNineTenthsOfAStepAfterItsLagTimesTheLogarithmOfTen) {
 TEST(HazardSensor, CountsScatterAsARatemeterDoes) {
   const HazardSensor sensor;
   for (const double dose_rate : {2.0, 50.0, 5000.0}) {
-    const auto all = said(sensor, HazardKind::radiation, 7, 20'000, [&](int) { return dose_rate; });
+    const auto all = readings(sensor, HazardKind::radiation, 7, 20'000, [&](int) { return dose_rate; });
     const auto [mean, sigma] = spread(all);
     const double expected =
         dose_rate / std::sqrt(2 * sensor.radiation_counts * dose_rate * sensor.radiation_lag);
@@ -78,16 +78,16 @@ TEST(HazardSensor, CountsScatterAsARatemeterDoes) {
 TEST(HazardSensor, GasScattersByItsNoiseAndIsNeverNegative) {
   HazardSensor sensor;
   sensor.gas_noise = 0.5;
-  const auto [mean, sigma] = spread(said(sensor, HazardKind::gas, 7, 20'000, [](int) { return 40.0; }));
+  const auto [mean, sigma] = spread(readings(sensor, HazardKind::gas, 7, 20'000, [](int) { return 40.0; }));
   EXPECT_NEAR(mean, 40, 0.02);
   EXPECT_NEAR(sigma, 0.5, 0.02);
-  for (const double each : said(sensor, HazardKind::gas, 7, 2000, [](int) { return 0.0; }))
+  for (const double each : readings(sensor, HazardKind::gas, 7, 2000, [](int) { return 0.0; }))
     ASSERT_GE(each, 0);
 }
 
-TEST(HazardSensor, TheSameSeedSaysTheSameAndAnotherDoesNot) {
+TEST(HazardSensor, OnlyTheSameSeedGivesTheSameReadings) {
   const auto run = [](std::uint64_t seed) {
-    return said(HazardSensor(), HazardKind::radiation, seed, 200, [](int i) { return 5.0 + 0.1 * i; });
+    return readings(HazardSensor(), HazardKind::radiation, seed, 200, [](int i) { return 5.0 + 0.1 * i; });
   };
   const auto once = run(3), again = run(3), other = run(4);
   EXPECT_EQ(std::memcmp(once.data(), again.data(), once.size() * sizeof(double)), 0);

@@ -18,16 +18,16 @@ class InjectionGateTest : public testing::Test {
   InjectionGateTest() {
     real_.emplace();
     real_->T_map_base = Transform<Map, Base>::planar(-3, 0, 0);
-    step();
+    kStep();
   }
   /// A scan every tenth of a second, with the physics steps before it.
   bool scan(double error) {
     const bool shown = gate_.admit("box_1", error, state_->simulation.now() - microseconds(100), limits_,
                                    state_->simulation);
-    for (int i = 0; i < 24; ++i) step();
+    for (int i = 0; i < 24; ++i) kStep();
     return shown;
   }
-  void step() { state_->simulation.step(real_, requests_); }
+  void kStep() { state_->simulation.step(real_, requests_); }
   double distance() {
     WorldSnapshot world;
     EXPECT_TRUE(state_->simulation.at(state_->simulation.now(), world));
@@ -40,7 +40,7 @@ class InjectionGateTest : public testing::Test {
   }
 
   const Configuration configuration_ = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});
-  std::unique_ptr<State> state_ = *make_state(configuration_, ArrivalTime::from_utime(test::start_us));
+  std::unique_ptr<State> state_ = *make_state(configuration_, ArrivalTime::from_utime(test::kStartUs));
   std::optional<simulation::RealRobotState> real_;
   std::vector<simulation::LaserRequest> requests_;
   InjectionLimits limits_;  // 0.10 m, restored below 0.08 m
@@ -92,8 +92,8 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
   EXPECT_FALSE(scan(0.09));
   EXPECT_NEAR(distance(), 1.1, 0.1);
   const RobotLimits limits = configuration_.robot.limits;
-  const double way = limits.reaction_time + 1 / (2 * limits.deceleration);
-  ASSERT_GT(way, 0.5) << "the place where it stands is inside";
+  const double braking_distance = limits.reaction_time + 1 / (2 * limits.deceleration);
+  ASSERT_GT(braking_distance, 0.5) << "the place where it stands is inside";
   EXPECT_FALSE(scan(0.05));
   EXPECT_TRUE(scan(0.05));
   bool moved = false;
@@ -101,7 +101,7 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
     moved = moved || (event.kind == EventKind::agent_moved && event.subject == "box_1");
   EXPECT_TRUE(moved) << "and reports it";
   const auto clear = state_->simulation.clearance(real_->T_map_base, real_->twist, 10);
-  EXPECT_GT(clear.distance, way) << "the robot can stop before it";
+  EXPECT_GT(clear.distance, braking_distance) << "the robot can stop before it";
 }
 
 RC_GTEST_FIXTURE_PROP(InjectionGateTest, GateNeverShowsAboveTheLimitNorComesBackAtIt, ()) {
@@ -111,7 +111,7 @@ RC_GTEST_FIXTURE_PROP(InjectionGateTest, GateNeverShowsAboveTheLimitNorComesBack
     const double error = 0.01 * hundredths / 1.5;
     const bool now =
         gate_.admit("box_1", error, state_->simulation.now() + microseconds(1), limits_, state_->simulation);
-    step();
+    kStep();
     if (now) RC_ASSERT(error <= 0.10);
     if (now && !shown) RC_ASSERT(was_clearly_below);
     if (shown && !now) was_clearly_below = false;

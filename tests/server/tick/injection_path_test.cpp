@@ -37,13 +37,13 @@ class InjectionPath : public test::TickTest {
   void stand(double from, double to, bool scans, double sigma) {
     for (int i = 0; from + i * 0.05 < to; ++i) {
       const double t = from + i * 0.05;
-      const std::int64_t utime = test::start_us + std::llround(t * 1e6);
-      feed(test::message(channel::odometry, utime + 2000,
+      const std::int64_t utime = test::kStartUs + std::llround(t * 1e6);
+      feed(test::message(channel::kOdometry, utime + 2000,
                          Odometry{SensorTime::from_utime(utime), test::pose_at(0).as<Odom, Base>()}));
       if (i % 2 != 0) continue;
       Scan scan = test::scan_at(0);
       scan.stamp = SensorTime::from_utime(utime);
-      if (scans) feed(test::message(channel::scan, utime + 5000, scan));
+      if (scans) feed(test::message(channel::kScan, utime + 5000, scan));
       PoseEstimate estimate;
       estimate.stamp = scan.stamp;
       estimate.T_map_base = test::pose_at(0);
@@ -51,12 +51,12 @@ class InjectionPath : public test::TickTest {
       estimate.covariance(5, 5) = 1e-6;
       estimate.map_id = "synthetic";
       estimate.state = SlamState::tracking;
-      feed(test::message(channel::pose_cov, utime + 25000, estimate));
+      feed(test::message(channel::kPoseCov, utime + 25000, estimate));
     }
   }
-  std::size_t charges() const { return state_->grading->grader.charges().size(); }
+  std::size_t deductions() const { return state_->grading->grader.deductions().size(); }
   std::vector<Event> events(EventKind kind) {
-    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
     return all;
   }
@@ -65,40 +65,40 @@ class InjectionPath : public test::TickTest {
 TEST_F(InjectionPath, WithoutAScanItIsDegradedFromTheStart) {
   start_beside_a_person();
   stand(0, 2, false, 0.01);
-  EXPECT_EQ(charges(), 0U);
-  ASSERT_EQ(events(EventKind::injection_degraded).size(), 1U);
-  EXPECT_EQ(events(EventKind::injection_degraded)[0].text, "no scan yet");
-  EXPECT_TRUE(events(EventKind::injection_restored).empty());
+  EXPECT_EQ(deductions(), 0U);
+  ASSERT_EQ(events(EventKind::injection_suspended).size(), 1U);
+  EXPECT_EQ(events(EventKind::injection_suspended)[0].text, "no scan yet");
+  EXPECT_TRUE(events(EventKind::injection_active).empty());
   stand(2, 3, true, 0.01);
-  EXPECT_EQ(events(EventKind::injection_restored).size(), 1U);
-  EXPECT_EQ(charges(), 1U) << "now it can be seen";
+  EXPECT_EQ(events(EventKind::injection_active).size(), 1U);
+  EXPECT_EQ(deductions(), 1U) << "now it can be seen";
 }
 
 TEST_F(InjectionPath, AnAgentThatIsWithheldFromTheFirstScanIsNotNear) {
   start_beside_a_person();
   stand(0, 2, true, 0.5);
-  EXPECT_EQ(charges(), 0U);
-  EXPECT_TRUE(events(EventKind::injection_restored).empty());
-  ASSERT_EQ(events(EventKind::agent_withheld).size(), 1U);
-  EXPECT_EQ(events(EventKind::agent_withheld)[0].object, "person_1");
+  EXPECT_EQ(deductions(), 0U);
+  EXPECT_TRUE(events(EventKind::injection_active).empty());
+  ASSERT_EQ(events(EventKind::agent_hidden).size(), 1U);
+  EXPECT_EQ(events(EventKind::agent_hidden)[0].object, "person_1");
   stand(2, 3, true, 0.01);
   ASSERT_EQ(events(EventKind::agent_shown).size(), 1U);
   EXPECT_EQ(events(EventKind::agent_shown)[0].object, "person_1");
-  EXPECT_EQ(charges(), 1U);
+  EXPECT_EQ(deductions(), 1U);
 }
 
-TEST_F(InjectionPath, AScanThatFallsSilentIsSaidAndSoIsItsReturn) {
+TEST_F(InjectionPath, ReportsWhenScansStopAndWhenTheyReturn) {
   start_beside_a_person();
   stand(0, 1, true, 0.01);
-  const std::size_t degraded = events(EventKind::injection_degraded).size();
-  ASSERT_EQ(charges(), 1U);
+  const std::size_t degraded = events(EventKind::injection_suspended).size();
+  ASSERT_EQ(deductions(), 1U);
   stand(1, 3, false, 0.01);
-  ASSERT_EQ(events(EventKind::injection_degraded).size(), degraded + 1);
-  EXPECT_EQ(events(EventKind::injection_degraded).back().text, "no scan for 0.5 s");
-  const std::size_t restored = events(EventKind::injection_restored).size();
+  ASSERT_EQ(events(EventKind::injection_suspended).size(), degraded + 1);
+  EXPECT_EQ(events(EventKind::injection_suspended).back().text, "no scan for 0.5 s");
+  const std::size_t restored = events(EventKind::injection_active).size();
   stand(3, 4, true, 0.01);
-  EXPECT_EQ(events(EventKind::injection_restored).size(), restored + 1);
-  EXPECT_EQ(charges(), 2U) << "it came into sight anew";
+  EXPECT_EQ(events(EventKind::injection_active).size(), restored + 1);
+  EXPECT_EQ(deductions(), 2U) << "it came into sight anew";
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace parhelion::test {
 
 inline Message teleop_at(double t, double vx, double wz = 0) {
-  const std::int64_t utime = start_us + static_cast<std::int64_t>(t * 1e6);
-  return message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, wz}});
+  const std::int64_t utime = kStartUs + static_cast<std::int64_t>(t * 1e6);
+  return message(channel::kTeleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, wz}});
 }
 
 /// A source at (1, 0), a mine at (0, 0), a console at (-2.5, 0) with 2 m of range, a battery of 200 J.
@@ -50,7 +50,7 @@ class LevelsTest : public TickTest {
   }
   const simulation::RobotMotion& motion() { return *state_->simulation.robot_motion("trainee"); }
   std::vector<Event> events(EventKind kind) {
-    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
     return all;
   }

@@ -16,23 +16,23 @@ using testing::HasSubstr;
 TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThemIn) {
   start(level_1());
   run(2);
-  EXPECT_NEAR(static_cast<double>(out_[channel::scan].size()), 2 * 40, 2) << "of a UTM-30LX";
-  EXPECT_NEAR(static_cast<double>(out_[channel::odometry].size()), 2 * 50, 3);
-  EXPECT_NEAR(static_cast<double>(out_[channel::imu].size()), 2 * 100, 5);
-  EXPECT_NEAR(static_cast<double>(out_[channel::pose_cov].size()), 2 * 50, 3);
-  EXPECT_EQ(out_[channel::pose].size(), out_[channel::pose_cov].size());
-  EXPECT_GE(out_[channel::bumper].size(), 19U);
-  const auto robots = decoded<RobotMessage>(channel::robot);
+  EXPECT_NEAR(static_cast<double>(out_[channel::kScan].size()), 2 * 40, 2) << "of a UTM-30LX";
+  EXPECT_NEAR(static_cast<double>(out_[channel::kOdometry].size()), 2 * 50, 3);
+  EXPECT_NEAR(static_cast<double>(out_[channel::kImu].size()), 2 * 100, 5);
+  EXPECT_NEAR(static_cast<double>(out_[channel::kPoseCov].size()), 2 * 50, 3);
+  EXPECT_EQ(out_[channel::kPose].size(), out_[channel::kPoseCov].size());
+  EXPECT_GE(out_[channel::kBumper].size(), 19U);
+  const auto robots = decoded<RobotMessage>(channel::kRobot);
   ASSERT_GE(robots.size(), 2U);
   const auto description = parse_robot_description(robots.front().yaml, "ROBOT");
   ASSERT_TRUE(description) << description.error().message;
   EXPECT_EQ(description->name, "trainee");
   // Nothing is injected into a simulated laser's scan.
-  EXPECT_EQ(out_[channel::mr_scan], out_[channel::scan]);
-  EXPECT_EQ(out_[channel::mr_scan_info].size(), out_[channel::scan].size());
+  EXPECT_EQ(out_[channel::kMrScan], out_[channel::kScan]);
+  EXPECT_EQ(out_[channel::kMrScanInfo].size(), out_[channel::kScan].size());
   EXPECT_TRUE(state_->robots.front().pose.at_step.has_value())
       << "the server gets the pose on its own channels";
-  EXPECT_EQ(events(EventKind::pose_recovered).size(), 1U);
+  EXPECT_EQ(events(EventKind::localized).size(), 1U);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
 }
 
@@ -67,12 +67,12 @@ TEST_F(LevelsTest, ScansAreOfTheBuildingWithTheLasersNoise) {
   run(1);
   const LaserDescription& laser = *configuration_.robot.laser;
   const auto T_map_laser = motion().T_map_base * laser.T_base_laser;
-  const Scan scan = decoded<Scan>(channel::scan).back();
+  const Scan scan = decoded<Scan>(channel::kScan).back();
   ASSERT_EQ(scan.ranges.size(), static_cast<std::size_t>(laser.beams));
   std::vector<float> time;
   scan::beam_times(laser, scan.ranges.size(), time);
   std::vector<scan::RangeHit> exact(time.size());
-  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time},
+  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
                             test::room(), 30, exact);
   double squares = 0, hits = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {
@@ -93,13 +93,13 @@ TEST_F(LevelsTest, TeleopDrivesTheSimulatedRobotAndItsSilenceStopsIt) {
   run(4.5, Twist2{0.4, 0, 0});
   const double reached = motion().T_map_base.translation().x();
   EXPECT_NEAR(reached, -2 + 0.4 * 4, 0.15);
-  const Odometry odometry = decoded<Odometry>(channel::odometry).back();
+  const Odometry odometry = decoded<Odometry>(channel::kOdometry).back();
   EXPECT_NEAR(odometry.T_odom_base.translation().x(), 0.4 * 4, 0.3) << "drifts as wheels do";
   EXPECT_NE(odometry.T_odom_base.translation().x(), reached + 2);
-  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0.4F);
+  EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0.4F);
   run(6.5);
   EXPECT_LT(motion().velocity.norm(), 0.01);
-  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0);
+  EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0);
   EXPECT_LT(motion().T_map_base.translation().x(), reached + 0.4 * 0.5 + 0.2);
   EXPECT_EQ(events(EventKind::movement_started).size(), 1U);
   EXPECT_EQ(events(EventKind::movement_stopped).size(), 1U);
@@ -120,23 +120,23 @@ TEST_F(LevelsTest, ACommandOfAHundredMetresASecondIsDrivenAsFastAsTheRobotCan) {
   EXPECT_TRUE(motion().T_map_base.finite());
 }
 
-TEST_F(LevelsTest, WhatStandsInTheWayIsSeenNamedAndHitAndTheBumperFeelsIt) {
+TEST_F(LevelsTest, ScansAndEventsNameAnObstacleAndBumperDetectsIt) {
   start(level_1({test::agent("box_1", AgentKind::box, 0, 0)}));
   run(0.5);
-  const ScanInfo before = decoded<ScanInfo>(channel::mr_scan_info).back();
+  const ScanInfo before = decoded<ScanInfo>(channel::kMrScanInfo).back();
   EXPECT_TRUE(before.live);
   ASSERT_EQ(before.agents, std::vector<std::string>{"box_1"});
   const std::size_t middle = before.beam_agent.size() / 2;
   EXPECT_EQ(before.beam_agent[middle], 0);
-  const Scan scan = decoded<Scan>(channel::scan).back();
+  const Scan scan = decoded<Scan>(channel::kScan).back();
   EXPECT_NEAR(scan.ranges[middle], 2 - 0.2 - configuration_.robot.laser->T_base_laser.translation().x(), 0.1);
   run(6, Twist2{0.5, 0, 0});
-  const auto collisions = events(EventKind::collision_started);
+  const auto collisions = events(EventKind::contact_started);
   ASSERT_FALSE(collisions.empty());
   EXPECT_EQ(collisions.front().subject, "trainee");
   EXPECT_EQ(collisions.front().object, "box_1");
   bool bumped = false;
-  for (const Joints& bumper : decoded<Joints>(channel::bumper))
+  for (const Joints& bumper : decoded<Joints>(channel::kBumper))
     bumped = bumped || bumper.positions.at(0) == 1;
   EXPECT_TRUE(bumped);
 }
@@ -156,25 +156,25 @@ TEST_F(LevelsTest, ARobotThatFallsIsNotLost) {
   start(std::move(configuration));
   run(4, Twist2{0.8, 0, 0});
   EXPECT_FALSE(events(EventKind::fell).empty());
-  EXPECT_TRUE(events(EventKind::pose_lost).empty());
+  EXPECT_TRUE(events(EventKind::localization_lost).empty());
   EXPECT_TRUE(events(EventKind::relocalized).empty());
 }
 
 TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) {
   start(level_1());
   run(0.2);
-  const SensorTime stamp = SensorTime::from_utime(test::start_us);
+  const SensorTime stamp = SensorTime::from_utime(test::kStartUs);
   const auto at = [this] { return teleop_at(time_ += 0.05, 0).arrival.utime(); };
-  feed(test::message(channel::mr_spawn, at(),
+  feed(test::message(channel::kMrSpawn, at(),
                      AgentSpawn{stamp, 1, test::agent("box_1", AgentKind::box, -2, 0)}));
   EXPECT_EQ(events(EventKind::command_refused).size(), 1U);
-  feed(test::message(channel::mr_move, at(),
+  feed(test::message(channel::kMrMove, at(),
                      AgentMove{stamp, 2, "trainee", Transform<Map, Base>::planar(2, 1, 0)}));
   EXPECT_EQ(events(EventKind::command_accepted).size(), 1U);
   run(1);
   EXPECT_NEAR(motion().T_map_base.translation().x(), 2, 0.05);
   feed(test::message("MR_AGENT_trainee_TELEOP", at(),
-                     TwistCommand{SensorTime::from_utime(test::start_us), {1, 0, 0}}));
+                     TwistCommand{SensorTime::from_utime(test::kStartUs), {1, 0, 0}}));
   EXPECT_THAT(state_->tally.last_refusal, HasSubstr("send TELEOP"));
 }
 

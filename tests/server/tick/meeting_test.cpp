@@ -88,28 +88,28 @@ class Meetings : public TickTest {
     Pose2 pose{-3.5, 0, 0};
     Twist2 twist, wanted;
     for (int i = 0; i * kPeriod < kPatience && !outcome.arrived; ++i) {
-      const std::int64_t utime = test::start_us + static_cast<std::int64_t>(i * kPeriod * 1e6);
+      const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(i * kPeriod * 1e6);
       const auto T_map_base = Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw);
-      feed(test::message(channel::odometry, utime + 2000,
+      feed(test::message(channel::kOdometry, utime + 2000,
                          Odometry{SensorTime::from_utime(utime), T_map_base.as<Odom, Base>()}));
       if (i % 2 == 0) {
         const Scan real = scan_from(T_map_base, utime);
-        feed(test::message(channel::scan, utime + 5000, real));
+        feed(test::message(channel::kScan, utime + 5000, real));
         wanted = driver.drive(pose, twist, sees ? newest_scan() : real);
         give_pose(T_map_base, utime);
         drive_virtual(one, pose, utime);
       }
-      const double most = test::StandIn::kAcceleration * kPeriod;
-      twist.vx += std::clamp(wanted.vx - twist.vx, -most, most);
+      const double max_change = test::StandIn::kAcceleration * kPeriod;
+      twist.vx += std::clamp(wanted.vx - twist.vx, -max_change, max_change);
       twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kPeriod, 3 * kPeriod);
       pose = simulation::advance(pose, twist, kPeriod);
       outcome.arrived = (kGoal - pose.position()).norm() < kReached;
       outcome.closest = std::min(outcome.closest, state_->simulation.clearance(T_map_base, {}, 10).distance);
       outcome.took = i * kPeriod;
     }
-    for (const Event& event : decoded<Event>(channel::mr_events)) {
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) {
       const bool both = event.subject == "synthetic" && event.object == "robot_1";
-      outcome.touched = outcome.touched || (event.kind == EventKind::collision_started && both);
+      outcome.touched = outcome.touched || (event.kind == EventKind::contact_started && both);
     }
     return outcome;
   }
@@ -119,13 +119,13 @@ class Meetings : public TickTest {
     const LaserDescription& laser = *configuration_.robot.laser;
     Scan scan;
     scan.stamp = SensorTime::from_utime(utime);
-    scan.angle_first = static_cast<float>(laser.angle_first);
-    scan.angle_step = static_cast<float>(laser.angle_step);
+    scan.angle_min = static_cast<float>(laser.angle_min);
+    scan.angle_increment = static_cast<float>(laser.angle_increment);
     std::vector<float> time;
     scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
     std::vector<scan::RangeHit> hits(time.size());
     const auto T_map_laser = T_map_base * laser.T_base_laser;
-    scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time},
+    scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
                               configuration_.model, 30, hits);
     for (const scan::RangeHit& hit : hits)
       scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
@@ -134,7 +134,7 @@ class Meetings : public TickTest {
 
   Scan newest_scan() {
     Scan scan;
-    const Status read = decode(channel::mr_scan, out_[channel::mr_scan].back(), scan);
+    const Status read = decode(channel::kMrScan, out_[channel::kMrScan].back(), scan);
     EXPECT_TRUE(read.ok());
     return scan;
   }
@@ -147,7 +147,7 @@ class Meetings : public TickTest {
     estimate.covariance(5, 5) = 1e-6;
     estimate.map_id = "synthetic";
     estimate.state = SlamState::tracking;
-    feed(test::message(channel::pose_cov, utime + 25000, estimate));
+    feed(test::message(channel::kPoseCov, utime + 25000, estimate));
   }
 
   /// The trainee drives on until the other robot is directly in front.

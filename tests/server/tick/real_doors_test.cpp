@@ -46,8 +46,8 @@ LaserDescription sick() {
                       0};
   laser.noise_sigma = 0.01;
   laser.beams = 180;
-  laser.angle_first = -90 * kDegree;
-  laser.angle_step = kDegree;
+  laser.angle_min = -90 * kDegree;
+  laser.angle_increment = kDegree;
   return laser;
 }
 
@@ -129,11 +129,11 @@ double densest_angle(const std::vector<PlacedScan>& scans, const Plan& plan, con
     }
   }
   std::sort(angles.begin(), angles.end());
-  std::size_t begin = 0, most = 0;
+  std::size_t begin = 0, max_count = 0;
   double middle = -1;
   for (std::size_t end = 0; end < angles.size(); ++end) {
     while (angles[end] - angles[begin] > 5 * kDegree) ++begin;
-    if (end - begin > most) most = end - begin, middle = angles[(begin + end) / 2];
+    if (end - begin > max_count) max_count = end - begin, middle = angles[(begin + end) / 2];
   }
   return middle;
 }
@@ -151,8 +151,8 @@ class RealDoors : public test::TickTest {
     Scan scan;
     scan.stamp = stamp;
     scan.ranges = scans_[i].ranges;
-    scan.angle_first = static_cast<float>(-90 * kDegree);
-    scan.angle_step = static_cast<float>(kDegree);
+    scan.angle_min = static_cast<float>(-90 * kDegree);
+    scan.angle_increment = static_cast<float>(kDegree);
     return scan;
   }
 
@@ -161,7 +161,7 @@ class RealDoors : public test::TickTest {
   std::array<double, kPlans.size()> shown_{};  ///< rad, from the scans of even number
 };
 
-TEST_F(RealDoors, EachScanThatSaysHowFarADoorIsOpenSaysWhatTheOtherScansShow) {
+TEST_F(RealDoors, SingleScansMeasureTheDoorAngleOfTheOthers) {
   const LaserDescription laser = sick();
   scan::LeafFit fit;
   const std::vector<float> time(180, 0.F);
@@ -170,21 +170,21 @@ TEST_F(RealDoors, EachScanThatSaysHowFarADoorIsOpenSaysWhatTheOtherScansShow) {
     const ModelEntity door = door_of(plan);
     const double shown = shown_[d];
     const auto walls = scan::walls_beside(door, *door.hinge, model_);
-    int said = 0, wrong = 0;
+    int reported = 0, wrong = 0;
     double worst = 0;
     for (std::size_t i = 1; i < scans_.size(); i += 2) {
       const Scan real = scan(i);
       const auto T_map_laser =
           Transform<Map, Laser>::planar(scans_[i].pose.x(), scans_[i].pose.y(), scans_[i].pose.z(), 1);
       fit.set_scan(real, laser, {T_map_laser, T_map_laser}, time, kPoseSigma);
-      const scan::LeafSight sight = fit.find(door, *door.hinge, {}, walls);
+      const scan::LeafFitResult sight = fit.find(door, *door.hinge, {}, walls);
       if (!sight.angle) continue;
       const double off = std::abs(opening_of(*door.hinge, *sight.angle) - shown);
-      ++said;
+      ++reported;
       worst = std::max(worst, off);
       wrong += off > 8 * kDegree;
     }
-    EXPECT_GE(said, 3) << plan.name;
+    EXPECT_GE(reported, 3) << plan.name;
     EXPECT_EQ(wrong, 0) << plan.name << ", worst " << worst / kDegree << " degrees off " << shown / kDegree;
   }
 }
@@ -200,10 +200,10 @@ TEST_F(RealDoors, AtLevel3TheDoorsStandInTheWorldAsTheRecordingShowsThem) {
   start(*made);
   std::map<std::string, double> opening;
   for (std::size_t i = 0; i < scans_.size(); ++i) {
-    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(i) * 200'000;
+    const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(i) * 200'000;
     const SensorTime stamp = SensorTime::from_utime(utime);
     const auto& at = scans_[i].pose;
-    feed(test::message(channel::odometry, utime + 1000,
+    feed(test::message(channel::kOdometry, utime + 1000,
                        Odometry{stamp, Transform<Odom, Base>::planar(at.x(), at.y(), at.z())}));
     PoseEstimate pose;
     pose.stamp = stamp;
@@ -212,8 +212,8 @@ TEST_F(RealDoors, AtLevel3TheDoorsStandInTheWorldAsTheRecordingShowsThem) {
     pose.covariance(5, 5) = 1e-4;
     pose.map_id = "synthetic";
     pose.state = SlamState::tracking;
-    feed(test::message(channel::pose_cov, utime + 2000, pose));
-    feed(test::message(channel::scan, utime + 8000, scan(i, stamp)));
+    feed(test::message(channel::kPoseCov, utime + 2000, pose));
+    feed(test::message(channel::kScan, utime + 8000, scan(i, stamp)));
     for (const simulation::DoorState& door : state_->simulation.doors()) {
       if (!door.known) continue;
       opening[door.name] = door.opening;

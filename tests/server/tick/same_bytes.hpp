@@ -70,7 +70,7 @@ inline std::string payload_difference(const std::string& name, const std::vector
 /// For failure messages of tests; empty without a difference. The first differing messages of each channel,
 /// and extra messages of one log.
 inline std::string difference(const std::string& live_log, const std::string& replayed_log) {
-  constexpr int most = 3;
+  constexpr int max_reported = 3;
   Payloads live = payloads_by_channel(live_log), replayed = payloads_by_channel(replayed_log);
   for (const auto& [name, payloads] : replayed) live.try_emplace(name);
   std::string text;
@@ -80,11 +80,11 @@ inline std::string difference(const std::string& live_log, const std::string& re
       text += "\n  " + name + ": live " + std::to_string(ours.size()) + " messages, replayed " +
               std::to_string(theirs.size());
     }
-    int told = 0;
-    for (std::size_t i = 0; i < std::min(ours.size(), theirs.size()) && told < most; ++i) {
+    int reported = 0;
+    for (std::size_t i = 0; i < std::min(ours.size(), theirs.size()) && reported < max_reported; ++i) {
       if (ours[i] == theirs[i]) continue;
       text += "\n  " + name + " " + std::to_string(i) + payload_difference(name, ours[i], theirs[i]);
-      ++told;
+      ++reported;
     }
   }
   return text;

@@ -10,7 +10,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double track = 0.4;
+constexpr double kTrack = 0.4;
 
 SensorTime at(int sample) { return SensorTime::from_utime(1'700'000'000'000'000 + sample * 10'000); }
 
@@ -27,19 +27,19 @@ double yaw_of(const Odometry& odometry) {
 }
 
 TEST(WheelOdometry, WheelsWithoutErrorsCoverTwoPiRATurn) {
-  WheelOdometry wheels(track, {}, 1);
-  const double way = 10 * 2 * std::numbers::pi * 0.0975;
-  const Odometry end = roll(wheels, way, way, 500);
-  EXPECT_NEAR(end.T_odom_base.translation().x(), way, 1e-9);
+  WheelOdometry wheels(kTrack, {}, 1);
+  const double driven = 10 * 2 * std::numbers::pi * 0.0975;
+  const Odometry end = roll(wheels, driven, driven, 500);
+  EXPECT_NEAR(end.T_odom_base.translation().x(), driven, 1e-9);
   EXPECT_NEAR(end.T_odom_base.translation().y(), 0, 1e-9);
 }
 
 TEST(WheelOdometry, ACircleEndsWhereItBeganWhateverTheStep) {
   for (const int samples : {7, 50, 1000}) {
-    WheelOdometry wheels(track, {}, 1);
+    WheelOdometry wheels(kTrack, {}, 1);
     const double radius = 1;
-    const double left = 2 * std::numbers::pi * (radius - track / 2),
-                 right = 2 * std::numbers::pi * (radius + track / 2);
+    const double left = 2 * std::numbers::pi * (radius - kTrack / 2),
+                 right = 2 * std::numbers::pi * (radius + kTrack / 2);
     const Odometry end = roll(wheels, left, right, samples);
     EXPECT_NEAR(end.T_odom_base.translation().head<2>().norm(), 0, 1e-9)
         << "exact arcs, " << samples << " of them";
@@ -47,30 +47,31 @@ TEST(WheelOdometry, ACircleEndsWhereItBeganWhateverTheStep) {
   }
 }
 
-TEST(WheelOdometry, DriftOverManySeedsIsWhatTheDescriptionSays) {
-  const double translation = 0.03, rotation = 0.05, way = 10;
+TEST(WheelOdometry, DriftOverManySeedsMatchesTheDescription) {
+  const double translation = 0.03, rotation = 0.05, driven = 10;
   const int seeds = 400;
   double along = 0, turned = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto key = static_cast<std::uint64_t>(seed);
-    const WheelOdometryErrors errors = draw_wheel_errors(key, translation, rotation, track);
-    WheelOdometry straight(track, errors, key), spin(track, errors, key);
-    along += std::pow(roll(straight, way, way, 100).T_odom_base.translation().head<2>().norm() - way, 2);
+    const WheelOdometryErrors errors = draw_wheel_errors(key, translation, rotation, kTrack);
+    WheelOdometry straight(kTrack, errors, key), spin(kTrack, errors, key);
+    along +=
+        std::pow(roll(straight, driven, driven, 100).T_odom_base.translation().head<2>().norm() - driven, 2);
     // A quarter turn on the spot.
-    const double arc = std::numbers::pi / 2 * track / 2;
+    const double arc = std::numbers::pi / 2 * kTrack / 2;
     turned += std::pow(yaw_of(roll(spin, -arc, arc, 100)) - std::numbers::pi / 2, 2);
   }
   // The systematic part is 1 / sqrt(2) of it; the description is an upper bound.
   const double sigma_along = std::sqrt(along / seeds), sigma_turned = std::sqrt(turned / seeds);
-  EXPECT_GT(sigma_along, 0.4 * translation * way);
-  EXPECT_LT(sigma_along, 1.2 * translation * way);
+  EXPECT_GT(sigma_along, 0.4 * translation * driven);
+  EXPECT_LT(sigma_along, 1.2 * translation * driven);
   EXPECT_GT(sigma_turned, 0.4 * rotation * std::numbers::pi / 2);
   EXPECT_LT(sigma_turned, 1.2 * rotation * std::numbers::pi / 2);
 }
 
 TEST(WheelOdometry, TheSameSeedHasTheSameWheelsAndAnotherOthers) {
   const auto end = [](std::uint64_t seed) {
-    WheelOdometry wheels(track, draw_wheel_errors(seed, 0.03, 0.05, track), seed);
+    WheelOdometry wheels(kTrack, draw_wheel_errors(seed, 0.03, 0.05, kTrack), seed);
     return roll(wheels, 5, 5.2, 200).T_odom_base.translation().eval();
   };
   EXPECT_EQ(end(1), end(1));
@@ -79,13 +80,13 @@ TEST(WheelOdometry, TheSameSeedHasTheSameWheelsAndAnotherOthers) {
 
 TEST(WheelOdometry, SlipShowsBecauseOnlyTheEncodersAreRead) {
   // One side slips on the spot: the robot did not turn, but its odometry did.
-  WheelOdometry wheels(track, {}, 1);
-  EXPECT_NEAR(yaw_of(roll(wheels, 0, 0.2, 20)), 0.2 / track, 1e-9);
+  WheelOdometry wheels(kTrack, {}, 1);
+  EXPECT_NEAR(yaw_of(roll(wheels, 0, 0.2, 20)), 0.2 / kTrack, 1e-9);
 }
 
 TEST(WheelOdometry, StandingStillNoNoiseMovesIt) {
-  const WheelOdometryErrors errors = draw_wheel_errors(3, 0.05, 0.05, track);
-  WheelOdometry wheels(track, errors, 3);
+  const WheelOdometryErrors errors = draw_wheel_errors(3, 0.05, 0.05, kTrack);
+  WheelOdometry wheels(kTrack, errors, 3);
   const auto before = roll(wheels, 1, 1, 50).T_odom_base.translation().eval();
   Odometry after;
   for (int i = 51; i < 1000; ++i) after = wheels.add(at(i), 1, 1, 0);
@@ -93,7 +94,7 @@ TEST(WheelOdometry, StandingStillNoNoiseMovesIt) {
 }
 
 TEST(WheelOdometry, ARobotThatWasPutElsewhereGoesOnFromWhereItsOdometryWas) {
-  WheelOdometry wheels(track, {}, 1);
+  WheelOdometry wheels(kTrack, {}, 1);
   roll(wheels, 2, 2, 10);
   const Odometry moved = wheels.add(at(11), 0, 0, 1);
   EXPECT_NEAR(moved.T_odom_base.translation().x(), 2, 1e-9);
@@ -104,10 +105,10 @@ ImuDescription mounted(double x = 0, double yaw = 0) {
   return {Transform<Base, Imu>::planar(x, 0, yaw, 0.2)};
 }
 
-const ImuErrors no_errors{0, 0, 0, 0, 0, 0, 0, 0};
+const ImuErrors kNoErrors{0, 0, 0, 0, 0, 0, 0, 0};
 
 TEST(ImuModel, AtRestItFeelsGravityUpwardsHoweverItIsTilted) {
-  ImuModel imu(mounted(), no_errors, 1);
+  ImuModel imu(mounted(), kNoErrors, 1);
   BaseMotion rest;
   ImuSample sample = imu.add(at(0), rest, false);
   EXPECT_NEAR((sample.acceleration - Eigen::Vector3d(0, 0, 9.81)).norm(), 0, 1e-12);
@@ -124,7 +125,7 @@ TEST(ImuModel, AtRestItFeelsGravityUpwardsHoweverItIsTilted) {
 
 TEST(ImuModel, ALeverArmFeelsTheTurn) {
   const double arm = 0.5, rate = 2;
-  ImuModel imu(mounted(arm), no_errors, 1);
+  ImuModel imu(mounted(arm), kNoErrors, 1);
   BaseMotion turning;
   turning.rotation_rate = {0, 0, rate};
   imu.add(at(0), turning, false);
@@ -134,7 +135,7 @@ TEST(ImuModel, ALeverArmFeelsTheTurn) {
 }
 
 TEST(ImuModel, SpeedingUpIsFeltAlongTheSensorsOwnAxes) {
-  ImuModel imu(mounted(0, std::numbers::pi / 2), no_errors, 1);
+  ImuModel imu(mounted(0, std::numbers::pi / 2), kNoErrors, 1);
   BaseMotion motion;
   imu.add(at(0), motion, false);
   motion.velocity = {0.01, 0, 0};  // in 10 ms: 1 m/s^2
@@ -143,7 +144,7 @@ TEST(ImuModel, SpeedingUpIsFeltAlongTheSensorsOwnAxes) {
 }
 
 TEST(ImuModel, ATeleportIsNotFelt) {
-  ImuModel imu(mounted(), no_errors, 1);
+  ImuModel imu(mounted(), kNoErrors, 1);
   BaseMotion motion;
   motion.velocity = {1, 0, 0};
   imu.add(at(0), motion, false);
@@ -151,7 +152,7 @@ TEST(ImuModel, ATeleportIsNotFelt) {
   EXPECT_NEAR((imu.add(at(1), motion, true).acceleration - Eigen::Vector3d(0, 0, 9.81)).norm(), 0, 1e-12);
 }
 
-TEST(ImuModel, NoiseHasTheSizeThatIsSaidAndTheBiasStaysItsOwn) {
+TEST(ImuModel, NoiseHasItsSpecifiedSizeAndBiasStaysSeparate) {
   ImuErrors errors;
   errors.rate_walk = errors.acceleration_walk = 0;
   ImuModel imu(mounted(), errors, 5), same(mounted(), errors, 5);

@@ -16,29 +16,29 @@ constexpr double kStood = 0.8;    // s that an object stands before it is driven
 constexpr double kRoom = 0.14;    // m of clearance from standing objects, in addition to the robot's disc...
 constexpr double kClosed = 0.04;  // ...and with less than this the path is blocked
 constexpr double kFromMoving = 0.3;  // m between the outlines
-constexpr double kFromStanding = 0.10, kLeast = 0.08;
+constexpr double kFromStanding = 0.10, kMinGap = 0.08;
 constexpr double kYawRate = 0.9;  // rad/s
 constexpr double kCell = 0.08;    // m
 constexpr double kHorizon = 2.5;  // s
 
 /// Distance of p from the polyline `way`, and the point `ahead` m further on from the nearest point.
-std::pair<double, Eigen::Vector2d> ahead_on(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p,
-                                            double ahead) {
+std::pair<double, Eigen::Vector2d> ahead_on(const std::vector<Eigen::Vector2d>& path,
+                                            const Eigen::Vector2d& p, double ahead) {
   double nearest = std::numeric_limits<double>::infinity(), part = 0;
   std::size_t at = 0;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
-    const Eigen::Vector2d along = way[i + 1] - way[i];
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Eigen::Vector2d along = path[i + 1] - path[i];
     const double length = std::max(1e-9, along.squaredNorm());
-    const double s = std::clamp((p - way[i]).dot(along) / length, 0.0, 1.0);
-    const double distance = (way[i] + s * along - p).norm();
+    const double s = std::clamp((p - path[i]).dot(along) / length, 0.0, 1.0);
+    const double distance = (path[i] + s * along - p).norm();
     if (distance >= nearest) continue;
     nearest = distance;
     at = i;
     part = s;
   }
-  Eigen::Vector2d point = way[at] + part * (way[at + 1] - way[at]);
-  for (std::size_t i = at + 1; i < way.size() && ahead > 0; ++i) {
-    const Eigen::Vector2d to = way[i] - point;
+  Eigen::Vector2d point = path[at] + part * (path[at + 1] - path[at]);
+  for (std::size_t i = at + 1; i < path.size() && ahead > 0; ++i) {
+    const Eigen::Vector2d to = path[i] - point;
     const double step = std::min(ahead, to.norm());
     if (step > 0) point += step * to.normalized();
     ahead -= step;
@@ -60,7 +60,7 @@ StandIn::Points StandIn::unmapped(const Pose2& pose, const Scan& scan) {
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double range = scan.ranges[i];
     if (laser_.convention.classify(scan.ranges[i]) != BeamKind::hit || range > kSight) continue;
-    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     const Eigen::Vector2d p =
         (T_map_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0)).head<2>();
     if (grid_.clearance(p) > kMapped) seen.push_back(p);
@@ -101,7 +101,7 @@ void StandIn::remember(const Pose2& pose, const Scan& scan, const Points& seen) 
       (Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw) * laser_.T_base_laser).isometry().inverse();
   std::erase_if(remembered_, [&](const auto& each) {
     const Eigen::Vector3d p = T_laser_map * Eigen::Vector3d(each.second.x(), each.second.y(), 0);
-    const long beam = std::lround((std::atan2(p.y(), p.x()) - scan.angle_first) / scan.angle_step);
+    const long beam = std::lround((std::atan2(p.y(), p.x()) - scan.angle_min) / scan.angle_increment);
     if (beam < 0 || beam >= static_cast<long>(scan.ranges.size())) return false;
     return static_cast<double>(scan.ranges[static_cast<std::size_t>(beam)]) > p.head<2>().norm() + 0.15;
   });
@@ -116,13 +116,13 @@ void StandIn::plan(const Pose2& pose) {
   for (const auto& [cell, p] : remembered_) query.blocked.push_back(simulation::make_disc(p, 0));
   simulation::RouteSearch search(grid_, query, ++searches_);
   std::size_t work = 1'000'000;
-  if (search.work(work) == simulation::RouteSearch::Result::found) way_ = search.smooth();
+  if (search.work(work) == simulation::RouteSearch::Result::found) path_ = search.smooth();
 }
 
-bool StandIn::way_is_closed(const Pose2& pose) const {
+bool StandIn::path_is_blocked(const Pose2& pose) const {
   const double radius = outline_.max().cwiseAbs().cwiseMax(outline_.min().cwiseAbs()).norm();
   for (double s = 0.2; s < 3; s += 0.1) {
-    const Eigen::Vector2d point = ahead_on(way_, pose.position(), s).second;
+    const Eigen::Vector2d point = ahead_on(path_, pose.position(), s).second;
     for (const auto& [cell, p] : remembered_) {
       if ((p - point).norm() < radius + kClosed) return true;
     }
@@ -131,9 +131,9 @@ bool StandIn::way_is_closed(const Pose2& pose) const {
 }
 
 /// Pure pursuit (Coulter 1992), with a turn on the spot where the path leads elsewhere.
-Twist2 StandIn::along_way(const Pose2& pose, double speed) const {
-  if (speed <= 0 || way_.size() < 2) return {};
-  const Eigen::Vector2d to = ahead_on(way_, pose.position(), 0.45).second - pose.position();
+Twist2 StandIn::follow_path(const Pose2& pose, double speed) const {
+  if (speed <= 0 || path_.size() < 2) return {};
+  const Eigen::Vector2d to = ahead_on(path_, pose.position(), 0.45).second - pose.position();
   const double off = wrap_angle(std::atan2(to.y(), to.x()) - pose.yaw);
   if (std::abs(off) > 0.6) return {0, 0, std::copysign(kYawRate, off)};
   const double kappa = 2 * std::sin(off) / std::max(0.1, to.norm());
@@ -153,17 +153,17 @@ double StandIn::gap(const Pose2& pose, const Points& things, const Eigen::Vector
 }
 
 /// The smallest gap of the next seconds if it continues along its path with `speed`, or brakes.
-double StandIn::least_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const {
+double StandIn::min_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const {
   constexpr double dt = 0.1;
-  double least = kSight;
+  double smallest = kSight;
   for (double t = dt; t < kHorizon; t += dt) {
-    const Twist2 wanted = along_way(pose, speed);
+    const Twist2 wanted = follow_path(pose, speed);
     now.vx += std::clamp(wanted.vx - now.vx, -kAcceleration * dt, kAcceleration * dt);
     now.wz = wanted.wz;
     pose = simulation::advance(pose, now, dt);
-    least = std::min(least, gap(pose, things, t * velocity_));
+    smallest = std::min(smallest, gap(pose, things, t * velocity_));
   }
-  return least;
+  return smallest;
 }
 
 Twist2 StandIn::drive(const Pose2& pose, const Twist2& now, const Scan& scan) {
@@ -172,15 +172,15 @@ Twist2 StandIn::drive(const Pose2& pose, const Twist2& now, const Scan& scan) {
   watch(seen);
   remember(pose, scan, seen);
   const bool standing = !moves_ && t_ - stood_since_ > kStood;
-  if (way_.empty() || (standing && t_ - planned_ > 1 && way_is_closed(pose))) plan(pose);
+  if (path_.empty() || (standing && t_ - planned_ > 1 && path_is_blocked(pose))) plan(pose);
   Points things = seen;
   for (const auto& [cell, p] : remembered_) things.push_back(p);
   const double here = gap(pose, things, {0, 0});
   const double needed =
-      standing || seen.empty() ? std::clamp(0.8 * here, kLeast, kFromStanding) : kFromMoving;
+      standing || seen.empty() ? std::clamp(0.8 * here, kMinGap, kFromStanding) : kFromMoving;
   // It brakes if no speed keeps enough distance.
   for (const double speed : {speed_, speed_ / 2, 0.15}) {
-    if (least_gap(pose, now, speed, things) >= needed) return along_way(pose, speed);
+    if (min_gap(pose, now, speed, things) >= needed) return follow_path(pose, speed);
   }
   return {};
 }

@@ -32,17 +32,17 @@ class StandIn {
   void watch(const Points& seen);
   void remember(const Pose2& pose, const Scan& scan, const Points& seen);
   void plan(const Pose2& pose);
-  bool way_is_closed(const Pose2& pose) const;
-  Twist2 along_way(const Pose2& pose, double speed) const;
+  bool path_is_blocked(const Pose2& pose) const;
+  Twist2 follow_path(const Pose2& pose, double speed) const;
   double gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const;
-  double least_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const;
+  double min_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const;
 
   LaserDescription laser_;
   Eigen::AlignedBox2d outline_;
   simulation::RouteGrid grid_;
   Eigen::Vector2d goal_;
   double speed_;
-  Points way_;
+  Points path_;
   std::uint32_t searches_ = 0;
   double t_ = 0, planned_ = -10, stood_since_ = 0;  // s
   struct Edges {

@@ -54,8 +54,8 @@ inline RobotDescription robot() {
   laser.noise_sigma = 0.005;
   laser.quantization = 0.01;
   laser.beams = 181;
-  laser.angle_first = -std::numbers::pi / 2;
-  laser.angle_step = std::numbers::pi / 180;
+  laser.angle_min = -std::numbers::pi / 2;
+  laser.angle_increment = std::numbers::pi / 180;
   robot.laser = laser;
   robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
   return robot;
@@ -79,7 +79,7 @@ inline tick::Configuration configuration(std::vector<AgentDefinition> agents) {
   return *tick::configure(scenario, robot(), room());
 }
 
-constexpr std::int64_t start_us = 1'700'000'000'000'000;
+constexpr std::int64_t kStartUs = 1'700'000'000'000'000;
 
 /// Pose on a circle of 1.5 m radius, one turn in 40 s.
 inline Transform<Map, Base> pose_at(double t) {
@@ -98,15 +98,15 @@ inline Scan scan_at(double t) {
   const RobotDescription description = robot();
   const LaserDescription& laser = *description.laser;
   Scan scan;
-  scan.stamp = SensorTime::from_utime(start_us + static_cast<std::int64_t>(t * 1e6));
-  scan.angle_first = static_cast<float>(laser.angle_first);
-  scan.angle_step = static_cast<float>(laser.angle_step);
+  scan.stamp = SensorTime::from_utime(kStartUs + static_cast<std::int64_t>(t * 1e6));
+  scan.angle_min = static_cast<float>(laser.angle_min);
+  scan.angle_increment = static_cast<float>(laser.angle_increment);
   std::vector<float> time;
   scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
   std::vector<scan::RangeHit> hits(time.size());
   const auto T_map_laser = pose_at(t) * laser.T_base_laser;
-  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time}, room(), 30,
-                            hits);
+  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time}, room(),
+                            30, hits);
   for (const scan::RangeHit& hit : hits) {
     scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
   }
@@ -116,15 +116,15 @@ inline Scan scan_at(double t) {
 /// ODOMETRY at 20 Hz, SCAN at 10 Hz, POSE_COV 20 ms after each scan; `extra` are merged in by arrival.
 inline std::vector<Message> drive(double duration, std::vector<Message> extra = {}) {
   std::vector<Message> log = std::move(extra);
-  log.push_back(message(channel::robot, start_us - 1000,
-                        RobotMessage{SensorTime::from_utime(start_us), to_yaml(robot())}));
+  log.push_back(message(channel::kRobot, kStartUs - 1000,
+                        RobotMessage{SensorTime::from_utime(kStartUs), to_yaml(robot())}));
   for (int i = 0; i * 0.05 < duration; ++i) {
     const double t = i * 0.05;
-    const std::int64_t utime = start_us + static_cast<std::int64_t>(t * 1e6);
+    const std::int64_t utime = kStartUs + static_cast<std::int64_t>(t * 1e6);
     Odometry odometry{SensorTime::from_utime(utime), pose_at(t).as<Odom, Base>()};
-    log.push_back(message(channel::odometry, utime + 2000, odometry));
+    log.push_back(message(channel::kOdometry, utime + 2000, odometry));
     if (i % 2 != 0) continue;
-    log.push_back(message(channel::scan, utime + 5000, scan_at(t)));
+    log.push_back(message(channel::kScan, utime + 5000, scan_at(t)));
     PoseEstimate estimate;
     estimate.stamp = SensorTime::from_utime(utime);
     estimate.T_map_base = pose_at(t);
@@ -132,7 +132,7 @@ inline std::vector<Message> drive(double duration, std::vector<Message> extra = 
     estimate.covariance(5, 5) = 1e-6;
     estimate.map_id = "synthetic";
     estimate.state = SlamState::tracking;
-    log.push_back(message(channel::pose_cov, utime + 25000, estimate));
+    log.push_back(message(channel::kPoseCov, utime + 25000, estimate));
   }
   std::stable_sort(log.begin(), log.end(),
                    [](const Message& a, const Message& b) { return a.arrival < b.arrival; });

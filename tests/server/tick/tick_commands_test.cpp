@@ -15,17 +15,17 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   start(test::configuration({}));
   feed(test::drive(2));
   AgentSpawn command{.request = 42, .agent = agent("box_1", AgentKind::box, 3, 2)};
-  feed(test::message(channel::mr_spawn, test::start_us + 2'000'000, command));
+  feed(test::message(channel::kMrSpawn, test::kStartUs + 2'000'000, command));
   command.request = 43;  // the same name again
-  feed(test::message(channel::mr_spawn, test::start_us + 2'000'100, command));
+  feed(test::message(channel::kMrSpawn, test::kStartUs + 2'000'100, command));
   command.request = 44;  // unreadable
   command.agent.name = "box/2";
-  feed(test::message(channel::mr_spawn, test::start_us + 2'000'200, command));
-  feed(test::message(channel::mr_freeze, test::start_us + 2'000'300,  // on the channel of another type
+  feed(test::message(channel::kMrSpawn, test::kStartUs + 2'000'200, command));
+  feed(test::message(channel::kMrFreeze, test::kStartUs + 2'000'300,  // on the channel of another type
                      AgentRemove{.request = 45, .agent = "box_1"}));
   std::map<std::uint64_t, EventKind> answers;
   std::map<std::uint64_t, std::string> reasons;
-  for (const Event& event : decoded<Event>(channel::mr_events)) {
+  for (const Event& event : decoded<Event>(channel::kMrEvents)) {
     if (event.request == 0) continue;
     answers[event.request] = event.kind;
     reasons[event.request] = event.text;
@@ -38,13 +38,13 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   EXPECT_TRUE(state_->simulation.pose_of("box_1"));
 }
 
-TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
+TEST_F(TickTest, TickRefusesAgentsOnTheRealRobotAndSuggestsPlaces) {
   start(test::configuration({}));
   feed(test::drive(2));
   const auto here = test::pose_at(2).translation();
   const AgentSpawn command{.request = 1, .agent = agent("box_1", AgentKind::box, here.x(), here.y())};
-  feed(test::message(channel::mr_spawn, test::start_us + 2'000'000, command));
-  const auto events = decoded<Event>(channel::mr_events);
+  feed(test::message(channel::kMrSpawn, test::kStartUs + 2'000'000, command));
+  const auto events = decoded<Event>(channel::kMrEvents);
   const auto answer =
       std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
   ASSERT_NE(answer, events.end());
@@ -60,10 +60,10 @@ TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
   std::vector<TwistCommand> asked;
   for (int i = 0; i < 190; ++i) {
     TwistCommand command;
-    const std::int64_t utime = test::start_us + 50'000 * i + 11'000;
+    const std::int64_t utime = test::kStartUs + 50'000 * i + 11'000;
     command.stamp = SensorTime::from_utime(utime);
     command.twist = {component(random), 0, component(random)};
-    log.push_back(test::message(channel::teleop, utime, command));
+    log.push_back(test::message(channel::kTeleop, utime, command));
   }
   std::stable_sort(log.begin(), log.end(),
                    [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
@@ -71,10 +71,10 @@ TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
   for (const Message& each : log) {
     out_.clear();
     feed(each);
-    if (each.channel != channel::teleop) continue;
+    if (each.channel != channel::kTeleop) continue;
     TwistCommand command;
     ASSERT_TRUE(decode(each.channel, each.payload, command).ok());
-    const auto given = decoded<TwistCommand>(channel::mr_cmd);
+    const auto given = decoded<TwistCommand>(channel::kMrCmd);
     ASSERT_EQ(given.size(), 1U);
     const Twist2 &in = command.twist, &out = given[0].twist;
     ASSERT_LE(std::abs(out.vx), std::abs(in.vx) + 1e-9);
@@ -90,13 +90,13 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   start(test::configuration({}));
   auto log = test::drive(4);
   TwistCommand command;
-  command.stamp = SensorTime::from_utime(test::start_us + 1'000'000);
+  command.stamp = SensorTime::from_utime(test::kStartUs + 1'000'000);
   command.twist = {0.5, 0, 0};
-  log.push_back(test::message(channel::teleop, test::start_us + 1'000'000, command));
+  log.push_back(test::message(channel::kTeleop, test::kStartUs + 1'000'000, command));
   std::stable_sort(log.begin(), log.end(),
                    [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
   feed(log);
-  const auto given = decoded<TwistCommand>(channel::mr_cmd);
+  const auto given = decoded<TwistCommand>(channel::kMrCmd);
   ASSERT_GE(given.size(), 2U);
   EXPECT_EQ(given.back().twist.vx, 0);
   EXPECT_EQ(given.back().twist.wz, 0);
@@ -108,15 +108,15 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   start(test::configuration({}));
   auto log = test::drive(8);
   const auto add = [&](double s, double vx) {
-    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6) + 7;
+    const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(s * 1e6) + 7;
     log.push_back(
-        test::message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, 0}}));
+        test::message(channel::kTeleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, 0}}));
   };
   const auto order = [&](double s, bool engaged, std::uint64_t request) {
-    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6);
+    const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(s * 1e6);
     const EmergencyStopCommand command{SensorTime::from_utime(utime), request, configuration_.robot.name,
                                        engaged};
-    log.push_back(test::message(channel::mr_emergency_stop, utime, command));
+    log.push_back(test::message(channel::kMrEmergencyStop, utime, command));
   };
   for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick held all the time
   add(6.0, 0);
@@ -129,11 +129,11 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   for (const Message& each : log) {
     out_.clear();
     feed(each);
-    const double s = (each.arrival.utime() - test::start_us) * 1e-6;
+    const double s = (each.arrival.utime() - test::kStartUs) * 1e-6;
     const int part = s < 3 ? 0 : s < 5 ? 1 : s < 6 ? 2 : 3;
-    for (const TwistCommand& command : decoded<TwistCommand>(channel::mr_cmd))
+    for (const TwistCommand& command : decoded<TwistCommand>(channel::kMrCmd))
       moved[part] = std::max(moved[part], std::abs(command.twist.vx));
-    for (const Event& event : decoded<Event>(channel::mr_events)) {
+    for (const Event& event : decoded<Event>(channel::kMrEvents)) {
       if (event.request == 7 || event.request == 8) {
         EXPECT_EQ(event.kind, EventKind::command_accepted);
       }
@@ -148,23 +148,23 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
 TEST_F(TickTest, TickStopsTheTraineesRobotByAnEmergencyStopAloneAndAgentsByEither) {
   start(test::configuration({agent("robot_1", AgentKind::robot, 3, 2)}));
   feed(test::drive(1));
-  std::int64_t utime = test::start_us + 1'000'000;
+  std::int64_t utime = test::kStartUs + 1'000'000;
   const auto answer = [&](const char* channel, const auto& command) {
     out_.clear();
     feed(test::message(channel, utime += 100, command));
-    const auto events = decoded<Event>(channel::mr_events);
+    const auto events = decoded<Event>(channel::kMrEvents);
     return events.empty() ? "no answer" : events.back().text;
   };
   const std::string robot = configuration_.robot.name;
-  EXPECT_NE(answer(channel::mr_freeze, AgentFreeze{.request = 1, .agent = robot}).find("MR_EMERGENCY_STOP"),
+  EXPECT_NE(answer(channel::kMrFreeze, AgentFreeze{.request = 1, .agent = robot}).find("MR_EMERGENCY_STOP"),
             std::string::npos);
   EXPECT_FALSE(state_->robots.front().command.emergency_stop);
-  EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 2, .robot = "robot_1"}), "");
+  EXPECT_EQ(answer(channel::kMrEmergencyStop, EmergencyStopCommand{.request = 2, .robot = "robot_1"}), "");
   EXPECT_FALSE(state_->robots.front().command.emergency_stop) << "that was an agent";
-  EXPECT_NE(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 3, .robot = "nobody"}), "");
-  EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 4}), "");
+  EXPECT_NE(answer(channel::kMrEmergencyStop, EmergencyStopCommand{.request = 3, .robot = "nobody"}), "");
+  EXPECT_EQ(answer(channel::kMrEmergencyStop, EmergencyStopCommand{.request = 4}), "");
   EXPECT_TRUE(state_->robots.front().command.emergency_stop) << "every robot of a trainee";
-  EXPECT_EQ(answer(channel::mr_freeze, AgentFreeze{.request = 5, .all = true, .frozen = false}), "");
+  EXPECT_EQ(answer(channel::kMrFreeze, AgentFreeze{.request = 5, .all = true, .frozen = false}), "");
   EXPECT_TRUE(state_->robots.front().command.emergency_stop);
 }
 

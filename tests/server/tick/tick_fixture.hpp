@@ -30,7 +30,7 @@ inline Message image_at(std::int64_t us) {
   image.format = PixelFormat::gray;
   image.row_stride = 64;
   image.bytes.assign(64 * 48, 100);
-  return message(channel::camera, us + 5000, image);
+  return message(channel::kCamera, us + 5000, image);
 }
 
 /// Feeds messages to a tick and keeps its outputs.
@@ -38,7 +38,7 @@ class TickTest : public testing::Test {
  protected:
   void start(tick::Configuration configuration) {
     configuration_ = std::move(configuration);
-    auto made = tick::make_state(configuration_, ArrivalTime::from_utime(start_us - 2000));
+    auto made = tick::make_state(configuration_, ArrivalTime::from_utime(kStartUs - 2000));
     ASSERT_TRUE(made.ok()) << made.error().message;
     state_ = std::move(*made);
   }

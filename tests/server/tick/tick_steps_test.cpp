@@ -50,7 +50,7 @@ class TimedTick {
     for (const Outputs::Entry& entry : outputs_.entries()) sent_[entry.channel].push_back(entry.payload);
   }
 
-  ArrivalTime last_ = ArrivalTime::from_utime(test::start_us - 2000);
+  ArrivalTime last_ = ArrivalTime::from_utime(test::kStartUs - 2000);
   Configuration configuration_;
   std::unique_ptr<State> state_;
   StageObserver& observer_;
@@ -77,19 +77,19 @@ TimedTick::Sent sent_by_a_late_loop(bool live) {
   StageObserver observer;
   TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);
   const auto decision = [](std::int64_t us, LoopDecision::Kind kind, std::int64_t count) {
-    return test::message(channel::loop, us, LoopDecision{SensorTime::from_utime(us), kind, count});
+    return test::message(channel::kLoop, us, LoopDecision{SensorTime::from_utime(us), kind, count});
   };
   for (const Message& each : test::drive(2)) {
-    const std::int64_t us = each.arrival.utime() - test::start_us;
+    const std::int64_t us = each.arrival.utime() - test::kStartUs;
     if (us >= 900'000 && us < 1'600'000) continue;
     if (us >= 1'600'000 && us < 1'610'000) {
       if (live) {
-        ticks.advance_to(ArrivalTime::from_utime(test::start_us + 1'000'000));
+        ticks.advance_to(ArrivalTime::from_utime(test::kStartUs + 1'000'000));
       } else {
-        ticks.take(decision(test::start_us + 1'590'000, LoopDecision::Kind::guard_fired, 9));
+        ticks.take(decision(test::kStartUs + 1'590'000, LoopDecision::Kind::guard_fired, 9));
       }
       // At 240 Hz 143 steps are due since 1.0 s; the newest is done.
-      ticks.take(decision(test::start_us + 1'595'000, LoopDecision::Kind::steps_skipped, 142));
+      ticks.take(decision(test::kStartUs + 1'595'000, LoopDecision::Kind::steps_skipped, 142));
     }
     ticks.take(each);
   }
@@ -99,22 +99,22 @@ TimedTick::Sent sent_by_a_late_loop(bool live) {
 TEST_F(TickTest, TickSkipsTheStepsThatALateLoopSkippedAndDoesThoseThatItsTimerDid) {
   const auto live = sent_by_a_late_loop(true);
   EXPECT_TRUE(sent_by_a_late_loop(false) == live);
-  EXPECT_TRUE(live.contains(channel::mr_world));
+  EXPECT_TRUE(live.contains(channel::kMrWorld));
 }
 
-TEST_F(TickTest, TickSaysThatNoScanCameBeforeItHearsThatSomeWereLeftOut) {
+TEST_F(TickTest, TickReportsMissingScansBeforeLeftOutOnes) {
   const auto run = [](bool with_timer) {
     StageObserver observer;
     TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);
-    const std::int64_t us = test::start_us + 700'000;
+    const std::int64_t us = test::kStartUs + 700'000;
     if (with_timer) ticks.tick_until(ArrivalTime::from_utime(us));
     ticks.take(test::message(
-        channel::loop, us, LoopDecision{SensorTime::from_utime(us), LoopDecision::Kind::scans_left_out, 3}));
+        channel::kLoop, us, LoopDecision{SensorTime::from_utime(us), LoopDecision::Kind::scans_left_out, 3}));
     EXPECT_EQ(ticks.state().tally.scans_in, 3U);
     return ticks.sent();
   };
   const auto sent = run(true);
-  EXPECT_TRUE(sent.contains(channel::mr_events));
+  EXPECT_TRUE(sent.contains(channel::kMrEvents));
   EXPECT_TRUE(run(false) == sent);
 }
 
@@ -146,8 +146,8 @@ TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicksWherePhysicsIsFau
 
 TEST_F(TickTest, TickNeverSkipsBeyondTheDecision) {
   start(test::configuration({}));
-  const std::int64_t us = test::start_us + 1'000'000;
-  feed(test::message(channel::loop, us,
+  const std::int64_t us = test::kStartUs + 1'000'000;
+  feed(test::message(channel::kLoop, us,
                      LoopDecision{SensorTime::from_utime(us), LoopDecision::Kind::steps_skipped, 1'000'000}));
   EXPECT_LE(state_->simulation.now().ns, us * 1000);
   EXPECT_GT(state_->simulation.next_step().ns, us * 1000);

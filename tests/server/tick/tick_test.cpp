@@ -21,11 +21,11 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
   feed(log);
   std::vector<Scan> real;
   for (const Message& each : log) {
-    if (each.channel != channel::scan) continue;
+    if (each.channel != channel::kScan) continue;
     ASSERT_TRUE(decode(each.channel, each.payload, real.emplace_back()).ok());
   }
-  const auto out = decoded<Scan>(channel::mr_scan);
-  const auto info = decoded<ScanInfo>(channel::mr_scan_info);
+  const auto out = decoded<Scan>(channel::kMrScan);
+  const auto info = decoded<ScanInfo>(channel::kMrScanInfo);
   ASSERT_EQ(out.size(), real.size());
   ASSERT_EQ(info.size(), real.size());
   std::size_t replaced = 0;
@@ -40,8 +40,8 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
       ++replaced;
       ASSERT_LT(out[i].ranges[beam], real[i].ranges[beam]);
       // The return lies on the barrel, which stands at (3, 2) and is 0.4 m wide.
-      const double t = static_cast<double>(real[i].stamp.utime() - test::start_us) * 1e-6;
-      const double angle = real[i].angle_first + static_cast<double>(beam) * real[i].angle_step;
+      const double t = static_cast<double>(real[i].stamp.utime() - test::kStartUs) * 1e-6;
+      const double angle = real[i].angle_min + static_cast<double>(beam) * real[i].angle_increment;
       const Eigen::Vector3d p_laser(out[i].ranges[beam] * std::cos(angle),
                                     out[i].ranges[beam] * std::sin(angle), 0);
       const Eigen::Vector3d p_map = test::pose_at(t) * (test::robot().laser->T_base_laser * p_laser);
@@ -78,7 +78,7 @@ TEST_F(TickTest, TickPublishesEachScanBeforeItLearnsFromThatScan) {
     outputs_.clear();
     tick(configuration_, each, *state_, outputs_, observer_, sink);
     for (const Outputs::Entry& entry : outputs_.entries()) {
-      EXPECT_EQ(entry.sent, entry.channel == channel::mr_scan);
+      EXPECT_EQ(entry.sent, entry.channel == channel::kMrScan);
       if (entry.sent) sent.push_back(entry.payload);
     }
     ASSERT_EQ(sink.scans.size(), sent.size());
@@ -107,10 +107,10 @@ TEST_F(TickTest, TickLogsTheRawScanAndWhyWhereTheGuardWasFirst) {
     outputs_.clear();
     tick(configuration_, each, *state_, outputs_, observer_, guard);
     for (const Outputs::Entry& entry : outputs_.entries()) {
-      if (entry.channel == channel::mr_scan) {
+      if (entry.channel == channel::kMrScan) {
         EXPECT_EQ(entry.payload, each.payload);
       }
-      if (entry.channel != channel::mr_scan_info) continue;
+      if (entry.channel != channel::kMrScanInfo) continue;
       ScanInfo info;
       ASSERT_TRUE(decode(entry.channel, entry.payload, info));
       EXPECT_FALSE(info.live);
@@ -129,11 +129,11 @@ TEST_F(TickTest, TickLogsTheRawScanAndWhyWhereTheGuardWasFirst) {
 
 TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 0)}));
-  const Message first = test::message(channel::scan, test::start_us + 100, test::scan_at(0));
+  const Message first = test::message(channel::kScan, test::kStartUs + 100, test::scan_at(0));
   feed(first);
-  ASSERT_EQ(out_[channel::mr_scan].size(), 1U);
-  EXPECT_EQ(out_[channel::mr_scan][0], first.payload);
-  const auto info = decoded<ScanInfo>(channel::mr_scan_info);
+  ASSERT_EQ(out_[channel::kMrScan].size(), 1U);
+  EXPECT_EQ(out_[channel::kMrScan][0], first.payload);
+  const auto info = decoded<ScanInfo>(channel::kMrScanInfo);
   EXPECT_FALSE(info[0].live);
   EXPECT_FALSE(info[0].reason.empty());
 }
@@ -146,7 +146,7 @@ TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
   std::size_t scans = 0;
   for (std::size_t i = 0; i < log.size(); ++i) {
     Message each = log[i];
-    const bool is_scan = each.channel == channel::scan;
+    const bool is_scan = each.channel == channel::kScan;
     scans += is_scan ? 1 : 0;
     // Everything but the scans is damaged at random: bits, length, stamps.
     if (!is_scan && random() % 2 == 0 && !each.payload.empty()) {
@@ -154,8 +154,8 @@ TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
       if (random() % 4 == 0) each.payload.resize(random() % each.payload.size());
     }
     feed(each);
-    ASSERT_EQ(out_[channel::mr_scan].size(), scans);
-    ASSERT_EQ(out_[channel::mr_scan_info].size(), scans);
+    ASSERT_EQ(out_[channel::kMrScan].size(), scans);
+    ASSERT_EQ(out_[channel::kMrScanInfo].size(), scans);
   }
   EXPECT_GT(state_->tally.refused_inputs, 0U);
 }
@@ -163,7 +163,7 @@ TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
 TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
-  const Message whole = test::message(channel::scan, test::start_us + 2'006'000, test::scan_at(2.0));
+  const Message whole = test::message(channel::kScan, test::kStartUs + 2'006'000, test::scan_at(2.0));
   const auto floats = [](Message scan, std::size_t from_end, float value) {
     std::uint32_t bits;
     std::memcpy(&bits, &value, 4);
@@ -195,54 +195,54 @@ TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
   for (auto& [scan, reason] : bad) {
     scan.arrival = scan.arrival + microseconds(static_cast<std::int64_t>(++count));
     feed(scan);
-    ASSERT_EQ(out_[channel::mr_scan].back(), scan.payload) << "unchanged, after " << count;
-    const ScanInfo info = decoded<ScanInfo>(channel::mr_scan_info).back();
+    ASSERT_EQ(out_[channel::kMrScan].back(), scan.payload) << "unchanged, after " << count;
+    const ScanInfo info = decoded<ScanInfo>(channel::kMrScanInfo).back();
     EXPECT_FALSE(info.live);
     EXPECT_TRUE(info.beam_agent.empty());
     EXPECT_NE(info.reason.find("SCAN"), std::string::npos) << info.reason;
     EXPECT_NE(info.reason.find(reason), std::string::npos) << info.reason;
     const bool has_stamp = scan.payload.size() >= 16 && reason != "utime";
-    EXPECT_EQ(info.stamp.utime(), has_stamp ? test::start_us + 2'000'000 : scan.arrival.utime());
+    EXPECT_EQ(info.stamp.utime(), has_stamp ? test::kStartUs + 2'000'000 : scan.arrival.utime());
   }
   EXPECT_EQ(state_->tally.scans_in - before, count);
   EXPECT_EQ(state_->tally.scans_out, state_->tally.scans_in);
-  EXPECT_EQ(out_[channel::mr_scan].size(), state_->tally.scans_in);
+  EXPECT_EQ(out_[channel::kMrScan].size(), state_->tally.scans_in);
   EXPECT_EQ(state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], count);
   // Later scans are processed normally.
-  Message next = test::message(channel::scan, test::start_us + 2'106'000, test::scan_at(2.1));
+  Message next = test::message(channel::kScan, test::kStartUs + 2'106'000, test::scan_at(2.1));
   feed(test::message(
-      channel::odometry, test::start_us + 2'102'000,
-      Odometry{SensorTime::from_utime(test::start_us + 2'100'000), test::pose_at(2.1).as<Odom, Base>()}));
+      channel::kOdometry, test::kStartUs + 2'102'000,
+      Odometry{SensorTime::from_utime(test::kStartUs + 2'100'000), test::pose_at(2.1).as<Odom, Base>()}));
   feed(next);
-  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live);
+  EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live);
 }
 
 TEST_F(TickTest, TickAnswersFlippedScansOneForOneAndNeverSendsOnWhatIsNoScan) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
   std::mt19937 random(5);
-  std::int64_t arrival = test::start_us + 2'006'000;
+  std::int64_t arrival = test::kStartUs + 2'006'000;
   for (int round = 0; round < 3000; ++round) {
-    Message scan = test::message(channel::scan, ++arrival, test::scan_at(2.0));
+    Message scan = test::message(channel::kScan, ++arrival, test::scan_at(2.0));
     for (unsigned flips = 1 + random() % 4; flips > 0; --flips) {
       // A third of the flips hit the fields before the ranges.
       const std::size_t at = random() % (random() % 3 == 0 ? 20 : scan.payload.size());
       scan.payload[at] ^= static_cast<std::uint8_t>(1U << (random() % 8));
     }
-    const std::size_t scans = out_[channel::mr_scan].size(), infos = out_[channel::mr_scan_info].size();
+    const std::size_t scans = out_[channel::kMrScan].size(), infos = out_[channel::kMrScanInfo].size();
     const std::uint64_t foreign = state_->tally.foreign_scans;
     feed(scan);
-    ASSERT_EQ(out_[channel::mr_scan_info].size(), infos + 1);
-    const ScanInfo info = decoded<ScanInfo>(channel::mr_scan_info).back();
+    ASSERT_EQ(out_[channel::kMrScanInfo].size(), infos + 1);
+    const ScanInfo info = decoded<ScanInfo>(channel::kMrScanInfo).back();
     if (!claims_to_be_scan(scan.payload)) {
-      ASSERT_EQ(out_[channel::mr_scan].size(), scans) << "of another type";
+      ASSERT_EQ(out_[channel::kMrScan].size(), scans) << "of another type";
       ASSERT_EQ(state_->tally.foreign_scans, foreign + 1);
       ASSERT_NE(info.reason.find("planar_lidar_t"), std::string::npos) << info.reason;
       ASSERT_EQ(info.stamp.utime(), scan.arrival.utime());
       continue;
     }
-    ASSERT_EQ(out_[channel::mr_scan].size(), scans + 1);
-    const auto& answer = out_[channel::mr_scan].back();
+    ASSERT_EQ(out_[channel::kMrScan].size(), scans + 1);
+    const auto& answer = out_[channel::kMrScan].back();
     ASSERT_EQ(answer.size(), scan.payload.size());
     if (!info.live) {
       ASSERT_EQ(answer, scan.payload);
@@ -257,15 +257,15 @@ TEST_F(TickTest, TickPassesScansThroughWhileSlamIsLost) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
   PoseEstimate lost;
-  lost.stamp = SensorTime::from_utime(test::start_us + 1'990'000);
+  lost.stamp = SensorTime::from_utime(test::kStartUs + 1'990'000);
   lost.state = SlamState::lost;
   lost.map_id = "synthetic";
   lost.covariance = PoseCovariance::Identity();
-  feed(test::message(channel::pose_cov, test::start_us + 2'000'000, lost));
-  const Message scan = test::message(channel::scan, test::start_us + 2'006'000, test::scan_at(2.0));
+  feed(test::message(channel::kPoseCov, test::kStartUs + 2'000'000, lost));
+  const Message scan = test::message(channel::kScan, test::kStartUs + 2'006'000, test::scan_at(2.0));
   feed(scan);
-  EXPECT_EQ(out_[channel::mr_scan].back(), scan.payload);
-  EXPECT_FALSE(decoded<ScanInfo>(channel::mr_scan_info).back().live);
+  EXPECT_EQ(out_[channel::kMrScan].back(), scan.payload);
+  EXPECT_FALSE(decoded<ScanInfo>(channel::kMrScanInfo).back().live);
 }
 
 TEST_F(TickTest, TickPassesScansThroughWhereTheMapIsAnother) {
@@ -273,7 +273,7 @@ TEST_F(TickTest, TickPassesScansThroughWhereTheMapIsAnother) {
   other.model.map_id = "another map";
   start(std::move(other));
   feed(test::drive(2));
-  for (const ScanInfo& info : decoded<ScanInfo>(channel::mr_scan_info)) EXPECT_FALSE(info.live);
+  for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) EXPECT_FALSE(info.live);
 }
 
 TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
@@ -281,14 +281,14 @@ TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
   feed(test::drive(2));
   Scan late = test::scan_at(2.0);
   late.stamp = late.stamp - seconds(3600);
-  const Message scan = test::message(channel::scan, test::start_us + 2'006'000, late);
+  const Message scan = test::message(channel::kScan, test::kStartUs + 2'006'000, late);
   feed(scan);
-  EXPECT_EQ(out_[channel::mr_scan].back(), scan.payload);
+  EXPECT_EQ(out_[channel::kMrScan].back(), scan.payload);
   Scan next = test::scan_at(2.1);
-  feed(test::message(channel::odometry, test::start_us + 2'101'000,
+  feed(test::message(channel::kOdometry, test::kStartUs + 2'101'000,
                      Odometry{next.stamp, test::pose_at(2.1).as<Odom, Base>()}));
-  feed(test::message(channel::scan, test::start_us + 2'106'000, next));
-  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live)
+  feed(test::message(channel::kScan, test::kStartUs + 2'106'000, next));
+  EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live)
       << "one bad stamp must not blind what follows";
 }
 
@@ -313,16 +313,16 @@ TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
     if (format == PixelFormat::depth_mm) made.metadata.push_back({"encoding", {'r', 'a', 'w'}});
     return made;
   };
-  const std::int64_t t = test::start_us + 1'990'000;
-  feed(test::message(channel::depth, t - 30'000, image(PixelFormat::depth_mm, t - 33'000, 2)));
-  feed(test::message(channel::camera, t + 2000, image(PixelFormat::bgr, t, 3)));
+  const std::int64_t t = test::kStartUs + 1'990'000;
+  feed(test::message(channel::kDepth, t - 30'000, image(PixelFormat::depth_mm, t - 33'000, 2)));
+  feed(test::message(channel::kCamera, t + 2000, image(PixelFormat::bgr, t, 3)));
   EXPECT_TRUE(outputs_.frames().empty()) << "the depth image at hand shows an earlier moment";
-  feed(test::message(channel::depth, t + 3000, image(PixelFormat::depth_mm, t, 2)));
+  feed(test::message(channel::kDepth, t + 3000, image(PixelFormat::depth_mm, t, 2)));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   ASSERT_TRUE(outputs_.frames()[0].job.depth.has_value());
   EXPECT_EQ(outputs_.frames()[0].job.depth->stamp, outputs_.frames()[0].job.image.stamp);
 
-  feed(test::message(channel::camera, t + 35'000, image(PixelFormat::bgr, t + 33'000, 3)));
+  feed(test::message(channel::kCamera, t + 35'000, image(PixelFormat::bgr, t + 33'000, 3)));
   EXPECT_TRUE(outputs_.frames().empty());
   outputs_.clear();
   advance(configuration_, ArrivalTime::from_utime(t + 95'000), *state_, outputs_, observer_);

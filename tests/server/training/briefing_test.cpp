@@ -9,7 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* lesson = R"(name: Stairs
+constexpr const char* kTrainingScenario = R"(name: Stairs
 level: 1
 training:
   text: Up to the gallery.
@@ -22,19 +22,19 @@ training:
       points: 20
       required: true
       limit: 60 s
-      done: {pass: door 1, within: 50 s, never: {event: collision_started, object: door 1, impulse: 0.5 N s}}
+      done: {pass: door 1, within: 50 s, never: {event: contact_started, object: door 1, impulse: 0.5 N s}}
     - name: crate
       points: 40
       done: {then: [{grip: crate}, {any: [{place: crate, into: box}, {near: dock, distance: 1 m, for: 3 s}]}]}
       failed: {event: dropped, count: 2}
   penalties:
-    - {name: collision, points: 5, per_impulse: 0.5, most: 30, when: {event: collision_started}}
+    - {name: collision, points: 5, per_impulse: 0.5, max: 30, when: {event: contact_started}}
     - {name: lean, points: 1, when: {pitch: 20 deg}}
-lessons: [{dead_wheel: left}]
+faults: [{dead_wheel: left}]
 )";
 
-TEST(Briefing, SaysTasksTimeScaleAndEveryPenalty) {
-  const auto scenario = parse_scenario(lesson, "s.yaml");
+TEST(Briefing, ListsTasksTimeScaleAndEveryPenalty) {
+  const auto scenario = parse_scenario(kTrainingScenario, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   EXPECT_EQ(briefing(*scenario, "rover"), R"(Stairs (level 1), with rover
 Up to the gallery.
@@ -42,7 +42,7 @@ Time: 5 min in total.
 Tasks, one after the other:
   1. door: 20 points, required, at most 60 s
      Mind the frame.
-     done:   pass through door 1, within 50 s, without collision_started with door 1 of 0.5 N s or more
+     done:   pass through door 1, within 50 s, without contact_started with door 1 of 0.5 N s or more
   2. crate: 40 points
      done:   (grip crate, then (place crate in box or be within 1 m of dock for 3 s))
      failed: dropped, 2 times
@@ -50,12 +50,12 @@ Points: 60 for all tasks, less penalties; passed with 60 % or more.
   grade A from 90 %
   grade B from 60 %
 Penalties, each time:
-  collision: 5 points and 0.5 points for each N s, at most 30 in all, for collision_started
+  collision: 5 points and 0.5 points for each N s, at most 30 in all, for contact_started
   lean: 1 points, for pitch of 20 deg or more
 )") << "and nothing of the dead wheel";
 }
 
-TEST(Briefing, EveryConditionHasWords) {
+TEST(Briefing, EveryConditionHasAText) {
   for (int kind = 0; kind <= static_cast<int>(Condition::Kind::then); ++kind) {
     Condition condition;
     condition.kind = static_cast<Condition::Kind>(kind);
@@ -66,16 +66,16 @@ TEST(Briefing, EveryConditionHasWords) {
   }
 }
 
-TEST(Briefing, ANearMissIsToldByItsDistanceAndByItsTime) {
+TEST(Briefing, DescribesANearMissByDistanceAndTime) {
   Condition condition;
   condition.event = EventKind::near_miss;
   condition.object = "guide";
   EXPECT_EQ(condition_text(condition), "passing too near to guide or almost driving into guide");
   condition.text = "gap";
-  condition.most = 0.15;
+  condition.max = 0.15;
   EXPECT_EQ(condition_text(condition), "passing guide nearer than 0.15 m");
   condition.text = "time";
-  condition.most = 0.8;
+  condition.max = 0.8;
   EXPECT_EQ(condition_text(condition), "almost driving into guide, less than 0.8 s from it");
   condition.object.clear();
   EXPECT_EQ(condition_text(condition), "almost driving into anything, less than 0.8 s from it");

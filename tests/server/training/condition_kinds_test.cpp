@@ -7,9 +7,9 @@ namespace {
 using test::at, test::join, test::never, test::of, test::on, test::penalty, test::task, test::within;
 using Kind = Condition::Kind;
 
-Condition amount(Kind kind, double least, double duration = 0) {
+Condition amount(Kind kind, double threshold, double duration = 0) {
   Condition condition = of(kind, "", 0, duration);
-  condition.amount = least;
+  condition.amount = threshold;
   return condition;
 }
 
@@ -99,13 +99,13 @@ TEST_F(ConditionKinds, AvoidingFailsAtTheFirstNearnessAndHoldsWhenItsTimeIsOver)
   stand(10, 0, 0, 0, {{"robot_2", {0.9, 0}}});
   EXPECT_EQ(outcome(1), TaskOutcome::done);
   start();
-  say(3, EventKind::collision_started, "wall 1");
+  add_event(3, EventKind::contact_started, "wall 1");
   EXPECT_EQ(outcome(1), TaskOutcome::open);
-  say(4, EventKind::collision_started, "rover", 1, 0, "robot_2");
+  add_event(4, EventKind::contact_started, "rover", 1, 0, "robot_2");
   EXPECT_EQ(outcome(1), TaskOutcome::failed);
   EXPECT_EQ(grader_->grade().tasks[1].cause->subject, "robot_2");
   start();
-  say(3, EventKind::collision_continued, "robot_2");
+  add_event(3, EventKind::contact_continues, "robot_2");
   EXPECT_EQ(outcome(1), TaskOutcome::failed) << "it touched already when this began";
 }
 
@@ -115,13 +115,13 @@ TEST_F(ConditionKinds, HandlingIsOfTheNamedThingAndContainer) {
   training_.tasks = {
       task("put away", 10, join(Kind::then, {of(Kind::grip, "cube"), of(Kind::lift, "cube"), into}))};
   start();
-  say(1, EventKind::gripped, "pipe");
-  say(2, EventKind::lifted, "cube");
-  say(3, EventKind::gripped, "cube", 0, 0, "other_robot");
+  add_event(1, EventKind::gripped, "pipe");
+  add_event(2, EventKind::lifted, "cube");
+  add_event(3, EventKind::gripped, "cube", 0, 0, "other_robot");
   place(4, "cube", "box");
   EXPECT_EQ(outcome(), TaskOutcome::open) << "it was not gripped by ours";
-  say(5, EventKind::gripped, "cube");
-  say(6, EventKind::lifted, "cube");
+  add_event(5, EventKind::gripped, "cube");
+  add_event(6, EventKind::lifted, "cube");
   place(7, "cube", "tub");
   place(8, "pipe", "box");
   EXPECT_EQ(outcome(), TaskOutcome::open);
@@ -138,16 +138,16 @@ TEST_F(ConditionKinds, LeaningAndSpeedAreChargedEachTimeTheyPassTheAmount) {
   lean(0, 0, 0);
   lean(1, -0.31, 0.1);
   lean(2, -0.35, 0.1);
-  EXPECT_EQ(grader_->grade().charged, 1) << "once for each time";
+  EXPECT_EQ(grader_->grade().deducted, 1) << "once for each time";
   lean(3, 0, -0.2001);
-  EXPECT_EQ(grader_->grade().charged, 11);
+  EXPECT_EQ(grader_->grade().deducted, 11);
   lean(4, 0.31, 0, -1.01);
-  EXPECT_EQ(grader_->grade().charged, 112);
+  EXPECT_EQ(grader_->grade().deducted, 112);
   lean(5, 0, 0, 0, 0.9);
   lean(5.9, 0, 0, 0, 0.9);
-  EXPECT_EQ(grader_->grade().charged, 112) << "not for long enough";
+  EXPECT_EQ(grader_->grade().deducted, 112) << "not for long enough";
   lean(6, 0, 0, 0, 0.9);
-  EXPECT_EQ(grader_->grade().charged, 1112);
+  EXPECT_EQ(grader_->grade().deducted, 1112);
 }
 
 TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
@@ -155,12 +155,12 @@ TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
   training_.penalties = {penalty("person", 3, of(Kind::near, "person_1", 1)),
                          penalty("wall", 2, of(Kind::near, "wall 1", 1))};
   start();
-  say(0, EventKind::injection_degraded);
+  add_event(0, EventKind::injection_suspended);
   stand(1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}});
-  EXPECT_EQ(grader_->grade().charged, 2) << "the wall is real";
-  say(2, EventKind::injection_restored);
+  EXPECT_EQ(grader_->grade().deducted, 2) << "the wall is real";
+  add_event(2, EventKind::injection_active);
   stand(2.1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}});
-  EXPECT_EQ(grader_->grade().charged, 5);
+  EXPECT_EQ(grader_->grade().deducted, 5);
 }
 
 TEST_F(ConditionKinds, AnAgentThatIsWithheldAloneIsNotNearWhileOthersAre) {
@@ -168,54 +168,54 @@ TEST_F(ConditionKinds, AnAgentThatIsWithheldAloneIsNotNearWhileOthersAre) {
   training_.penalties = {penalty("person 1", 3, of(Kind::near, "person_1", 1)),
                          penalty("person 2", 2, of(Kind::near, "person_2", 1))};
   start();
-  say(0, EventKind::agent_withheld, "person_1");
+  add_event(0, EventKind::agent_hidden, "person_1");
   stand(1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}, {"person_2", {-0.5, 2.5}}});
-  EXPECT_EQ(grader_->grade().charged, 2);
+  EXPECT_EQ(grader_->grade().deducted, 2);
   EXPECT_EQ(outcome(), TaskOutcome::open) << "it could not be avoided either";
-  say(2, EventKind::agent_shown, "person_1");
+  add_event(2, EventKind::agent_shown, "person_1");
   stand(2.1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}, {"person_2", {-0.5, 2.5}}});
-  EXPECT_EQ(grader_->grade().charged, 5);
+  EXPECT_EQ(grader_->grade().deducted, 5);
   EXPECT_EQ(outcome(), TaskOutcome::failed);
 }
 
-TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
+TEST_F(ConditionKinds, ReportsScoreChangesAndDoesNotGradeThem) {
   training_.tasks = {task("in", 50, of(Kind::reach, "hall")), task("up", 50, of(Kind::climb, "stairs 1"))};
   training_.tasks[1].limit = 5;
-  training_.penalties = {penalty("bump", 7, on(EventKind::collision_started))};
+  training_.penalties = {penalty("bump", 7, on(EventKind::contact_started))};
   Condition any = on(EventKind::score_changed);
   any.subject = "any";
   training_.penalties.push_back(penalty("feedback", 1, any));
   start();
-  std::vector<Event> said = grader_->take_events();
-  ASSERT_EQ(said.size(), 1U);
-  EXPECT_EQ(said[0].kind, EventKind::task_started);
-  EXPECT_EQ(said[0].object, "in");
-  EXPECT_EQ(said[0].value, 50);
-  say(1, EventKind::collision_started, "wall 1", 2);
-  said = grader_->take_events();
-  ASSERT_EQ(said.size(), 1U) << "a score of 0 stays";
-  EXPECT_EQ(said[0].kind, EventKind::penalty_charged);
-  EXPECT_EQ(said[0].object, "bump");
-  EXPECT_EQ(said[0].value, 7);
-  EXPECT_EQ(said[0].text, "collision_started rover - wall 1, 2.00 N s");
-  say(2, EventKind::zone_entered, "hall");
-  said = grader_->take_events();
-  ASSERT_EQ(said.size(), 3U);
-  EXPECT_EQ(said[0].kind, EventKind::task_done);
-  EXPECT_EQ(said[1].kind, EventKind::score_changed);
-  EXPECT_EQ(said[1].value, 43);
-  EXPECT_EQ(said[1].text, "+50 points");
-  EXPECT_EQ(said[2].object, "up");
-  grader_->take(said[1]);
+  std::vector<Event> events = grader_->take_events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].kind, EventKind::task_started);
+  EXPECT_EQ(events[0].object, "in");
+  EXPECT_EQ(events[0].value, 50);
+  add_event(1, EventKind::contact_started, "wall 1", 2);
+  events = grader_->take_events();
+  ASSERT_EQ(events.size(), 1U) << "a score of 0 stays";
+  EXPECT_EQ(events[0].kind, EventKind::points_deducted);
+  EXPECT_EQ(events[0].object, "bump");
+  EXPECT_EQ(events[0].value, 7);
+  EXPECT_EQ(events[0].text, "contact_started rover - wall 1, 2.00 N s");
+  add_event(2, EventKind::zone_entered, "hall");
+  events = grader_->take_events();
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_EQ(events[0].kind, EventKind::task_done);
+  EXPECT_EQ(events[1].kind, EventKind::score_changed);
+  EXPECT_EQ(events[1].value, 43);
+  EXPECT_EQ(events[1].text, "+50 points");
+  EXPECT_EQ(events[2].object, "up");
+  grader_->take(events[1]);
   EXPECT_TRUE(grader_->take_events().empty());
   stand(7.1, 0);
-  said = grader_->take_events();
-  ASSERT_EQ(said.size(), 2U);
-  EXPECT_EQ(said[0].kind, EventKind::task_failed);
-  EXPECT_EQ(said[0].text, "out of time");
-  EXPECT_EQ(said[1].kind, EventKind::grading_ended);
-  EXPECT_EQ(said[1].value, 43);
-  EXPECT_EQ(said[1].text, "43 of 100 points (43.0 %), passed");
+  events = grader_->take_events();
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_EQ(events[0].kind, EventKind::task_failed);
+  EXPECT_EQ(events[0].text, "out of time");
+  EXPECT_EQ(events[1].kind, EventKind::grading_ended);
+  EXPECT_EQ(events[1].value, 43);
+  EXPECT_EQ(events[1].text, "43 of 100 points (43.0 %), passed");
   grader_->close(at(8));
   EXPECT_TRUE(grader_->take_events().empty()) << "reported once";
 }

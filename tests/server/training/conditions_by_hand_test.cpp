@@ -1,83 +1,87 @@
 // Small scenarios as a user writes them, each with its score computed by hand: each kind of condition, alone
 // and combined.
-#include "tests/server/training/told_session.hpp"
+#include "tests/server/training/synthetic_session.hpp"
 
 namespace parhelion::training {
 namespace {
 
 using enum EventKind;
-using test::ToldSession;
+using test::SyntheticSession;
 
 TEST(ConditionsByHand, ACountIsReachedWithTheLastOfItsEvents) {
-  ToldSession session("  tasks: [{name: t, points: 8, done: {event: gripped, count: 3}}]\n");
-  session.says(1, gripped, {.object = "a"}).says(2, gripped, {.object = "b"});
+  SyntheticSession session("  tasks: [{name: t, points: 8, done: {event: gripped, count: 3}}]\n");
+  session.add_event(1, gripped, {.object = "a"}).add_event(2, gripped, {.object = "b"});
   EXPECT_EQ(session.score(), 0);
-  session.says(3, gripped, {.object = "a"});
+  session.add_event(3, gripped, {.object = "a"});
   EXPECT_EQ(session.score(), 8);
-  EXPECT_EQ(session.grade().tasks[0].ended, ToldSession::at(3));
+  EXPECT_EQ(session.grade().tasks[0].ended, SyntheticSession::at(3));
 }
 
 TEST(ConditionsByHand, AnImpulseCountsFromTheLeastOn) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {event: collision_started, impulse: 2 N s}}]\n");
-  session.says(1, collision_started, {.object = "wall 1", .impulse = 1.75});
+  SyntheticSession session(
+      "  tasks: [{name: t, points: 4, done: {event: contact_started, impulse: 2 N s}}]\n");
+  session.add_event(1, contact_started, {.object = "wall 1", .impulse = 1.75});
   EXPECT_EQ(session.score(), 0);
-  session.says(2, collision_started, {.object = "wall 1", .impulse = 2});
+  session.add_event(2, contact_started, {.object = "wall 1", .impulse = 2});
   EXPECT_EQ(session.score(), 4);
 }
 
 TEST(ConditionsByHand, AValueCountsFromLeastToMost) {
-  ToldSession session(
-      "  tasks: [{name: t, points: 4, done: {event: fell, least: 0.5, most: 1, count: 3}}]\n");
-  session.says(1, fell, {.value = 0.25}).says(2, fell, {.value = 0.5}).says(3, fell, {.value = 1.25});
-  session.says(4, fell, {.value = 0.75});
+  SyntheticSession session(
+      "  tasks: [{name: t, points: 4, done: {event: fell, min: 0.5, max: 1, count: 3}}]\n");
+  session.add_event(1, fell, {.value = 0.25})
+      .add_event(2, fell, {.value = 0.5})
+      .add_event(3, fell, {.value = 1.25});
+  session.add_event(4, fell, {.value = 0.75});
   EXPECT_EQ(session.score(), 0) << "two of four";
-  session.says(5, fell, {.value = 1});
+  session.add_event(5, fell, {.value = 1});
   EXPECT_EQ(session.score(), 4);
 }
 
 TEST(ConditionsByHand, AnObjectThatIsNamedIsTheOnlyOneThatCounts) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {event: lifted, object: crate}}]\n");
-  EXPECT_EQ(session.says(1, lifted, {.object = "barrel"}).score(), 0);
-  EXPECT_EQ(session.says(2, lifted, {.object = "crate"}).score(), 4);
+  SyntheticSession session("  tasks: [{name: t, points: 4, done: {event: lifted, object: crate}}]\n");
+  EXPECT_EQ(session.add_event(1, lifted, {.object = "barrel"}).score(), 0);
+  EXPECT_EQ(session.add_event(2, lifted, {.object = "crate"}).score(), 4);
 }
 
 TEST(ConditionsByHand, ASubjectIsTheRobotUnlessAnotherOrAnybodyIsNamed) {
-  ToldSession session(
+  SyntheticSession session(
       "  order: free\n"
       "  tasks:\n"
       "    - {name: own, points: 1, done: {event: fell}}\n"
       "    - {name: another, points: 2, done: {event: fell, subject: person_1}}\n"
       "    - {name: anybody, points: 4, done: {event: fell, subject: any}}\n");
-  EXPECT_EQ(session.says(1, fell, {.subject = "robot_2"}).score(), 4);
-  EXPECT_EQ(session.says(2, fell, {.subject = "person_1"}).score(), 4 + 2);
-  EXPECT_EQ(session.says(3, fell).score(), 4 + 2 + 1);
+  EXPECT_EQ(session.add_event(1, fell, {.subject = "robot_2"}).score(), 4);
+  EXPECT_EQ(session.add_event(2, fell, {.subject = "person_1"}).score(), 4 + 2);
+  EXPECT_EQ(session.add_event(3, fell).score(), 4 + 2 + 1);
 }
 
 TEST(ConditionsByHand, WhatHappenedBeforeATasksTurnDoesNotCount) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks:\n"
       "    - {name: first, points: 2, done: {reach: hall}}\n"
       "    - {name: second, points: 4, done: {event: gripped}}\n");
-  session.says(1, gripped).says(2, zone_entered, {.object = "hall"});
+  session.add_event(1, gripped).add_event(2, zone_entered, {.object = "hall"});
   EXPECT_EQ(session.score(), 2);
-  EXPECT_EQ(session.says(3, gripped).score(), 2 + 4);
+  EXPECT_EQ(session.add_event(3, gripped).score(), 2 + 4);
 }
 
 TEST(ConditionsByHand, AZoneIsReachedByTheRobotAloneAndStaysReached) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {reach: hall}}, {name: u, points: 1, done: {event: fell}}]\n");
-  session.says(1, zone_entered, {.object = "hall", .subject = "robot_2"});
-  session.says(2, zone_entered, {.object = "yard"}).world(2.5);
+  session.add_event(1, zone_entered, {.object = "hall", .subject = "robot_2"});
+  session.add_event(2, zone_entered, {.object = "yard"}).world(2.5);
   EXPECT_EQ(session.score(), 0);
-  session.says(3, zone_entered, {.object = "hall"}).says(4, zone_left, {.object = "hall"});
+  session.add_event(3, zone_entered, {.object = "hall"}).add_event(4, zone_left, {.object = "hall"});
   EXPECT_EQ(session.score(), 4);
 }
 
 TEST(ConditionsByHand, ADoorIsPassedThereAndBack) {
-  ToldSession session("  tasks: [{name: t, points: 6, done: {then: [{pass: door 1}, {pass: door 1}]}}]\n");
+  SyntheticSession session(
+      "  tasks: [{name: t, points: 6, done: {then: [{pass: door 1}, {pass: door 1}]}}]\n");
   const auto crosses = [&](double t, double from, double to, const std::string& who) {
-    session.says(t, door_space_entered, {.object = "door 1", .x = from, .subject = who});
-    session.says(t + 1, door_space_left, {.object = "door 1", .x = to, .subject = who});
+    session.add_event(t, door_space_entered, {.object = "door 1", .x = from, .subject = who});
+    session.add_event(t + 1, door_space_left, {.object = "door 1", .x = to, .subject = who});
   };
   crosses(1, 0.5, -0.5, "rover");
   crosses(3, -0.5, 0.5, "robot_2");
@@ -88,35 +92,36 @@ TEST(ConditionsByHand, ADoorIsPassedThereAndBack) {
 }
 
 TEST(ConditionsByHand, AFlightIsClimbedWithItsOwnHighestStep) {
-  ToldSession session("  tasks: [{name: t, points: 5, done: {climb: stairs 1}}]\n");
-  session.says(1, step_climbed, {.object = "stairs 1 step 2"});
-  session.says(2, step_climbed, {.object = "stairs 2 step 3"});
-  session.says(3, step_climbed, {.object = "stairs 1 step 3", .subject = "robot_2"});
+  SyntheticSession session("  tasks: [{name: t, points: 5, done: {climb: stairs 1}}]\n");
+  session.add_event(1, step_climbed, {.object = "stairs 1 step 2"});
+  session.add_event(2, step_climbed, {.object = "stairs 2 step 3"});
+  session.add_event(3, step_climbed, {.object = "stairs 1 step 3", .subject = "robot_2"});
   EXPECT_EQ(session.score(), 0);
-  EXPECT_EQ(session.says(4, step_climbed, {.object = "stairs 1 step 3"}).score(), 5);
+  EXPECT_EQ(session.add_event(4, step_climbed, {.object = "stairs 1 step 3"}).score(), 5);
 }
 
 TEST(ConditionsByHand, AClimbWithinPitchAndRollIsLostWithEither) {
   for (const EventKind kind : {pitch_warning, pitch_limit, roll_limit}) {
-    ToldSession session(
+    SyntheticSession session(
         "  tasks:\n"
         "    - name: t\n"
         "      points: 5\n"
         "      done: {climb: stairs 1, never: {any: [{event: pitch_limit}, {event: roll_limit}]}}\n");
-    session.says(1, step_climbed, {.object = "stairs 1 step 1"}).says(2, kind);
-    session.says(3, step_climbed, {.object = "stairs 1 step 3"});
+    session.add_event(1, step_climbed, {.object = "stairs 1 step 1"}).add_event(2, kind);
+    session.add_event(3, step_climbed, {.object = "stairs 1 step 3"});
     EXPECT_EQ(session.score(), kind == pitch_warning ? 5 : 0) << to_string(kind);
   }
 }
 
 TEST(ConditionsByHand, NearIsByTheDistanceOfOriginsInThePlane) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {near: door 1, distance: 2.5 m}}]\n");
+  SyntheticSession session("  tasks: [{name: t, points: 4, done: {near: door 1, distance: 2.5 m}}]\n");
   EXPECT_EQ(session.world(1, {{"rover", -2, -2}}).score(), 0) << "2.83 m";
   EXPECT_EQ(session.world(2, {{"rover", -1.5, -2}}).score(), 4) << "2.5 m: 1.5, 2, 2.5";
 }
 
 TEST(ConditionsByHand, FollowingEndsWhereWhoIsFollowedIsTakenAway) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {near: person_1, distance: 2 m, for: 2 s}}]\n");
+  SyntheticSession session(
+      "  tasks: [{name: t, points: 4, done: {near: person_1, distance: 2 m, for: 2 s}}]\n");
   session.world(0, {{"rover"}, {"person_1", 1}}).world(1, {{"rover"}, {"person_1", 1}}).world(1.5);
   session.world(2, {{"rover"}, {"person_1", 1}}).world(3.75, {{"rover"}, {"person_1", 1}});
   EXPECT_EQ(session.score(), 0) << "1.75 s on end";
@@ -124,16 +129,19 @@ TEST(ConditionsByHand, FollowingEndsWhereWhoIsFollowedIsTakenAway) {
 }
 
 TEST(ConditionsByHand, StandingStillCountsFromWhenItIsItsTurn) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {then: [{reach: dock}, {still: 3 s}]}}]\n");
+  SyntheticSession session("  tasks: [{name: t, points: 4, done: {then: [{reach: dock}, {still: 3 s}]}}]\n");
   session.world(1).world(9);  // no motion yet
-  session.says(10, movement_started).says(12, movement_stopped).says(14, zone_entered, {.object = "dock"});
+  session.add_event(10, movement_started)
+      .add_event(12, movement_stopped)
+      .add_event(14, zone_entered, {.object = "dock"});
   session.world(15).world(17.75);
   EXPECT_EQ(session.score(), 0) << "looked at from 15 s on";
   EXPECT_EQ(session.world(18).score(), 4);
 }
 
 TEST(ConditionsByHand, InspectingStartsAnewWhenItLookedAway) {
-  ToldSession session("  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m, for: 2 s}}]\n");
+  SyntheticSession session(
+      "  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m, for: 2 s}}]\n");
   const auto looks = [&](double t, double yaw) {
     session.world(t, {{"rover", -5, 0, yaw}, {"gauge", -3, 0}});
   };
@@ -149,73 +157,76 @@ TEST(ConditionsByHand, InspectingStartsAnewWhenItLookedAway) {
 
 TEST(ConditionsByHand, InspectingGoesThroughWindowsAndNotThroughWalls) {
   for (const double y : {3.0, -2.0}) {
-    ToldSession session("  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m}}]\n");
+    SyntheticSession session("  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m}}]\n");
     session.world(1, {{"rover", -1, y}, {"gauge", 1, y}});
     EXPECT_EQ(session.score(), y < 0 ? 4 : 0);
   }
 }
 
 TEST(ConditionsByHand, AllAreDoneInAnyOrderAndTheLastIsTheCause) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks: [{name: t, points: 9, done: {all: [{reach: a}, {event: gripped}, {climb: stairs 1}]}}]\n");
-  session.says(1, step_climbed, {.object = "stairs 1 step 3"}).says(2, gripped, {.object = "crate"});
+  session.add_event(1, step_climbed, {.object = "stairs 1 step 3"})
+      .add_event(2, gripped, {.object = "crate"});
   EXPECT_EQ(session.score(), 0);
-  session.says(3, zone_entered, {.object = "a"});
+  session.add_event(3, zone_entered, {.object = "a"});
   EXPECT_EQ(session.score(), 9);
   EXPECT_EQ(session.grade().tasks[0].cause->object, "a");
 }
 
 TEST(ConditionsByHand, OneEventMayServeTwoPartsOfAllButOnlyOneOfThen) {
-  ToldSession session(
+  SyntheticSession session(
       "  order: free\n"
       "  tasks:\n"
       "    - {name: all, points: 1, done: {all: [{event: gripped}, {event: gripped, object: crate}]}}\n"
       "    - {name: then, points: 2, done: {then: [{event: gripped}, {event: gripped}]}}\n");
-  EXPECT_EQ(session.says(1, gripped, {.object = "crate"}).score(), 1);
-  EXPECT_EQ(session.says(2, gripped, {.object = "crate"}).score(), 1 + 2);
+  EXPECT_EQ(session.add_event(1, gripped, {.object = "crate"}).score(), 1);
+  EXPECT_EQ(session.add_event(2, gripped, {.object = "crate"}).score(), 1 + 2);
 }
 
 TEST(ConditionsByHand, AnyIsLostOnlyWithItsLastAlternative) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {any: [{reach: a, within: 5 s}, {reach: b, within: 10 s}]}}]\n");
   EXPECT_EQ(session.world(6).outcome(), TaskOutcome::open);
   EXPECT_EQ(session.world(11).outcome(), TaskOutcome::failed);
-  EXPECT_EQ(session.says(12, zone_entered, {.object = "b"}).score(), 0);
+  EXPECT_EQ(session.add_event(12, zone_entered, {.object = "b"}).score(), 0);
 }
 
 TEST(ConditionsByHand, ANeverOfOneAlternativeLosesThatOneAlone) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks:\n"
       "    - name: t\n"
       "      points: 4\n"
-      "      done: {any: [{reach: a, never: {event: collision_started}}, {reach: b}]}\n");
-  session.says(1, collision_started, {.object = "wall 1"}).says(2, zone_entered, {.object = "a"});
+      "      done: {any: [{reach: a, never: {event: contact_started}}, {reach: b}]}\n");
+  session.add_event(1, contact_started, {.object = "wall 1"}).add_event(2, zone_entered, {.object = "a"});
   EXPECT_EQ(session.outcome(), TaskOutcome::open);
-  EXPECT_EQ(session.says(3, zone_entered, {.object = "b"}).score(), 4);
+  EXPECT_EQ(session.add_event(3, zone_entered, {.object = "b"}).score(), 4);
 }
 
 TEST(ConditionsByHand, ASequenceWithinASetWaitsForItsOwnOrder) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks:\n"
       "    - name: t\n"
       "      points: 4\n"
       "      done: {all: [{then: [{event: gripped}, {event: placed, object: tub}]}, {reach: a}]}\n");
-  session.says(1, placed, {.object = "tub"}).says(2, zone_entered, {.object = "a"}).says(3, gripped);
+  session.add_event(1, placed, {.object = "tub"})
+      .add_event(2, zone_entered, {.object = "a"})
+      .add_event(3, gripped);
   EXPECT_EQ(session.score(), 0) << "placed before it was gripped";
-  EXPECT_EQ(session.says(4, placed, {.object = "tub"}).score(), 4);
+  EXPECT_EQ(session.add_event(4, placed, {.object = "tub"}).score(), 4);
 }
 
 TEST(ConditionsByHand, WithinHoldsAtItsInstantAndNotAfterIt) {
   for (const double t : {4.0, 4.25}) {
-    ToldSession session("  tasks: [{name: t, points: 4, done: {event: gripped, within: 4 s}}]\n");
-    EXPECT_EQ(session.says(t, gripped).score(), t > 4 ? 0 : 4);
+    SyntheticSession session("  tasks: [{name: t, points: 4, done: {event: gripped, within: 4 s}}]\n");
+    EXPECT_EQ(session.add_event(t, gripped).score(), t > 4 ? 0 : 4);
   }
 }
 
 TEST(ConditionsByHand, WithinOfALaterPartBeginsWithThatPart) {
-  ToldSession session(
+  SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {then: [{event: lifted}, {event: placed, within: 5 s}]}}]\n");
-  session.world(30).says(31, lifted).says(36, placed);
+  session.world(30).add_event(31, lifted).add_event(36, placed);
   EXPECT_EQ(session.score(), 4);
 }
 

@@ -41,7 +41,7 @@ TEST(Exchange, CsvReadsBackAllButTasksAndCharges) {
   for (TraineeHistory& history : expected)
     for (SessionRecord& session : history.sessions) {
       session.grade.tasks.clear();
-      session.grade.charges.clear();
+      session.grade.deductions.clear();
       session.skills.clear();
     }
   const std::string csv = to_csv(group());
@@ -53,9 +53,9 @@ TEST(Exchange, CsvReadsBackAllButTasksAndCharges) {
 
 TEST(Exchange, CsvOfOtherProgramsMayHaveOtherOrderAndLineEnds) {
   const auto read = histories_from_csv(
-      "identity,trainee,scenario,programme,level,robot,log,damaged_bytes,begin_ns,end_ns,score,earned,"
-      "charged,"
-      "most,share,grade,passed,ended,complete\n"
+      "identity,trainee,scenario,programme,level,robot,log,damaged_bytes,begin_ns,end_ns,score,awarded,"
+      "deducted,"
+      "max,fraction,grade,passed,ended,complete\n"
       "s1,t-1,\"two\nlines, \"\"quoted\"\"\",,1,r,,0,5,10,1.5,2,0.5,10,0.15,,0,1,1\n\n",
       "a.csv");
   ASSERT_TRUE(read.ok()) << read.error().message;
@@ -65,7 +65,7 @@ TEST(Exchange, CsvOfOtherProgramsMayHaveOtherOrderAndLineEnds) {
   EXPECT_TRUE(session.grade.complete);
 }
 
-TEST(Exchange, BadCsvSaysLineAndColumn) {
+TEST(Exchange, BadCsvIsRefusedWithItsLineAndColumn) {
   std::string csv = to_csv(group());
   const auto error = [](const std::string& text) {
     const auto read = histories_from_csv(text, "a.csv");
@@ -93,14 +93,14 @@ TEST(Exchange, CsvOfASpreadsheetIsRead) {
   EXPECT_FALSE(histories_from("\xEF\xBB\xBF", "a").ok());
 }
 
-TEST(Exchange, ALineThatSaysNoTraineeIsRefused) {
+TEST(Exchange, ALineWithoutATraineeIsRefused) {
   const std::string csv = to_csv({{{"", "", ""}, {test::recorded_session(1)}}});
   const auto read = histories_from_csv(csv, "a.csv");
   ASSERT_FALSE(read.ok());
   EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it names no trainee"));
 }
 
-TEST(Exchange, BadJsonSaysWhere) {
+TEST(Exchange, BadJsonIsRefusedWithItsPlace) {
   const auto error = [](json changed) {
     const auto read = histories_from_json(changed.dump(), "a.json");
     return read ? std::string("none") : read.error().message;
@@ -117,14 +117,14 @@ TEST(Exchange, BadJsonSaysWhere) {
   bad["trainees"][0]["sessions"][1]["tasks"][0]["outcome"] = "won";
   EXPECT_THAT(error(bad), HasSubstr("'won' is not known here"));
   bad = good;
-  bad["trainees"][0]["sessions"][0].erase("share");
-  EXPECT_THAT(error(bad), AllOf(HasSubstr("/trainees/0/sessions/0"), HasSubstr("'share'")));
+  bad["trainees"][0]["sessions"][0].erase("fraction");
+  EXPECT_THAT(error(bad), AllOf(HasSubstr("/trainees/0/sessions/0"), HasSubstr("'fraction'")));
   const auto cut = histories_from(to_json(group()).substr(0, 300), "a.json");
   EXPECT_THAT(cut.error().message, HasSubstr("a.json: parse error at line"));
   EXPECT_FALSE(histories_from(" \n", "a").ok());
 }
 
-TEST(Exchange, AStatementSaysWhatTheSpecificationAsks) {
+TEST(Exchange, AStatementContainsWhatTheSpecificationRequires) {
   const json statements = json::parse(to_xapi(group(), "https://school.example"));
   ASSERT_EQ(statements.size(), 9U) << "three sessions, of each two tasks that were begun";
   const json& first = statements[0];
@@ -174,12 +174,13 @@ TEST(Exchange, ATaskWithoutItsSessionIsLeftOut) {
 }
 
 TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
-  for (const auto& [score, share] : {std::pair(130.0, 130.0 / 120), {-5.0, 0.0}, {60.0, 1.5}, {60.0, -0.5}}) {
+  for (const auto& [score, fraction] :
+       {std::pair(130.0, 130.0 / 120), {-5.0, 0.0}, {60.0, 1.5}, {60.0, -0.5}}) {
     auto trainees = group();
     trainees[0].sessions[0].grade.score = score;
-    trainees[0].sessions[0].grade.share = share;
+    trainees[0].sessions[0].grade.fraction = fraction;
     const json statements = json::parse(to_xapi(trainees, "https://school.example"));
-    EXPECT_FALSE(statements[0]["result"].contains("score")) << score << ' ' << share;
+    EXPECT_FALSE(statements[0]["result"].contains("score")) << score << ' ' << fraction;
     EXPECT_TRUE(statements[3]["result"].contains("score"));
   }
 }
@@ -195,7 +196,7 @@ TEST(Exchange, OurStatementsReadBackAsTheSameSessions) {
       session.grade.tasks.pop_back();  // not started
       session.skills.pop_back();
       for (TaskGrade& task : session.grade.tasks) task.cause.reset();
-      session.grade.charges.clear();
+      session.grade.deductions.clear();
     }
   const auto read = histories_from(to_xapi(group(), "https://school.example"), "a.json");
   ASSERT_TRUE(read.ok()) << read.error().message;
@@ -222,17 +223,17 @@ TEST(Exchange, StatementsOfOtherSystemsAreTaken) {
   EXPECT_EQ(read->trainees[0].trainee.pseudonym, "") << "a name is no pseudonym";
   const SessionRecord& crane = read->trainees[0].sessions.at(0);
   EXPECT_EQ(crane.grade.score, 5);
-  EXPECT_EQ(crane.grade.most, 20);
-  EXPECT_EQ(crane.grade.share, 0.25);
+  EXPECT_EQ(crane.grade.max, 20);
+  EXPECT_EQ(crane.grade.fraction, 0.25);
   EXPECT_EQ(crane.grade.end.ns, 1'709'208'000'000'000'000);
   EXPECT_EQ((crane.grade.end - crane.grade.begin).seconds(), 90);
   const SessionRecord& second = read->trainees[1].sessions.at(0);
   EXPECT_TRUE(second.grade.passed);
   EXPECT_EQ(second.scenario, "Kran");
-  EXPECT_EQ(second.grade.share, 0.75);
+  EXPECT_EQ(second.grade.fraction, 0.75);
 }
 
-TEST(Exchange, BadStatementsSayWhere) {
+TEST(Exchange, BadStatementsAreRefusedWithTheirPlace) {
   const json good = json::parse(to_xapi(group(), "https://school.example"));
   const auto error = [](const json& changed) {
     const auto read = histories_from_xapi(changed.dump(), "a.json");

@@ -99,8 +99,8 @@ class GraderTest : public testing::Test {
  protected:
   void start() { grader_.emplace(training_, model_, robot_, "rover", at(0)); }
 
-  void say(double t, EventKind kind, const std::string& object = {}, double impulse = 0, double x = 0,
-           const std::string& subject = "rover") {
+  void add_event(double t, EventKind kind, const std::string& object = {}, double impulse = 0, double x = 0,
+                 const std::string& subject = "rover") {
     Event event;
     event.stamp = at(t);
     event.kind = kind;

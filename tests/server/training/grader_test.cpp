@@ -11,31 +11,31 @@ using GraderTest = test::GraderTest;
 TEST_F(GraderTest, PointsAreThoseOfTasksDoneLessPenalties) {
   training_.tasks = {task("into the hall", 60, of(Kind::reach, "hall")),
                      task("up", 40, of(Kind::climb, "stairs 1"))};
-  training_.penalties = {penalty("collision", 5, on(EventKind::collision_started))};
+  training_.penalties = {penalty("collision", 5, on(EventKind::contact_started))};
   training_.penalties[0].per_impulse = 0.5;
   training_.pass_mark = 0.5;
   training_.grades = {{"A", 0.9}, {"B", 0.5}};
   start();
-  say(3, EventKind::collision_started, "wall 1", 4);
-  say(8, EventKind::zone_entered, "hall");
-  say(20, EventKind::step_climbed, "step 1");
-  say(21, EventKind::step_climbed, "step 2");
+  add_event(3, EventKind::contact_started, "wall 1", 4);
+  add_event(8, EventKind::zone_entered, "hall");
+  add_event(20, EventKind::step_climbed, "step 1");
+  add_event(21, EventKind::step_climbed, "step 2");
   EXPECT_EQ(outcome(1), TaskOutcome::open);
-  say(22, EventKind::step_climbed, "step 3");
+  add_event(22, EventKind::step_climbed, "step 3");
   const Grade grade = grader_->grade();
-  EXPECT_EQ(grade.earned, 100);
-  EXPECT_EQ(grade.charged, 5 + 0.5 * 4);
+  EXPECT_EQ(grade.awarded, 100);
+  EXPECT_EQ(grade.deducted, 5 + 0.5 * 4);
   EXPECT_EQ(grade.score, 93);
-  EXPECT_EQ(grade.share, 0.93);
+  EXPECT_EQ(grade.fraction, 0.93);
   EXPECT_EQ(grade.grade, "A");
   EXPECT_TRUE(grade.passed);
   EXPECT_TRUE(grade.ended);
   EXPECT_TRUE(grade.complete);
   // Each deduction has its event, rule and instant.
-  ASSERT_EQ(grade.charges.size(), 1U);
-  EXPECT_EQ(grade.charges[0].at, at(3));
-  EXPECT_EQ(grade.charges[0].rule, "collision");
-  EXPECT_EQ(grade.charges[0].cause->object, "wall 1");
+  ASSERT_EQ(grade.deductions.size(), 1U);
+  EXPECT_EQ(grade.deductions[0].at, at(3));
+  EXPECT_EQ(grade.deductions[0].rule, "collision");
+  EXPECT_EQ(grade.deductions[0].cause->object, "wall 1");
   EXPECT_EQ(grade.tasks[0].ended, at(8));
   EXPECT_EQ(grade.tasks[1].began, at(8)) << "in order";
   EXPECT_EQ(grade.tasks[1].cause->object, "step 3");
@@ -43,62 +43,62 @@ TEST_F(GraderTest, PointsAreThoseOfTasksDoneLessPenalties) {
 
 TEST_F(GraderTest, WhatIsUnsensedIsNeverScored) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-  training_.penalties = {penalty("collision", 5, on(EventKind::collision_started))};
+  training_.penalties = {penalty("collision", 5, on(EventKind::contact_started))};
   start();
   Event event;
   event.stamp = at(1);
-  event.kind = EventKind::collision_started;
+  event.kind = EventKind::contact_started;
   event.subject = "rover";
   event.unsensed = true;
   grader_->take(event);
-  EXPECT_TRUE(grader_->grade().charges.empty());
+  EXPECT_TRUE(grader_->grade().deductions.empty());
 }
 
 TEST_F(GraderTest, AContactIsOfBothWhoeverIsNamedFirst) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-  training_.penalties = {penalty("person", 20, on(EventKind::collision_started, "person_1"))};
+  training_.penalties = {penalty("person", 20, on(EventKind::contact_started, "person_1"))};
   start();
-  say(1, EventKind::collision_started, "rover", 1, 0, "person_1");
-  say(2, EventKind::collision_started, "crate", 1, 0, "person_1");  // not the graded robot's
-  ASSERT_EQ(grader_->grade().charges.size(), 1U);
-  EXPECT_EQ(grader_->grade().charges[0].at, at(1));
+  add_event(1, EventKind::contact_started, "rover", 1, 0, "person_1");
+  add_event(2, EventKind::contact_started, "crate", 1, 0, "person_1");  // not the graded robot's
+  ASSERT_EQ(grader_->grade().deductions.size(), 1U);
+  EXPECT_EQ(grader_->grade().deductions[0].at, at(1));
 }
 
 TEST_F(GraderTest, APenaltyTakesNoMoreThanItsMost) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-  training_.penalties = {penalty("bump", 4, on(EventKind::collision_started))};
-  training_.penalties[0].most = 10;
+  training_.penalties = {penalty("bump", 4, on(EventKind::contact_started))};
+  training_.penalties[0].max = 10;
   start();
-  for (int i = 1; i <= 5; ++i) say(i, EventKind::collision_started, "wall 1");
+  for (int i = 1; i <= 5; ++i) add_event(i, EventKind::contact_started, "wall 1");
   const Grade grade = grader_->grade();
-  ASSERT_EQ(grade.charges.size(), 3U);
-  EXPECT_EQ(grade.charged, 10);
-  EXPECT_EQ(grade.charges[2].points, 2);
+  ASSERT_EQ(grade.deductions.size(), 3U);
+  EXPECT_EQ(grade.deducted, 10);
+  EXPECT_EQ(grade.deductions[2].points, 2);
   EXPECT_EQ(grade.score, 0) << "never below nothing";
 }
 
 TEST_F(GraderTest, ADoorIsPassedFromOneSideToTheOther) {
   training_.tasks = {task("through", 10, of(Kind::pass, "door 1"))};
   start();
-  say(1, EventKind::door_space_entered, "door 1", 0, -0.5);
-  say(2, EventKind::door_space_left, "door 1", 0, -0.6);  // back again
+  add_event(1, EventKind::door_space_entered, "door 1", 0, -0.5);
+  add_event(2, EventKind::door_space_left, "door 1", 0, -0.6);  // back again
   EXPECT_EQ(outcome(), TaskOutcome::open);
-  say(3, EventKind::door_space_entered, "door 1", 0, -0.5);
-  say(5, EventKind::door_space_left, "door 1", 0, 0.6);
+  add_event(3, EventKind::door_space_entered, "door 1", 0, -0.5);
+  add_event(5, EventKind::door_space_left, "door 1", 0, 0.6);
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
 TEST_F(GraderTest, PassingWithoutTouchingTheFrameFailsAtTheTouch) {
   training_.tasks = {
-      task("clean", 10, never(of(Kind::pass, "door 1"), on(EventKind::collision_started, "door 1")))};
+      task("clean", 10, never(of(Kind::pass, "door 1"), on(EventKind::contact_started, "door 1")))};
   start();
-  say(1, EventKind::door_space_entered, "door 1", 0, -0.5);
-  say(1.5, EventKind::collision_started, "wall 1");
+  add_event(1, EventKind::door_space_entered, "door 1", 0, -0.5);
+  add_event(1.5, EventKind::contact_started, "wall 1");
   EXPECT_EQ(outcome(), TaskOutcome::open);
-  say(2, EventKind::collision_started, "door 1");
+  add_event(2, EventKind::contact_started, "door 1");
   EXPECT_EQ(outcome(), TaskOutcome::failed);
-  say(3, EventKind::door_space_left, "door 1", 0, 0.6);
-  EXPECT_EQ(grader_->grade().earned, 0);
+  add_event(3, EventKind::door_space_left, "door 1", 0, 0.6);
+  EXPECT_EQ(grader_->grade().awarded, 0);
 }
 
 TEST_F(GraderTest, TimeIsUpAfterTheLimitNotAtIt) {
@@ -106,7 +106,7 @@ TEST_F(GraderTest, TimeIsUpAfterTheLimitNotAtIt) {
     training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
     training_.tasks[0].limit = 10;
     start();
-    say(t, EventKind::zone_entered, "hall");
+    add_event(t, EventKind::zone_entered, "hall");
     EXPECT_EQ(outcome(), t > 10 ? TaskOutcome::out_of_time : TaskOutcome::done);
   }
 }
@@ -114,12 +114,12 @@ TEST_F(GraderTest, TimeIsUpAfterTheLimitNotAtIt) {
 TEST_F(GraderTest, TheWholeEndsAtItsLimitAndWhatComesLaterChangesNothing) {
   training_.limit = 30;
   training_.tasks = {task("a", 10, of(Kind::reach, "a")), task("b", 10, of(Kind::reach, "b"))};
-  training_.penalties = {penalty("bump", 4, on(EventKind::collision_started))};
+  training_.penalties = {penalty("bump", 4, on(EventKind::contact_started))};
   start();
-  say(5, EventKind::zone_entered, "a");
+  add_event(5, EventKind::zone_entered, "a");
   stand(31, 0);
-  say(32, EventKind::zone_entered, "b");
-  say(33, EventKind::collision_started, "wall 1");
+  add_event(32, EventKind::zone_entered, "b");
+  add_event(33, EventKind::contact_started, "wall 1");
   const Grade grade = grader_->grade();
   EXPECT_EQ(grade.score, 10);
   EXPECT_EQ(grade.tasks[1].outcome, TaskOutcome::out_of_time);
@@ -132,9 +132,9 @@ TEST_F(GraderTest, FreeTasksAreDoneInAnyOrderListedOnesWait) {
     training_.in_order = in_order;
     training_.tasks = {task("a", 10, of(Kind::reach, "a")), task("b", 10, on(EventKind::gripped, "crate"))};
     start();
-    say(1, EventKind::gripped, "crate");
-    say(2, EventKind::zone_entered, "a");
-    EXPECT_EQ(grader_->grade().earned, in_order ? 10 : 20);
+    add_event(1, EventKind::gripped, "crate");
+    add_event(2, EventKind::zone_entered, "a");
+    EXPECT_EQ(grader_->grade().awarded, in_order ? 10 : 20);
   }
 }
 
@@ -143,14 +143,14 @@ TEST_F(GraderTest, OneAfterTheOtherWithinATime) {
       task("lift and place", 10,
            join(Kind::then, {on(EventKind::lifted, "crate"), within(on(EventKind::placed), 20)}))};
   start();
-  say(1, EventKind::placed);  // too early to count
-  say(2, EventKind::lifted, "crate");
+  add_event(1, EventKind::placed);  // too early to count
+  add_event(2, EventKind::lifted, "crate");
   EXPECT_EQ(outcome(), TaskOutcome::open);
-  say(22, EventKind::placed);
+  add_event(22, EventKind::placed);
   EXPECT_EQ(outcome(), TaskOutcome::done);
   start();
-  say(2, EventKind::lifted, "crate");
-  say(22.1, EventKind::placed);
+  add_event(2, EventKind::lifted, "crate");
+  add_event(22.1, EventKind::placed);
   EXPECT_EQ(outcome(), TaskOutcome::failed);
 }
 
@@ -162,7 +162,7 @@ TEST_F(GraderTest, AllNeedsEachAndAnyNeedsOne) {
   stand(6, 0);  // b is lost
   EXPECT_EQ(outcome(0), TaskOutcome::failed);
   EXPECT_EQ(outcome(1), TaskOutcome::open);
-  say(7, EventKind::zone_entered, "a");
+  add_event(7, EventKind::zone_entered, "a");
   EXPECT_EQ(outcome(1), TaskOutcome::done);
 }
 
@@ -183,19 +183,19 @@ TEST_F(GraderTest, BeingTooNearIsChargedOnceForEachTime) {
   training_.penalties = {penalty("too near", 3, of(Kind::near, "person_1", 1))};
   start();
   for (int i = 0; i < 5; ++i) stand(0.1 * i, 0, 0, 0, {{"person_1", {0.5, 0}}});
-  EXPECT_EQ(grader_->grade().charges.size(), 1U);
+  EXPECT_EQ(grader_->grade().deductions.size(), 1U);
   stand(1, 0, 0, 0, {{"person_1", {3, 0}}});
   stand(2, 0, 0, 0, {{"person_1", {0.5, 0}}});
-  EXPECT_EQ(grader_->grade().charges.size(), 2U);
+  EXPECT_EQ(grader_->grade().deductions.size(), 2U);
 }
 
 TEST_F(GraderTest, HoldingStillStartsAnewWithEachMovement) {
   training_.tasks = {task("hold still", 10, of(Kind::still, "", 0, 5))};
   start();
-  say(0, EventKind::movement_started);
-  say(2, EventKind::movement_stopped);
-  say(6, EventKind::movement_started);
-  say(7, EventKind::movement_stopped);
+  add_event(0, EventKind::movement_started);
+  add_event(2, EventKind::movement_stopped);
+  add_event(6, EventKind::movement_started);
+  add_event(7, EventKind::movement_stopped);
   stand(11.9, 0);
   EXPECT_EQ(outcome(), TaskOutcome::open);
   stand(12, 0);
@@ -221,7 +221,7 @@ TEST_F(GraderTest, ALogThatStopsInTheMiddleIsGradedAsFarAsItGoes) {
   training_.pass_mark = 0.4;
   training_.tasks[1].required = true;
   start();
-  say(1, EventKind::zone_entered, "a");
+  add_event(1, EventKind::zone_entered, "a");
   stand(9, 0);
   Grade grade = grader_->grade();
   EXPECT_EQ(grade.score, 10);
@@ -238,8 +238,8 @@ TEST_F(GraderTest, WhoIsInTheZoneAlreadyHasReachedIt) {
   training_.tasks = {task("first", 10, on(EventKind::gripped)),
                      task("be in the hall", 10, of(Kind::reach, "hall"))};
   start();
-  say(1, EventKind::zone_entered, "hall");
-  say(2, EventKind::gripped, "crate");
+  add_event(1, EventKind::zone_entered, "hall");
+  add_event(2, EventKind::gripped, "crate");
   stand(2.1, 0);
   EXPECT_EQ(outcome(1), TaskOutcome::done);
 }

@@ -100,7 +100,7 @@ std::vector<TaskOffer> offers() {
   return offers;
 }
 
-TEST(NextTask, ABeginnerIsGivenSomethingEasyAndIsToldWhy) {
+TEST(NextTask, ABeginnerGetsAnEasyTaskAndTheReason) {
   const NextTask next = next_task(Skills(), offers(), 1);
   EXPECT_EQ(next.kind, Kind::task);
   EXPECT_EQ(offers()[next.offer].level, 1);

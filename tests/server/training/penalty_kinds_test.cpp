@@ -1,5 +1,5 @@
 // All kinds of penalties: each kind of event, distinguished by its text and its value.
-#include "server/training/words.hpp"
+#include "server/training/grading_text.hpp"
 #include "tests/server/training/grader_fixture.hpp"
 
 namespace parhelion::training {
@@ -10,33 +10,33 @@ using Kind = Condition::Kind;
 
 class PenaltyKinds : public test::GraderTest {
  protected:
-  std::size_t charges() const { return grader_->grade().charges.size(); }
+  std::size_t deductions() const { return grader_->grade().deductions.size(); }
 };
 
-TEST_F(PenaltyKinds, AnEventCanBeToldByItsText) {
+TEST_F(PenaltyKinds, AConditionCanSelectAnEventByItsText) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-  Condition held = on(EventKind::command_reduced);
+  Condition held = on(EventKind::speed_limited);
   held.text = "contact";
   training_.penalties = {penalty("held back", 3, held)};
   start();
   Event event;
-  event.kind = EventKind::command_reduced;
+  event.kind = EventKind::speed_limited;
   event.subject = "rover";
   for (const char* why : {"silence", "contact"}) {
     event.stamp = at(why == std::string("contact") ? 2 : 1);
     event.text = why;
     grader_->take(event);
   }
-  ASSERT_EQ(charges(), 1U);
-  EXPECT_EQ(grader_->grade().charges[0].at, at(2));
+  ASSERT_EQ(deductions(), 1U);
+  EXPECT_EQ(grader_->grade().deductions[0].at, at(2));
 }
 
 TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
   training_.tasks = {task("t", 100, of(Kind::reach, "hall"))};
-  const auto miss = [](const char* by, double most) {
+  const auto miss = [](const char* by, double max) {
     Condition condition = on(EventKind::near_miss);
     condition.text = by;
-    condition.most = most;
+    condition.max = max;
     return condition;
   };
   training_.penalties = {penalty("shave", 1, miss("gap", 0.2)), penalty("scrape", 10, miss("gap", 0.05)),
@@ -51,31 +51,31 @@ TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
     event.text = by;
     event.value = value;
     grader_->take(event);
-    return grader_->grade().charged;
+    return grader_->grade().deducted;
   };
   EXPECT_EQ(passes(1, "gap", 0.12), 1);
   EXPECT_EQ(passes(2, "gap", 0.05), 12);
   EXPECT_EQ(passes(3, "time", 0.9), 14) << "0.9 s is no gap of 0.9 m, nor a late turn";
   EXPECT_EQ(passes(4, "time", 0.4), 36);
-  EXPECT_EQ(event_text(grader_->grade().charges.back().cause),
+  EXPECT_EQ(event_text(grader_->grade().deductions.back().cause),
             "near_miss rover - person_1 (0.40 s to a collision)");
-  EXPECT_EQ(event_text(grader_->grade().charges.front().cause), "near_miss rover - person_1 (0.12 m)");
+  EXPECT_EQ(event_text(grader_->grade().deductions.front().cause), "near_miss rover - person_1 (0.12 m)");
 }
 
 /// Each as an event of its own kind, as published by the server.
 TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
   const EventKind kinds[] = {
-      EventKind::collision_predicted, EventKind::near_miss,        EventKind::pitch_limit,
-      EventKind::roll_warning,        EventKind::yaw_rate_limit,   EventKind::fell,
-      EventKind::tipped_over,         EventKind::joint_broken,     EventKind::joint_overload,
-      EventKind::door_unhinged,       EventKind::zone_entered,     EventKind::command_reduced,
-      EventKind::deadman_released,    EventKind::collision_started};
+      EventKind::collision_predicted, EventKind::near_miss,      EventKind::pitch_limit,
+      EventKind::roll_warning,        EventKind::yaw_rate_limit, EventKind::fell,
+      EventKind::tipped_over,         EventKind::joint_broken,   EventKind::joint_overload,
+      EventKind::door_unhinged,       EventKind::zone_entered,   EventKind::speed_limited,
+      EventKind::dead_man_released,   EventKind::contact_started};
   for (const EventKind kind : kinds) {
     training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
     training_.penalties = {penalty("p", 3, on(kind))};
     start();
-    say(1, kind, "thing");
-    EXPECT_EQ(charges(), 1U) << to_string(kind);
+    add_event(1, kind, "thing");
+    EXPECT_EQ(deductions(), 1U) << to_string(kind);
     start();
     Event unsensed;
     unsensed.stamp = at(1);
@@ -83,14 +83,14 @@ TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
     unsensed.subject = "rover";
     unsensed.unsensed = true;
     grader_->take(unsensed);
-    EXPECT_EQ(charges(), 0U) << to_string(kind) << " that could not be seen coming";
+    EXPECT_EQ(deductions(), 0U) << to_string(kind) << " that could not be seen coming";
   }
-  training_.penalties = {penalty("hazard", 3, on(EventKind::hazard_set_off))};
+  training_.penalties = {penalty("hazard", 3, on(EventKind::hazard_triggered))};
   start();
-  say(1, EventKind::hazard_set_off, "other_robot", 0, 0, "mine");
-  EXPECT_EQ(charges(), 0U);
-  say(2, EventKind::hazard_set_off, "rover", 0, 0, "mine");
-  EXPECT_EQ(charges(), 1U) << "the event's subject is the device, its object the approaching body";
+  add_event(1, EventKind::hazard_triggered, "other_robot", 0, 0, "mine");
+  EXPECT_EQ(deductions(), 0U);
+  add_event(2, EventKind::hazard_triggered, "rover", 0, 0, "mine");
+  EXPECT_EQ(deductions(), 1U) << "the event's subject is the device, its object the approaching body";
 }
 
 }  // namespace

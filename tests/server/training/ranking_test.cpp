@@ -28,10 +28,10 @@ class Ranking : public testing::Test {
     records_.reset();
     std::filesystem::remove_all(folder_);
   }
-  void drove(int who, const std::string& scenario, double share, bool passed, double lasted = 60) {
+  void drove(int who, const std::string& scenario, double fraction, bool passed, double lasted = 60) {
     SessionRecord session = test::recorded_session(++sessions_);
     session.scenario = scenario;
-    session.grade.share = share;
+    session.grade.fraction = fraction;
     session.grade.passed = passed;
     session.grade.end = session.grade.begin + seconds(lasted);
     ASSERT_TRUE(records_->store(pseudonyms_[static_cast<std::size_t>(who)], session).ok());
@@ -57,7 +57,7 @@ TEST_F(Ranking, OfAProgrammeIsByTheBestSessionOfEach) {
   const auto places = programme_ranking(*records_, "doors");
   ASSERT_TRUE(places.ok());
   EXPECT_EQ(names(*places), "Cem Ben Anna ");
-  EXPECT_EQ((*places)[2].best.grade.share, 0.7);
+  EXPECT_EQ((*places)[2].best.grade.fraction, 0.7);
   EXPECT_EQ((*places)[2].sessions, 2U);
   EXPECT_TRUE(programme_ranking(*records_, "unheard of")->empty());
 }
@@ -79,7 +79,7 @@ TEST_F(Ranking, OfACourseIsByProgrammesPassedAndThenByPoints) {
   EXPECT_EQ((*places)[0].standing.rank, "operator");
   EXPECT_EQ((*places)[1].standing.rank, "beginner");
   EXPECT_EQ((*places)[1].standing.next, 1U);
-  EXPECT_NEAR((*places)[1].standing.share, 0.95, 1e-12);
+  EXPECT_NEAR((*places)[1].standing.fraction, 0.95, 1e-12);
   EXPECT_EQ((*places)[2].standing.rank, "");
   EXPECT_FALSE((*places)[2].best[0].has_value());
   course.programmes.push_back({folder_ + "/gone.yaml", ""});

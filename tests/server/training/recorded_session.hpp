@@ -51,13 +51,13 @@ inline training::SessionRecord recorded_session(int number) {
     if (outcome == training::TaskOutcome::done) task.cause = recorded_event(number);
   }
   session.skills = {{"doors", "driving"}, {}, {"stairs"}};
-  grade.charges = {{grade.begin + seconds(1), "collision", 5 + 0.1 * number, recorded_event(number + 1)},
-                   {grade.begin + seconds(2), "too near", 1.0 / 3, std::nullopt}};
-  grade.earned = 50.1;
-  grade.charged = 5 + 0.1 * number + 1.0 / 3;
-  grade.most = 120;
-  grade.score = grade.earned - grade.charged;
-  grade.share = grade.score / grade.most;
+  grade.deductions = {{grade.begin + seconds(1), "collision", 5 + 0.1 * number, recorded_event(number + 1)},
+                      {grade.begin + seconds(2), "too near", 1.0 / 3, std::nullopt}};
+  grade.awarded = 50.1;
+  grade.deducted = 5 + 0.1 * number + 1.0 / 3;
+  grade.max = 120;
+  grade.score = grade.awarded - grade.deducted;
+  grade.fraction = grade.score / grade.max;
   grade.grade = "C";
   grade.passed = number % 2 == 0;
   grade.ended = grade.complete = true;
@@ -81,9 +81,9 @@ inline std::string text_of(const training::SessionRecord& session) {
   std::ostringstream text;
   text << std::hexfloat << session.identity << '|' << session.scenario << '|' << session.programme << '|'
        << session.robot << '|' << session.log << '|' << session.level << ' ' << session.damaged_bytes << ' '
-       << grade.begin.ns << ' ' << grade.end.ns << ' ' << grade.earned << ' ' << grade.charged << ' '
-       << grade.most << ' ' << grade.score << ' ' << grade.share << ' ' << grade.grade << ' ' << grade.passed
-       << grade.ended << grade.complete << '\n';
+       << grade.begin.ns << ' ' << grade.end.ns << ' ' << grade.awarded << ' ' << grade.deducted << ' '
+       << grade.max << ' ' << grade.score << ' ' << grade.fraction << ' ' << grade.grade << ' '
+       << grade.passed << grade.ended << grade.complete << '\n';
   for (const training::TaskGrade& task : grade.tasks)
     text << task.name << '|' << task.required << ' ' << to_string(task.outcome) << ' ' << task.points << ' '
          << at(task.began) << ' ' << at(task.ended) << ' ' << text_of(task.cause) << '\n';
@@ -91,9 +91,9 @@ inline std::string text_of(const training::SessionRecord& session) {
     for (const std::string& skill : skills) text << skill << ' ';
     text << '\n';
   }
-  for (const training::Charge& charge : grade.charges)
-    text << charge.at.ns << ' ' << charge.rule << ' ' << charge.points << ' ' << text_of(charge.cause)
-         << '\n';
+  for (const training::Deduction& deduction : grade.deductions)
+    text << deduction.at.ns << ' ' << deduction.rule << ' ' << deduction.points << ' '
+         << text_of(deduction.cause) << '\n';
   return text.str();
 }
 

@@ -211,25 +211,25 @@ TEST_F(RecordsTest, TwoProcessesMakeAndWriteTheSameRecordsAtOnce) {
   EXPECT_EQ(records.sessions("t-1")->size(), 50U);
 }
 
-TEST_F(RecordsTest, WhoWaitsTooLongForAnotherIsTold) {
+TEST_F(RecordsTest, ReportsWhenItWaitsTooLongForAnotherProgram) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym;
   auto impatient = Records::open(path_, false, 1);
   ASSERT_TRUE(impatient.ok());
-  Status told;
+  Status store_status;
   ASSERT_TRUE(records.together([&] {
     const auto stored = impatient->store(anna, test::recorded_session(1));
-    if (!stored) told = stored.error();
+    if (!stored) store_status = stored.error();
     return Status();
   }));
-  ASSERT_FALSE(told.ok());
-  EXPECT_THAT(told.error().message, HasSubstr("another program"));
+  ASSERT_FALSE(store_status.ok());
+  EXPECT_THAT(store_status.error().message, HasSubstr("another program"));
   EXPECT_EQ(*impatient->store(anna, test::recorded_session(1)), Stored::added) << "afterwards it can";
 }
 
 /// Stores until an error, then checks that all acknowledged sessions exist and that storing works again with
 /// free space.
-void fill_up(Records& records, const std::string& pseudonym, const std::string& says,
+void fill_up(Records& records, const std::string& pseudonym, const std::string& expected,
              const std::function<void()>& make_room) {
   int stored = 0;
   std::string error;
@@ -238,7 +238,7 @@ void fill_up(Records& records, const std::string& pseudonym, const std::string& 
     if (!done) error = done.error().message;
   }
   --stored;
-  EXPECT_THAT(error, HasSubstr(says));
+  EXPECT_THAT(error, HasSubstr(expected));
   EXPECT_THAT(error, HasSubstr("nothing was stored"));
   make_room();
   EXPECT_EQ(records.sessions(pseudonym)->size(), static_cast<std::size_t>(stored));

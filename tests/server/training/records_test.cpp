@@ -44,7 +44,7 @@ TEST_F(RecordsTest, TheSameSessionTwiceIsThereAlready) {
   EXPECT_EQ(records.sessions(anna)->size(), 1U);
 }
 
-TEST_F(RecordsTest, ASessionOfAnotherTraineeIsRefusedAndSaysWhose) {
+TEST_F(RecordsTest, RefusesASessionOfAnotherTraineeAndNamesThem) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym, ben = add(records, "Ben").pseudonym;
   const SessionRecord session = test::recorded_session(1);
@@ -105,7 +105,7 @@ TEST_F(RecordsTest, WhatCannotBeASessionIsRefused) {
   EXPECT_THAT(refused([](auto& session) { session.level = 4; }), HasSubstr("level"));
   EXPECT_THAT(refused([](auto& session) { std::swap(session.grade.begin, session.grade.end); }),
               HasSubstr("ends before it begins"));
-  EXPECT_THAT(refused([](auto& session) { session.grade.share = std::nan(""); }), HasSubstr("finite"));
+  EXPECT_THAT(refused([](auto& session) { session.grade.fraction = std::nan(""); }), HasSubstr("finite"));
   EXPECT_TRUE(records.sessions(anna)->empty());
 }
 
@@ -171,14 +171,14 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
           "INSERT INTO scores VALUES(1, 7.5, 8, 0.5, 10, 0.75, 'B', 1, 1, 1);"
           "INSERT INTO tasks(session, position, name, required, outcome, points) VALUES(1, 0, 'in', 0, "
           "'done', 8);"
-          "INSERT INTO charges(session, position, at_ns, rule, points) VALUES(1, 0, 6, 'bump', 0.5);"));
+          "INSERT INTO deductions(session, position, at_ns, rule, points) VALUES(1, 0, 6, 'bump', 0.5);"));
     }
     Records records = open(false);
     const auto sessions = records.sessions(records.find("Anna")->pseudonym);
     ASSERT_TRUE(sessions.ok()) << sessions.error().message;
-    EXPECT_EQ(sessions->at(0).grade.share, 0.75);
+    EXPECT_EQ(sessions->at(0).grade.fraction, 0.75);
     EXPECT_EQ(sessions->at(0).grade.tasks.at(0).name, "in");
-    EXPECT_EQ(sessions->at(0).grade.charges.at(0).rule, "bump");
+    EXPECT_EQ(sessions->at(0).grade.deductions.at(0).rule, "bump");
     EXPECT_EQ(*records.store("t-1", test::recorded_session(1)), Stored::added);
     for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_ + end);
   }
@@ -187,7 +187,7 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
 TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
   open();
   auto database = Database::open(path_, false, 0);
-  for (const std::string table : {"tasks", "charges"}) {
+  for (const std::string table : {"tasks", "deductions"}) {
     std::string plan;
     // The query that SQLite runs for each erased event.
     ASSERT_TRUE(database->each("EXPLAIN QUERY PLAN SELECT 1 FROM " + table + " WHERE cause = 1", {},
@@ -218,7 +218,7 @@ TEST_F(RecordsTest, ANewerSchemaIsRefused) {
   EXPECT_THAT(records.error().message, HasSubstr("use the newer parhelion"));
 }
 
-TEST_F(RecordsTest, ADamagedFileIsSaid) {
+TEST_F(RecordsTest, ReportsADamagedFile) {
   {
     Records records = open();
     const std::string anna = add(records, "Anna").pseudonym;
@@ -230,8 +230,8 @@ TEST_F(RecordsTest, ADamagedFileIsSaid) {
     file << std::string(fs::file_size(path_) - 4096, 'x');
   }
   auto records = Records::open(path_, false);
-  const std::string said = records ? records->trainees().error().message : records.error().message;
-  EXPECT_THAT(said, HasSubstr("is damaged"));
+  const std::string error_text = records ? records->trainees().error().message : records.error().message;
+  EXPECT_THAT(error_text, HasSubstr("is damaged"));
 }
 
 }  // namespace

@@ -83,13 +83,13 @@ class SimulatedLearner {
     return done;
   }
   /// The hardest task of each skill would succeed with the probability `share`.
-  bool mastered(double share) const {
+  bool mastered(double fraction) const {
     for (const auto& [skill, ability] : ability_) {
       double hardest = -10;
       for (std::size_t i = 0; i < curriculum_.offers.size(); ++i)
         if (curriculum_.offers[i].skills == std::vector<std::string>{skill})
           hardest = std::max(hardest, curriculum_.true_difficulty[i]);
-      if (curve(ability - hardest) < share) return false;
+      if (curve(ability - hardest) < fraction) return false;
     }
     return true;
   }
@@ -114,18 +114,18 @@ class SimulatedLearner {
 
 /// One learner's course, by choice or in the fixed order.
 struct Course {
-  int until_mastered = 0;  ///< tasks until truly mastered, or `most`
-  int until_complete = 0;  ///< tasks until reported as complete, or `most`
+  int until_mastered = 0;  ///< tasks until truly mastered, or `max_tasks`
+  int until_complete = 0;  ///< tasks until reported as complete, or `max_tasks`
   double confidence = 0;   ///< reported then
   bool truly = false;      ///< mastered at that time
 };
 
 struct Calibration {
-  std::array<double, 10> said{}, came{};
+  std::array<double, 10> claimed{}, came{};
   std::array<int, 10> count{};
   void add(double chance, bool done) {
     const auto bin = std::min<std::size_t>(9, static_cast<std::size_t>(chance * 10));
-    said[bin] += chance;
+    claimed[bin] += chance;
     came[bin] += done ? 1 : 0;
     ++count[bin];
   }
@@ -134,7 +134,7 @@ struct Calibration {
     double sum = 0;
     int all = 0;
     for (std::size_t i = 0; i < 10; ++i) {
-      sum += std::abs(said[i] - came[i]);
+      sum += std::abs(claimed[i] - came[i]);
       all += count[i];
     }
     return all == 0 ? 0 : sum / all;
@@ -147,15 +147,15 @@ enum class Order {
             ///< last last
 };
 
-/// Attempts of `learners` in the fixed order, at most `most` tasks each: used to learn difficulties.
+/// Attempts of `learners` in the fixed order, at most `max_tasks` tasks each: used to learn difficulties.
 inline std::vector<std::vector<training::Attempt>> history(const Curriculum& curriculum,
                                                            const Population& population, std::uint64_t seed,
-                                                           int learners, int most = 150) {
+                                                           int learners, int max_tasks = 150) {
   std::vector<std::vector<training::Attempt>> all;
   for (int i = 0; i < learners; ++i) {
     SimulatedLearner learner(curriculum, population, seed + static_cast<std::uint64_t>(i));
     auto& attempts = all.emplace_back();
-    for (std::size_t place = 0; static_cast<int>(attempts.size()) < most;) {
+    for (std::size_t place = 0; static_cast<int>(attempts.size()) < max_tasks;) {
       attempts.push_back({place, learner.attempt(place)});
       if (attempts.back().done) place = (place + 1) % curriculum.offers.size();
     }
@@ -165,22 +165,22 @@ inline std::vector<std::vector<training::Attempt>> history(const Curriculum& cur
 
 inline Course run_course(const Curriculum& curriculum, const Population& population, std::uint64_t seed,
                          Order order, const training::SkillParameters& parameters = {},
-                         Calibration* calibration = nullptr, int most = 600) {
+                         Calibration* calibration = nullptr, int max_tasks = 600) {
   const training::ChoiceParameters choice;
   SimulatedLearner learner(curriculum, population, seed);
   training::Skills skills(parameters);
-  Course course{most, most, 0, false};
+  Course course{max_tasks, max_tasks, 0, false};
   std::size_t place = 0;
   int level = 1;
-  bool said = false, mastered = false;
-  for (int tasks = 0; tasks < most && !(said && mastered); ++tasks) {
+  bool claimed = false, mastered = false;
+  for (int tasks = 0; tasks < max_tasks && !(claimed && mastered); ++tasks) {
     const training::NextTask next = training::next_task(skills, curriculum.offers, level, parameters);
     if (!mastered && learner.mastered(choice.able)) {
       mastered = true;
       course.until_mastered = tasks;
     }
-    if (!said && next.kind == training::NextTask::Kind::complete) {
-      said = true;
+    if (!claimed && next.kind == training::NextTask::Kind::complete) {
+      claimed = true;
       course.until_complete = tasks;
       course.confidence = next.confidence;
       course.truly = learner.mastered(choice.able);
@@ -191,7 +191,7 @@ inline Course run_course(const Curriculum& curriculum, const Population& populat
     const training::TaskOffer& offer = curriculum.offers[task];
     const double chance = skills.success(offer.skills, offer.difficulty);
     const bool done = learner.attempt(task);
-    if (calibration != nullptr && !said) calibration->add(chance, done);
+    if (calibration != nullptr && !claimed) calibration->add(chance, done);
     skills.observe(offer.skills, offer.difficulty, done);
     level = offer.level;
     if (!by_choice && done) place = (place + 1) % curriculum.offers.size();

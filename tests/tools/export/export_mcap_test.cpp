@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
 class ExportMcapTest : public ::testing::Test {
  protected:
@@ -37,16 +37,16 @@ class ExportMcapTest : public ::testing::Test {
   }
   /// The result of Foxglove's reader.
   json read_back() {
-    const auto ran = test::run({browser_folder + "/mcap.mjs", options_.output, folder_ / "summary.json"},
+    const auto ran = test::run({kBrowserFolder + "/mcap.mjs", options_.output, folder_ / "summary.json"},
                                folder_ / "node.txt", "/usr/bin/node");
     EXPECT_EQ(ran.exit, 0) << ran.output;
     return json::parse(test::text_of(folder_ / "summary.json"), nullptr, false);
   }
   /// False, with a message, if the reader's packages are not installed.
   static bool can_read_back() {
-    if (std::filesystem::exists(browser_folder + "/node_modules/@mcap/core")) return true;
+    if (std::filesystem::exists(kBrowserFolder + "/node_modules/@mcap/core")) return true;
     // tools/test has installed it, so its absence is a failure there.
-    EXPECT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
+    EXPECT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
     return false;
   }
 
@@ -57,7 +57,7 @@ class ExportMcapTest : public ::testing::Test {
 };
 
 TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema) {
-  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   const ExportReport report = exported();
   const json found = read_back();
   ASSERT_TRUE(found.is_object());
@@ -102,7 +102,7 @@ TEST_F(ExportMcapTest, TheLayoutForFoxgloveShowsWhatThereIs) {
 }
 
 TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
-  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   exported();
   const json found = read_back();
   ASSERT_TRUE(found.is_object());
@@ -121,7 +121,7 @@ TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
   EXPECT_EQ(scene["entities"][0]["id"], session_.configuration().robot.name);
   EXPECT_EQ(scene["entities"][1]["metadata"][1]["value"], "barrel");
   const std::string touch = found["/events"]["last"]["message"];
-  EXPECT_NE(touch.find("collision started"), std::string::npos) << touch;
+  EXPECT_NE(touch.find("contact started"), std::string::npos) << touch;
   EXPECT_NE(touch.find("barrel_1"), std::string::npos) << touch;
   EXPECT_EQ(found["/events"]["last"]["level"], 4);
   const std::size_t walls = session_.configuration().model.entities.size();
@@ -130,7 +130,7 @@ TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
 }
 
 TEST_F(ExportMcapTest, EachCompressionHoldsTheSame) {
-  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   const std::uint64_t zstd = exported().bytes_out;
   const json expected = read_back();
   options_.overwrite = true;
@@ -142,7 +142,7 @@ TEST_F(ExportMcapTest, EachCompressionHoldsTheSame) {
 }
 
 TEST_F(ExportMcapTest, RawMessagesGoAlongAsTheyAreOfAnyLog) {
-  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+  if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   options_.raw = true;
   exported();
   const json found = read_back();
@@ -153,7 +153,7 @@ TEST_F(ExportMcapTest, RawMessagesGoAlongAsTheyAreOfAnyLog) {
   auto log = LogReader::open(log_);
   ASSERT_TRUE(log.ok());
   for (auto next = log->next(); next.ok() && next->has_value(); next = log->next())
-    if ((*next)->channel == channel::mr_scan) bytes += (*next)->payload.size();
+    if ((*next)->channel == channel::kMrScan) bytes += (*next)->payload.size();
   EXPECT_EQ(found["lcm/MR_SCAN"]["bytes"], bytes);
 }
 

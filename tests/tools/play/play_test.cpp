@@ -59,7 +59,7 @@ TEST_F(PlayKeysTest, ArrowsGoFasterAndSlowerOnAndBack) {
   press("\x1b[D");
   EXPECT_EQ(position(), 0);
   for (int i = 0; i < 200; ++i) press("\x1b[B");
-  EXPECT_EQ(player_->state().rate, runtime::Player::slowest);
+  EXPECT_EQ(player_->state().rate, runtime::Player::kSlowest);
 }
 
 TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
@@ -92,7 +92,7 @@ TEST_F(PlayKeysTest, OtherKeysDoNothingAndXEndsIt) {
   EXPECT_TRUE(keys_->quit());
 }
 
-TEST(PlayLineTest, SaysWhereItIs) {
+TEST(PlayLineTest, ReportsThePlayPosition) {
   EXPECT_EQ(play_line({true, false, 2, 65.25, 200}), "  1:05.2 of 3:20.0  x2  paused");
 }
 
@@ -101,12 +101,12 @@ class PlayedBusTest : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(robot_->subscribe(".*", 100).ok()); }
   PlayedBus played(const std::string& prefix) {
     Scenario scenario;
-    scenario.channels[channel::mr_cmd] = "DRIVE";
+    scenario.channels[channel::kMrCmd] = "DRIVE";
     auto opened = PlayedBus::open(*bus_, scenario, prefix);
     EXPECT_TRUE(opened.ok());
     return *opened;
   }
-  std::set<std::string> heard() {
+  std::set<std::string> received_channels() {
     std::set<std::string> names;
     Message message;
     for (auto came = robot_->receive(message, Duration{}); came.ok() && *came;
@@ -128,14 +128,14 @@ class PlayedBusTest : public ::testing::Test {
 TEST_F(PlayedBusTest, NoOldCommandReachesARobot) {
   PlayedBus bare = played("");
   publish_all(bare);
-  EXPECT_EQ(heard(), (std::set<std::string>{"MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"}));
-  EXPECT_EQ(bare.held_back(), 8U);
+  EXPECT_EQ(received_channels(), (std::set<std::string>{"MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"}));
+  EXPECT_EQ(bare.suppressed_commands(), 8U);
 }
 
 TEST_F(PlayedBusTest, WithAPrefixEverythingGoesOutUnderNamesThatNobodyObeys) {
   PlayedBus prefixed = played("PLAY_");
   publish_all(prefixed);
-  const auto names = heard();
+  const auto names = received_channels();
   EXPECT_EQ(names.size(), 11U);
   for (const std::string& name : names) EXPECT_TRUE(name.starts_with("PLAY_")) << name;
   for (const char* bad : {"a b", "ä", "this_is_far_too_long_for_a_prefix"})

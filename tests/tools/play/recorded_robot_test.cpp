@@ -9,7 +9,7 @@ namespace parhelion::tools {
 namespace {
 
 const ArrivalTime kNow{1'800'000'000'000'000'000};
-constexpr int scans = 20;
+constexpr int kScans = 20;
 
 /// Ten scans a second, odometry 3 ms before each, one IMU sample at the start, and between them a command and
 /// an invalid picture.
@@ -24,35 +24,35 @@ void write_robot(const std::string& path) {
   const SensorTime start{test::kSessionStart.ns - 2'000'000};  // stamps are 2 ms older
   ImuSample sample;
   sample.stamp = start;
-  put(channel::imu, {}, sample);
-  for (int i = 0; i < scans; ++i) {
+  put(channel::kImu, {}, sample);
+  for (int i = 0; i < kScans; ++i) {
     const Duration at = milliseconds(100 * i + 10);
     Odometry odometry;
     odometry.stamp = start + at - milliseconds(3);
-    put(channel::odometry, at - milliseconds(3), odometry);
+    put(channel::kOdometry, at - milliseconds(3), odometry);
     Scan scan;
     scan.stamp = start + at;
     scan.ranges.assign(5, static_cast<float>(i + 1));
-    scan.angle_step = 0.1F;
-    put(channel::scan, at, scan);
+    scan.angle_increment = 0.1F;
+    put(channel::kScan, at, scan);
     TwistCommand command;
     command.stamp = start + at;
-    put(channel::teleop, at, command);
+    put(channel::kTeleop, at, command);
   }
   const std::uint8_t nothing[3] = {1, 2, 3};
-  ASSERT_TRUE(log->write(channel::camera, test::kSessionStart + seconds(2.5), nothing).ok());
+  ASSERT_TRUE(log->write(channel::kCamera, test::kSessionStart + seconds(2.5), nothing).ok());
 }
 
 bool speaks(const std::string& name) {
-  return name == channel::scan || name == channel::odometry || name == channel::imu ||
-         name == channel::camera;
+  return name == channel::kScan || name == channel::kOdometry || name == channel::kImu ||
+         name == channel::kCamera;
 }
 
 class RecordedRobotTest : public ::testing::Test {
  protected:
   void SetUp() override {
     write_robot(log_);
-    auto opened = RecordedRobot::open(log_, speaks, channel::scan, kNow);
+    auto opened = RecordedRobot::open(log_, speaks, channel::kScan, kNow);
     ASSERT_TRUE(opened.ok()) << opened.error().message;
     robot_ = std::make_unique<RecordedRobot>(std::move(*opened));
   }
@@ -67,12 +67,12 @@ class RecordedRobotTest : public ::testing::Test {
   std::unique_ptr<RecordedRobot> robot_;
 };
 
-TEST_F(RecordedRobotTest, WhatItSaidItSaysWithTheStampsOfNow) {
+TEST_F(RecordedRobotTest, RepublishesRecordedMessagesWithCurrentStamps) {
   EXPECT_EQ(next().arrival, kNow);  // IMU
-  for (int i = 0; i < scans; ++i) {
+  for (int i = 0; i < kScans; ++i) {
     const Message odometry = next(), scan = next();
-    EXPECT_EQ(odometry.channel, channel::odometry);
-    ASSERT_EQ(scan.channel, channel::scan);
+    EXPECT_EQ(odometry.channel, channel::kOdometry);
+    ASSERT_EQ(scan.channel, channel::kScan);
     EXPECT_EQ(scan.arrival - kNow, milliseconds(100 * i + 10));
     Scan read;
     ASSERT_TRUE(decode(scan.channel, scan.payload, read).ok());
@@ -82,22 +82,22 @@ TEST_F(RecordedRobotTest, WhatItSaidItSaysWithTheStampsOfNow) {
   EXPECT_FALSE(robot_->stands());
 }
 
-TEST_F(RecordedRobotTest, WhenItIsOverItGoesOnSayingWhatItSaidLastAtItsRate) {
-  for (int i = 0; i < 1 + 2 * scans; ++i) next();
-  ArrivalTime before = kNow + milliseconds(100 * (scans - 1) + 10);
+TEST_F(RecordedRobotTest, RepeatsLastMessagesAtTheirRateAfterTheEnd) {
+  for (int i = 0; i < 1 + 2 * kScans; ++i) next();
+  ArrivalTime before = kNow + milliseconds(100 * (kScans - 1) + 10);
   ArrivalTime last_scan = before;
   int seen = 0;
   for (int i = 0; i < 300; ++i) {
     const Message message = next();
     EXPECT_GE(message.arrival, before);
     before = message.arrival;
-    if (message.channel != channel::scan) continue;
+    if (message.channel != channel::kScan) continue;
     EXPECT_EQ(message.arrival - last_scan, milliseconds(100));
     last_scan = message.arrival;
     Scan read;
     ASSERT_TRUE(decode(message.channel, message.payload, read).ok());
     EXPECT_EQ(read.stamp.ns, message.arrival.ns - 2'000'000);
-    EXPECT_EQ(read.ranges.front(), static_cast<float>(scans));
+    EXPECT_EQ(read.ranges.front(), static_cast<float>(kScans));
     ++seen;
   }
   EXPECT_TRUE(robot_->stands());

@@ -21,7 +21,7 @@ using attack::Json;
 using testing::RawAnswer;
 using testing::RawClient;
 
-constexpr const char* password = "correct horse";
+constexpr const char* kPassword = "correct horse";
 constexpr double kBarrelDistance = 2;  ///< m, ahead of the robot
 
 std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
@@ -42,7 +42,7 @@ class AttackTest : public ::testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* output : {channel::mr_scan, channel::teleop, channel::joint_cmd})
+    for (const char* output : {channel::kMrScan, channel::kTeleop, channel::kJointCmd})
       ASSERT_TRUE(bus_->subscribe(output, 1000).ok());
     for (const char* command : kInstructorChannels) ASSERT_TRUE(bus_->subscribe(command, 1000).ok());
     server_.emplace(
@@ -53,11 +53,11 @@ class AttackTest : public ::testing::Test {
     const WallTime deadline = runtime::steady_now() + seconds(20.0);
     while (port_ == 0 && server_->running() && runtime::steady_now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const std::string said = test::text_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
-      const std::size_t at = said.find(before),
-                        end = said.find_first_not_of("0123456789", at + before.size());
+      const std::string output = test::text_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
+      const std::size_t at = output.find(before),
+                        end = output.find_first_not_of("0123456789", at + before.size());
       if (at != std::string::npos && end != std::string::npos)
-        port_ = static_cast<std::uint16_t>(std::stoi(said.substr(at + before.size())));
+        port_ = static_cast<std::uint16_t>(std::stoi(output.substr(at + before.size())));
     }
     ASSERT_NE(port_, 0) << test::text_of(folder_ / "serve.txt");
     // From the first pose on, the barrel is in the robot's scans.
@@ -73,16 +73,16 @@ class AttackTest : public ::testing::Test {
     std::filesystem::create_directories(site);
     std::filesystem::permissions(site, std::filesystem::perms::owner_all);
     auto accounts = station::Accounts::open(site / "accounts.json");
-    const auto hash = station::hash_password(password);
+    const auto hash = station::hash_password(kPassword);
     ASSERT_TRUE(accounts && hash);
     for (const station::Role role :
          {station::Role::admin, station::Role::instructor, station::Role::trainee, station::Role::observer})
-      ASSERT_TRUE((*accounts)->put(std::string(station::role_word(role)), role, *hash));
+      ASSERT_TRUE((*accounts)->put(std::string(station::role_name(role)), role, *hash));
   }
   /// Of the account that has its role as name.
   std::string cookie(const std::string& name) const {
     const RawAnswer answer = RawClient(port_).post(
-        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
+        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + kPassword + "\"}");
     EXPECT_EQ(answer.status, 204) << name;
     const std::string header = answer.headers.at("set-cookie");
     return header.substr(0, header.find(';'));
@@ -93,14 +93,14 @@ class AttackTest : public ::testing::Test {
   bool answered(Duration patience) {
     scan_.stamp = SensorTime::from_utime(runtime::wall_now().ns / 1000);
     const Transform<Map, Base> T_map_base = test::pose_at(0);
-    publish(channel::odometry, Odometry{scan_.stamp, T_map_base.as<Odom, Base>()});
-    publish(channel::scan, scan_);
+    publish(channel::kOdometry, Odometry{scan_.stamp, T_map_base.as<Odom, Base>()});
+    publish(channel::kScan, scan_);
     const WallTime deadline = runtime::steady_now() + patience;
     for (Message message; runtime::steady_now() < deadline;) {
       const auto came = bus_->receive(message, deadline - runtime::steady_now());
       if (!came || !*came) continue;
       Scan scan;
-      if (message.channel != channel::mr_scan) {
+      if (message.channel != channel::kMrScan) {
         ++commands_;
       } else if (decode(message.channel, message.payload, scan).ok() && scan.stamp == scan_.stamp) {
         take(scan);
@@ -111,7 +111,7 @@ class AttackTest : public ::testing::Test {
         estimate.covariance(5, 5) = 1e-6;
         estimate.map_id = test::room().map_id;
         estimate.state = SlamState::tracking;
-        publish(channel::pose_cov, estimate);
+        publish(channel::kPoseCov, estimate);
         return true;
       }
     }
@@ -129,7 +129,7 @@ class AttackTest : public ::testing::Test {
     for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
       if (scan.ranges[i] == scan_.ranges[i]) continue;
       ++at_barrel;
-      const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+      const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
       EXPECT_NEAR(angle, 0, 0.3) << "the barrel is straight ahead";
       EXPECT_NEAR(scan.ranges[i], from_laser, 0.5) << "and nowhere else";
       EXPECT_LT(scan.ranges[i], scan_.ranges[i]);
@@ -157,9 +157,9 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
     std::function<void(const attack::Attacker&, const attack::Cookies&)> commit;
     std::vector<std::string> noted;  ///< expected entries of the audit log, among others
   };
-  const auto words_to = [](const char* path) {
+  const auto malformed_messages_to = [](const char* path) {
     return [path](const attack::Attacker& attacker, const attack::Cookies& known) {
-      attack::with_words_that_are_none(attacker, path, known);
+      attack::with_malformed_messages(attacker, path, known);
     };
   };
   const std::vector<Attack> attacks = {
@@ -170,12 +170,12 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
       {attack::with_requests_too_long, {"a request"}},
       {attack::with_paths_out_of_the_page, {"GET /../accounts.json", "GET /%2e%2e/accounts.json"}},
       {attack::as_a_trainee_who_instructs, {"spawn a", "end"}},
-      {attack::with_script_in_names, {"account " + attack::markup, "log in as " + attack::markup}},
+      {attack::with_script_in_names, {"account " + attack::kMarkup, "log in as " + attack::kMarkup}},
       {attack::with_ten_thousand_passwords, {"log in as admin", "try a password of admin"}},
       {attack::with_broken_and_enormous_frames, {"message on /ws/state", "message on /ws/teleop"}},
-      {words_to("/ws/state"), {"unreadable message"}},
-      {words_to("/ws/teleop"), {"message on /ws/teleop"}},
-      {words_to("/ws/video"), {"message on /ws/video"}}};
+      {malformed_messages_to("/ws/state"), {"unreadable message"}},
+      {malformed_messages_to("/ws/teleop"), {"message on /ws/teleop"}},
+      {malformed_messages_to("/ws/video"), {"message on /ws/video"}}};
   const auto address_of = [](std::size_t attack) { return "127.0.0." + std::to_string(10 + attack); };
   // While the other attacks last: requests that never end, and a page that never reads.
   std::vector<std::unique_ptr<RawClient>> slow;
@@ -183,8 +183,8 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
     slow.push_back(std::make_unique<RawClient>(port_));
     ASSERT_TRUE(slow.back()->send("GET /healthz HTTP/1.1\r\nX-Slow: "));
   }
-  RawClient deaf(port_);
-  ASSERT_EQ(deaf.open_socket("/ws/state", cookies.observer).status, 101);
+  RawClient unresponsive(port_);
+  ASSERT_EQ(unresponsive.open_socket("/ws/state", cookies.observer).status, 101);
 
   std::atomic<std::size_t> over = 0;
   std::vector<std::thread> attackers;

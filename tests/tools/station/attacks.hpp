@@ -10,7 +10,7 @@ namespace parhelion::attack {
 using Json = nlohmann::json;
 using testing::RawClient;
 
-inline const std::string markup = "</script><script>alert(1)</script>";
+inline const std::string kMarkup = "</script><script>alert(1)</script>";
 
 /// One attacker's client. Each has its own address, which the audit log contains.
 class Attacker {
@@ -46,9 +46,9 @@ inline int closed_after(const Attacker& attacker, const std::string& path, const
 }
 
 /// The reply to a page's request.
-inline Json reply(RawClient& page, const std::string& text) {
-  page.send_text(text);
-  while (const auto frame = page.frame()) {
+inline Json reply(RawClient& client, const std::string& text) {
+  client.send_text(text);
+  while (const auto frame = client.frame()) {
     if (frame->opcode == 8) break;
     if (frame->opcode != 1) continue;
     Json message = Json::parse(frame->payload);
@@ -110,8 +110,8 @@ inline void with_broken_and_enormous_frames(const Attacker& attacker, const Cook
       EXPECT_EQ(closed_after(attacker, path, cookies.trainee, commit), code) << path;
 }
 
-inline void with_words_that_are_none(const Attacker& attacker, const std::string& path,
-                                     const Cookies& cookies) {
+inline void with_malformed_messages(const Attacker& attacker, const std::string& path,
+                                    const Cookies& cookies) {
   const int code = closed_after(attacker, path, cookies.trainee, [](RawClient& client) {
     for (int i = 0; i < 2000; ++i)
       client.send_text(i % 2 == 0 ? std::string(500, '[') : R"({"type":"twist"})");
@@ -149,12 +149,12 @@ inline void with_paths_out_of_the_page(const Attacker& attacker, const Cookies& 
 
 inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& cookies) {
   for (const std::string& cookie : {cookies.trainee, cookies.observer}) {
-    RawClient page = attacker.client();
-    ASSERT_EQ(page.open_socket("/ws/state", cookie).status, 101);
+    RawClient client = attacker.client();
+    ASSERT_EQ(client.open_socket("/ws/state", cookie).status, 101);
     for (const char* text : {R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
                              R"({"type":"agent","request":1,"action":"remove_all"})",
                              R"({"type":"estop_reset","request":1})", R"({"type":"end","request":1})"}) {
-      const Json answer = reply(page, text);
+      const Json answer = reply(client, text);
       EXPECT_EQ(answer.value("ok", true), false) << text;
       EXPECT_NE(answer.value("text", "").find("s may not do this"), std::string::npos) << answer;
     }
@@ -164,12 +164,12 @@ inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& 
 inline void with_script_in_names(const Attacker& attacker, const Cookies& cookies) {
   EXPECT_EQ(
       attacker.post("/api/v1/accounts",
-                    R"({"name":")" + markup + R"(","role":"trainee","password":"12345678"})", cookies.admin),
+                    R"({"name":")" + kMarkup + R"(","role":"trainee","password":"12345678"})", cookies.admin),
       409);
-  EXPECT_EQ(attacker.post("/api/v1/login", R"({"name":")" + markup + R"(","password":"12345678"})"), 401);
-  RawClient page = attacker.client();
-  ASSERT_EQ(page.open_socket("/ws/state", cookies.trainee).status, 101);
-  const Json answer = reply(page, R"({"type":")" + markup + R"(","request":1})");
+  EXPECT_EQ(attacker.post("/api/v1/login", R"({"name":")" + kMarkup + R"(","password":"12345678"})"), 401);
+  RawClient client = attacker.client();
+  ASSERT_EQ(client.open_socket("/ws/state", cookies.trainee).status, 101);
+  const Json answer = reply(client, R"({"type":")" + kMarkup + R"(","request":1})");
   EXPECT_EQ(answer.value("ok", true), false) << answer;
 }
 

@@ -11,15 +11,15 @@
 namespace parhelion::tools {
 namespace {
 
-const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-bool has_packages() { return std::filesystem::exists(browser_folder + "/node_modules/playwright-core"); }
+bool has_packages() { return std::filesystem::exists(kBrowserFolder + "/node_modules/playwright-core"); }
 
 /// Runs the script to its last step; pictures are stored beside its output.
 void play(const std::string& script, std::vector<std::string> options) {
   const char* kept = std::getenv("PARHELION_BROWSER_PICTURES");
   const std::string pictures = kept ? std::string(kept) : testing::TempDir();
-  options.insert(options.begin(), browser_folder + "/" + script);
+  options.insert(options.begin(), kBrowserFolder + "/" + script);
   options.push_back(pictures);
   const auto ran = test::run(options, pictures + "/" + script + ".txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
@@ -29,8 +29,8 @@ void play(const std::string& script, std::vector<std::string> options) {
 /// tools/test has installed them, so their absence is a failure there.
 #define PARHELION_NEEDS_BROWSER_PACKAGES()                                                       \
   if (!has_packages()) {                                                                         \
-    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder; \
-    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;                                      \
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder; \
+    GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;                                      \
   }
 
 TEST(StationBrowserTest, EachRoleDoesItsWorkFromLogInToTheGradedSession) {

@@ -23,12 +23,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
  private:
-  static constexpr char tls_handshake = 0x16;
+  static constexpr char kTlsHandshake = 0x16;
 
   void allow(Duration time) { stream_.connection().expires_after(span(time)); }
 
   void first_bytes() {
-    if (*static_cast<const char*>(buffer_.cdata().data()) != tls_handshake) {
+    if (*static_cast<const char*>(buffer_.cdata().data()) != kTlsHandshake) {
       unencrypted_ = true;
       return read_header();
     }
@@ -90,7 +90,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     const Identity* who = request_.who ? &*request_.who : nullptr;
     if (!found.route->access.allows(who, request_.local)) {
-      return who ? refuse(403, "not with the role " + std::string(role_word(who->role)))
+      return who ? refuse(403, "not with the role " + std::string(role_name(who->role)))
                  : refuse(401,
                           request_.session.empty() ? "not logged in" : "the session has ended; log in again");
     }
@@ -240,8 +240,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     content_ = {};
     if (!keep_alive_) {
       stream_.shut_down();
-      allow(linger_time);
-      return drain(linger_bytes);
+      allow(kLingerTime);
+      return drain(kLingerBytes);
     }
     allow(core_.options.idle_time);
     if (buffer_.size() > 0) {
@@ -268,8 +268,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
                             });
   }
 
-  static constexpr Duration linger_time = seconds(2.0);
-  static constexpr std::size_t linger_bytes = 1 << 20;
+  static constexpr Duration kLingerTime = seconds(2.0);
+  static constexpr std::size_t kLingerBytes = 1 << 20;
 
   /// For the log, since queries contain tokens.
   static std::string path_of(boost::string_view target) {

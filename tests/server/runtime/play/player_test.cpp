@@ -12,16 +12,16 @@ namespace {
 struct Listener {
   std::map<std::string, std::vector<std::uint8_t>> newest;
   std::vector<std::vector<std::uint8_t>> events, commands;
-  std::size_t heard = 0;
+  std::size_t received = 0;
 
   void take(const Message& message) {
-    ++heard;
-    if (message.channel == channel::mr_session) *this = {{}, {}, {}, heard};
+    ++received;
+    if (message.channel == channel::kMrSession) *this = {{}, {}, {}, received};
     Event event;
-    if (message.channel == channel::mr_events) {
+    if (message.channel == channel::kMrEvents) {
       ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
-      if (event.kind != EventKind::collision_continued) events.push_back(message.payload);
-    } else if (message.channel == channel::mr_freeze || message.channel == channel::mr_spawn) {
+      if (event.kind != EventKind::contact_continues) events.push_back(message.payload);
+    } else if (message.channel == channel::kMrFreeze || message.channel == channel::kMrSpawn) {
       commands.push_back(message.payload);
     } else {
       newest[message.channel] = message.payload;
@@ -106,19 +106,19 @@ TEST_F(PlayerTest, PausedItStandsAndGoesOnMessageByMessage) {
   Listener listener;
   const auto paused = player({.paused = true}, listener);
   run(*paused, 1);
-  EXPECT_EQ(listener.heard, 1U);  // MR_SESSION: the state at the start
+  EXPECT_EQ(listener.received, 1U);  // MR_SESSION: the state at the start
   EXPECT_EQ(paused->state().position, 0);
   for (std::size_t i = 0; i < 5; ++i) {
     ASSERT_TRUE(paused->step().ok());
     run(*paused, 0.1);
-    EXPECT_EQ(listener.heard, i + 2);
+    EXPECT_EQ(listener.received, i + 2);
     EXPECT_EQ(paused->state().position, paused->recording().t(i + 1));
   }
   paused->pause(false);
   EXPECT_FALSE(paused->step().ok());
   run(*paused, paused->recording().duration());
   EXPECT_TRUE(paused->state().ended);
-  EXPECT_EQ(listener.heard, paused->recording().size());
+  EXPECT_EQ(listener.received, paused->recording().size());
 }
 
 TEST_F(PlayerTest, ItsRateCanBeChangedWhileItPlays) {
@@ -143,8 +143,8 @@ TEST_F(PlayerTest, ALoopBeginsAgainAndAgain) {
   const auto loops = player({.loop = true}, listener);
   run(*loops, 3.5 * loops->recording().duration());
   EXPECT_FALSE(loops->state().ended);
-  EXPECT_GT(listener.heard, 3 * loops->recording().size());
-  EXPECT_LT(listener.heard, 4 * loops->recording().size() + 1);
+  EXPECT_GT(listener.received, 3 * loops->recording().size());
+  EXPECT_LT(listener.received, 4 * loops->recording().size() + 1);
 }
 
 TEST_F(PlayerTest, AStartOffsetIsASeekBeforeTheFirstMessage) {
@@ -157,7 +157,7 @@ TEST_F(PlayerTest, AStartOffsetIsASeekBeforeTheFirstMessage) {
   EXPECT_TRUE(offset.knows_the_same_as(played));
 }
 
-TEST_F(PlayerTest, MarksSayWhenWhatMattersHappened) {
+TEST_F(PlayerTest, MarksHaveTheTimesOfImportantEvents) {
   write(8);
   const Recording all = recording();
   std::size_t bad = 0;
@@ -165,13 +165,13 @@ TEST_F(PlayerTest, MarksSayWhenWhatMattersHappened) {
     EXPECT_GE(mark.t, 0);
     EXPECT_LE(mark.t, all.duration());
     bad += mark.bad ? 1 : 0;
-    EXPECT_NE(mark.kind, "collision_continued");
+    EXPECT_NE(mark.kind, "contact_continues");
   }
   EXPECT_GT(bad, 0U);
   EXPECT_LT(bad, all.marks().size());
 }
 
-TEST_F(PlayerTest, ALogThatIsNoSessionAndADamagedOneAreToldApart) {
+TEST_F(PlayerTest, DistinguishesADamagedLogFromNoSessionLog) {
   EXPECT_FALSE(Recording::open(folder_ / "nothing.lcm").ok());
   {
     auto log = LogWriter::create(path_, true);

@@ -47,7 +47,7 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
   header.stamp = {kSessionStart.ns};
   header.scenario_yaml = to_yaml(scenario);
   encode(header, bytes);
-  ASSERT_TRUE(log->write(channel::mr_session, kSessionStart, bytes).ok());
+  ASSERT_TRUE(log->write(channel::kMrSession, kSessionStart, bytes).ok());
   std::mt19937_64 random(seed);
   const auto below = [&random](std::uint64_t n) { return random() % n; };
   ArrivalTime now = kSessionStart;
@@ -61,7 +61,7 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
         event.kind = static_cast<EventKind>(below(static_cast<std::uint64_t>(kLastEventKind) + 1));
         event.value = i;
         encode(event, bytes);
-        ASSERT_TRUE(log->write(channel::mr_events, now, bytes).ok());
+        ASSERT_TRUE(log->write(channel::kMrEvents, now, bytes).ok());
         break;
       }
       case 1: {
@@ -80,7 +80,7 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
         // The contents do not matter: the newest message of a channel is identified by its bytes.
         const std::string payload = "message " + std::to_string(i);
         bytes.assign(payload.begin(), payload.end());
-        const char* channels[] = {channel::mr_world, channel::mr_scan, channel::pose_cov, "MR_AGENT_a_SCAN"};
+        const char* channels[] = {channel::kMrWorld, channel::kMrScan, channel::kPoseCov, "MR_AGENT_a_SCAN"};
         ASSERT_TRUE(log->write(channels[below(4)], now, bytes).ok());
       }
     }

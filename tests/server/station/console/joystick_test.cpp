@@ -16,7 +16,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr const char* console = R"(device: Console
+constexpr const char* kConsole = R"(device: Console
 dead_man: button 4
 dead_zone: 0.1
 curve: 2
@@ -32,7 +32,7 @@ joints:
   - {joint: gripper, speed: 0.1, up: button 0, down: button 1}
 )";
 
-JoystickMapping mapping() { return *parse_joystick_mapping(console, "console.yaml"); }
+JoystickMapping mapping() { return *parse_joystick_mapping(kConsole, "console.yaml"); }
 
 JoystickState centred() {
   JoystickState state;

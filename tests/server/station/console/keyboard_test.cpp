@@ -54,7 +54,7 @@ TEST(Keyboard, DrivesWhileAKeyRepeatsAndStopsOnceItIsReleased) {
   EXPECT_EQ(drive.twist(at(t + 0.15)).vx, 0) << "released: no repeat any more";
 }
 
-TEST(Keyboard, DoesWhatTheLastKeySaysAndStopsAtOnceOnSpace) {
+TEST(Keyboard, FollowsTheLastKeyAndStopsAtOnceOnSpace) {
   KeyboardDrive drive({.speed = 1, .yaw_rate = 2, .joint_speed = 0.5, .first_hold = seconds(1), .hold = {}});
   drive.press(Key::forward, at(0));
   drive.press(Key::right, at(0.1));
@@ -73,7 +73,7 @@ TEST(Keyboard, DoesWhatTheLastKeySaysAndStopsAtOnceOnSpace) {
   EXPECT_DOUBLE_EQ(drive.twist(at(1)).vx, -0.1);
 }
 
-TEST(Keyboard, ChangingTheRobotLetsGoOfTheKey) {
+TEST(Keyboard, ChangingTheRobotReleasesTheKey) {
   KeyboardDrive drive({});
   drive.press(Key::forward, at(0));
   drive.press(Key::next_robot, at(0.1));

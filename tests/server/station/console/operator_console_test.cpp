@@ -16,7 +16,7 @@ class OperatorConsoleTest : public testing::Test {
     EXPECT_TRUE(server_->subscribe(".*", 1000).ok());
     console_.set_robots({{"trainee", "TELEOP", "JOINT_CMD"}, {"robot_2", "MR_AGENT_robot_2_TELEOP", ""}});
   }
-  std::vector<Message> heard() {
+  std::vector<Message> published() {
     std::vector<Message> all;
     Message message;
     while (true) {
@@ -53,13 +53,13 @@ TEST_F(OperatorConsoleTest, FindsTheTraineesRobotFirstAndEachRobotOnce) {
   const auto robots = robots_in(world);
   ASSERT_EQ(robots.size(), 2U);
   EXPECT_EQ(robots[0].name, "trainee");
-  EXPECT_EQ(robots[0].teleop, channel::teleop);
+  EXPECT_EQ(robots[0].teleop, channel::kTeleop);
   EXPECT_EQ(robots[1].teleop, "MR_AGENT_robot_2_TELEOP");
 }
 
-TEST_F(OperatorConsoleTest, SaysNothingBeforeARobotIsChosenAndNamesTheKnownOnes) {
+TEST_F(OperatorConsoleTest, PublishesNothingBeforeARobotIsChosenAndNamesKnownRobots) {
   EXPECT_TRUE(console_.command({1, 0, 0}, at(0)).ok());
-  EXPECT_TRUE(heard().empty());
+  EXPECT_TRUE(published().empty());
   const Status wrong = console_.drive("robto", at(0));
   ASSERT_FALSE(wrong.ok());
   EXPECT_NE(wrong.error().message.find("trainee, robot_2"), std::string::npos) << wrong.error().message;
@@ -68,46 +68,46 @@ TEST_F(OperatorConsoleTest, SaysNothingBeforeARobotIsChosenAndNamesTheKnownOnes)
 TEST_F(OperatorConsoleTest, StopsTheOneRobotBeforeItDrivesTheOther) {
   ASSERT_TRUE(console_.drive("trainee", at(0)).ok());
   ASSERT_TRUE(console_.command({0.5, 0, 0.1}, at(0.1)).ok());
-  auto messages = heard();
+  auto messages = published();
   ASSERT_EQ(messages.size(), 2U);
-  EXPECT_EQ(messages[0].channel, channel::operators);
-  EXPECT_EQ(messages[1].channel, channel::teleop);
+  EXPECT_EQ(messages[0].channel, channel::kOperators);
+  EXPECT_EQ(messages[1].channel, channel::kTeleop);
   ASSERT_TRUE(console_.drive_next(at(0.2)).ok());
   ASSERT_TRUE(console_.command({0.4, 0, 0}, at(0.3)).ok());
-  messages = heard();
+  messages = published();
   ASSERT_EQ(messages.size(), 5U);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(messages[static_cast<std::size_t>(i)].channel, channel::teleop);
+    EXPECT_EQ(messages[static_cast<std::size_t>(i)].channel, channel::kTeleop);
     EXPECT_EQ(read<TwistCommand>(messages[static_cast<std::size_t>(i)]).twist.vx, 0);
   }
-  EXPECT_EQ(read<OperatorWord>(messages[3]).robot, "robot_2");
+  EXPECT_EQ(read<OperatorStatus>(messages[3]).robot, "robot_2");
   EXPECT_EQ(messages[4].channel, "MR_AGENT_robot_2_TELEOP");
   EXPECT_FALSE(console_.joints({"arm"}, {1}, at(0.4)).ok());
 }
 
 TEST_F(OperatorConsoleTest, BeatsWhileItStandsStillAndStopsWhenItIsLostOrEnds) {
   ASSERT_TRUE(console_.drive("trainee", at(0)).ok());
-  int words = 0;
+  int statuses = 0;
   for (int i = 1; i <= 40; ++i) ASSERT_TRUE(console_.beat(at(0.05 * i)).ok());
-  for (const Message& message : heard()) words += message.channel == channel::operators;
-  EXPECT_GE(words, 5) << "in two seconds, the first included";
-  EXPECT_LE(words, 7);
+  for (const Message& message : published()) statuses += message.channel == channel::kOperators;
+  EXPECT_GE(statuses, 5) << "in two seconds, the first included";
+  EXPECT_LE(statuses, 7);
   ASSERT_TRUE(console_.lose("unplugged", at(3)).ok());
-  auto messages = heard();
+  auto messages = published();
   ASSERT_EQ(messages.size(), 4U);
   EXPECT_EQ(read<TwistCommand>(messages[0]).twist.vx, 0);
-  const auto word = read<OperatorWord>(messages[3]);
-  EXPECT_EQ(word.state, OperatorWord::State::lost);
-  EXPECT_EQ(word.robot, "trainee");
-  EXPECT_EQ(word.text, "unplugged");
+  const auto status = read<OperatorStatus>(messages[3]);
+  EXPECT_EQ(status.state, OperatorStatus::State::lost);
+  EXPECT_EQ(status.robot, "trainee");
+  EXPECT_EQ(status.text, "unplugged");
   ASSERT_TRUE(console_.command({1, 0, 0}, at(3.1)).ok());
-  EXPECT_TRUE(heard().empty()) << "drives nobody any more";
+  EXPECT_TRUE(published().empty()) << "drives nobody any more";
   ASSERT_TRUE(console_.drive("trainee", at(4)).ok());
   ASSERT_TRUE(console_.end(at(5)).ok());
-  EXPECT_EQ(read<OperatorWord>(heard().back()).state, OperatorWord::State::ended);
+  EXPECT_EQ(read<OperatorStatus>(published().back()).state, OperatorStatus::State::ended);
 }
 
-TEST_F(OperatorConsoleTest, LetsGoOfARobotThatIsGone) {
+TEST_F(OperatorConsoleTest, ReleasesARobotThatIsGone) {
   ASSERT_TRUE(console_.drive("robot_2", at(0)).ok());
   console_.set_robots({{"trainee", "TELEOP", "JOINT_CMD"}});
   EXPECT_EQ(console_.driven(), nullptr);

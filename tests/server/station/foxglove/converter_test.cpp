@@ -12,8 +12,8 @@ namespace {
 using nlohmann::json;
 
 TEST(FoxgloveConverter, WhatAnAgentSeesIsAnImageOfItsOwn) {
-  std::map<std::string, json> said;
-  Converter converter([&](const Converted& each) { said[each.channel.topic] = json::parse(each.json); });
+  std::map<std::string, json> messages;
+  Converter converter([&](const Converted& each) { messages[each.channel.topic] = json::parse(each.json); });
   converter.begin(test::WrittenSession().configuration(), ArrivalTime{1'000'000'000});
   Image picture;
   picture.stamp = SensorTime{2'500'000'000};
@@ -23,12 +23,12 @@ TEST(FoxgloveConverter, WhatAnAgentSeesIsAnImageOfItsOwn) {
   picture.format = PixelFormat::rgb;
   picture.bytes.assign(16 * 8 * 3, 90);
   ASSERT_TRUE(converter.take(test::message("MR_AGENT_robot_1_CAMERA", 3'000'000, picture)).ok());
-  const json& raw = said["/agents/robot_1/camera/raw"];
+  const json& raw = messages["/agents/robot_1/camera/raw"];
   EXPECT_EQ(raw["frame_id"], "robot_1/camera_optical");
   EXPECT_EQ(raw["width"], 16);
   EXPECT_EQ(raw["timestamp"], (json{{"sec", 2}, {"nsec", 500'000'000}}));
   ASSERT_TRUE(converter.take(test::message("MR_AGENT__CAMERA", 3'000'000, picture)).ok()) << "of nobody";
-  EXPECT_FALSE(said.contains("/agents//camera/raw"));
+  EXPECT_FALSE(messages.contains("/agents//camera/raw"));
 }
 
 }  // namespace

@@ -15,18 +15,18 @@
 namespace parhelion::station {
 namespace {
 
-const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
 /// Publishes a log repeatedly until it is destroyed.
 class Talker {
  public:
   Talker(const std::string& log, std::unique_ptr<Bus> bus)
       : bus_(std::move(bus)), thread_([this, log](const std::stop_token& stop) {
-          while (!stop.stop_requested()) say(log, stop);
+          while (!stop.stop_requested()) publish_log(log, stop);
         }) {}
 
  private:
-  void say(const std::string& log, const std::stop_token& stop) {
+  void publish_log(const std::string& log, const std::stop_token& stop) {
     auto reader = LogReader::open(log);
     ASSERT_TRUE(reader.ok());
     for (auto next = reader->next(); next.ok() && next->has_value() && !stop.stop_requested();
@@ -55,11 +55,11 @@ class FoxgloveServerTest : public ::testing::Test {
   test::WrittenSession session_;
 };
 
-TEST_F(FoxgloveServerTest, FoxglovesClientIsToldOfEveryTopicAndGetsItsMessages) {
-  if (!std::filesystem::exists(browser_folder + "/node_modules/@foxglove/ws-protocol")) {
+TEST_F(FoxgloveServerTest, FoxgloveClientReceivesEveryTopicAndItsMessages) {
+  if (!std::filesystem::exists(kBrowserFolder + "/node_modules/@foxglove/ws-protocol")) {
     // tools/test has installed it, so its absence is a failure there.
-    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
-    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
+    GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
   const test::Folder folder;
   session_.seconds = 5;
@@ -69,7 +69,7 @@ TEST_F(FoxgloveServerTest, FoxglovesClientIsToldOfEveryTopicAndGetsItsMessages) 
   ASSERT_NE(server, nullptr);
   const Talker talker(folder / "session.lcm", hub_.connect());
   const auto ran =
-      test::run({browser_folder + "/foxglove.mjs", server->address(), "/scan", "/mr_scan", "/virtual_returns",
+      test::run({kBrowserFolder + "/foxglove.mjs", server->address(), "/scan", "/mr_scan", "/virtual_returns",
                  "/mr_camera/image", "/scene", "/names", "/events", "/injection", "/mr_cmd", "/building"},
                 folder / "node.txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
@@ -77,12 +77,12 @@ TEST_F(FoxgloveServerTest, FoxglovesClientIsToldOfEveryTopicAndGetsItsMessages) 
 }
 
 /// Opcode and time of a binary message; 0 for a text.
-struct Heard {
+struct FrameHeader {
   int opcode = 0;
   std::int64_t time = 0;  ///< ns
 };
 
-Heard heard(const testing::RawClient::Frame& frame) {
+FrameHeader header_of(const testing::RawClient::Frame& frame) {
   const std::size_t at = frame.opcode == 2 && frame.payload[0] == 1 ? 5 : 1;
   if (frame.opcode != 2 || frame.payload.size() < at + 8) return {};
   std::uint64_t time = 0;
@@ -90,14 +90,14 @@ Heard heard(const testing::RawClient::Frame& frame) {
   return {frame.payload[0], static_cast<std::int64_t>(time)};
 }
 
-TEST_F(FoxgloveServerTest, ATimeThatGoesBackIsToldBeforeWhatIsOfIt) {
+TEST_F(FoxgloveServerTest, ATimeResetIsSentBeforeItsMessages) {
   const test::Folder folder;
   session_.seconds = 1;
   session_.write(folder / "session.lcm");
   auto log = LogReader::open(folder / "session.lcm");
   ASSERT_TRUE(log.ok());
   const auto first = log->next();
-  ASSERT_TRUE(first.ok() && first->has_value() && (*first)->channel == channel::mr_session);
+  ASSERT_TRUE(first.ok() && first->has_value() && (*first)->channel == channel::kMrSession);
 
   constexpr std::int64_t late = 900'000'000'000, early = 500'000'000'000;
   std::atomic<std::int64_t> clock = late;
@@ -106,7 +106,7 @@ TEST_F(FoxgloveServerTest, ATimeThatGoesBackIsToldBeforeWhatIsOfIt) {
   testing::RawClient client(server->port());
   ASSERT_EQ(client.open_socket("/", "", "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n").status, 101);
   std::uint64_t building = 0;
-  for (bool told = false; !told || building == 0;) {
+  for (bool time_received = false; !time_received || building == 0;) {
     const auto frame = client.frame();
     ASSERT_TRUE(frame.has_value());
     if (frame->opcode == 1) {
@@ -118,33 +118,33 @@ TEST_F(FoxgloveServerTest, ATimeThatGoesBackIsToldBeforeWhatIsOfIt) {
       for (const auto& channel : message["channels"])
         if (channel["topic"] == "/building") building = channel["id"];
     } else {
-      const Heard time = heard(*frame);
+      const FrameHeader time = header_of(*frame);
       EXPECT_EQ(time.opcode, 2);
       EXPECT_EQ(time.time, late);
-      told = true;
+      time_received = true;
     }
   }
   client.send_text(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":)" + std::to_string(building) +
                    "}]}");
   auto frame = client.frame();
   ASSERT_TRUE(frame.has_value());
-  EXPECT_EQ(heard(*frame).opcode, 1);
-  EXPECT_EQ(heard(*frame).time, late);
+  EXPECT_EQ(header_of(*frame).opcode, 1);
+  EXPECT_EQ(header_of(*frame).time, late);
 
   // As in a recording that restarts.
   clock = early;
   ASSERT_TRUE(hub_.connect()->publish((*first)->channel, (*first)->payload).ok());
-  std::vector<Heard> all;
+  std::vector<FrameHeader> all;
   while (all.empty() || all.back().opcode != 1) {
     frame = client.frame();
     ASSERT_TRUE(frame.has_value());
-    if (frame->opcode == 2) all.push_back(heard(*frame));
+    if (frame->opcode == 2) all.push_back(header_of(*frame));
   }
   ASSERT_GE(all.size(), 2U);
-  for (const Heard& each : all) EXPECT_EQ(each.time, early);
+  for (const FrameHeader& each : all) EXPECT_EQ(each.time, early);
 }
 
-TEST_F(FoxgloveServerTest, APortThatIsTakenIsSaid) {
+TEST_F(FoxgloveServerTest, AnOccupiedPortIsReported) {
   const auto first = open();
   ASSERT_NE(first, nullptr);
   FoxgloveOptions options;

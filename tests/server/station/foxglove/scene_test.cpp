@@ -32,7 +32,7 @@ class WorldSceneTest : public ::testing::Test {
   WorldScene scene_;
 };
 
-TEST_F(WorldSceneTest, AClientThatMissesAMessageStillHearsWhoIsGone) {
+TEST_F(WorldSceneTest, AClientThatMissesAMessageStillReceivesDeletions) {
   EXPECT_TRUE(deleted_in({"barrel_1", "person_2"}).empty());
   for (int message = 0; message < 100; ++message)
     EXPECT_EQ(deleted_in({"person_2"}), std::vector<std::string>{"barrel_1"}) << message;

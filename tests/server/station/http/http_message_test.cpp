@@ -48,7 +48,7 @@ TEST(Access, IsByRole) {
   EXPECT_FALSE(Access::logged_in().or_local().allows(nullptr, false));
   EXPECT_TRUE(Access::everyone().allows(nullptr, false));
   for (const Role role : {Role::observer, Role::trainee, Role::instructor, Role::admin}) {
-    EXPECT_EQ(role_of(role_word(role)), role);
+    EXPECT_EQ(role_of(role_name(role)), role);
   }
   EXPECT_EQ(role_of("root"), std::nullopt);
 }

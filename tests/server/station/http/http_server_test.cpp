@@ -17,7 +17,7 @@ class Server : public SiteTest {
   }
 };
 
-TEST_F(Server, SaysWithEachAnswerWhatItsPageMayDo) {
+TEST_F(Server, SendsSecurityHeadersWithEachAnswer) {
   open();
   for (const char* path : {"/healthz", "/nothing", "/api/v1/accounts"}) {
     const RawAnswer answer = RawClient(port()).get(path);
@@ -190,7 +190,7 @@ TEST_F(Server, IsEncryptedWithACertificateOfItsOwn) {
   EXPECT_EQ(socket.frame()->payload, "over TLS");
 }
 
-TEST_F(Server, TellsPlainHttpOnItsEncryptedPortWhereToGoAndNothingElse) {
+TEST_F(Server, RedirectsPlainHttpOnItsEncryptedPortAndAnswersNothingElse) {
   open({}, false);
   RawClient client(port());
   const RawAnswer answer = client.get("/setup?token=x");
@@ -208,19 +208,19 @@ TEST_F(Server, KeepsItsCertificate) {
   EXPECT_EQ(site_->fingerprint(), fingerprint);
 }
 
-TEST(ServerOptions, ThatDoNotWorkAreSaid) {
-  const auto said = [](station::HttpOptions options) {
+TEST(ServerOptions, InvalidOptionsAreReported) {
+  const auto open_error = [](station::HttpOptions options) {
     const auto server = station::HttpServer::open(std::move(options));
     return server ? std::string("opened") : server.error().message;
   };
-  EXPECT_NE(said({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
-  EXPECT_NE(said({.address = "base"}).find("not an address"), std::string::npos);
-  EXPECT_NE(said({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
+  EXPECT_NE(open_error({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
+  EXPECT_NE(open_error({.address = "base"}).find("not an address"), std::string::npos);
+  EXPECT_NE(open_error({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
             std::string::npos);
-  EXPECT_NE(said({.certificate = "c.pem"}).find("belong together"), std::string::npos);
+  EXPECT_NE(open_error({.certificate = "c.pem"}).find("belong together"), std::string::npos);
   const auto first = station::HttpServer::open({});
   ASSERT_TRUE(first);
-  EXPECT_NE(said({.port = (*first)->port()}).find("cannot listen"), std::string::npos);
+  EXPECT_NE(open_error({.port = (*first)->port()}).find("cannot listen"), std::string::npos);
 }
 
 TEST_F(Server, OutlivesAHandlerThatThrows) {

@@ -11,7 +11,7 @@ using LogIn = SiteTest;
 TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
-  const RawAnswer answer = log_in("anna", password);
+  const RawAnswer answer = log_in("anna", kPassword);
   ASSERT_EQ(answer.status, 204);
   const std::string set = answer.headers.at("set-cookie");
   EXPECT_NE(set.find("; HttpOnly"), std::string::npos) << set;
@@ -122,7 +122,7 @@ TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
   EXPECT_EQ(remover.post_from(remover.origin(), "/api/v1/accounts?name=ivan", "", root, "DELETE").status,
             204);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", observer).status, 401);
-  EXPECT_EQ(log_in("ivan", password).status, 401);
+  EXPECT_EQ(log_in("ivan", kPassword).status, 401);
   EXPECT_EQ(
       RawClient(port()).post_from(remover.origin(), "/api/v1/accounts?name=root", "", root, "DELETE").status,
       409);
@@ -170,9 +170,9 @@ TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
   EXPECT_EQ(hashed, 5);
   EXPECT_EQ(held, 9'995);
   // The right password waits as well, for a minute at most.
-  EXPECT_EQ(log_in("anna", password).status, 429);
+  EXPECT_EQ(log_in("anna", kPassword).status, 429);
   pass(seconds(60.0));
-  EXPECT_EQ(log_in("anna", password).status, 204);
+  EXPECT_EQ(log_in("anna", kPassword).status, 204);
   // Recorded, but not ten thousand times.
   site_.reset();
   std::ifstream log(folder_ / "audit.jsonl");
@@ -242,19 +242,19 @@ TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
         .post("/api/v1/password", R"({"old":")" + old + R"(","new":")" + fresh + "\"}", cookie)
         .status;
   };
-  EXPECT_EQ(change(password, "a better one", ""), 401);
-  EXPECT_EQ(change(password, "short", here), 400);
+  EXPECT_EQ(change(kPassword, "a better one", ""), 401);
+  EXPECT_EQ(change(kPassword, "short", here), 400);
   EXPECT_EQ(change("not that one", "a better one", here), 403);
   EXPECT_EQ(RawClient(port()).post("/api/v1/password", R"({"new":"a better one"})", here).status, 400);
-  EXPECT_EQ(log_in("anna", password).status, 204) << "nothing was changed so far";
-  EXPECT_EQ(change(password, "a better one", here), 204);
+  EXPECT_EQ(log_in("anna", kPassword).status, 204) << "nothing was changed so far";
+  EXPECT_EQ(change(kPassword, "a better one", here), 204);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", here).status, 200);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", other).status, 200);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", elsewhere).status, 401);
   const auto frame = socket.frame();
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->code(), 1008);
-  EXPECT_EQ(log_in("anna", password).status, 401);
+  EXPECT_EQ(log_in("anna", kPassword).status, 401);
   EXPECT_EQ(log_in("anna", "a better one").status, 204);
   const std::string log = audit();
   EXPECT_NE(log.find(R"("who":"anna","from":"127.0.0.1","what":"change password","outcome":"done")"),
@@ -268,12 +268,12 @@ TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
-  RawClient page(port());
+  RawClient client(port());
   int tried = 0, held = 0;
   for (int i = 0; i < 50; ++i) {
     const std::string guess = std::to_string(i);
     const RawAnswer answer =
-        page.post("/api/v1/password", R"({"old":"guess )" + guess + R"(","new":"12345678"})", cookie);
+        client.post("/api/v1/password", R"({"old":"guess )" + guess + R"(","new":"12345678"})", cookie);
     tried += answer.status == 403;
     held += answer.status == 429 && answer.headers.contains("retry-after");
   }
@@ -318,7 +318,7 @@ TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
       << "a link has no password";
 }
 
-TEST_F(FirstStart, PeopleWhoComeByOneLinkAreToldApart) {
+TEST_F(FirstStart, PeopleEnteringByOneLinkGetDifferentNames) {
   open();
   const std::string link = site_->link(station::Role::trainee, "trainee"), token = site_->setup_link();
   const std::string target = link.substr(link.find("/enter"));

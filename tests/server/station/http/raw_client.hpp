@@ -26,7 +26,7 @@ struct RawAnswer {
 };
 
 /// Timeout for expected data; exceeding it is a failure.
-constexpr int patience_ms = 20'000;
+constexpr int kPatienceMs = 20'000;
 
 class RawClient {
  public:
@@ -207,7 +207,7 @@ class RawClient {
   bool read_more() {
     char bytes[16384];
     pollfd ready{socket_, POLLIN, 0};
-    if (!(tls_ && SSL_pending(tls_) > 0) && ::poll(&ready, 1, patience_ms) != 1) {
+    if (!(tls_ && SSL_pending(tls_) > 0) && ::poll(&ready, 1, kPatienceMs) != 1) {
       ADD_FAILURE() << "the server neither answered nor closed";
       return false;
     }

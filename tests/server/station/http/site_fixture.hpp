@@ -13,7 +13,7 @@ namespace parhelion::testing {
 
 class SiteTest : public ::testing::Test {
  protected:
-  static constexpr const char* password = "correct horse";
+  static constexpr const char* kPassword = "correct horse";
 
   void SetUp() override {
     folder_ = std::filesystem::temp_directory_path() /
@@ -31,7 +31,7 @@ class SiteTest : public ::testing::Test {
     std::filesystem::create_directory(folder_);
     auto accounts = station::Accounts::open(folder_ / "accounts.json");
     ASSERT_TRUE(accounts) << accounts.error().message;
-    const auto hash = station::hash_password(password);
+    const auto hash = station::hash_password(kPassword);
     ASSERT_TRUE(hash);
     ASSERT_TRUE((*accounts)->put("root", station::Role::admin, *hash));
     for (const station::Identity& who : all) ASSERT_TRUE((*accounts)->put(who.name, who.role, *hash));
@@ -67,7 +67,7 @@ class SiteTest : public ::testing::Test {
   }
   /// "name=value" of the cookie set by a log-in.
   std::string cookie_of(const std::string& name) {
-    const RawAnswer answer = log_in(name, password);
+    const RawAnswer answer = log_in(name, kPassword);
     EXPECT_EQ(answer.status, 204) << answer.body;
     return cookie_in(answer);
   }

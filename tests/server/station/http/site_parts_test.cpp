@@ -50,7 +50,7 @@ TEST_F(Folder, KeepsAccountsForItsOwnerAlone) {
   EXPECT_FALSE(station::password_matches((*again)->hash("anna"), "some hash")) << "no hash at all";
 }
 
-TEST_F(Folder, SaysWhatIsWrongWithAFileOfAccounts) {
+TEST_F(Folder, ReportsErrorsInAnAccountsFile) {
   const fs::path file = folder_ / "accounts.json";
   for (const char* broken : {"", "{", "[]", R"({"accounts":[{"name":"a"}]})", R"({"accounts":[1]})",
                              R"({"accounts":[{"name":"a","role":"king","password":"x"}]})",
@@ -72,7 +72,7 @@ TEST_F(Folder, AddsToTheAuditLogAndLeavesWhatIsThere) {
   for (int start = 0; start < 2; ++start) {
     auto audit = station::Audit::open(folder_ / "audit.jsonl", clock);
     ASSERT_TRUE(audit);
-    (*audit)->say({"anna", "10.0.0.1", "spawn \"box\"\n", "done", "\xff"});
+    (*audit)->record({"anna", "10.0.0.1", "spawn \"box\"\n", "done", "\xff"});
   }
   const std::string line =
       "{\"time\":\"2023-11-14T22:13:20.123Z\",\"who\":\"anna\",\"from\":\"10.0.0.1\","
@@ -155,9 +155,9 @@ TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
   const auto send = [&](const char* text, int slot) {
     queue.send(std::make_shared<const std::string>(text), false, slot);
   };
-  send("a", station::WebClient::in_order);
+  send("a", station::WebClient::kInOrder);
   send("old", 3);
-  send("b", station::WebClient::in_order);
+  send("b", station::WebClient::kInOrder);
   send("new!", 3);
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(queue.waiting_bytes(), 6U);
@@ -173,7 +173,7 @@ TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
 TEST(ClientQueue, ClosesOnceAndKeepsNothingAfterwards) {
   station::ClientQueue queue({}, 200, [] {});
   for (int i = 0; i < 5; ++i)
-    queue.send(std::make_shared<const std::string>("0123456789"), false, station::WebClient::in_order);
+    queue.send(std::make_shared<const std::string>("0123456789"), false, station::WebClient::kInOrder);
   const auto next = queue.take();
   ASSERT_TRUE(next.closing);
   EXPECT_EQ(next.closing->code, 1013);

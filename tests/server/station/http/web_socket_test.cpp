@@ -21,7 +21,7 @@ class Socket : public SiteTest {
   std::string cookie_;
 };
 
-TEST_F(Socket, CarriesMessagesBothWays) {
+TEST_F(Socket, CarriesMessagesInBothDirections) {
   open_logged_in();
   const auto client = connect("/ws/echo?robot=big%20rover");
   client->send_text("text");
@@ -38,7 +38,7 @@ TEST_F(Socket, CarriesMessagesBothWays) {
   EXPECT_EQ(station::query_value(client_->query(), "robot"), "big rover");
 }
 
-TEST_F(Socket, ClosesWhoBreaksTheProtocolAndSaysWhy) {
+TEST_F(Socket, ClosesOnProtocolViolationsAndReportsTheReason) {
   open_logged_in();
   struct Offence {
     const char* what;
@@ -171,7 +171,7 @@ TEST_F(Socket, IsClosedWithTheCodeAndReasonThatAreGiven) {
   EXPECT_LE(frame->payload.size(), 125U);
 }
 
-TEST_F(Socket, SpeaksTheSubprotocolThatBothKnowAndIsOpenToAllPagesWhereItSaysSo) {
+TEST_F(Socket, SelectsACommonSubprotocolAndAllowsAnyOriginWhereConfigured) {
   auto server = station::HttpServer::open({});
   ASSERT_TRUE(server);
   (*server)->on_socket("/", station::Access::everyone(), {},

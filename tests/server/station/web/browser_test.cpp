@@ -9,17 +9,17 @@
 namespace parhelion::station {
 namespace {
 
-const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-TEST(BrowserTest, VirtualThingsStandInAHeadsetWhereTheControllerSaid) {
-  if (!std::filesystem::exists(browser_folder + "/node_modules/iwer")) {
+TEST(BrowserTest, HeadsetShowsVirtualObjectsWhereTheControllerPlacedThem) {
+  if (!std::filesystem::exists(kBrowserFolder + "/node_modules/iwer")) {
     // tools/test has installed it, so its absence is a failure there.
-    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
-    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
+    GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
   const std::string pictures = testing::TempDir();
   const auto ran =
-      test::run({browser_folder + "/headset.mjs", pictures}, pictures + "headset.txt", "/usr/bin/node");
+      test::run({kBrowserFolder + "/headset.mjs", pictures}, pictures + "headset.txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
   EXPECT_NE(ran.output.find("ok  pictures go on while it is worn"), std::string::npos) << ran.output;
 }

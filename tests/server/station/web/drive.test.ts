@@ -3,10 +3,10 @@ import { askedOf, jointCommand, movables, roleOf } from "../../../../server/stat
 import { PadDrive, type PadState } from "../../../../server/station/web/src/drive/pad";
 import { beat, DriveSender } from "../../../../server/station/web/src/drive/sender";
 import { knob, stickInput } from "../../../../server/station/web/src/drive/stick";
-import { chosen, letGo, shaped, twistOf } from "../../../../server/station/web/src/drive/twist";
+import { chosen, releasedInput, shaped, twistOf } from "../../../../server/station/web/src/drive/twist";
 
 const press = (code: string, more = {}) => ({ code, repeat: false, ctrlKey: false, altKey: false, metaKey: false, ...more });
-const most = { vx: 1, vy: 0, wz: 2 };
+const limits = { vx: 1, vy: 0, wz: 2 };
 const still = { vx: 0, vy: 0, wz: 0 }, none = { names: [], velocities: [] };
 
 describe("keys", () => {
@@ -18,7 +18,7 @@ describe("keys", () => {
     expect(keys.input()).toEqual({ held: true, forward: 1, left: 0, turn: 1 });
     keys.release("KeyW");
     keys.release("ArrowLeft");
-    expect(keys.input()).toEqual(letGo);
+    expect(keys.input()).toEqual(releasedInput);
   });
   test("two keys for one way are held until both are let go", () => {
     const keys = new HeldKeys();
@@ -67,7 +67,7 @@ describe("game pad", () => {
     drive.command(pad([0, -1, 0, 0]));
     expect(drive.command(pad([0, -1, 0, 0], 4)).drive).toEqual({ held: true, forward: 1, left: 0, turn: 0 });
     expect(drive.command(pad([-1, 0, 0, 0], 4)).drive.turn).toBe(1);
-    expect(drive.command(pad([0, -1, 0, 0])).drive).toEqual(letGo);
+    expect(drive.command(pad([0, -1, 0, 0])).drive).toEqual(releasedInput);
   });
   test("one that was unplugged while it drove must be let go first", () => {
     const drive = new PadDrive();
@@ -100,7 +100,7 @@ describe("stick on the screen", () => {
   test("forward is up, left is left; beyond the well it is at its end", () => {
     expect(stickInput(knob(well, 100, 0))).toEqual({ held: true, forward: 1, left: 0, turn: 0 });
     expect(stickInput(knob(well, 0, 100)).turn).toBe(1);
-    expect(stickInput(null)).toEqual(letGo);
+    expect(stickInput(null)).toEqual(releasedInput);
   });
   test("a well of no size asks for nothing", () => {
     expect(stickInput(knob({ x: 0, y: 0, radius: 0 }, 0, 0))).toMatchObject({ forward: 0, turn: 0 });
@@ -108,15 +108,15 @@ describe("stick on the screen", () => {
 });
 
 describe("twist", () => {
-  test("is a share of what the robot may do", () => {
-    expect(twistOf({ held: true, forward: 1, left: 0, turn: -0.5 }, most, 5)).toEqual({ vx: 0.5, vy: 0, wz: -0.5 });
-    expect(twistOf({ held: true, forward: NaN, left: 7, turn: 9 }, most, 99)).toEqual({ vx: 0, vy: 0, wz: 2 });
-    expect(twistOf({ held: false, forward: 1, left: 1, turn: 1 }, most, 10)).toEqual(still);
+  test("is a fraction of what the robot may do", () => {
+    expect(twistOf({ held: true, forward: 1, left: 0, turn: -0.5 }, limits, 5)).toEqual({ vx: 0.5, vy: 0, wz: -0.5 });
+    expect(twistOf({ held: true, forward: NaN, left: 7, turn: 9 }, limits, 99)).toEqual({ vx: 0, vy: 0, wz: 2 });
+    expect(twistOf({ held: false, forward: 1, left: 1, turn: 1 }, limits, 10)).toEqual(still);
   });
   test("two devices do not add up: the first that is held drives", () => {
     const one = { held: true, forward: 1, left: 0, turn: 0 };
-    expect(chosen([letGo, one, { ...one, forward: -1 }])).toBe(one);
-    expect(chosen([letGo])).toEqual(letGo);
+    expect(chosen([releasedInput, one, { ...one, forward: -1 }])).toBe(one);
+    expect(chosen([releasedInput])).toEqual(releasedInput);
   });
 });
 

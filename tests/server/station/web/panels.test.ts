@@ -4,8 +4,8 @@ import { detailOf } from "../../../../server/station/web/src/events/words";
 import type { SessionEvent } from "../../../../server/station/web/src/session/protocol";
 import { countsOf, stagesOf } from "../../../../server/station/web/src/events/stages";
 import { doorAt } from "../../../../server/station/web/src/instructor/doors";
-import { outline, placement, wayWith } from "../../../../server/station/web/src/instructor/gestures";
-import { lessonCommand } from "../../../../server/station/web/src/instructor/lessons";
+import { outline, placement, pathWith } from "../../../../server/station/web/src/instructor/gestures";
+import { faultCommand } from "../../../../server/station/web/src/instructor/faults";
 import { door, freeName, palette, spawn, standing } from "../../../../server/station/web/src/instructor/palette";
 import { playCommand } from "../../../../server/station/web/src/play/keys";
 
@@ -13,7 +13,7 @@ const event = (t: number, kind: string, more = {}) =>
   ({ t, kind, subject: "rover", object: "", position: null, impulse: 0, value: 0, text: "", unsensed: false, request: 0, ...more });
 
 describe("events", () => {
-  const events = [event(1, "collision_started", { object: "person_1" }), event(2, "score_changed"), event(3, "agent_spawned"), event(4, "task_done", { object: "through the door" })];
+  const events = [event(1, "contact_started", { object: "person_1" }), event(2, "score_changed"), event(3, "agent_spawned"), event(4, "task_done", { object: "through the door" })];
   const every = new Set(eventGroups);
   test("the newest comes first; what is said often only where it is asked for", () => {
     expect(filtered(events, { groups: every, all: false, text: "" }).map((each) => each.t)).toEqual([4, 3, 1]);
@@ -29,7 +29,7 @@ describe("events", () => {
     expect(weightOf("volcano")).toBe("plain");
   });
   test("marks of a seek bar do not crowd", () => {
-    const many = Array.from({ length: 100 }, (_, i) => event(i / 10, "penalty_charged"));
+    const many = Array.from({ length: 100 }, (_, i) => event(i / 10, "points_deducted"));
     expect(seekMarks(many, 1).length).toBe(10);
     expect(seekMarks([event(1, "agent_moved")], 1)).toEqual([]);
   });
@@ -62,9 +62,9 @@ describe("what an instructor does", () => {
     expect(corner![1]).toBeCloseTo(1);
   });
   test("a way ends with a second press on its last point", () => {
-    const way = wayWith(wayWith([], { x: 0, y: 0 })!, { x: 2, y: 0 })!;
-    expect(way).toEqual([[0, 0], [2, 0]]);
-    expect(wayWith(way, { x: 2.05, y: 0 })).toBeNull();
+    const path = pathWith(pathWith([], { x: 0, y: 0 })!, { x: 2, y: 0 })!;
+    expect(path).toEqual([[0, 0], [2, 0]]);
+    expect(pathWith(path, { x: 2.05, y: 0 })).toBeNull();
   });
   test("a name is one that is free", () => {
     const person = palette([])[0]!;
@@ -88,10 +88,10 @@ describe("what an instructor does", () => {
     expect(doorAt(doors, { x: 0, y: 1.6 })).toBeNull();
     expect(doorAt([], { x: 0, y: 0 })).toBeNull();
   });
-  test("lessons go out in seconds and shares, within their bounds", () => {
-    expect(lessonCommand({ kind: "camera_delay", amount: 200, side: "left", lasting: 30 })).toEqual({ type: "lesson", kind: "camera_delay", on: true, amount: 0.2, lasting: 30 });
-    expect(lessonCommand({ kind: "camera_loss", amount: 400, side: "left", lasting: 0 })).toEqual({ type: "lesson", kind: "camera_loss", on: true, amount: 0.9 });
-    expect(lessonCommand({ kind: "dead_wheel", amount: 0, side: "right", lasting: 0 })).toEqual({ type: "lesson", kind: "dead_wheel", on: true, side: "right" });
+  test("faults go out in seconds and fractions, within their bounds", () => {
+    expect(faultCommand({ kind: "camera_delay", amount: 200, side: "left", lasting: 30 })).toEqual({ type: "fault", kind: "camera_delay", on: true, amount: 0.2, lasting: 30 });
+    expect(faultCommand({ kind: "camera_loss", amount: 400, side: "left", lasting: 0 })).toEqual({ type: "fault", kind: "camera_loss", on: true, amount: 0.9 });
+    expect(faultCommand({ kind: "dead_wheel", amount: 0, side: "right", lasting: 0 })).toEqual({ type: "fault", kind: "dead_wheel", on: true, side: "right" });
   });
 });
 

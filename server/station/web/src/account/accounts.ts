@@ -22,12 +22,12 @@ async function asked(url: string, request: RequestInit): Promise<string | null> 
 
 /** null: no reply of the server. */
 export async function accountRows(): Promise<AccountRow[] | null> {
-  const said = (await read(path)) as { accounts?: AccountRow[] } | null;
-  return Array.isArray(said?.accounts) ? said.accounts : null;
+  const reply = (await read(path)) as { accounts?: AccountRow[] } | null;
+  return Array.isArray(reply?.accounts) ? reply.accounts : null;
 }
 export async function auditEntries(): Promise<AuditEntry[] | null> {
-  const said = (await read("api/v1/audit")) as { entries?: AuditEntry[] } | null;
-  return Array.isArray(said?.entries) ? said.entries : null;
+  const reply = (await read("api/v1/audit")) as { entries?: AuditEntry[] } | null;
+  return Array.isArray(reply?.entries) ? reply.entries : null;
 }
 
 async function read(url: string): Promise<unknown> {

@@ -36,14 +36,14 @@ class Driving {
 
   start() {
     if (this.#stopListening) return;
-    teleop.start(() => this.letGo());
+    teleop.start(() => this.releaseControl());
     const listening = new AbortController();
     const { signal } = listening;
     addEventListener("keydown", (event) => this.#keyDown(event), { signal });
     addEventListener("keyup", (event) => this.#keyUp(event), { signal });
-    addEventListener("blur", () => this.letGo(), { signal });
-    addEventListener("pagehide", () => this.letGo(), { signal });
-    document.addEventListener("visibilitychange", () => document.hidden && this.letGo(), { signal });
+    addEventListener("blur", () => this.releaseControl(), { signal });
+    addEventListener("pagehide", () => this.releaseControl(), { signal });
+    document.addEventListener("visibilitychange", () => document.hidden && this.releaseControl(), { signal });
     const timer = setInterval(() => this.#look(), lookEvery);
     this.#stopListening = () => {
       listening.abort();
@@ -51,14 +51,14 @@ class Driving {
     };
   }
   stop() {
-    this.letGo();
+    this.releaseControl();
     this.#stopListening?.();
     this.#stopListening = undefined;
     teleop.stop();
   }
 
   /** All inputs must be pressed again, and the server receives a release. */
-  letGo() {
+  releaseControl() {
     this.#releaseHands();
     this.#sender.restart();
     this.#look();
@@ -69,9 +69,9 @@ class Driving {
     this.#look();
   }
   /** A button of the panel is held (-1 or 1) or released (0). */
-  moveJoint(name: string, way: number) {
+  moveJoint(name: string, direction: number) {
     const buttons = new Map(this.jointButtons);
-    if (way) buttons.set(name, way);
+    if (direction) buttons.set(name, direction);
     else buttons.delete(name);
     this.jointButtons = buttons;
     this.#look();
@@ -112,7 +112,7 @@ class Driving {
     const robot = teleop.robot;
     const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
     if (held && session.back !== null) session.lookBack(null);  // nobody drives by a past view
-    const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
+    const twist = robot && held ? twistOf(input, robot.limits, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));
     this.held = held || joints.names.length > 0;
@@ -127,8 +127,8 @@ class Driving {
   #jointsAsked(): Map<string, number> {
     const asked = new Map<string, number>(), key = this.#keys.joint();
     for (const { name, joints } of movables(teleop.robot?.joints ?? [])) {
-      const way = (name === this.joint && key) || this.jointButtons.get(name);
-      if (way) for (const joint of joints) asked.set(joint.name, way);
+      const direction = (name === this.joint && key) || this.jointButtons.get(name);
+      if (direction) for (const joint of joints) asked.set(joint.name, direction);
     }
     return asked;
   }

@@ -1,6 +1,6 @@
 /** A keyboard as a console. A driving key is its own dead-man: releasing it stops. Keys are identified by position
  * (KeyboardEvent.code), so that WASD are adjacent on every layout. */
-import { type DriveInput, letGo } from "./twist";
+import { type DriveInput, releasedInput } from "./twist";
 
 export type DriveKey =
   | "forward" | "backward" | "left" | "right"
@@ -52,7 +52,7 @@ export class HeldKeys {
   }
   input(): DriveInput {
     const any = ["forward", "backward", "left", "right"].some((key) => this.isHeld(key as DriveKey));
-    if (!any) return letGo;
+    if (!any) return releasedInput;
     const forward = this.isHeld("forward") - this.isHeld("backward");
     const turn = this.isHeld("left") - this.isHeld("right");
     // In reverse, the wheel turns as in a car.

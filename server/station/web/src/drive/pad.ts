@@ -1,7 +1,7 @@
 /** A game pad (Gamepad API, standard mapping) as a console, mapped as in server/station/console/mappings. The left
  * shoulder button is the dead-man. It counts only after it was seen released since the pad was plugged in or the
  * page regained the focus. */
-import { type DriveInput, letGo, shaped } from "./twist";
+import { type DriveInput, releasedInput, shaped } from "./twist";
 
 /** The part of the browser's Gamepad that is used. */
 export interface PadState {
@@ -10,7 +10,7 @@ export interface PadState {
 }
 
 const button = { a: 0, b: 1, x: 2, y: 3, leftShoulder: 4, rightShoulder: 5, back: 8, start: 9, up: 12, down: 13, left: 14, right: 15 };
-const slowShare = 1 / 3;
+const slowFraction = 1 / 3;
 
 /** Joints by function, -1..1 of their speed. */
 export interface PadJoints { turret: number; shoulder: number; elbow: number; wrist: number; gripper: number; flippers: number }
@@ -34,7 +34,7 @@ export class PadDrive {
   command(pad: PadState | null): PadCommand {
     if (!pad) {
       this.restart();
-      return { drive: letGo, joints: still, nextRobot: false, stop: false };
+      return { drive: releasedInput, joints: still, nextRobot: false, stop: false };
     }
     const down = (index: number): boolean => pad.buttons[index]?.pressed ?? false;
     const held = down(button.leftShoulder);
@@ -43,8 +43,8 @@ export class PadDrive {
     const stop = down(button.back) && !this.stopWasDown;
     this.nextWasDown = down(button.start);
     this.stopWasDown = down(button.back);
-    if (!held || !this.seenReleased) return { drive: letGo, joints: still, nextRobot, stop };
-    const slow = down(button.rightShoulder) ? slowShare : 1;
+    if (!held || !this.seenReleased) return { drive: releasedInput, joints: still, nextRobot, stop };
+    const slow = down(button.rightShoulder) ? slowFraction : 1;
     const axis = (index: number): number => -shaped(pad.axes[index] ?? 0) * slow || 0;
     const pair = (up: number, low: number): number => (Number(down(up)) - Number(down(low))) * slow;
     return {

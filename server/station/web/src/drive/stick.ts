@@ -1,5 +1,5 @@
 /** The on-screen stick: a thumb's distance from its centre. The thumb on it is the dead-man. */
-import { type DriveInput, letGo, shaped } from "./twist";
+import { type DriveInput, releasedInput, shaped } from "./twist";
 
 export interface Well { x: number; y: number; radius: number }
 
@@ -12,6 +12,6 @@ export function knob(well: Well, x: number, y: number): { x: number; y: number }
 }
 
 export function stickInput(at: { x: number; y: number } | null): DriveInput {
-  if (!at) return letGo;
+  if (!at) return releasedInput;
   return { held: true, forward: -shaped(at.y) || 0, left: 0, turn: -shaped(at.x) || 0 };
 }

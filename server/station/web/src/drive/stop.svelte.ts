@@ -16,7 +16,7 @@ class StopState {
 export const stopState = new StopState();
 
 export function emergencyStop() {
-  const overTeleop = teleop.emergencyStop(), overState = session.say({ type: "estop" });
+  const overTeleop = teleop.emergencyStop(), overState = session.send({ type: "estop" });
   stopState.failed = !overTeleop && !overState;
 }
 

@@ -5,9 +5,9 @@ import type { TeleopMessage } from "./sender";
 import type { Twist } from "./twist";
 
 /** `drivable` false: `why` is the reason why nobody can drive it. */
-export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean; drivable: boolean; why: string }
+export interface TeleopRobot { name: string; joints: RobotJoint[]; limits: Twist; video: boolean; drivable: boolean; why: string }
 
-interface Said {
+interface ReceivedMessage {
   type: string; robot?: string; by?: string; you?: boolean; silent?: boolean; text?: string; rearm?: boolean; on?: boolean; at_ms?: number; server_us?: number;
   list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean; drivable?: boolean; why?: string }[];
 }
@@ -33,7 +33,7 @@ class Teleop {
 
   #wanted = "";
   #timer: ReturnType<typeof setInterval> | undefined;
-  #pong: { heard_us?: number; heard_at_ms?: number } = {};
+  #pong: { pong_us?: number; pong_received_at_ms?: number } = {};
   #rearm = (): void => {};
   #link = new Link("/ws/teleop", {
     text: (text) => this.#take(text),
@@ -90,30 +90,30 @@ class Teleop {
     if (state === "open" && this.#wanted) this.drive(this.#wanted);
   }
   #take(text: string) {
-    const said = JSON.parse(text) as Said;
-    switch (said.type) {
-      case "robots": return this.#robots(said);
-      case "driven": return this.#drives(said);
+    const message = JSON.parse(text) as ReceivedMessage;
+    switch (message.type) {
+      case "robots": return this.#robots(message);
+      case "driven": return this.#drives(message);
       case "refused":
-        this.refusal = said.text ?? "";
-        if (said.rearm) this.#rearm();
+        this.refusal = message.text ?? "";
+        if (message.rearm) this.#rearm();
         break;
       case "estop":
-        this.stops = changed(this.stops, said.robot, said.on ? said.by : undefined);
-        if (said.on) break;
+        this.stops = changed(this.stops, message.robot, message.on ? message.by : undefined);
+        if (message.on) break;
         this.refusal = "";
         this.#rearm();
         break;
       case "sent": this.refusal = ""; break;
       case "pong": {
         const now = performance.now();
-        this.roundTrip_ms = now - (said.at_ms ?? NaN);
-        this.#pong = { heard_us: said.server_us, heard_at_ms: now };
+        this.roundTrip_ms = now - (message.at_ms ?? NaN);
+        this.#pong = { pong_us: message.server_us, pong_received_at_ms: now };
         break;
       }
     }
   }
-  #drives({ robot = "", by = "", you = false, silent = false }: Said) {
+  #drives({ robot = "", by = "", you = false, silent = false }: ReceivedMessage) {
     this.drivers = changed(this.drivers, robot, by || undefined);
     if (you) {
       this.driven = robot;
@@ -127,11 +127,11 @@ class Teleop {
       else this.#wanted = "";
     }
   }
-  #robots({ list }: Said) {
+  #robots({ list }: ReceivedMessage) {
     this.robots = (list ?? []).map(({ name, joints, max, video, drivable, why }) => ({
       name,
       joints: (joints ?? []).map((joint) => (typeof joint === "string" ? { name: joint } : joint)),
-      most: { ...modest, ...max },
+      limits: { ...modest, ...max },
       video: video ?? false,
       drivable: drivable ?? true,
       why: why ?? "",

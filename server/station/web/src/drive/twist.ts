@@ -6,7 +6,7 @@ export interface Twist { vx: number; vy: number; wz: number }
 /** Fractions of the robot's maximum, -1..1; `held`: the dead-man of this device is held, otherwise all are zero. */
 export interface DriveInput { held: boolean; forward: number; left: number; turn: number }
 
-export const letGo: DriveInput = { held: false, forward: 0, left: 0, turn: 0 };
+export const releasedInput: DriveInput = { held: false, forward: 0, left: 0, turn: 0 };
 
 /** Speed steps as in the terminal's keyboard console; the initial step is half of them. */
 export const speedSteps = 10;
@@ -19,21 +19,21 @@ export function clampStep(step: number): number {
 /** 0 within the dead zone, 1 at the end, |.|^curve between; odd in x. Not finite: 0. */
 export function shaped(x: number, deadZone = 0.12, curve = 1.5): number {
   if (!Number.isFinite(x) || Math.abs(x) <= deadZone) return 0;
-  const share = Math.min(1, (Math.abs(x) - deadZone) / (1 - deadZone));
-  return Math.sign(x) * share ** curve;
+  const fraction = Math.min(1, (Math.abs(x) - deadZone) / (1 - deadZone));
+  return Math.sign(x) * fraction ** curve;
 }
 
 const unit = (x: number): number => (Number.isFinite(x) ? Math.min(1, Math.max(-1, x)) : 0);
 
-/** `most`: the robot's limits at the highest step. */
-export function twistOf(input: DriveInput, most: Twist, step: number): Twist {
+/** `limits`: the robot's limits at the highest step. */
+export function twistOf(input: DriveInput, limits: Twist, step: number): Twist {
   if (!input.held) return { vx: 0, vy: 0, wz: 0 };
-  const share = clampStep(step) / speedSteps;
-  const way = (x: number, limit: number): number => unit(x) * limit * share || 0;
-  return { vx: way(input.forward, most.vx), vy: way(input.left, most.vy), wz: way(input.turn, most.wz) };
+  const fraction = clampStep(step) / speedSteps;
+  const scaled = (x: number, limit: number): number => unit(x) * limit * fraction || 0;
+  return { vx: scaled(input.forward, limits.vx), vy: scaled(input.left, limits.vy), wz: scaled(input.turn, limits.wz) };
 }
 
 /** The first device whose dead-man is held drives; commands of two devices are not added. */
 export function chosen(inputs: DriveInput[]): DriveInput {
-  return inputs.find((input) => input.held) ?? letGo;
+  return inputs.find((input) => input.held) ?? releasedInput;
 }

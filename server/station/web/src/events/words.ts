@@ -15,10 +15,10 @@ function personOf(name: string): string {
 
 /** Subject, object, strength and further text. */
 export function detailOf(event: SessionEvent): string {
-  const object = (strings.instruct.lessonKinds as Record<string, string>)[event.object] ?? event.object;
+  const object = (strings.instruct.faultKinds as Record<string, string>)[event.object] ?? event.object;
   const whom = (groupOf(event.kind) === "task" ? [event.object] : [personOf(event.subject), object]).filter(Boolean).join(" – ");
   const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
   // The server's text is a sentence or an identifier.
-  const text = event.text?.replaceAll("_", event.kind === "command_reduced" ? " " : "_");
+  const text = event.text?.replaceAll("_", event.kind === "speed_limited" ? " " : "_");
   return [whom, impulse, text].filter(Boolean).join(" · ");
 }

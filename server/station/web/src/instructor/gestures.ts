@@ -23,8 +23,8 @@ export function outline({ at, yaw }: Placement, size: readonly number[]): [numbe
 }
 
 /** The path with one more point; null: the point equals the last one, which ends the path. */
-export function wayWith(way: readonly [number, number][], point: MapPoint): [number, number][] | null {
-  const last = way.at(-1);
+export function pathWith(path: readonly [number, number][], point: MapPoint): [number, number][] | null {
+  const last = path.at(-1);
   if (last && Math.hypot(point.x - last[0], point.y - last[1]) < leastDrag) return null;
-  return [...way, [point.x, point.y]];
+  return [...path, [point.x, point.y]];
 }

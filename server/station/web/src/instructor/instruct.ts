@@ -7,14 +7,14 @@ import { session } from "../session/session.svelte";
 /** True: it was done. */
 export async function instruct(command: Ask, done = ""): Promise<boolean> {
   const reply = await session.ask(command);
-  if (!reply.ok) notices.say(reply.text, "wrong");
-  else if (done || reply.text) notices.say(done || reply.text);
+  if (!reply.ok) notices.show(reply.text, "wrong");
+  else if (done || reply.text) notices.show(done || reply.text);
   if (reply.ok && command.action === "spawn") hints.see("instructor");
   return reply.ok;
 }
 
 /** A message without a reply. */
-export function tell(message: Parameters<typeof session.say>[0], notConnected: string, done = ""): void {
-  if (!session.say(message)) notices.say(notConnected, "wrong");
-  else if (done) notices.say(done);
+export function sendMessage(message: Parameters<typeof session.send>[0], notConnected: string, done = ""): void {
+  if (!session.send(message)) notices.show(notConnected, "wrong");
+  else if (done) notices.show(done);
 }

@@ -34,7 +34,7 @@ export function freeName(item: PaletteItem, taken: ReadonlySet<string>): string 
 
 export const behaviours = ["stay", "patrol", "wander", "teleop", "follow", "flee", "block", "go"] as const;
 export type BehaviourKind = (typeof behaviours)[number];
-export const needsWay = (behaviour: BehaviourKind): boolean => behaviour === "patrol" || behaviour === "go";
+export const needsPath = (behaviour: BehaviourKind): boolean => behaviour === "patrol" || behaviour === "go";
 export const needsTarget = (behaviour: BehaviourKind): boolean => ["follow", "flee", "block"].includes(behaviour);
 
 export interface BehaviourChoice {
@@ -58,7 +58,7 @@ const round = (x: number, digits = 3): number => Number(x.toFixed(digits));
 function behaviourFields(choice: BehaviourChoice): Record<string, unknown> {
   return {
     behaviour: choice.behaviour, speed: choice.speed, yields: choice.yields, opens_doors: choice.opens_doors,
-    ...(needsWay(choice.behaviour) ? { waypoints: choice.waypoints.map(([x, y]) => [round(x), round(y)]) } : {}),
+    ...(needsPath(choice.behaviour) ? { waypoints: choice.waypoints.map(([x, y]) => [round(x), round(y)]) } : {}),
     ...(needsTarget(choice.behaviour) ? { target: choice.target, distance: choice.distance } : {}),
   };
 }

@@ -1,7 +1,7 @@
 /** Tools for the plan: place an object, or draw a path. Each is active until it is done or another one takes over. */
 import { plan, type MapPoint, type PlanTool } from "../plan/tool.svelte";
 import { doorAt, type DoorPlace } from "./doors";
-import { outline, placement, wayWith, type Placement } from "./gestures";
+import { outline, placement, pathWith, type Placement } from "./gestures";
 
 interface Placing { label: string; size: readonly number[]; yaw: number; done(placement: Placement): void }
 
@@ -54,18 +54,18 @@ export function doorTool(label: string, how: string, places: () => DoorPlace[], 
 }
 
 /** Point by point; a second press on the last point, or Enter, ends the path. */
-export function wayTool(label: string, done: (way: [number, number][]) => void): PlanTool & { finish(): void } {
-  let way: [number, number][] = [];
+export function pathTool(label: string, done: (path: [number, number][]) => void): PlanTool & { finish(): void } {
+  let path: [number, number][] = [];
   const draw = (next?: MapPoint): void => {
-    const points: [number, number][] = next ? [...way, [next.x, next.y]] : way;
+    const points: [number, number][] = next ? [...path, [next.x, next.y]] : path;
     plan.drafts = points.length ? [{ points, closed: false, label: "", refused: false }] : [];
   };
   const tool = {
     label, cursor: "crosshair",
     down(at: MapPoint) {
-      const longer = wayWith(way, at);
+      const longer = pathWith(path, at);
       if (!longer) return tool.finish();
-      way = longer;
+      path = longer;
       draw();
     },
     move(at: MapPoint) {
@@ -77,7 +77,7 @@ export function wayTool(label: string, done: (way: [number, number][]) => void):
     },
     finish() {
       plan.take(null);
-      if (way.length) done(way);
+      if (path.length) done(path);
     },
   };
   return tool;

@@ -5,12 +5,12 @@ import type { PanelName } from "./panels";
 
 export type LayoutName = keyof typeof strings.layouts;
 /** Width and height fractions are relative to the others'; panels of one cell are tabs, the first one is shown. */
-export interface Cell { share: number; panels: PanelName[] }
-export interface Column { share: number; cells: Cell[]; upright?: number }  // its share where columns are rows
+export interface Cell { fraction: number; panels: PanelName[] }
+export interface Column { fraction: number; cells: Cell[]; upright?: number }  // its share where columns are rows
 export type Layout = Column[];
 
-const cell = (share: number, ...panels: PanelName[]): Cell => ({ share, panels });
-const column = (share: number, ...cells: Cell[]): Column => ({ share, cells });
+const cell = (fraction: number, ...panels: PanelName[]): Cell => ({ fraction, panels });
+const column = (fraction: number, ...cells: Cell[]): Column => ({ fraction, cells });
 
 const all: Record<LayoutName, Layout> = {
   drive: [column(1.8, cell(1.75, "video"), cell(1, "drive", "joints")), column(1.3, cell(1, "plan", "view3d")), column(0.85, cell(1, "score", "briefing"), cell(1, "events", "chat", "status"))],

@@ -3,7 +3,7 @@ import type { Component } from "svelte";
 import EmergencyStop from "../panels/EmergencyStop.svelte";
 import FirstSteps from "../panels/FirstSteps.svelte";
 import Hands from "../panels/Hands.svelte";
-import Letters from "../panels/Letters.svelte";
+import ChatNotices from "../panels/ChatNotices.svelte";
 import LookBack from "../panels/LookBack.svelte";
 import PlayBar from "../panels/PlayBar.svelte";
 
@@ -14,4 +14,4 @@ export const strip: Component[] = [FirstSteps];
 /** Below all panels: the seek bar of a recording, or of the live session. */
 export const bottomBar: Component[] = [PlayBar, LookBack];
 /** Mounted once, wherever they draw: dialogues, and handlers of keys and game pads. */
-export const background: Component[] = [Hands, Letters];
+export const background: Component[] = [Hands, ChatNotices];

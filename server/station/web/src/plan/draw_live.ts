@@ -167,7 +167,7 @@ export function drawSweep(g: Context, c: Camera, scan: ScanFrame, ink: string, s
   g.globalAlpha = 1;
 }
 
-export function drawWays(g: Context, c: Camera, plans: Plan[], paths: boolean, motion: boolean, ink: LiveInk) {
+export function drawPaths(g: Context, c: Camera, plans: Plan[], paths: boolean, motion: boolean, ink: LiveInk) {
   for (const each of plans) {
     const planned = each.kind !== "predicted";
     if (each.points.length < 2 || !(each.kind === "path" ? paths : motion)) continue;
@@ -203,7 +203,7 @@ function line(g: Context, c: Camera, points: number[]) {
 
 const RECENT_S = 60;
 /** Events that matter in a debriefing: the placing of an agent is visible without a mark. */
-const grave = /collision_(started|predicted)|fell|tipp|hazard|limit|dropped|unhinged|penalty/;
+const grave = /contact_started|collision_predicted|fell|tipp|hazard|_limit$|dropped|unhinged|points_deducted/;
 /** Events of the last minute with a place. */
 export function drawEvents(g: Context, c: Camera, events: SessionEvent[], now: number, ink: LiveInk) {
   for (let i = events.length - 1; i >= 0 && now - (events[i] as SessionEvent).t < RECENT_S; --i) {

@@ -132,12 +132,12 @@ function middle(points: [number, number][]): [number, number] {
 
 /** One name for a flight of stairs; none for floors and ceilings. */
 export function drawNames(g: Context, c: Camera, model: Model, ink: Ink) {
-  const said = new Set<string>();
+  const labelled = new Set<string>();
   for (const each of model.elements) {
     const name = each.part_of || each.name;
-    if (said.has(name) || ["floor", "ceiling", "wall_above_door", "free_space"].includes(each.label)) continue;
+    if (labelled.has(name) || ["floor", "ceiling", "wall_above_door", "free_space"].includes(each.label)) continue;
     if (Math.max(each.size[0], each.size[1]) * c.scale < 26) continue;
-    said.add(name);
+    labelled.add(name);
     label(g, c, each.at[0], each.at[1], name, each.label === "door" ? ink.door : ink.soft, ink.canvas);
   }
 }

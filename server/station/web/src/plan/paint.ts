@@ -7,7 +7,7 @@ import { site } from "../session/site.svelte";
 import type { Trails } from "../session/trails";
 import { colours, theme } from "../theme/theme.svelte";
 import { toScreen, type Camera } from "./camera";
-import { drawDrafts, drawEntities, drawEvents, drawScan, drawSweep, drawTrails, drawWays, liveInk, scanStrength, type LiveInk } from "./draw_live";
+import { drawDrafts, drawEntities, drawEvents, drawScan, drawSweep, drawTrails, drawPaths, liveInk, scanStrength, type LiveInk } from "./draw_live";
 import { drawGround, drawModel, drawNames, drawScale, drawZones, siteInk, type Ink } from "./draw_site";
 import { plan, type MapPoint } from "./tool.svelte";
 
@@ -38,7 +38,7 @@ export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails,
     drawScan(g, camera, real, "real", live.real, strength);
   }
   if (layers.has("paths")) drawTrails(g, camera, trails, new Map(entities.map((each) => [each.name, each])), live);
-  drawWays(g, camera, session.back === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
+  drawPaths(g, camera, session.back === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
   if (world && layers.has("robots"))
     drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot }, live);
   if (mixed && layers.has("virtual")) drawScan(g, camera, mixed, "virtual", live.virtual, scanStrength(mixed, now));

@@ -17,7 +17,7 @@ export class History {
   #rosters = new Map<number, Roster>();
   #bytes = 0;
 
-  constructor(private readonly most = 48e6) {}
+  constructor(private readonly maxBytes = 48e6) {}
 
   /** Session time of the first stored sample; undefined: none. */
   get from(): number | undefined {
@@ -34,7 +34,7 @@ export class History {
   }
   world(frame: WorldFrame) {
     this.#keep(this.#worlds, frame);
-    if (this.#bytes > this.most) this.#forget();
+    if (this.#bytes > this.maxBytes) this.#forget();
   }
   scan(key: string, frame: ScanFrame) {
     let list = this.#scans.get(key);

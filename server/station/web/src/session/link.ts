@@ -18,7 +18,7 @@ export class Link {
   #failures = 0;
   #wanted = false;
   /** performance.now() of the last message; 0: none yet. */
-  heard = 0;
+  receivedAt = 0;
 
   constructor(private readonly path: string, private readonly handlers: LinkHandlers) {}
 
@@ -54,7 +54,7 @@ export class Link {
     };
     socket.onmessage = ({ data }) => {
       if (socket !== this.#socket) return;
-      this.heard = performance.now();
+      this.receivedAt = performance.now();
       this.#failures = 0;
       if (typeof data === "string") this.handlers.text(data);
       else this.handlers.bytes(data as ArrayBuffer);

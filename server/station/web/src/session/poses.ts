@@ -8,7 +8,7 @@ const rows = new WeakMap<WorldFrame, Int32Array>();
 export function rowOf(world: WorldFrame, part: number): number {
   let table = rows.get(world);
   if (!table) {
-    table = new Int32Array(world.ids.reduce((most, id) => Math.max(most, id), -1) + 1).fill(-1);
+    table = new Int32Array(world.ids.reduce((largest, id) => Math.max(largest, id), -1) + 1).fill(-1);
     for (let row = 0; row < world.count; ++row) table[world.ids[row] as number] = row;
     rows.set(world, table);
   }

@@ -11,7 +11,7 @@ export interface SessionInfo {
 }
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
 /** Choices of an instructor. */
-export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
+export interface SceneInfo { scripts: string[]; faults: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
 /** Of a whole recording, for its seek bar. */
 export interface TimeMark { t: number; kind: string; text: string; bad: boolean }
 export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo; marks?: TimeMark[] }
@@ -64,8 +64,8 @@ export type ServerMessage = Hello | Entities | Events | Score | Status | Injecti
   | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
-export interface Ask { type: "agent" | "script" | "lesson" | "end" | "save" | "report"; [field: string]: unknown }
-export interface Say { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
+export interface Ask { type: "agent" | "script" | "fault" | "end" | "save" | "report"; [field: string]: unknown }
+export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],

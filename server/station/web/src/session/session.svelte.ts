@@ -3,7 +3,7 @@ import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type Say, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
@@ -71,7 +71,7 @@ class Session {
     this.#link.open();
     clearInterval(this.#clock);
     this.#clock = setInterval(() => {
-      this.silence_s = this.#link.heard ? (performance.now() - this.#link.heard) / 1000 : 0;
+      this.silence_s = this.#link.receivedAt ? (performance.now() - this.#link.receivedAt) / 1000 : 0;
     }, 250);
   }
 
@@ -97,7 +97,7 @@ class Session {
   }
 
   /** Sends a message without a reply; false: not connected. */
-  say(message: Say): boolean {
+  send(message: ClientMessage): boolean {
     if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
     return this.#link.send(JSON.stringify(message));
   }
@@ -137,7 +137,7 @@ class Session {
 
   subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
     this.#subscription = { ...this.#subscription, ...change };
-    this.say({ type: "subscribe", ...this.#subscription });
+    this.send({ type: "subscribe", ...this.#subscription });
   }
 
   #linkChanged(state: LinkState, retryAt: number) {

@@ -54,8 +54,8 @@ export class AgeStatistics {
     this.ages.push(ms);
     if (this.ages.length > 150) this.ages.shift();
   }
-  quantile(share: number): number | undefined {
+  quantile(fraction: number): number | undefined {
     const sorted = [...this.ages].sort((a, b) => a - b);
-    return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+    return sorted[Math.min(sorted.length - 1, Math.floor(fraction * sorted.length))];
   }
 }

@@ -57,7 +57,7 @@ export class Video {
     this.codec = codec;
     this.#link?.close();
     this.#link = new Link(`/ws/video?robot=${encodeURIComponent(this.robot)}&codec=${codec}`, {
-      text: (text) => this.#said(text),
+      text: (text) => this.#message(text),
       bytes: (bytes) => this.#received(bytes),
       state: (state) => this.#changed(state),
     });
@@ -75,12 +75,12 @@ export class Video {
     this.#askClock();
   }
 
-  #said(text: string) {
-    const said = JSON.parse(text) as { type: string; state?: string; why?: string; robots?: string[]; at_ms?: number; server_us?: number };
-    if (said.type === "clock") this.#clock.answer(said.at_ms ?? NaN, said.server_us ?? NaN, performance.now());
-    if (said.type !== "video") return;
-    this.why = said.state === "live" ? "" : (said.why ?? said.state ?? "");
-    if (said.robots) this.robots = said.robots;
+  #message(text: string) {
+    const message = JSON.parse(text) as { type: string; state?: string; why?: string; robots?: string[]; at_ms?: number; server_us?: number };
+    if (message.type === "clock") this.#clock.answer(message.at_ms ?? NaN, message.server_us ?? NaN, performance.now());
+    if (message.type !== "video") return;
+    this.why = message.state === "live" ? "" : (message.why ?? message.state ?? "");
+    if (message.robots) this.robots = message.robots;
   }
   #received(bytes: ArrayBuffer) {
     const frame = readFrame(bytes);

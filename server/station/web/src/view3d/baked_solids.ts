@@ -52,7 +52,7 @@ export class BakedSolids implements Solids {
       const [cx, cy, cz] = centre;
       const away = wx * (eye[0] - m0 * cx - m3 * cy - m6 * cz - m9) + wy * (eye[1] - m1 * cx - m4 * cy - m7 * cz - m10) + wz * (eye[2] - m2 * cx - m5 * cy - m8 * cz - m11);
       if (away * over < -EDGE_ON_M) continue;
-      let share = light(wx * over, wy * over, wz * over);
+      let brightness = light(wx * over, wy * over, wz * over);
       let at = this.#faces++ * 12, tone = (at / 12) * 16;
       for (let k = 0; k < 12; k += 3) {
         const x = corners[k] as number, y = corners[k + 1] as number, z = corners[k + 2] as number;
@@ -64,14 +64,14 @@ export class BakedSolids implements Solids {
           wy = m1 * nx + m4 * ny + m7 * nz;
           wz = m2 * nx + m5 * ny + m8 * nz;
           over = 1 / Math.sqrt(wx * wx + wy * wy + wz * wz);
-          share = light(wx * over, wy * over, wz * over);
+          brightness = light(wx * over, wy * over, wz * over);
         }
         out[at++] = m0 * x + m3 * y + m6 * z + m9;
         out[at++] = m1 * x + m4 * y + m7 * z + m10;
         out[at++] = m2 * x + m5 * y + m8 * z + m11;
-        ink[tone++] = screenByte(red * share);
-        ink[tone++] = screenByte(green * share);
-        ink[tone++] = screenByte(blue * share);
+        ink[tone++] = screenByte(red * brightness);
+        ink[tone++] = screenByte(green * brightness);
+        ink[tone++] = screenByte(blue * brightness);
         tone++;
       }
     }

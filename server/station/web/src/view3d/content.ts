@@ -19,7 +19,7 @@ const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs"
 type Inks = Record<(typeof inkNames)[number], Color>;
 
 /** Heights above the floor, m, so that flat objects do not flicker. */
-const MAP_Z = 0.01, ZONE_Z = 0.02, WAY_Z = 0.04;
+const MAP_Z = 0.01, ZONE_Z = 0.02, PATH_Z = 0.04;
 /** Height in m at which walls are cut when the view looks over them. */
 export const CUT_M = 1.1;
 
@@ -105,16 +105,16 @@ export class Content {
     const lines = this.#lines, inks = this.#inks;
     lines.begin();
     if (layers.has("zones"))
-      for (const zone of session.zones) lines.way(zone.points.flat(), Math.max(zone.bottom ?? 0, this.#lowest) + ZONE_Z, inks.zone, true);
+      for (const zone of session.zones) lines.path(zone.points.flat(), Math.max(zone.bottom ?? 0, this.#lowest) + ZONE_Z, inks.zone, true);
     const owners = new Map(session.entities.map((each) => [each.name, each]));
     if (layers.has("paths"))
       for (const [name, trail] of this.trails.of) {
         const entity = owners.get(name);
-        if (entity) lines.way(trail.points, WAY_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
+        if (entity) lines.path(trail.points, PATH_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
       }
     for (const each of session.back === null ? session.plans : [])
-      if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.way(each.points.flat(), WAY_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
-    for (const draft of plan.drafts) lines.way(draft.points.flat(), WAY_Z, draft.refused ? inks.bad : inks.accent, draft.closed);
+      if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.path(each.points.flat(), PATH_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
+    for (const draft of plan.drafts) lines.path(draft.points.flat(), PATH_Z, draft.refused ? inks.bad : inks.accent, draft.closed);
     for (const [name, ink] of [[selection.entity, inks.accent], [robot, inks.robot]] as const) {
       const pose = poseOf(owners.get(name), session.world);
       if (!pose) continue;

@@ -87,7 +87,7 @@ export class Crowd {
     return list.sort((a, b) => b.px - a.px);
   }
 
-  #put(piece: Piece, poses: Float32Array, k: number, tint: Color, share: number) {
+  #put(piece: Piece, poses: Float32Array, k: number, tint: Color, fraction: number) {
     const out = this.#placed, m = piece.matrix;
     const x = poses[k + 3] as number, y = poses[k + 4] as number, z = poses[k + 5] as number, w = poses[k + 6] as number;
     const r00 = 1 - 2 * (y * y + z * z), r01 = 2 * (x * y - w * z), r02 = 2 * (x * z + w * y);
@@ -101,6 +101,6 @@ export class Crowd {
     }
     for (let axis = 0; axis < 3; ++axis) (out[9 + axis] as number) += poses[k + axis] as number;
     const [red, green, blue] = piece.colour;
-    this.#solids.put(piece.kind, out, red + (tint.r - red) * share, green + (tint.g - green) * share, blue + (tint.b - blue) * share);
+    this.#solids.put(piece.kind, out, red + (tint.r - red) * fraction, green + (tint.g - green) * fraction, blue + (tint.b - blue) * fraction);
   }
 }

@@ -18,7 +18,7 @@ export class Lines {
   }
 
   /** Points x, y alternating, at one height. */
-  way(points: ArrayLike<number>, z: number, ink: Color, closed = false) {
+  path(points: ArrayLike<number>, z: number, ink: Color, closed = false) {
     const n = points.length / 2;
     for (let i = 0; i + 1 < n + (closed ? 1 : 0); ++i) {
       const a = i * 2, b = ((i + 1) % n) * 2;
@@ -29,7 +29,7 @@ export class Lines {
   ring(x: number, y: number, z: number, radius: number, ink: Color) {
     const points: number[] = [];
     for (let i = 0; i < 24; ++i) points.push(x + radius * Math.cos((i * Math.PI) / 12), y + radius * Math.sin((i * Math.PI) / 12));
-    this.way(points, z, ink, true);
+    this.path(points, z, ink, true);
   }
 
   segment(ax: number, ay: number, az: number, bx: number, by: number, bz: number, ink: Color) {

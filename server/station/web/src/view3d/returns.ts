@@ -27,8 +27,8 @@ export class Returns {
   #frame: PointsFrame | null = null;
   #shades: Shades | null = null;
 
-  /** `size`: page pixels of a point at a distance of a metre. `most`: larger clouds are thinned to this number. */
-  constructor(size: number, private readonly most = Infinity) {
+  /** `size`: page pixels of a point at a distance of a metre. `maxPoints`: larger clouds are thinned to this number. */
+  constructor(size: number, private readonly maxPoints = Infinity) {
     const material = new ShaderMaterial({ vertexShader, fragmentShader, uniforms: { size: { value: size }, cut: { value: 1e6 } } });
     this.points = new Points(new BufferGeometry(), material);
     this.points.onBeforeRender = (renderer) => {
@@ -69,7 +69,7 @@ export class Returns {
   }
   /** Number of points in the buffers. */
   #paint({ count, positions, colours }: PointsFrame, { low, high }: Shades): number {
-    const step = Math.ceil(count / this.most) || 1, n = Math.floor(count / step), colour = new Color();
+    const step = Math.ceil(count / this.maxPoints) || 1, n = Math.floor(count / step), colour = new Color();
     this.#reserve(n);
     for (let k = 0; k < n; ++k) {
       const i = 3 * k * step;

@@ -1,0 +1,200 @@
+// Messages that pages get without a request: the current state when a page is opened, then periodic updates.
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/driving_timing.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/operator_name.hpp"
+#include "server/station/state_feed.hpp"
+
+namespace parhelion::station {
+namespace {
+
+constexpr Duration kSecondPeriod = seconds(1.0), half_period = milliseconds(500),
+                   quarter_period = milliseconds(250);
+constexpr double kShownAhead = 2.0;  // s of predicted motion
+constexpr int kPointsAhead = 8;
+constexpr std::size_t kMaxPlans = 200;  // more would be unreadable
+
+bool due(WallTime& next, WallTime now, Duration period) {
+  if (now < next) return false;
+  next = now + period;
+  return true;
+}
+
+/// Extrapolates the present motion along its circle.
+std::vector<Eigen::Vector2d> ahead(const WorldMessage::Entry& body) {
+  Eigen::Vector2d p = body.T_map_body.translation().head<2>(), v = body.velocity.head<2>();
+  std::vector<Eigen::Vector2d> points{p};
+  constexpr double dt = kShownAhead / kPointsAhead;
+  const Eigen::Rotation2Dd half_turn(body.rotation_rate.z() * dt / 2);
+  for (int i = 0; i < kPointsAhead; ++i) {
+    v = half_turn * v;
+    p += dt * v;
+    v = half_turn * v;
+    points.push_back(p);
+  }
+  return points;
+}
+
+bool goes_by_itself(const WorldMessage::Entry& body) {
+  return body.owner == BodyOwner::real_robot ||
+         (body.owner == BodyOwner::agent &&
+          (body.kind == AgentKind::robot || body.kind == AgentKind::person));
+}
+
+}  // namespace
+
+void StateFeed::open(std::shared_ptr<WebClient> client) {
+  subscribers_.open(std::move(client));
+  greet(subscribers_.all().back());
+}
+
+void StateFeed::greet(Subscriber& subscriber) {
+  const auto send = [&](std::string text, int slot = WebClient::kInOrder) {
+    subscriber.client->send(shared_text(std::move(text)), false, slot);
+  };
+  send(hello(subscriber.client->who()));
+  send(zones_json(configuration_->scenario.zones));
+  if (model_version_ > 0) send(model_json(model_version_));
+  if (table_.number() != 0 && !table_.parts().empty()) send(entities());
+  const std::vector<Event> events(events_.begin(), events_.end());
+  send(events_json(events, start()));
+  send(score_json(board_, start(), now()), send_slot::score);
+  send(status_text(), send_slot::status);
+  if (pose_known_) send(pose_json(pose_), send_slot::pose);
+  if (info_.stamp.ns != 0) send(injection_json(info_), send_slot::injection);
+  send(control_json(control()), send_slot::control);
+  subscriber.world_due = {};
+  send_operators();
+}
+
+void StateFeed::subscribe(std::uint64_t client, const Subscription& wanted) {
+  if (Subscriber* subscriber = subscribers_.find(client)) subscriber->wants = wanted;
+}
+
+std::string StateFeed::hello(const Identity& who) const {
+  HelloFields hello_fields = options_.hello_fields;
+  hello_fields.start = start();
+  hello_fields.now = runtime::wall_now();
+  return hello_json(*configuration_, who, hello_fields);
+}
+
+std::string StateFeed::entities() const {
+  return entities_json(
+      table_, [&](const std::string& entity, const std::string& part) { return shapes_.find(entity, part); },
+      [&](const std::string& entity) {
+        const AgentDefinition* definition = shapes_.definition(entity);
+        return definition == nullptr ? std::string() : definition->model;
+      });
+}
+
+std::string StateFeed::status_text() const {
+  ServerStatus shown = status_;
+  if (!bus_error_.empty())
+    shown.notes.emplace_back("bus", "the base station receives nothing: " + bus_error_);
+  return status_json(shown, sensors_.states(options_.clock()));
+}
+
+ControlState StateFeed::control() const {
+  ControlState state;
+  if (options_.control) state = options_.control();
+  state.recorded = recorded();
+  if (state.position < 0) state.position = start_ ? std::max(0.0, t(now())) : 0;
+  state.frozen = placed_.frozen();
+  state.estop = options_.stopped && options_.stopped();
+  return state;
+}
+
+void StateFeed::send_world(WallTime now) {
+  auto& all = subscribers_.all();
+  if (std::none_of(all.begin(), all.end(),
+                   [&](const Subscriber& subscriber) { return now >= subscriber.world_due; }))
+    return;
+  if (!read_world()) return;
+  if (!table_.fits(world_) && due(table_due_, now, quarter_period)) {
+    table_.renew(world_);
+    subscribers_.send_to_all(entities());
+  }
+  if (table_.number() == 0) return;
+  const auto wants_scans = [](const Subscriber& subscriber) { return !subscriber.wants.agent_scans.empty(); };
+  if (std::any_of(all.begin(), all.end(), wants_scans)) agents_.take(world_);
+  const double seconds_in = t(SimulationTime{world_.stamp.ns});
+  const SharedText frame = shared_text(table_.frame(world_, seconds_in, info_.stamp.ns != 0 && !info_.live));
+  for (Subscriber& subscriber : all) {
+    if (now < subscriber.world_due) continue;
+    // A little early, so that worlds at exactly this rate are all sent.
+    subscriber.world_due = now + seconds(0.75 / subscriber.wants.world_hz);
+    subscriber.client->send(frame, true, send_slot::kWorld);
+  }
+}
+
+void StateFeed::send_plans() {
+  if (!read_world()) return;
+  std::vector<EntityPlan> plans;
+  const std::string* last = nullptr;
+  for (const WorldMessage::Entry& body : world_.bodies) {
+    if (plans.size() >= kMaxPlans) break;
+    if (last != nullptr && *last == body.entity) continue;  // only an entity's first body counts
+    last = &body.entity;
+    if (!goes_by_itself(body)) continue;
+    if (body.velocity.head<2>().norm() > 0.05) plans.push_back({body.entity, "predicted", ahead(body)});
+    const AgentDefinition* agent = placed_.find(body.entity);
+    if (agent == nullptr || agent->behaviour.waypoints.empty()) continue;
+    const bool patrol = agent->behaviour.kind == BehaviourKind::patrol;
+    if (!patrol && agent->behaviour.kind != BehaviourKind::go) continue;
+    plans.push_back({body.entity, "path", agent->behaviour.waypoints});
+    if (patrol) plans.back().points.push_back(agent->behaviour.waypoints.front());
+  }
+  subscribers_.send_to_all(plans_json(plans), send_slot::plans);
+}
+
+void StateFeed::forget_silent_operators(WallTime now) {
+  const auto gone = std::erase_if(operators_, [&](const auto& each) {
+    return now - each.second.second > driving_timing::kOperatorShown;
+  });
+  operators_changed_ = operators_changed_ || gone > 0;
+}
+
+/// People see each other's real names.
+void StateFeed::send_operators() const {
+  std::vector<OperatorStatus> statuses;
+  for (const auto& [name, status] : operators_) {
+    statuses.push_back(status.first);
+    for (const Subscriber& subscriber : subscribers_.all()) {
+      if (operator_name(subscriber.client->who()) == name)
+        statuses.back().name = subscriber.client->who().name;
+    }
+  }
+  subscribers_.send_to_all(operators_json(statuses), send_slot::operators);
+}
+
+void StateFeed::look(WallTime now) {
+  forget_silent_operators(now);
+  if (subscribers_.empty()) return;
+  if (!new_events_.empty()) subscribers_.send_to_all(events_json(std::exchange(new_events_, {}), start()));
+  const bool second = due(second_, now, kSecondPeriod), half = due(half_, now, half_period);
+  if (std::exchange(operators_changed_, false)) send_operators();
+  if (std::exchange(score_changed_, false) || (second && board_.graded()))
+    subscribers_.send_to_all(score_json(board_, start(), this->now()), send_slot::score);
+  if (std::exchange(injection_changed_, false) || (half && info_.stamp.ns != 0))
+    subscribers_.send_to_all(injection_json(info_), send_slot::injection);
+  if (std::exchange(pose_changed_, false) || (half && pose_known_))
+    subscribers_.send_to_all(pose_json(pose_), send_slot::pose);
+  if (second) subscribers_.send_to_all(status_text(), send_slot::status);
+  ControlState state = control();
+  const std::string text = control_json(state);
+  state.position = 0;
+  std::string without_position = control_json(state);
+  if (half || without_position != sent_control_) subscribers_.send_to_all(text, send_slot::control);
+  sent_control_ = std::move(without_position);
+  if (!due(quarter_, now, quarter_period)) return;
+  send_plans();
+  if (joints_) subscribers_.send_to_all(joints_json(configuration_->robot.name, *joints_), send_slot::joints);
+  if (hazard_)
+    subscribers_.send_to_all(hazard_json(*hazard_, t(sensors_.to_server(hazard_->stamp))), send_slot::hazard);
+  joints_.reset();
+  hazard_.reset();
+}
+
+}  // namespace parhelion::station
