@@ -59,33 +59,33 @@ void write_intrinsics(yaml::Writer& writer, const CameraIntrinsics& camera) {
   writer.line("distortion", "[" + list + "]");
 }
 
-CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
-  CameraDescription camera;
+/// What cameras and depth cameras have in common.
+template <class Camera>
+Camera read_any_camera(const Node& node, yaml::Problems& problems) {
+  Camera camera;
   camera.intrinsics = read_intrinsics(node, problems);
   camera.T_base_optical =
-      Transform<Base, CameraOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
+      decltype(camera.T_base_optical)(yaml::read_camera_isometry(*node.find("pose"), problems));
   camera.head = yaml::read_head(node, problems);
-  yaml::read(node, "readout", camera.readout);
   yaml::read(node, "rate", camera.rate);
   yaml::read(node, "noise", camera.noise);
   yaml::read(node, "source", camera.source);
   return camera;
 }
 
+CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
+  auto camera = read_any_camera<CameraDescription>(node, problems);
+  yaml::read(node, "readout", camera.readout);
+  return camera;
+}
+
 DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
-  DepthCameraDescription depth;
-  depth.intrinsics = read_intrinsics(node, problems);
-  depth.T_base_optical =
-      Transform<Base, DepthOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
-  depth.head = yaml::read_head(node, problems);
+  auto depth = read_any_camera<DepthCameraDescription>(node, problems);
   yaml::read(node, "range_min", depth.range_min);
   yaml::read(node, "range_max", depth.range_max);
-  yaml::read(node, "rate", depth.rate);
-  yaml::read(node, "noise", depth.noise);
   yaml::read(node, "baseline", depth.baseline);
   yaml::read(node, "disparity_noise", depth.disparity_noise);
   yaml::read(node, "disparity_step", depth.disparity_step);
-  yaml::read(node, "source", depth.source);
   if (depth.baseline == 0 && (depth.disparity_noise > 0 || depth.disparity_step > 0))
     problems.add(node.line, "'disparity_noise' and 'disparity_step' need a 'baseline' of more than 0 m");
   if (depth.range_max != 0 && !(depth.range_min < depth.range_max)) {
@@ -126,12 +126,7 @@ void read_limits(const Node& node, RobotLimits& limits) {
 
 AttitudeLimits read_attitude(const Node& node, yaml::Problems& problems) {
   AttitudeLimits limits;
-  yaml::read(node, "pitch_warning", limits.pitch_warning);
-  yaml::read(node, "pitch_limit", limits.pitch_limit);
-  yaml::read(node, "roll_warning", limits.roll_warning);
-  yaml::read(node, "roll_limit", limits.roll_limit);
-  yaml::read(node, "yaw_rate_warning", limits.yaw_rate_warning);
-  yaml::read(node, "yaw_rate_limit", limits.yaw_rate_limit);
+  yaml::read_attitude_limits(node, limits);
   const auto check = [&](const char* what, double warning, double limit, Quantity quantity) {
     if (warning <= limit) return;
     problems.add(node.line, std::string("'attitude': expected ") + what + "_warning <= " + what +
@@ -181,6 +176,15 @@ void write_lasers(yaml::Writer& writer, const RobotDescription& robot) {
 
 }  // namespace
 
+void yaml::read_attitude_limits(const Node& node, AttitudeLimits& limits) {
+  yaml::read(node, "pitch_warning", limits.pitch_warning);
+  yaml::read(node, "pitch_limit", limits.pitch_limit);
+  yaml::read(node, "roll_warning", limits.roll_warning);
+  yaml::read(node, "roll_limit", limits.roll_limit);
+  yaml::read(node, "yaw_rate_warning", limits.yaw_rate_warning);
+  yaml::read(node, "yaw_rate_limit", limits.yaw_rate_limit);
+}
+
 RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   RobotDescription robot;
   yaml::read(node, "name", robot.name);
@@ -207,12 +211,17 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
 
 namespace {
 
+/// Where the camera is and how it projects.
+void write_any_camera(yaml::Writer& writer, const auto& camera) {
+  writer.line("pose", yaml::format_camera_isometry(camera.T_base_optical.isometry()));
+  yaml::write_head(writer, camera.head);
+  write_intrinsics(writer, camera.intrinsics);
+}
+
 void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.camera) {
     writer.open("camera");
-    writer.line("pose", yaml::format_camera_isometry(robot.camera->T_base_optical.isometry()));
-    yaml::write_head(writer, robot.camera->head);
-    write_intrinsics(writer, robot.camera->intrinsics);
+    write_any_camera(writer, *robot.camera);
     writer.quantity("readout", robot.camera->readout, Quantity::time);
     writer.quantity("rate", robot.camera->rate, Quantity::rate);
     writer.quantity("noise", robot.camera->noise, Quantity::digital_number);
@@ -221,9 +230,7 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   }
   if (robot.depth) {
     writer.open("depth");
-    writer.line("pose", yaml::format_camera_isometry(robot.depth->T_base_optical.isometry()));
-    yaml::write_head(writer, robot.depth->head);
-    write_intrinsics(writer, robot.depth->intrinsics);
+    write_any_camera(writer, *robot.depth);
     writer.quantity("range_min", robot.depth->range_min, Quantity::length);
     writer.quantity("range_max", robot.depth->range_max, Quantity::length);
     writer.quantity("rate", robot.depth->rate, Quantity::rate);

@@ -41,7 +41,7 @@ class Reader {
     read_drive(*root.find("drive"));
     read_links(root);
     read_joints(root);
-    if (const Node* attitude = root.find("attitude")) read_attitude(*attitude);
+    if (const Node* attitude = root.find("attitude")) yaml::read_attitude_limits(*attitude, model_.attitude);
     if (problems_.empty()) check_runners(*root.find("drive"));
     if (!problems_.empty()) return problems_.error();
     return std::move(model_);
@@ -212,17 +212,7 @@ class Reader {
     its.*field = node.items[i].number;
   }
 
-  void read_attitude(const Node& node) {
-    AttitudeLimits& limits = model_.attitude;
-    yaml::read(node, "pitch_warning", limits.pitch_warning);
-    yaml::read(node, "pitch_limit", limits.pitch_limit);
-    yaml::read(node, "roll_warning", limits.roll_warning);
-    yaml::read(node, "roll_limit", limits.roll_limit);
-    yaml::read(node, "yaw_rate_warning", limits.yaw_rate_warning);
-    yaml::read(node, "yaw_rate_limit", limits.yaw_rate_limit);
-  }
-
-  /// Each link's frame in base_link's, joints at 0.
+  /// base_link's frame of each link, joints at 0.
   std::vector<Eigen::Isometry3d> link_poses() const {
     std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d::Identity()};
     for (const RobotJoint& joint : model_.joints)

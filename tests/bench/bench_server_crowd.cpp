@@ -20,10 +20,12 @@
 #include "server/runtime/outbox.hpp"
 #include "server/runtime/thread_pool.hpp"
 #include "server/tick/tick.hpp"
+#include "tests/server/tick/message.hpp"
 
 namespace {
 
 using namespace parhelion;
+using test::message;
 
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
 constexpr double kSpacing = 4;  // m between agents at the start
@@ -86,12 +88,6 @@ tick::Configuration hall(int agents, int lasers) {
   robot.laser = *load_laser_preset(laser);
   robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
   return *tick::configure(scenario, robot, model);
-}
-
-Message message(const char* channel, std::int64_t utime, const auto& item) {
-  Message made{channel, ArrivalTime::from_utime(utime), {}};
-  encode(item, made.payload);
-  return made;
 }
 
 class StepClock : public tick::StageObserver {

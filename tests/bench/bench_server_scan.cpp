@@ -11,10 +11,12 @@
 #include "server/runtime/report.hpp"
 #include "server/tick/grading_path.hpp"
 #include "server/tick/tick.hpp"
+#include "tests/server/tick/message.hpp"
 
 namespace {
 
 using namespace parhelion;
+using test::message;
 
 tick::Configuration hall() {
   Scenario scenario;
@@ -53,12 +55,6 @@ tick::Configuration hall() {
   robot.laser->T_base_laser = Transform<Base, Laser>::planar(0.2, 0, 0, 0.3);
   robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
   return *tick::configure(scenario, robot, model);
-}
-
-Message message(const char* channel, std::int64_t utime, const auto& item) {
-  Message made{channel, ArrivalTime::from_utime(utime), {}};
-  encode(item, made.payload);
-  return made;
 }
 
 struct Run {

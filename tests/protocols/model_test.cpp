@@ -4,10 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "protocols/model_overlap.hpp"
 #include "protocols/yaml/base64.hpp"
+#include "tests/protocols/damaged_text.hpp"
 
 namespace parhelion {
 namespace {
@@ -161,20 +160,7 @@ TEST(ModelFile, FlippedBytesAndCutsReturn) {
   model.relations.push_back({RelationKind::parallel, "door 0", "door 1", 0.5});
   const std::string good = to_yaml(model);
   ASSERT_EQ(error_of(good), "");
-  std::mt19937 random(7);
-  int refused = 0;
-  for (int round = 0; round < 2'000; ++round) {
-    std::string bad = good;
-    for (unsigned flips = 1 + random() % 4; flips > 0; --flips)
-      bad[random() % bad.size()] = static_cast<char>(random());
-    if (round % 4 == 0) bad.resize(random() % bad.size());
-    const auto read = parse_model(bad, "m.yaml");
-    refused += read.ok() ? 0 : 1;
-    if (!read) {
-      EXPECT_EQ(read.error().message.rfind("m.yaml:", 0), 0U) << read.error().message;
-    }
-  }
-  EXPECT_GT(refused, 1'000);
+  test::expect_damaged_text_is_refused(parse_model, good, "m.yaml");
 }
 
 TEST(Base64, AgreesWithTheTestVectorsOfRfc4648) {

@@ -2,21 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <fstream>
 #include <numbers>
 
+#include "tests/number_at.hpp"
 #include "tests/server/tick/synthetic.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-template <class T>
-T at(const std::string& bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
+using test::number_at;
 
 TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
   const test::Folder folder;
@@ -26,16 +21,16 @@ TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
   const auto all = cloud_layer(folder / "room.xyz", T_map_cloud);
   ASSERT_TRUE(all.ok()) << all.error().message;
   ASSERT_EQ(all->size(), 16U + 4 * 16);
-  EXPECT_EQ(at<std::uint16_t>(*all, 2), 1U) << "has colours";
-  EXPECT_EQ(at<std::uint32_t>(*all, 4), 4U);
-  EXPECT_NEAR(at<float>(*all, 16), 5, 1e-6);
-  EXPECT_NEAR(at<float>(*all, 20), 1, 1e-6);
-  EXPECT_NEAR(at<float>(*all, 24), 0.5, 1e-6);
-  EXPECT_EQ(at<std::uint8_t>(*all, 29), 20);
+  EXPECT_EQ(number_at<std::uint16_t>(*all, 2), 1U) << "has colours";
+  EXPECT_EQ(number_at<std::uint32_t>(*all, 4), 4U);
+  EXPECT_NEAR(number_at<float>(*all, 16), 5, 1e-6);
+  EXPECT_NEAR(number_at<float>(*all, 20), 1, 1e-6);
+  EXPECT_NEAR(number_at<float>(*all, 24), 0.5, 1e-6);
+  EXPECT_EQ(number_at<std::uint8_t>(*all, 29), 20);
 
   const auto few = cloud_layer(folder / "room.xyz", T_map_cloud, 3);
   ASSERT_TRUE(few.ok());
-  EXPECT_EQ(at<std::uint32_t>(*few, 4), 2U) << "every second one";
+  EXPECT_EQ(number_at<std::uint32_t>(*few, 4), 2U) << "every second one";
   EXPECT_EQ(few->size(), 16U + 2 * 16);
 }
 
@@ -44,7 +39,7 @@ TEST(CloudLayer, MarksACloudWithoutColours) {
   std::ofstream(folder / "room.xyz") << "1 0 0\n2 0 0\n";
   const auto made = cloud_layer(folder / "room.xyz", {});
   ASSERT_TRUE(made.ok()) << made.error().message;
-  EXPECT_EQ(at<std::uint16_t>(*made, 2), 0U);
+  EXPECT_EQ(number_at<std::uint16_t>(*made, 2), 0U);
 }
 
 TEST(CloudLayer, ReportsAFileThatIsNoCloud) {

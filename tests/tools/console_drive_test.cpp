@@ -5,6 +5,7 @@
 #include <SDL2/SDL.h>
 
 #include "tests/recordings.hpp"
+#include "tests/tools/console_loop.hpp"
 #include "tests/tools/site_drive.hpp"
 #include "tools/joystick_console.hpp"
 #include "tools/keyboard_console.hpp"
@@ -16,33 +17,18 @@ constexpr double kLook = 0.03;     // s: repeat interval of a key and reaction i
 constexpr double kNear = 0.06;     // rad from the target below which an operator slows down
 constexpr double kEnough = 0.012;  // rad
 
-class ConsoleDrive : public test::SiteDrive {
+class ConsoleDrive : public test::ConsoleLoop<test::SiteDrive> {
  protected:
   /// m/s forward; rad to the target, positive to the left.
   virtual void steer(double speed, double left) = 0;
   /// Remaining rad or m.
   virtual void turn_joint(const std::string& joint, double missing) = 0;
   virtual void release_all() = 0;
-  virtual Status console() = 0;
 
   /// An operator's action at each look, until `done` or after `limit` s.
   bool operate(const std::function<void()>& act, const std::function<bool()>& done, double limit) {
     for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
-      now_ = now_ + seconds(kLook);
-      outputs_.clear();
-      tick::advance(configuration_, now_, *state_, outputs_, observer_);
-      publish();
-      act();
-      const Status turned = console();
-      EXPECT_TRUE(turned.ok()) << turned.error().message;
-      Message input;
-      for (auto came = server_->receive(input, Duration{0}); came.ok() && *came;
-           came = server_->receive(input, Duration{0})) {
-        input.arrival = now_ = now_ + microseconds(1);
-        outputs_.clear();
-        tick::tick(configuration_, input, *state_, outputs_, observer_);
-        publish();
-      }
+      step(seconds(kLook), act);
     }
     return done();
   }
@@ -141,20 +127,10 @@ class ConsoleDrive : public test::SiteDrive {
         << motion().T_map_base.translation().transpose() << " pitch "
         << std::asin(motion().T_map_base.rotation()(2, 0)) / kDegree;
   }
-  void publish() {
+  void publish() override {
     take_events();
-    for (const tick::Outputs::Entry& entry : outputs_.entries())
-      ASSERT_TRUE(server_->publish(entry.channel, entry.payload).ok());
+    ConsoleLoop::publish();
   }
-  void connect() {
-    server_ = hub_.connect();
-    bus_ = hub_.connect();
-    for (const std::string& input : configuration_.channels.inputs())
-      ASSERT_TRUE(server_->subscribe(input, 100).ok());
-  }
-
-  MemoryBusHub hub_;
-  std::unique_ptr<Bus> server_, bus_;
 };
 
 class KeyboardDriveTest : public ConsoleDrive {
@@ -182,7 +158,7 @@ class KeyboardDriveTest : public ConsoleDrive {
   void release_all() override {
     if (std::exchange(held_, ' ') != ' ') typed_ += ' ';
   }
-  Status console() override {
+  Status update_console() override {
     const std::string typed = std::exchange(typed_, {});
     return console_->turn(typed, WallTime{now_.ns}, SensorTime{now_.ns});
   }
@@ -266,7 +242,7 @@ class JoystickDriveTest : public ConsoleDrive {
         hold(static_cast<SDL_GameControllerButton>(button), false);
     }
   }
-  Status console() override { return console_->turn(WallTime{now_.ns}, SensorTime{now_.ns}); }
+  Status update_console() override { return console_->turn(WallTime{now_.ns}, SensorTime{now_.ns}); }
 
  private:
   void hold(SDL_GameControllerButton button, bool down) {

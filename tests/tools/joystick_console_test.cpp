@@ -6,13 +6,14 @@
 #include <SDL2/SDL.h>
 #include <gtest/gtest.h>
 
+#include "tests/server/runtime/scripted_drive.hpp"
 #include "tests/server/tick/level_1.hpp"
-#include "tests/server/tick/tick_fixture.hpp"
+#include "tests/tools/console_loop.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-class JoystickConsoleTest : public test::TickTest {
+class JoystickConsoleTest : public test::ConsoleLoop<test::ScriptedDrive> {
  protected:
   void SetUp() override {
     SDL_SetMainReady();
@@ -20,8 +21,8 @@ class JoystickConsoleTest : public test::TickTest {
     ASSERT_TRUE(port.ok()) << port.error().message;
     port_ = std::move(*port);
     start(test::level_1({test::agent("robot_1", AgentKind::robot, 2, 2, BehaviourKind::teleop)}));
-    for (const std::string& input : configuration_.channels.inputs())
-      ASSERT_TRUE(server_->subscribe(input, 100).ok());
+    now_ = ArrivalTime::from_utime(test::kStartUs);
+    connect();
     const auto notify = [this](const std::string& line) { printed_ += line + "\n"; };
     console_.emplace(JoystickConsoleOptions{"", "ann", notify}, station::default_joystick_mapping(), *bus_,
                      *port_);
@@ -50,28 +51,21 @@ class JoystickConsoleTest : public test::TickTest {
 
   /// Runs console and server for `duration` of their common clock.
   void live(double duration) {
-    for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {
-      now_ = now_ + milliseconds(5);
-      outputs_.clear();
-      tick::advance(configuration_, now_, *state_, outputs_, observer_);
-      publish();
-      const Status turned = console_->turn(WallTime{now_.ns}, SensorTime{now_.ns});
-      ASSERT_TRUE(turned.ok()) << turned.error().message;
-      Message input;
-      for (auto came = server_->receive(input, Duration{0}); came.ok() && *came;
-           came = server_->receive(input, Duration{0})) {
-        input.arrival = now_ = now_ + microseconds(1);
-        outputs_.clear();
-        tick::tick(configuration_, input, *state_, outputs_, observer_);
-        publish();
-      }
-    }
+    for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) kStep(milliseconds(5));
   }
-  void publish() {
-    for (const tick::Outputs::Entry& entry : outputs_.entries()) {
-      out_[entry.channel].push_back(entry.payload);
-      ASSERT_TRUE(server_->publish(entry.channel, entry.payload).ok());
-    }
+  void drive_at_full_speed() {
+    plug();
+    live(0.3);
+    hold(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
+    live(0.1);
+    push(1);
+    live(1);
+    ASSERT_GT(speed(), 0.5);
+  }
+  Status update_console() override { return console_->turn(WallTime{now_.ns}, SensorTime{now_.ns}); }
+  void publish() override {
+    keep_outputs();
+    ConsoleLoop::publish();
   }
   double speed() { return state_->simulation.robot_motion("trainee")->velocity.norm(); }
   float asked() { return static_cast<float>(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx); }
@@ -81,14 +75,11 @@ class JoystickConsoleTest : public test::TickTest {
     return all;
   }
 
-  MemoryBusHub hub_;
-  std::unique_ptr<Bus> server_ = hub_.connect(), bus_ = hub_.connect();
   std::unique_ptr<station::JoystickPort> port_;
   std::optional<JoystickConsole> console_;
   std::string printed_;
   SDL_Joystick* joystick_ = nullptr;
   int index_ = -1;
-  ArrivalTime now_ = ArrivalTime::from_utime(test::kStartUs);
 };
 
 TEST_F(JoystickConsoleTest, DrivesTheSimulatedRobotWhileTheDeadManIsHeld) {
@@ -117,13 +108,7 @@ TEST_F(JoystickConsoleTest, DrivesTheSimulatedRobotWhileTheDeadManIsHeld) {
 }
 
 TEST_F(JoystickConsoleTest, UnpluggedMidDriveTheRobotStopsAndPluggedInAgainItWaitsForTheDeadMan) {
-  plug();
-  live(0.3);
-  hold(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
-  live(0.1);
-  push(1);
-  live(1);
-  ASSERT_GT(speed(), 0.5);
+  ASSERT_NO_FATAL_FAILURE(drive_at_full_speed());
   unplug();
   live(0.02);
   EXPECT_EQ(asked(), 0);
@@ -148,13 +133,7 @@ TEST_F(JoystickConsoleTest, UnpluggedMidDriveTheRobotStopsAndPluggedInAgainItWai
 }
 
 TEST_F(JoystickConsoleTest, SwitchesBetweenRobotsAndDrivesOneAtATime) {
-  plug();
-  live(0.3);
-  hold(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
-  live(0.1);
-  push(1);
-  live(1);
-  ASSERT_GT(speed(), 0.5);
+  ASSERT_NO_FATAL_FAILURE(drive_at_full_speed());
   hold(SDL_CONTROLLER_BUTTON_START, true);
   live(0.02);
   EXPECT_EQ(asked(), 0) << "the one that is left stops at once";

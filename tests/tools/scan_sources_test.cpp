@@ -58,7 +58,25 @@ TEST(ScanSources, folders_of_3dtk_are_taken_in_the_order_of_names_with_their_pos
   EXPECT_NEAR(opened->scans[2].guess.translation().x(), 3.380, 0.001);
 }
 
-/// A robot with a laser that scans across its path, driving 10 m down a corridor 2 m wide and 2.5 m high.
+/// A log that starts with the description of its robot. Each message arrives 1 us after the one before.
+class RobotLog {
+ public:
+  RobotLog(const std::string& path, const RobotDescription& robot) : writer_(LogWriter::create(path, true)) {
+    write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
+  }
+  void write(const char* channel, const auto& message) {
+    ASSERT_TRUE(writer_.ok()) << writer_.error().message;
+    std::vector<std::uint8_t> bytes;
+    encode(message, bytes);
+    ASSERT_TRUE(writer_->write(channel, ArrivalTime::from_utime(++arrival_), bytes).ok());
+  }
+
+ private:
+  Result<LogWriter> writer_;
+  std::int64_t arrival_ = 1'000'000;
+};
+
+/// A robot with a laser that looks across its way, driving 10 m down a corridor 2 m wide and 2.5 m high.
 void write_corridor_log(const std::string& path) {
   RobotDescription robot;
   robot.laser.emplace();
@@ -67,15 +85,7 @@ void write_corridor_log(const std::string& path) {
   robot.laser->T_base_laser = Transform<Base, Laser>(Eigen::Quaterniond(R), {0.1, 0, 0.5});
   robot.laser->convention.range_min = 0.05F;
   robot.laser->convention.range_max = 30;
-  auto writer = LogWriter::create(path, true);
-  ASSERT_TRUE(writer.ok());
-  std::int64_t arrival = 1'000'000;
-  const auto write = [&](const char* channel, const auto& message) {
-    std::vector<std::uint8_t> bytes;
-    encode(message, bytes);
-    ASSERT_TRUE(writer->write(channel, ArrivalTime::from_utime(++arrival), bytes).ok());
-  };
-  write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
+  RobotLog log(path, robot);
   for (int i = 0; i <= 100; ++i) {
     const auto stamp = SensorTime::from_utime(1'000'000 + 100'000 * i);
     PoseEstimate pose;
@@ -83,7 +93,7 @@ void write_corridor_log(const std::string& path) {
     pose.T_map_base = Transform<Map, Base>::planar(0.1 * i, 0, 0);
     pose.state = SlamState::tracking;
     pose.map_id = "corridor";
-    write("POSE_COV", pose);
+    log.write("POSE_COV", pose);
     Scan line;
     line.stamp = stamp;
     line.angle_increment = static_cast<float>(2 * 3.14159265358979 / 180);
@@ -93,7 +103,7 @@ void write_corridor_log(const std::string& path) {
       const double level = z > 1e-9 ? 2.0 / z : z < -1e-9 ? -0.5 / z : 1e9;
       line.ranges.push_back(static_cast<float>(std::min(1 / std::max(1e-9, std::abs(y)), level)));
     }
-    write("SCAN", line);
+    log.write("SCAN", line);
   }
 }
 
@@ -146,15 +156,7 @@ void write_nodding_log(const std::string& path, const char* lines) {
   }
   robot.footprint = {{-0.3, -0.3}, {0.3, -0.3}, {0.3, 0.3}, {-0.3, 0.3}};
   robot.height = 1;
-  auto writer = LogWriter::create(path, true);
-  ASSERT_TRUE(writer.ok());
-  std::int64_t arrival = 1'000'000;
-  const auto write = [&](const char* channel, const auto& message) {
-    std::vector<std::uint8_t> bytes;
-    encode(message, bytes);
-    ASSERT_TRUE(writer->write(channel, ArrivalTime::from_utime(++arrival), bytes).ok());
-  };
-  write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
+  RobotLog log(path, robot);
   for (int i = 0; i <= 70; ++i) {
     const auto stamp = SensorTime::from_utime(1'000'000 + 50'000 * i);
     const double tilt = 0.02 * i - 0.7;
@@ -162,8 +164,8 @@ void write_nodding_log(const std::string& path, const char* lines) {
     pose.stamp = stamp;
     pose.state = SlamState::tracking;
     pose.map_id = "hall";
-    write("POSE_COV", pose);
-    write("JOINT_STATE", Joints{stamp, {"nod"}, {tilt}, {}, {}});
+    log.write("POSE_COV", pose);
+    log.write("JOINT_STATE", Joints{stamp, {"nod"}, {tilt}, {}, {}});
     Scan line;
     line.stamp = stamp;
     line.angle_min = -1.5F;
@@ -177,7 +179,7 @@ void write_nodding_log(const std::string& path, const char* lines) {
       const double range = std::min({to(10, x), to(1, y), to(-1, y), to(2, z), to(-0.5, z)});
       line.ranges.push_back(k < 5 ? 0.3F : static_cast<float>(range));
     }
-    write(lines, line);
+    log.write(lines, line);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "render/jpeg.hpp"
 #include "server/runtime/render_thread.hpp"
+#include "tests/server/runtime/drawn_frames.hpp"
 #include "tests/server/tick/small_camera.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
@@ -48,14 +49,9 @@ class AgentCamerasTest : public test::TickTest {
     for (tick::Outputs::Frame& frame : frames) {
       if (frame.agent.empty()) continue;
       stamps_[frame.agent].push_back(frame.job.image.stamp);
-      renderer_->submit(std::move(frame));
-      const auto done = renderer_->take(true);
-      ASSERT_TRUE(done);
-      EXPECT_EQ(done->answer.reason, "");
-      outputs_.clear();
-      tick::publish_frame(configuration_, *done, outputs_, state_->tally);
-      for (const tick::Outputs::Entry& entry : outputs_.entries())
-        out_[entry.channel].push_back(entry.payload);
+      ASSERT_NO_FATAL_FAILURE(
+          test::draw_frame(*renderer_, std::move(frame), configuration_, state_->tally, outputs_));
+      keep_outputs();
     }
   }
   /// The last image of the first rover's camera in a scene with these agents.

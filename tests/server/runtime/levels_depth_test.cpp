@@ -5,6 +5,7 @@
 
 #include "render/depth_image.hpp"
 #include "server/runtime/render_thread.hpp"
+#include "tests/server/runtime/drawn_frames.hpp"
 #include "tests/server/tick/levels_fixture.hpp"
 
 namespace parhelion::runtime {
@@ -40,14 +41,9 @@ class LevelsDepth : public LevelsTest {
       for (tick::Outputs::Frame& frame : frames) {
         stamps_.push_back(frame.job.image.stamp);
         poses_.push_back(frame.job.T_map_depth);
-        renderer.submit(std::move(frame));
-        const auto done = renderer.take(true);
-        ASSERT_TRUE(done);
-        EXPECT_EQ(done->answer.reason, "");
-        outputs_.clear();
-        tick::publish_frame(configuration_, *done, outputs_, state_->tally);
-        for (const tick::Outputs::Entry& entry : outputs_.entries())
-          out_[entry.channel].push_back(entry.payload);
+        ASSERT_NO_FATAL_FAILURE(
+            test::draw_frame(renderer, std::move(frame), configuration_, state_->tally, outputs_));
+        keep_outputs();
       }
     }
   }

@@ -46,6 +46,14 @@ class ReplayTest : public testing::Test {
     EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
     return report.ok() ? *report : Report{};
   }
+  /// Replays the session a.lcm and compares.
+  void expect_same_session_again() {
+    ReplayOptions again;
+    again.log = folder_ / "a.lcm";
+    again.session = folder_ / "b.lcm";
+    run(again);
+    EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
+  }
 
   test::Folder folder_;
 };
@@ -98,11 +106,7 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesInEveryBuild) {
 
 TEST_F(ReplayTest, ReplayOfASessionLogGivesThatSessionAgain) {
   run(options("a.lcm"));
-  ReplayOptions again;
-  again.log = folder_ / "a.lcm";
-  again.session = folder_ / "b.lcm";
-  run(again);
-  EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
+  expect_same_session_again();
 }
 
 TEST_F(ReplayTest, ReplayWithOtherAgentsKeepsTheInputs) {
@@ -203,11 +207,7 @@ TEST_F(ReplayTest, ReplaySkipsADayOfPauseAndReportsIt) {
   EXPECT_EQ(report.tally.scans_in, 40U);
   EXPECT_EQ(report.tally.scans_out, 40U);
   EXPECT_LT(report.arrivals_corrected, 10U);
-  ReplayOptions again;
-  again.log = folder_ / "a.lcm";
-  again.session = folder_ / "b.lcm";
-  run(again);
-  EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
+  expect_same_session_again();
 }
 
 TEST_F(ReplayTest, ReplayReportsMissingInputs) {

@@ -18,14 +18,17 @@ std::uint64_t hash_bytes(std::uint64_t hash, const void* bytes, std::size_t size
 
 RealRobotState driven(int i) { return real_at(-3 + 0.4 * i / 240, 0.2 * std::sin(0.01 * i), 0, {0.4, 0, 0}); }
 
+/// The `i`th robot and the `i`th person.
+void spawn_wandering_pair(Simulation& simulation, int i) {
+  const std::string number = std::to_string(i);
+  const double x = -3 + 2 * i;
+  spawn(simulation, moving("robot" + number, AgentKind::robot, x, 3, BehaviourKind::wander));
+  spawn(simulation, moving("person" + number, AgentKind::person, x, -3, BehaviourKind::wander));
+}
+
 Simulation crowded() {
   Simulation simulation = make(room(10));
-  for (int i = 0; i < 4; ++i) {
-    spawn(simulation,
-          moving("robot" + std::to_string(i), AgentKind::robot, -3 + 2 * i, 3, BehaviourKind::wander));
-    spawn(simulation,
-          moving("person" + std::to_string(i), AgentKind::person, -3 + 2 * i, -3, BehaviourKind::wander));
-  }
+  for (int i = 0; i < 4; ++i) spawn_wandering_pair(simulation, i);
   for (int i = 0; i < 5; ++i) {
     AgentDefinition crate = agent("crate" + std::to_string(i), AgentKind::box, -1 + 0.45 * i, 0.1 * i);
     crate.size = {0.3, 0.3, 0.5 + 0.2 * i};
@@ -83,10 +86,7 @@ TEST(Determinism, AnotherSeedGivesAnotherWalk) {
 TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
   Simulation simulation = make(room(10));
   for (int i = 0; i < 4; ++i) {
-    spawn(simulation,
-          moving("robot" + std::to_string(i), AgentKind::robot, -3 + 2 * i, 3, BehaviourKind::wander));
-    spawn(simulation,
-          moving("person" + std::to_string(i), AgentKind::person, -3 + 2 * i, -3, BehaviourKind::wander));
+    spawn_wandering_pair(simulation, i);
     spawn(simulation, agent("crate" + std::to_string(i), AgentKind::box, -3 + 2 * i, 0));
   }
   const RealRobotState real = real_at(0, 1.5);

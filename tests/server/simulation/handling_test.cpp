@@ -12,7 +12,6 @@ namespace {
 using namespace test;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kStep = 1.0 / 240;
 
 /// A gripper, one load and the resulting events, step by step.
 class Handling : public testing::Test {

@@ -69,11 +69,7 @@ TEST(History, AnExactStampGivesThatStepsStateBitForBit) {
 TEST(History, OneStepAheadIsExtrapolatedAndNoFarther) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 480; ++i) {
-    simulation.teleop("rover", {0.5, 0, 0});
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.5, 0, 0}, 2);
   const BodyId id = body(simulation, "rover", "chassis").id;
   const double x = body(simulation, "rover", "chassis").T_map_body.translation().x();
   WorldSnapshot world;

@@ -19,11 +19,7 @@ SemanticModel furnished() {
 TEST(ModelMeshes, StopAnAgentAndAreNamedInTheEvent) {
   Simulation simulation = make(furnished());
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 1200; ++i) {
-    simulation.teleop("rover", {0.5, 0, 0});
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.5, 0, 0}, 5);
   const double front = body(simulation, "rover", "chassis").T_map_body.translation().x();
   EXPECT_GT(front, 0.8) << "it drove up to the shelf";
   EXPECT_LT(front, 1.3) << "and not into it";
@@ -114,11 +110,7 @@ TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNobody) {
   Simulation simulation = make(model);
   EXPECT_TRUE(simulation.spawn(agent("barrel", AgentKind::barrel, 2, 1), std::nullopt).ok());
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 1200; ++i) {
-    simulation.teleop("rover", {0.5, 0, 0});
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.5, 0, 0}, 5);
   EXPECT_GT(body(simulation, "rover", "chassis").T_map_body.translation().x(), 1.9);
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }

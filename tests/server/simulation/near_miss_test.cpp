@@ -10,15 +10,11 @@ namespace {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 240;
 constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
 
 template <class Motion>
-std::vector<Event> follow(Simulation& simulation, double duration, Motion robot_at) {
-  std::vector<LaserRequest> requests;
-  for (int i = 1; i <= std::lround(duration / kStep); ++i)
-    simulation.step(std::optional<RealRobotState>(robot_at(i * kStep)), requests);
-  return only(simulation.take_events(), EventKind::near_miss);
+std::vector<Event> near_misses(Simulation& simulation, double duration, Motion robot_at) {
+  return only(follow(simulation, duration, robot_at), EventKind::near_miss);
 }
 
 /// A cube of half a metre.
@@ -33,7 +29,7 @@ std::vector<Event> pass(double gap, double speed, bool sensed = true) {
   Simulation simulation = make();
   spawn(simulation, crate(2, 0));
   const double y = -(0.25 + gap + kSide);
-  return follow(simulation, 4 / speed, [=](double t) {
+  return near_misses(simulation, 4 / speed, [=](double t) {
     RealRobotState real = real_at(speed * t, y, 0, {speed, 0, 0});
     real.sensed = sensed;
     return real;
@@ -72,7 +68,7 @@ TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
   // monotonically.
   Simulation simulation = make(room(6));
   const double brakes = 1.5, v = 1, a = 2;
-  const auto misses = follow(simulation, brakes + v / a + 2, [=](double t) {
+  const auto misses = near_misses(simulation, brakes + v / a + 2, [=](double t) {
     const double slow = std::clamp(t - brakes, 0.0, v / a);
     const double x0 = 3 - kFront - 0.35 - v * v / (2 * a) - v * brakes;
     const double x = x0 + v * std::min(t, brakes) + v * slow - a * slow * slow / 2;
@@ -92,7 +88,7 @@ TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
   for (const bool building : {true, false}) {
     Simulation simulation = make(building ? room(6) : SemanticModel{});
     if (!building) spawn(simulation, crate(3.25, 0));
-    const auto misses = follow(simulation, 3, [](double t) {
+    const auto misses = near_misses(simulation, 3, [](double t) {
       const double at = 3 - kFront - 0.08;
       return real_at(at - 0.5 * std::max(0.0, 2 - t), 0, 0, {t < 2 ? 0.5 : 0.0, 0, 0});
     });
@@ -110,8 +106,8 @@ TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
 
 TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
   Simulation simulation = make(room(6));
-  const auto misses = follow(simulation, 6, [](double t) {
-    const double at = 3 - kFront + 0.005;  // more than one step's travel
+  const auto misses = near_misses(simulation, 6, [](double t) {
+    const double at = 3 - kFront + 0.005;  // more than it drives in a step
     if (t < 2) return real_at(at - 0.5 * (2 - t), 0, 0, {0.5, 0, 0});
     if (t < 3) return real_at(at, 0);
     return real_at(at - 0.5 * (t - 3), 0, 0, {-0.5, 0, 0});
@@ -121,7 +117,7 @@ TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
 
 TEST(NearMiss, StartingBesideAWallIsNone) {
   Simulation simulation = make(room(6));
-  const auto misses = follow(simulation, 4, [](double t) {
+  const auto misses = near_misses(simulation, 4, [](double t) {
     if (t < 1) return real_at(0, 3 - kSide - 0.1);
     return real_at(0, 3 - kSide - 0.1 - 0.5 * (t - 1), 0, {0, -0.5, 0});
   });
@@ -131,11 +127,7 @@ TEST(NearMiss, StartingBesideAWallIsNone) {
 TEST(NearMiss, IsTheOneThatMovesAndNotTheOneThatStands) {
   Simulation simulation = make({}, with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", -2, 0.6));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 240 * 8; ++i) {
-    simulation.teleop("r", {0.5, 0, 0});
-    simulation.step(real_at(0, 0), requests);
-  }
+  drive(simulation, "r", {0.5, 0, 0}, 8, real_at(0, 0));
   const auto misses = only(simulation.take_events(), EventKind::near_miss);
   ASSERT_EQ(misses.size(), 1U);
   EXPECT_EQ(misses[0].subject, "r");

@@ -84,11 +84,7 @@ TEST(Physics, AnAgentSqueezedBetweenTheRealRobotAndAWallStaysFiniteAndIsNotFlung
 TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 960; ++i) {
-    simulation.teleop("rover", {0.5, 0.3, 0});  // a differential drive cannot move sideways
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.5, 0.3, 0}, 4);  // a differential drive has no sideways
   const BodyState state = body(simulation, "rover", "chassis");
   EXPECT_NEAR(state.velocity.x(), 0.5, 1e-6);
   EXPECT_NEAR(state.T_map_body.translation().y(), 0, 1e-9);
@@ -100,11 +96,7 @@ TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
 TEST(Physics, SilenceOfHalfASecondStopsATeleoperatedRobot) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 480; ++i) {
-    simulation.teleop("rover", {0.5, 0, 0});
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.5, 0, 0}, 2);
   run(simulation, 0.4);
   EXPECT_NEAR(body(simulation, "rover").velocity.x(), 0.5, 1e-6);
   run(simulation, 2);
@@ -114,11 +106,7 @@ TEST(Physics, SilenceOfHalfASecondStopsATeleoperatedRobot) {
 TEST(Physics, ARobotThatDrivesIntoAWallStopsThere) {
   Simulation simulation = make(room(6));
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::teleop));
-  std::vector<LaserRequest> requests;
-  for (int i = 0; i < 2400; ++i) {
-    simulation.teleop("rover", {0.8, 0, 0});
-    simulation.step({}, requests);
-  }
+  drive(simulation, "rover", {0.8, 0, 0}, 10);
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 3 - 0.26, 0.01);
   const auto events = simulation.take_events();
   ASSERT_EQ(count(events, EventKind::contact_started), 1U);

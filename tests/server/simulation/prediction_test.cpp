@@ -10,19 +10,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 240;
-
-template <class Motion>
-std::vector<Event> follow(Simulation& simulation, double duration, Motion robot_at) {
-  std::vector<LaserRequest> requests;
-  for (int i = 1; i <= std::lround(duration / kStep); ++i)
-    simulation.step(std::optional<RealRobotState>(robot_at(i * kStep)), requests);
-  return simulation.take_events();
-}
-
-double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
-
-/// Reference implementation: tests every millisecond.
+/// The slow twin: looks at every millisecond.
 double first_contact(const MovingFootprint& a, const MovingFootprint& b, double touch, double horizon) {
   Footprint placed_a, placed_b;
   for (double t = 0; t <= horizon; t += 0.001) {
@@ -93,13 +81,8 @@ TEST(CollisionPrediction, ComesAgainOnlyAfterTheDangerWasOver) {
 TEST(CollisionPrediction, SeesAnAgentComingWhileTheRobotStands) {
   Simulation simulation = make({}, with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 4, 0, std::numbers::pi));
-  std::vector<LaserRequest> requests;
-  std::vector<Event> events;
-  for (int i = 0; i < 240 * 9; ++i) {
-    simulation.teleop("r", {0.5, 0, 0});
-    simulation.step(real_at(0, 0), requests);
-  }
-  events = simulation.take_events();
+  drive(simulation, "r", {0.5, 0, 0}, 9, real_at(0, 0));
+  const auto events = simulation.take_events();
   const auto hit = only(events, EventKind::contact_started);
   ASSERT_FALSE(hit.empty());
   // Both are warned: the standing and the approaching one.

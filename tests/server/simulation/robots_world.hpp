@@ -51,18 +51,6 @@ inline SemanticModel flight(int steps, double rise, double run) {
   return model;
 }
 
-/// Drives for a time, with the twist repeated at each step.
-inline void drive(simulation::Simulation& simulation, const std::string& name, const Twist2& twist,
-                  double duration) {
-  std::vector<simulation::LaserRequest> requests;
-  const auto end = simulation.now() + seconds(duration);
-  while (simulation.now() < end) {
-    simulation.teleop(name, twist);
-    requests.clear();
-    simulation.step(std::nullopt, requests);
-  }
-}
-
 inline const simulation::RobotMotion& motion(const simulation::Simulation& simulation,
                                              const std::string& name) {
   const simulation::RobotMotion* found = simulation.robot_motion(name);

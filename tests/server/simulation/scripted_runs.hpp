@@ -10,8 +10,6 @@
 
 namespace parhelion::test {
 
-inline constexpr double kStep = 1.0 / 240;
-
 struct Expected {
   EventKind kind;
   double t;  ///< s from the start; the event is due at the first step at or after it

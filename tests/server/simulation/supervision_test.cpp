@@ -9,20 +9,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 240;
-
-/// Steps the simulation with the real robot at `robot_at(t)`, t in s from now; returns its events.
-template <class Motion>
-std::vector<Event> drive(Simulation& simulation, double duration, Motion robot_at) {
-  std::vector<LaserRequest> requests;
-  for (int i = 1; i <= std::lround(duration / kStep); ++i)
-    simulation.step(std::optional<RealRobotState>(robot_at(i * kStep)), requests);
-  return simulation.take_events();
-}
-
-double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
-
-/// Without early warnings, which have their own tests.
+/// Warnings that come before have tests of their own.
 std::vector<Event> as_they_happen(std::vector<Event> events) {
   std::erase_if(events, [](const Event& event) { return event.kind == EventKind::tipping_predicted; });
   return events;
@@ -48,8 +35,8 @@ RealRobotState tilted(double roll, double pitch) {
 
 TEST(Supervision, MovementStartsAtOnceAndStopsAfterAPause) {
   Simulation simulation = make();
-  // Trapezoid: above 0.05 m/s from 1.1 s, below 0.02 m/s from 3.96 s on.
-  const auto events = drive(simulation, 6, [](double t) {
+  // Trapezoid: faster than 0.05 m/s from 1.1 s, slower than 0.02 m/s from 3.96 s on.
+  const auto events = follow(simulation, 6, [](double t) {
     const double v = std::clamp(std::min((t - 1) * 0.5, (4 - t) * 0.5), 0.0, 1.0);
     return real_at(0, 0, 0, {v, 0, 0});
   });
@@ -62,14 +49,14 @@ TEST(Supervision, MovementStartsAtOnceAndStopsAfterAPause) {
 
 TEST(Supervision, AReversalIsNoStop) {
   Simulation simulation = make();
-  const auto events = drive(simulation, 4, [](double t) { return real_at(0, 0, 0, {2 - t, 0, 0}); });
+  const auto events = follow(simulation, 4, [](double t) { return real_at(0, 0, 0, {2 - t, 0, 0}); });
   EXPECT_EQ(events.size(), 1U);
 }
 
 TEST(Supervision, PitchAndRollAreReportedOncePerWarningAndLimit) {
   Simulation simulation = with_limits();
   const double top = 0.65, rate = 0.5;  // rad, rad/s: up and down, twice
-  const auto events = as_they_happen(drive(simulation, 5.2, [&](double t) {
+  const auto events = as_they_happen(follow(simulation, 5.2, [&](double t) {
     const double phase = std::fmod(t, 2 * top / rate);
     return tilted(0, std::min(phase, 2 * top / rate - phase) * rate);
   }));
@@ -84,7 +71,7 @@ TEST(Supervision, PitchAndRollAreReportedOncePerWarningAndLimit) {
 
 TEST(Supervision, ARollToTheRightHasItsSign) {
   Simulation simulation = with_limits();
-  const auto events = as_they_happen(drive(simulation, 1, [](double t) { return tilted(0.55 * t, 0); }));
+  const auto events = as_they_happen(follow(simulation, 1, [](double t) { return tilted(0.55 * t, 0); }));
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].kind, EventKind::roll_warning);
   EXPECT_EQ(events[1].kind, EventKind::roll_limit);
@@ -93,7 +80,7 @@ TEST(Supervision, ARollToTheRightHasItsSign) {
 
 TEST(Supervision, WithoutAnInertialSensorAttitudeIsNotReported) {
   Simulation simulation = with_limits();
-  const auto events = drive(simulation, 4, [](double t) {
+  const auto events = follow(simulation, 4, [](double t) {
     RealRobotState state = tilted(t, 0);
     state.attitude_known = false;
     return state;
@@ -104,7 +91,7 @@ TEST(Supervision, WithoutAnInertialSensorAttitudeIsNotReported) {
 TEST(Supervision, ATippedOverRobotIsReportedOnce) {
   Simulation simulation = make();
   const auto events =
-      drive(simulation, 2, [](double t) { return tilted(std::min(t, std::numbers::pi / 2), 0); });
+      follow(simulation, 2, [](double t) { return tilted(std::min(t, std::numbers::pi / 2), 0); });
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].kind, EventKind::tipped_over);
   EXPECT_NEAR(since_start(events[0]), std::numbers::pi / 3, 1.001 * kStep);
@@ -112,8 +99,8 @@ TEST(Supervision, ATippedOverRobotIsReportedOnce) {
 
 TEST(Supervision, YawRateNeedsNoInertialSensor) {
   Simulation simulation = with_limits();
-  auto events = drive(simulation, 3, [](double t) { return real_at(0, 0, 0, {0, 0, -t}); });
-  events.erase(events.begin());  // movement_started
+  auto events = follow(simulation, 3, [](double t) { return real_at(0, 0, 0, {0, 0, -t}); });
+  events.erase(events.begin());  // that it moves
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].kind, EventKind::yaw_rate_warning);
   EXPECT_NEAR(since_start(events[0]), 1.5, 1.001 * kStep);
@@ -127,7 +114,7 @@ TEST(Supervision, ZonesAreEnteredAtTheirOutlineAndLeftBeyondIt) {
   options.zones = {{"danger", {{1, -1}, {2, -1}, {2, 1}, {1, 1}}, 0, 2},
                    {"above", {{1, -1}, {2, -1}, {2, 1}}, 3, 4}};
   Simulation simulation = make({}, options);
-  auto events = drive(simulation, 3, [](double t) { return real_at(t, 0, 0, {1, 0, 0}); });
+  auto events = follow(simulation, 3, [](double t) { return real_at(t, 0, 0, {1, 0, 0}); });
   events.erase(events.begin());
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].kind, EventKind::zone_entered);
@@ -180,9 +167,9 @@ TEST(Supervision, EachClimbedStepIsReportedWithItsName) {
     return state;
   };
   const auto events = only(
-      drive(simulation, 7.2, [&](double t) { return on_stairs(t < 2.4   ? t
-                                                              : t < 4.8 ? 4.8 - t
-                                                                        : t - 4.8); }),
+      follow(simulation, 7.2, [&](double t) { return on_stairs(t < 2.4   ? t
+                                                               : t < 4.8 ? 4.8 - t
+                                                                         : t - 4.8); }),
       EventKind::step_climbed);
   ASSERT_EQ(events.size(), 10U);
   for (int i = 0; i < 10; ++i) {
@@ -196,7 +183,7 @@ TEST(Supervision, EachClimbedStepIsReportedWithItsName) {
 
 TEST(Supervision, SwayingOnAStepsEdgeIsOneClimb) {
   Simulation simulation = make(flight());
-  const auto events = drive(simulation, 3, [](double t) {
+  const auto events = follow(simulation, 3, [](double t) {
     RealRobotState state = real_at(0, 0);
     state.T_map_base = Transform<Map, Base>::planar(1 - 0.03 * std::cos(10 * t), 0, 0, 0.17);
     return state;

@@ -15,6 +15,7 @@
 namespace parhelion::test {
 
 inline const SimulationTime kStart{1'000'000'000'000};
+inline constexpr double kStep = 1.0 / 240;  // s
 
 inline RobotDescription robot() {
   RobotDescription description;
@@ -83,7 +84,31 @@ inline void run(simulation::Simulation& simulation, double seconds_of_it,
   }
 }
 
-/// The body `part` of `entity` now; fails if there is none.
+/// Drives an agent for a time (s). The twist is sent before each step.
+inline void drive(simulation::Simulation& simulation, const std::string& name, const Twist2& twist,
+                  double duration, const std::optional<simulation::RealRobotState>& real = std::nullopt) {
+  std::vector<simulation::LaserRequest> requests;
+  const auto end = simulation.now() + seconds(duration);
+  while (simulation.now() < end) {
+    simulation.teleop(name, twist);
+    requests.clear();
+    simulation.step(real, requests);
+  }
+}
+
+/// Steps for a time (s) with the real robot at `robot_at(t)`, t in s from now. Returns the events.
+template <class Motion>
+std::vector<Event> follow(simulation::Simulation& simulation, double duration, Motion robot_at) {
+  std::vector<simulation::LaserRequest> requests;
+  for (int i = 1; i <= std::lround(duration / kStep); ++i)
+    simulation.step(std::optional<simulation::RealRobotState>(robot_at(i * kStep)), requests);
+  return simulation.take_events();
+}
+
+/// s
+inline double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
+
+/// The body `part` of `entity` now; fails where there is none.
 inline BodyState body(const simulation::Simulation& simulation, const std::string& entity,
                       const std::string& part = "") {
   WorldSnapshot world;

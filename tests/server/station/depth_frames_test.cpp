@@ -2,17 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include "tests/number_at.hpp"
 
 namespace parhelion::station {
 namespace {
 
-template <class T>
-T at(const std::string& bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
+using test::number_at;
 
 DepthCameraDescription camera(int width, int height) {
   DepthCameraDescription made;
@@ -28,19 +23,19 @@ render::DepthPixels wall(int width, int height) {
   return {width, height, std::vector<std::uint16_t>(static_cast<std::size_t>(width * height), 2000)};
 }
 
-std::uint32_t count(const std::string& bytes) { return at<std::uint32_t>(bytes, 4); }
+std::uint32_t count(const std::string& bytes) { return number_at<std::uint32_t>(bytes, 4); }
 
 TEST(DepthFrames, ALensThatBendsIsTakenOut) {
   auto bent = camera(101, 1);
   bent.intrinsics.distortion = {-0.16, 0.03, 0, 0, 0};
   const auto bytes = depth_bytes(wall(101, 1), bent, {}, 1.5);
   ASSERT_EQ(count(bytes), 101U);
-  EXPECT_EQ(at<std::uint16_t>(bytes, 2), 0U) << "no colours";
+  EXPECT_EQ(number_at<std::uint16_t>(bytes, 2), 0U) << "no colours";
   // Column 100 is seen at 1: a ray of x has r = x (1 - 0.16 x^2 + 0.03 x^4) there.
-  const double x = at<float>(bytes, 16 + 16 * 100) / 2.0;
+  const double x = number_at<float>(bytes, 16 + 16 * 100) / 2.0;
   EXPECT_NEAR(x * (1 - 0.16 * x * x + 0.03 * x * x * x * x), 1, 1e-5);
   EXPECT_GT(x, 1.1);
-  EXPECT_NEAR(at<float>(bytes, 16 + 16 * 100 + 8), 2, 1e-6);
+  EXPECT_NEAR(number_at<float>(bytes, 16 + 16 * 100 + 8), 2, 1e-6);
 }
 
 TEST(DepthFrames, NoMorePointsThanAskedForAreSpreadOverTheImage) {

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -57,13 +56,5 @@ class ListeningClient : public station::WebClient {
   std::vector<Sent> sent;
   std::optional<int> closed;
 };
-
-template <class T>
-T number_at(const std::string& bytes, std::size_t offset) {
-  T value;
-  EXPECT_LE(offset + sizeof value, bytes.size());
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
-  return value;
-}
 
 }  // namespace parhelion::test

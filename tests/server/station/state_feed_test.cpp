@@ -5,6 +5,7 @@
 
 #include "server/simulation/simulation.hpp"
 #include "server/station/operator_name.hpp"
+#include "tests/number_at.hpp"
 #include "tests/server/station/feed_fixture.hpp"
 
 namespace parhelion::test {

@@ -3,11 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/runtime/wall_clock.hpp"
+#include "tests/number_at.hpp"
 #include "tests/server/station/stand_in_client.hpp"
 
 namespace parhelion::station {
@@ -23,13 +22,6 @@ struct Seen {
   std::string picture;
 };
 
-template <class T>
-T get(const std::string& bytes, std::size_t at) {
-  T value{};
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
-}
-
 std::vector<Seen> frames(const StandInClient& client) {
   std::vector<Seen> all;
   for (const auto& sent : client.sent) {
@@ -38,8 +30,9 @@ std::vector<Seen> frames(const StandInClient& client) {
     EXPECT_GT(bytes.size(), kVideoHeader);
     EXPECT_EQ(bytes[0], 5);
     all.push_back({static_cast<VideoCodec>(bytes[1]), bytes[2] != 0, static_cast<PictureState>(bytes[3]),
-                   get<std::uint32_t>(bytes, 4), get<std::int64_t>(bytes, 8), get<std::int64_t>(bytes, 16),
-                   get<std::int64_t>(bytes, 24), get<std::uint16_t>(bytes, 32), get<std::uint16_t>(bytes, 34),
+                   test::number_at<std::uint32_t>(bytes, 4), test::number_at<std::int64_t>(bytes, 8),
+                   test::number_at<std::int64_t>(bytes, 16), test::number_at<std::int64_t>(bytes, 24),
+                   test::number_at<std::uint16_t>(bytes, 32), test::number_at<std::uint16_t>(bytes, 34),
                    bytes.substr(kVideoHeader)});
   }
   return all;
@@ -366,9 +359,9 @@ TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
           if (static_cast<double>(random >> 11) * 0x1p-53 < loss) latency = latency + milliseconds(200);
         }
         link_free = std::max(link_free + milliseconds(1), now_ + latency);
-        acks.push_back({get<std::uint32_t>(bytes, 4), link_free});
-        // What a decoder can show: key frames, and frames that follow without a gap.
-        const auto sequence = get<std::uint32_t>(bytes, 4);
+        acks.push_back({test::number_at<std::uint32_t>(bytes, 4), link_free});
+        // What a decoder can show: key pictures, and what follows without a gap.
+        const auto sequence = test::number_at<std::uint32_t>(bytes, 4);
         EXPECT_TRUE(bytes[2] != 0 || sequence == last + 1) << "a gap that no key picture follows";
         last = sequence;
       }

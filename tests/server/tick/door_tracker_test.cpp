@@ -181,9 +181,7 @@ TEST_F(DoorTrackerTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
     start(test::level_1({}, scenario, room_with_door()));
     std::optional<WorldSnapshot> pictured;
     for (int step = 0; step < 120; ++step) {
-      outputs_.clear();
-      advance(configuration_, ArrivalTime{state_->simulation.next_step().ns}, *state_, outputs_, observer_);
-      for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+      advance_to(ArrivalTime{state_->simulation.next_step().ns});
       if (!outputs_.frames().empty()) pictured = outputs_.frames().back().job.world;
     }
     const Scan scan = decoded<Scan>(channel::kScan).back();

@@ -14,9 +14,7 @@ class FaultPath : public test::TickTest {
  protected:
   void wait(double until) {
     time_ = until;
-    outputs_.clear();
-    advance(configuration_, arrival(), *state_, outputs_, observer_);
-    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+    advance_to(arrival());
   }
   /// The server's refusal; empty if it accepts.
   std::string order(InstructorCommand command) {

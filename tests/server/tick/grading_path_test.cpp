@@ -36,9 +36,7 @@ class GradingPath : public test::TickTest {
   }
   void wait(double until) {
     time_ = until;
-    outputs_.clear();
-    advance(configuration_, ArrivalTime::from_utime(us(until)), *state_, outputs_, observer_);
-    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+    advance_to(ArrivalTime::from_utime(us(until)));
   }
   void report(const std::string& object, std::optional<Eigen::Vector2d> position = {}) {
     const SensorTime stamp = SensorTime::from_utime(us(time_ += 0.01));

@@ -42,10 +42,7 @@ class LevelsTest : public TickTest {
         feed(teleop_at(time_, twist->vx, twist->wz));
         continue;
       }
-      outputs_.clear();
-      tick::advance(configuration_, teleop_at(time_, 0).arrival, *state_, outputs_, observer_);
-      for (const tick::Outputs::Entry& entry : outputs_.entries())
-        out_[entry.channel].push_back(entry.payload);
+      advance_to(teleop_at(time_, 0).arrival);
     }
   }
   const simulation::RobotMotion& motion() { return *state_->simulation.robot_motion("trainee"); }

@@ -16,6 +16,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/tick/configuration.hpp"
+#include "tests/server/tick/message.hpp"
 
 namespace parhelion::test {
 
@@ -86,12 +87,6 @@ inline Transform<Map, Base> pose_at(double t) {
   const double angle = 2 * std::numbers::pi * t / 40;
   return Transform<Map, Base>::planar(1.5 * std::cos(angle), 1.5 * std::sin(angle),
                                       angle + std::numbers::pi / 2);
-}
-
-inline Message message(const std::string& channel, std::int64_t arrival_us, const auto& item) {
-  Message made{channel, ArrivalTime::from_utime(arrival_us), {}};
-  encode(item, made.payload);
-  return made;
 }
 
 inline Scan scan_at(double t) {

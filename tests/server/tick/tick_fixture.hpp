@@ -45,10 +45,18 @@ class TickTest : public testing::Test {
   void feed(const Message& input) {
     outputs_.clear();
     tick::tick(configuration_, input, *state_, outputs_, observer_);
-    for (const tick::Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+    keep_outputs();
   }
   void feed(const std::vector<Message>& log) {
     for (const Message& each : log) feed(each);
+  }
+  void advance_to(ArrivalTime time) {
+    outputs_.clear();
+    tick::advance(configuration_, time, *state_, outputs_, observer_);
+    keep_outputs();
+  }
+  void keep_outputs() {
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
   }
   template <class T>
   std::vector<T> decoded(const std::string& channel) {

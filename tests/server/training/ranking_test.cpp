@@ -1,32 +1,20 @@
 // Rankings of trainees.
 #include "server/training/ranking.hpp"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <fstream>
-
-#include "tests/server/training/recorded_session.hpp"
+#include "tests/server/training/records_fixture.hpp"
 
 namespace parhelion::training {
 namespace {
 
-class Ranking : public testing::Test {
+class Ranking : public test::OpenRecordsTest {
  protected:
   void SetUp() override {
-    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
-    auto opened = Records::open(folder_ + "/records.db", true);
-    ASSERT_TRUE(opened.ok()) << opened.error().message;
-    records_.emplace(std::move(*opened));
+    ASSERT_NO_FATAL_FAILURE(OpenRecordsTest::SetUp());
     for (const char* name : {"Anna", "Ben", "Cem"}) {
       const auto added = records_->add({"", name, ""});
       ASSERT_TRUE(added.ok());
       pseudonyms_.push_back(added->pseudonym);
     }
-  }
-  void TearDown() override {
-    records_.reset();
-    std::filesystem::remove_all(folder_);
   }
   void drove(int who, const std::string& scenario, double fraction, bool passed, double lasted = 60) {
     SessionRecord session = test::recorded_session(++sessions_);
@@ -42,8 +30,6 @@ class Ranking : public testing::Test {
     return names;
   }
 
-  std::string folder_ = (std::filesystem::temp_directory_path() / "parhelion-ranking-XXXXXX").string();
-  std::optional<Records> records_;
   std::vector<std::string> pseudonyms_;
   int sessions_ = 0;
 };
@@ -66,7 +52,7 @@ TEST_F(Ranking, OfACourseIsByProgrammesPassedAndThenByPoints) {
   Course course;
   course.ranking = {{"operator", 2, 0.8}, {"beginner", 1, 0}};
   for (const char* name : {"doors", "stairs"}) {
-    course.programmes.push_back({folder_ + "/" + name + ".yaml", ""});
+    course.programmes.push_back({folder_ / (std::string(name) + ".yaml"), ""});
     std::ofstream(course.programmes.back().scenario) << "name: " << name << "\n";
   }
   drove(0, "doors", 1, true);
@@ -82,7 +68,7 @@ TEST_F(Ranking, OfACourseIsByProgrammesPassedAndThenByPoints) {
   EXPECT_NEAR((*places)[1].standing.fraction, 0.95, 1e-12);
   EXPECT_EQ((*places)[2].standing.rank, "");
   EXPECT_FALSE((*places)[2].best[0].has_value());
-  course.programmes.push_back({folder_ + "/gone.yaml", ""});
+  course.programmes.push_back({folder_ / "gone.yaml", ""});
   EXPECT_FALSE(course_ranking(*records_, course).ok());
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 
 #include "server/training/records.hpp"
@@ -44,6 +45,23 @@ class RecordsTest : public testing::Test {
 
   std::filesystem::path folder_;
   std::string path_;
+};
+
+/// The records are open from the start.
+class OpenRecordsTest : public RecordsTest {
+ protected:
+  void SetUp() override {
+    RecordsTest::SetUp();
+    auto opened = training::Records::open(path_, true);
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    records_.emplace(std::move(*opened));
+  }
+  void TearDown() override {
+    records_.reset();
+    RecordsTest::TearDown();
+  }
+
+  std::optional<training::Records> records_;
 };
 
 }  // namespace parhelion::test

@@ -1,12 +1,8 @@
 // Import of records: once, all or nothing.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
 
 #include "tests/server/training/exported_group.hpp"
+#include "tests/server/training/records_fixture.hpp"
 
 namespace parhelion::training {
 namespace {
@@ -14,22 +10,7 @@ namespace {
 using test::group;
 using testing::HasSubstr;
 
-class Taking : public testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
-    auto opened = Records::open(folder_ + "/records.db", true);
-    ASSERT_TRUE(opened.ok()) << opened.error().message;
-    records_.emplace(std::move(*opened));
-  }
-  void TearDown() override {
-    records_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-
-  std::string folder_ = (std::filesystem::temp_directory_path() / "parhelion-exchange-XXXXXX").string();
-  std::optional<Records> records_;
-};
+class Taking : public test::OpenRecordsTest {};
 
 TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
   Histories histories{group(), 0};
