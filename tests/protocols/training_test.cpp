@@ -117,8 +117,8 @@ TEST(Training, AMistakeIsReportedWithItsLineAndTheNearestName) {
     std::string yaml, words;
   } mistakes[] = {
       {with("{raech: hall}"), "s.yaml:5: unknown key 'raech', did you mean 'reach'?"},
-      {with("{event: colision_started}"),
-       "s.yaml:5: unknown event 'colision_started', did you mean 'contact_started'?"},
+      {with("{event: contct_started}"),
+       "s.yaml:5: unknown event 'contct_started', did you mean 'contact_started'?"},
       {with("{reach: hall, pass: door 1}"), "s.yaml:5: a condition: found two"},
       {with("{within: 3 s}"), "s.yaml:5: a condition: expected one of event, reach"},
       {with("{reach: hall, distance: 3 m}"), "'distance' does not go with 'reach'"},

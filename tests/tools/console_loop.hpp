@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <kMemory>
+#include <memory>
 
 #include "protocols/bus/bus.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
@@ -30,7 +30,7 @@ class ConsoleLoop : public Drive {
   }
   /// The server for `period` of the clock, then `act`, then the console, then the console's messages to the
   /// server.
-  void kStep(
+  void step(
       Duration period, const std::function<void()>& act = [] {}) {
     now_ = now_ + period;
     outputs_.clear();

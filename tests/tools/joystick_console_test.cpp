@@ -51,7 +51,7 @@ class JoystickConsoleTest : public test::ConsoleLoop<test::ScriptedDrive> {
 
   /// Runs console and server for `duration` of their common clock.
   void live(double duration) {
-    for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) kStep(milliseconds(5));
+    for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) step(milliseconds(5));
   }
   void drive_at_full_speed() {
     plug();

@@ -59,7 +59,7 @@ TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {
   struct stat found {};
   ASSERT_EQ(stat(out.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0600U) << "it has names, and its owner alone reads it";
-  EXPECT_THAT(run_command({"records", "erase", "Anna Schmidt"}).output, HasSubstr("give --yes"));
+  EXPECT_THAT(run_command({"records", "erase", "Anna Schmidt"}).output, HasSubstr("confirm with --yes"));
   EXPECT_EQ(run_command({"records", "erase", "Anna Schmidt", "--yes"}).exit, 0);
   EXPECT_EQ(run_command({"records", "list", "Anna Schmidt"}).exit, 1);
   std::filesystem::remove(out);
@@ -111,7 +111,7 @@ TEST_F(RecordsCommand, WhatIsExportedIsImportedElsewhereOnce) {
     ASSERT_EQ(run_command({"records", "export", "--format", format, "-o", out}).exit, 0);
     const std::string other = folder_ / (std::string(format) + ".db");
     for (const char* expected :
-         {"1 trainees and 1 sessions are new", "0 sessions are new; 1 sessions were there"}) {
+         {"1 trainees and 1 sessions are new", "0 sessions are new; 1 sessions existed already"}) {
       const auto ran = test::run({"records", "import", out, "--database", other}, folder_ / "said.txt");
       EXPECT_EQ(ran.exit, 0) << ran.output;
       EXPECT_THAT(ran.output, HasSubstr(expected));

@@ -11,8 +11,8 @@ namespace {
 std::map<std::string, std::string, std::less<>> read_schemas() {
   std::map<std::string, std::string, std::less<>> schemas;
   for (const char* file : {kFoxgloveSchemas, kParhelionSchemas}) {
-    for (const auto& [name, schema] : nlohmann::ordered_json::parse(file).items())
-      schemas.emplace(name, schema.dump());
+    const auto parsed = nlohmann::ordered_json::parse(file);
+    for (const auto& [name, schema] : parsed.items()) schemas.emplace(name, schema.dump());
   }
   return schemas;
 }

@@ -70,7 +70,7 @@ TEST(Goals, AGoalInsideAWallIsRefused) {
   runner.behaviour.waypoints = {{0, 2}};
   const Status status = simulation.spawn(runner, std::nullopt);
   ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().message.find("beside 'between 1'"), std::string::npos) << status.error().message;
+  EXPECT_NE(status.error().message.find("next to 'between 1'"), std::string::npos) << status.error().message;
   runner.behaviour = {};
   spawn(simulation, runner);
   AgentBehaviour command{.agent = "runner"};

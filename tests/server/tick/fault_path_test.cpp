@@ -66,7 +66,7 @@ TEST_F(FaultPath, AFaultLastsForItsDurationOrUntilEnded) {
   EXPECT_EQ(end(Kind::camera_delay), "");
   wait(2.5);
   EXPECT_EQ(fault_events().back(), "-camera_delay 0.2");
-  EXPECT_THAT(end(Kind::camera_delay), HasSubstr("not begun"));
+  EXPECT_THAT(end(Kind::camera_delay), HasSubstr("not active"));
 }
 
 TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {

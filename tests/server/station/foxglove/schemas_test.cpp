@@ -74,7 +74,9 @@ TEST(FoxgloveSchemas, MessagesConformToTheirSchemas) {
   Scan scan;
   scan.ranges = {1.0F, 2.0F};
   scan.intensities = {3.0F, 4.0F};
-  write_scan(scan, RangeConvention(), "laser", text);
+  RangeConvention convention;
+  convention.range_max = 10;
+  write_scan(scan, convention, "laser", text);
   expect_conforms(text, "foxglove.LaserScan");
   write_transforms(1'500'000'000, {{"map", "base", Eigen::Isometry3d::Identity()}}, text);
   expect_conforms(text, "foxglove.FrameTransforms");
