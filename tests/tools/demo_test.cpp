@@ -14,7 +14,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* training = R"(training:
+constexpr const char* kTrainingYaml = R"(training:
   tasks:
     - {name: set off, points: 50, done: {event: movement_started}}
     - {name: never, points: 50, done: {event: battery_low}}  # what is done whole is graded no further
@@ -42,7 +42,7 @@ void ask_what_if(const test::Folder& folder) {
     EXPECT_EQ(ran.exit, 0) << ran.output;
     return review::review_session(folder / (name + ".lcm"));
   };
-  const std::string scenario = test::text_of(folder / "demo/scenario.yaml") + training;
+  const std::string scenario = test::text_of(folder / "demo/scenario.yaml") + kTrainingYaml;
   const auto alone = again("alone", scenario);
   ASSERT_TRUE(alone.ok()) << alone.error().message;
   EXPECT_TRUE(alone->grade->deductions.empty());
