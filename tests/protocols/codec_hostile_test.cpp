@@ -194,7 +194,7 @@ TEST(Refused, AnOrientationThatIsNone) {
       << status.error().message;
 }
 
-TEST(Refused, RefusesUnknownJoints) {
+TEST(Refused, RefusesInvalidJoints) {
   Joints joints = test::sample_joints();
   joints.names[1] = "pan";
   EXPECT_NE(refusal(joints).find("names: a duplicate joint name"), std::string::npos);

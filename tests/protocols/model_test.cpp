@@ -32,7 +32,7 @@ SemanticModel meshed() {
   return model;
 }
 
-TEST(ModelFile, ReportsWhatAPersonMayCorrect) {
+TEST(ModelFile, ReadsWhatAPersonMayCorrect) {
   const auto model = parse_model(
       "T_map_cloud: {z: 1.3 m, roll: 2 deg}\n"
       "entities:\n"
