@@ -1,4 +1,4 @@
-// Received inputs, each with a strictly increasing arrival stamp: the only place that uses wall time.
+// Received inputs, each with a strictly increasing arrival stamp of the session clock.
 #pragma once
 
 #include <atomic>

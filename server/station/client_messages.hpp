@@ -41,7 +41,7 @@ struct ClientMessage {
   Kind kind = Kind::subscribe;
   std::uint64_t request = 0;  ///< repeated in the reply; 0: none
   Subscription subscription;
-  InstructorCommand command;  ///< without stamp and request, which the desk adds
+  InstructorCommand command;  ///< without stamp and request, which the instructor service adds
   std::string name, text;
   double value = 0;
 };

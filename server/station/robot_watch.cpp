@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration kPoll = milliseconds(20);  // the desk needs a turn every 50 ms
+constexpr Duration kPoll = milliseconds(20);  // the teleop service is updated every 50 ms
 constexpr Duration kWorldPeriod = milliseconds(250);
 
 const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Configuration& configuration,

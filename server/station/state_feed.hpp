@@ -65,7 +65,7 @@ class StateFeed {
   const tick::Configuration& configuration() const { return *configuration_; }
   /// Of the newest MR_WORLD; none: no such entity.
   std::optional<Transform<Map, Base>> place_of(const std::string& entity);
-  /// Passes events to the instructor desk, which waits for replies to its commands.
+  /// Passes events to the instructor service, which waits for replies to its commands.
   std::function<void(const Event&)> event_received;
   /// A new version of the building: JSON for HTTP clients.
   std::function<void(std::string json, std::uint64_t version)> model_changed;

@@ -23,8 +23,8 @@ namespace parhelion::station {
 struct TeleopOptions {
   std::function<WallTime()> now;      ///< steady
   std::function<SensorTime()> stamp;  ///< stamps of bus messages: the wall clock
-  /// Audit: actor and action. These two may be empty. They are called with the desk locked and must not call
-  /// it.
+  /// Audit: actor and action. These two may be empty. They are called with the service locked and must not
+  /// call it.
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
   std::string emergency_stops = channel::kMrEmergencyStop;  ///< channel on the bus
@@ -37,14 +37,14 @@ struct TeleopOptions {
 /// them hangs, the other still stops the robots. If both hang, the tick does so after 0.5 s without commands.
 class TeleopService {
  public:
-  /// `bus` is used only to publish, and outlives the desk.
+  /// `bus` is used only to publish, and outlives the service.
   TeleopService(Bus& bus, TeleopOptions options);
   /// Stops all driven robots.
   ~TeleopService();
   TeleopService(const TeleopService&) = delete;
   TeleopService& operator=(const TeleopService&) = delete;
 
-  /// The desk must outlive the server.
+  /// The service must outlive the server.
   SocketHandler socket();
 
   /// Robots that exist now. Control of a robot that no longer exists is released.
@@ -98,7 +98,8 @@ class TeleopService {
   std::uint64_t next_request();
   void refuse(TeleopClient& teleop_client, const Status& why);
   void release_control(TeleopClient& teleop_client, bool lost, const std::string& why);
-  /// The page that has to release the robot so that `page` may drive it, or nullptr. Error: `page` may not.
+  /// The client that must release the robot before `teleop_client` may drive it, or nullptr. Error: it may
+  /// not drive it.
   Result<TeleopClient*> client_to_replace(const TeleopClient& teleop_client, const std::string& robot) const;
   const TeleopRobot* find(const std::string& robot) const;
   void send_to_all(const std::string& text);
@@ -118,7 +119,7 @@ class TeleopService {
   std::map<std::uint64_t, EmergencyStopCommand> others_;            // orders of other consoles, by request
   std::set<std::uint64_t> own_;                                     // our own newest requests
   std::uint64_t requests_ = 0;
-  std::map<std::string, Foreign> foreign_;  // by operator: driving consoles other than this desk
+  std::map<std::string, Foreign> foreign_;  // by operator: driving consoles other than this service
   std::vector<std::uint8_t> payload_;
 };
 

@@ -1,5 +1,6 @@
-// Latency from a key in a page to the robot's command: a message on a real WebSocket, the teleop desk, TELEOP
-// on LCM, a live server, MR_CMD back on LCM. Prints ms from sending to receiving, for presses and releases.
+// Latency from a key in a page to the robot's command: a message on a real WebSocket, the teleop service,
+// TELEOP on LCM, a live server, MR_CMD back on LCM. Prints ms from sending to receiving, for presses and
+// releases.
 //   bench_station_teleop PARHELION SCENARIO [URL [PRESSES]]
 // SCENARIO: one with a simulated robot, such as server/scenarios/workshop.yaml.
 #include <arpa/inet.h>

@@ -1,5 +1,5 @@
-// What pages say on /ws/state, /ws/teleop and /ws/video: no crash, no hang; what is accepted is within its
-// bounds, and goes to the bus and back.
+// Messages of clients on /ws/state, /ws/teleop and /ws/video: no crash, no hang; what is accepted is within
+// its bounds, and goes to the bus and back.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>

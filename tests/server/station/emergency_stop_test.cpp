@@ -1,4 +1,5 @@
-// An emergency stop from a page to the robot's wheels while others try to drive: the desk, a bus, the tick.
+// An emergency stop from a page to the robot's wheels while others try to drive: the service, a bus, the
+// tick.
 #include <gmock/gmock.h>
 
 #include "server/station/teleop_service.hpp"
@@ -30,8 +31,8 @@ class EmergencyStopTest : public test::TickTest {
   }
   ArrivalTime stamp() const { return ArrivalTime::from_utime(test::kStartUs) + Duration{steady_ns_}; }
 
-  /// Advances time; each 20 ms runs the desk, passes the bus's messages to the server, and the server's to
-  /// the desk.
+  /// Advances time; each 20 ms runs the service, passes the bus's messages to the server, and the server's to
+  /// the service.
   void pass(double s) {
     for (int i = 0; i < static_cast<int>(s / 0.02 + 0.5); ++i) {
       steady_ns_ += 20'000'000;

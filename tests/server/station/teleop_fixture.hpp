@@ -1,4 +1,4 @@
-// A teleop desk between pages and a bus, on a clock that the test controls.
+// A teleop service between pages and a bus, on a clock that the test controls.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -21,7 +21,7 @@ constexpr double kYawRate = 0.9;  // rad/s
 constexpr double kCell = 0.08;    // m
 constexpr double kHorizon = 2.5;  // s
 
-/// Distance of p from the polyline `way`, and the point `ahead` m further on from the nearest point.
+/// Distance of p from the polyline `path`, and the point `ahead` m further on from the nearest point.
 std::pair<double, Eigen::Vector2d> ahead_on(const std::vector<Eigen::Vector2d>& path,
                                             const Eigen::Vector2d& p, double ahead) {
   double nearest = std::numeric_limits<double>::infinity(), part = 0;
