@@ -252,13 +252,13 @@ Sources read_cpp() {
   return read_sources({"protocols", "fusion", "render", "server", "tools", "tests"}, {".cpp", ".hpp", ".h"});
 }
 
-TEST(Dependencies, OfTheRepositoryFollowTheTable) {
+TEST(Dependencies, FollowTheDependencyTable) {
   const Sources sources = read_cpp();
   EXPECT_GT(sources.size(), 500U) << "the sources were not found in " << PARHELION_SOURCE_DIR;
   for (const std::string& violation : violations(sources)) ADD_FAILURE() << violation;
 }
 
-TEST(Dependencies, OfEachModuleArePrintedAsFound) {
+TEST(Dependencies, ArePrintedForEachModule) {
   std::map<std::string, std::set<std::string>> found;
   for (const auto& [path, text] : read_cpp()) {
     if (path.starts_with("tests/")) continue;
@@ -305,12 +305,12 @@ TEST(Modules, AreNoMoreThanAFifthOfTheCodeEach) {
   }
 }
 
-TEST(Tick, ReachesNoThreadNoLockNoClockNoSocketAndNoFile) {
+TEST(Tick, UsesNoThreadLockClockSocketOrFile) {
   const Sources sources = read_cpp();
   for (const std::string& impurity : impurities(sources)) ADD_FAILURE() << impurity;
 }
 
-TEST(Tick, ThatReachesAThreadThroughAHeaderIsFound) {
+TEST(Tick, IndirectUseOfAThreadIsDetected) {
   const Sources sources = {{"server/tick/a.cpp", "#include \"server/tick/a.hpp\"\n"},
                            {"server/tick/a.hpp", "#include \"protocols/b.hpp\"\n"},
                            {"protocols/b.hpp", "#include <mutex>\n"},
@@ -322,7 +322,7 @@ TEST(Tick, ThatReachesAThreadThroughAHeaderIsFound) {
                                       "server/tick/c.cpp reaches a clock through server/tick/c.cpp"}));
 }
 
-TEST(Dependencies, ThatPointUpwardAreFound) {
+TEST(Dependencies, UpwardDependenciesAreDetected) {
   const auto reported = [](const std::string& path, const std::string& line) {
     Sources sources = {{path, "\n" + line + "\n"}, {"tests/a.hpp", ""}};
     for (const auto& [module, allowed] : modules()) sources[module + "/a.hpp"] = "";
@@ -347,7 +347,7 @@ TEST(Dependencies, ThatPointUpwardAreFound) {
   EXPECT_TRUE(reported("tests/server/b.cpp", "#include \"tools/a.hpp\"").empty());
 }
 
-TEST(Dependencies, OnAThirdPartyStayInTheModuleThatOwnsIt) {
+TEST(Dependencies, ThirdPartyLibrariesAreUsedOnlyByTheirOwners) {
   EXPECT_EQ(violations({{"render/a.cpp", "#include <mrpt/obs/CObservation.h>"}}).size(), 1U);
   EXPECT_EQ(violations({{"server/tick/a.cpp", "#include <lcm/lcm.h>"}}).size(), 1U);
   EXPECT_EQ(violations({{"server/tick/a.cpp", "#include <unheard_of/x.h>"}}).size(), 1U);

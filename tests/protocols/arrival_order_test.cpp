@@ -21,7 +21,7 @@ TEST(ArrivalOrder, StampsInOrderStayAsTheyAre) {
   }
 }
 
-TEST(ArrivalOrder, WhatIsNotLaterFollowsByAMicrosecond) {
+TEST(ArrivalOrder, AStampThatIsNotLaterFollowsByAMicrosecond) {
   ArrivalOrder order;
   order.begin_after(at(5));
   for (const double s : {5.0, 4.0, -1e9}) {
@@ -32,7 +32,7 @@ TEST(ArrivalOrder, WhatIsNotLaterFollowsByAMicrosecond) {
   }
 }
 
-TEST(ArrivalOrder, OneWildStampDoesNotPullWhatFollows) {
+TEST(ArrivalOrder, OneOutlierStampDoesNotShiftTheNext) {
   ArrivalOrder order;
   order.place(at(5));
   const auto wild = order.place(at(1e6));
@@ -41,7 +41,7 @@ TEST(ArrivalOrder, OneWildStampDoesNotPullWhatFollows) {
   EXPECT_EQ(order.place(at(5.1)).arrival, at(5.1));
 }
 
-TEST(ArrivalOrder, FiveInARowThatAgreeAreARealLeapInWhateverOrder) {
+TEST(ArrivalOrder, FiveConsistentStampsConfirmAClockJump) {
   ArrivalOrder order;
   order.place(at(5));
   for (const double s : {1000.0, 1000.2, 1000.1, 1000.3})
@@ -52,7 +52,7 @@ TEST(ArrivalOrder, FiveInARowThatAgreeAreARealLeapInWhateverOrder) {
   EXPECT_EQ(order.place(at(1000.4)).verdict, Verdict::own_stamp);
 }
 
-TEST(ArrivalOrder, FourThatAgreeAndOneThatDoesNotAreNoLeap) {
+TEST(ArrivalOrder, FourConsistentStampsAndAnOutlierAreNoClockJump) {
   for (const double odd : {5.1, 5000.0}) {
     ArrivalOrder order;
     order.place(at(5));
@@ -63,7 +63,7 @@ TEST(ArrivalOrder, FourThatAgreeAndOneThatDoesNotAreNoLeap) {
   }
 }
 
-TEST(ArrivalOrder, WhatIsSeenOrTrustedShowsThatTimePassed) {
+TEST(ArrivalOrder, ObservedAndTrustedStampsAdvanceTheTime) {
   ArrivalOrder seen;
   seen.place(at(5));
   for (const double s : {5.0, 200.0, 400.0}) seen.see(at(s));
@@ -75,7 +75,7 @@ TEST(ArrivalOrder, WhatIsSeenOrTrustedShowsThatTimePassed) {
   EXPECT_EQ(trusted.place(at(1e6), true).arrival, at(1e6));
 }
 
-TEST(ArrivalOrder, ArrivalsIncreaseWhateverTheStamps) {
+TEST(ArrivalOrder, ArrivalsIncreaseForAnyStamps) {
   std::mt19937_64 random(7);
   ArrivalOrder order;
   ArrivalTime last = order.place(at(1)).arrival;

@@ -19,13 +19,13 @@ std::vector<std::string> canonical_channels() {
   return all;
 }
 
-TEST(RobotChannel, IsTheCanonicalNameWithTheRobotsBehindIt) {
+TEST(RobotChannel, AppendsTheRobotNameToTheCanonicalName) {
   EXPECT_EQ(robot_channel("SCAN", "rover_2"), "SCAN.rover_2");
   EXPECT_EQ(robot_channel("MR_SCAN", "rover_2"), "MR_SCAN.rover_2");
   EXPECT_EQ(robot_channel("SCAN", ""), "SCAN") << "there is one robot";
 }
 
-TEST(RobotChannel, OfNoCanonicalNameHoldsTheSeparatorAndEachFitsWithTheLongestRobotsName) {
+TEST(RobotChannel, CanonicalNamesHaveNoSeparatorAndFitTheLongestRobotName) {
   const std::string longest(kMaxRobotName, 'x');
   for (const std::string& canonical : canonical_channels()) {
     EXPECT_EQ(canonical.find(kRobotSeparator), std::string::npos) << canonical;
@@ -33,7 +33,7 @@ TEST(RobotChannel, OfNoCanonicalNameHoldsTheSeparatorAndEachFitsWithTheLongestRo
   }
 }
 
-RC_GTEST_PROP(RobotChannel, IsReadBackAsItWasMade, ()) {
+RC_GTEST_PROP(RobotChannel, ParsesBackToTheSameParts, ()) {
   const std::string canonical = *rc::gen::elementOf(canonical_channels());
   const auto letter =
       rc::gen::oneOf(rc::gen::inRange('a', '{'), rc::gen::inRange('0', ':'), rc::gen::element('_', '-'));
@@ -45,13 +45,13 @@ RC_GTEST_PROP(RobotChannel, IsReadBackAsItWasMade, ()) {
   RC_ASSERT(parts->canonical == canonical && parts->robot == robot);
 }
 
-TEST(RobotChannel, WhatNoRobotCanBeCalledIsNone) {
+TEST(RobotChannel, InvalidRobotNamesGiveNoChannel) {
   for (const char* name : {"", ".rover", "SCAN.", "SCAN.a.b", "SCAN.a b", "SCAN.rover/2",
                            "SCAN.012345678901234567890123456789012"})
     EXPECT_FALSE(parse_robot_channel(name)) << name;
 }
 
-TEST(RobotChannel, ARobotWhoseNameCannotBePartOfOneIsRefused) {
+TEST(RobotChannel, ARobotNameThatFitsNoChannelIsRefused) {
   for (const std::string name : {"rover.2", "my robot", "''"}) {
     const auto robot = parse_robot_description("name: " + name + "\n", "r.yaml");
     ASSERT_FALSE(robot) << name;

@@ -20,7 +20,7 @@ class EveryType : public ::testing::TestWithParam<Sample> {};
 INSTANTIATE_TEST_SUITE_P(Codec, EveryType, ::testing::ValuesIn(test::samples()),
                          [](const auto& instance) { return instance.param.type; });
 
-TEST_P(EveryType, IsTakenAsItWasWritten) {
+TEST_P(EveryType, DecodesToTheEncodedMessage) {
   const Status status = GetParam().decode(GetParam().bytes);
   ASSERT_TRUE(status) << status.error().message;
   EXPECT_EQ(type_name(GetParam().bytes), GetParam().type);
@@ -28,7 +28,7 @@ TEST_P(EveryType, IsTakenAsItWasWritten) {
       << describe("CHANNEL", GetParam().bytes);
 }
 
-TEST_P(EveryType, IsRefusedWhereverItIsCutAndWithSurplusBytes) {
+TEST_P(EveryType, IsRefusedWhenTruncatedOrWithSurplusBytes) {
   auto bytes = GetParam().bytes;
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     const Status status = GetParam().decode(Bytes(bytes).first(n));
@@ -51,7 +51,7 @@ TEST_P(EveryType, AStampOutside1970To2200IsRefused) {
   }
 }
 
-TEST_P(EveryType, BitFlipsAreRefusedOrGiveAMessageThatCanBeWrittenAgain) {
+TEST_P(EveryType, BitFlipsAreRefusedOrGiveAnEncodableMessage) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 3000; ++trial) {
     auto bytes = GetParam().bytes;
@@ -69,7 +69,7 @@ TEST_P(EveryType, BitFlipsAreRefusedOrGiveAMessageThatCanBeWrittenAgain) {
   }
 }
 
-TEST_P(EveryType, ACountThatLiesAllocatesNoMoreThanTheMessage) {
+TEST_P(EveryType, AFalseCountAllocatesNoMoreThanTheMessage) {
   for (std::size_t at = 8; at + 4 <= GetParam().bytes.size(); ++at) {
     for (const std::int32_t count : {INT32_MAX, INT32_MIN, -1, 0x00FF'FFFF, 90'000}) {
       auto bytes = GetParam().bytes;
@@ -81,7 +81,7 @@ TEST_P(EveryType, ACountThatLiesAllocatesNoMoreThanTheMessage) {
   }
 }
 
-TEST_P(EveryType, NumbersThatAreNotFiniteAreRefusedOrKept) {
+TEST_P(EveryType, NonFiniteNumbersAreRefusedOrKept) {
   for (std::size_t at = 8; at + 8 <= GetParam().bytes.size(); ++at) {
     for (const double value :
          {std::nan(""), static_cast<double>(INFINITY), -static_cast<double>(INFINITY), 1e300}) {
@@ -104,7 +104,7 @@ std::string refusal(const T& message) {
   return status ? "taken" : status.error().message;
 }
 
-TEST(Refused, ScansThatNoLaserMakes) {
+TEST(Refused, ImpossibleScans) {
   Scan scan = test::sample_scan();
   scan.angle_increment = 0;
   EXPECT_EQ(refusal(scan),
@@ -127,7 +127,7 @@ TEST(Refused, ScansThatNoLaserMakes) {
   EXPECT_NE(refusal(scan).find("nranges: 100001, expected 0..100000"), std::string::npos);
 }
 
-TEST(Refused, ImagesWhoseSizeIsNotThatOfTheirPixels) {
+TEST(Refused, ImagesWithAWrongSize) {
   Image image = test::sample_depth();
   image.bytes.pop_back();
   EXPECT_NE(refusal(image).find("size: 17, expected 18..18"), std::string::npos) << refusal(image);
@@ -145,7 +145,7 @@ TEST(Refused, ImagesWhoseSizeIsNotThatOfTheirPixels) {
   EXPECT_NE(refusal(image).find("width: 0"), std::string::npos);
 }
 
-TEST(Refused, PosesThatAreNone) {
+TEST(Refused, InvalidPoses) {
   const Eigen::Isometry3d nowhere = [] {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().x() = NAN;
@@ -172,7 +172,7 @@ TEST(Refused, PosesThatAreNone) {
   EXPECT_NE(status.error().message.find("orientation: 0, expected a quaternion"), std::string::npos);
 }
 
-TEST(Refused, AnOrientationThatIsNone) {
+TEST(Refused, InvalidOrientations) {
   ImuSample sample{test::kSampleStamp, Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}, {0, 0, 0}};
   EXPECT_NE(refusal(sample).find("orientation: 0, expected a quaternion"), std::string::npos);
   sample.orientation = Eigen::Quaterniond(NAN, 0, 0, 0);
@@ -218,7 +218,7 @@ TEST(Refused, RefusesInvalidJoints) {
   EXPECT_NE(refusal(joints).find("njoints: 257, expected 0..256"), std::string::npos);
 }
 
-TEST(Imu, OfAnMBotIsMappedToTheSameUnits) {
+TEST(Imu, MBotSamplesAreMappedToTheSameUnits) {
   const test::Sample mbot = test::sample_mbot_imu();
   ImuSample sample;
   ASSERT_TRUE(decode("IMU", mbot.bytes, sample).ok());
@@ -232,7 +232,7 @@ TEST(Imu, OfAnMBotIsMappedToTheSameUnits) {
   EXPECT_NEAR(std::atan2(R(1, 0), R(0, 0)), 1.5, 1e-6);
 }
 
-TEST(Refused, CommandsThatNameNoAgent) {
+TEST(Refused, CommandsWithoutAnAgent) {
   AgentSpawn spawn = test::sample_spawn();
   AgentMove move{.agent = "guide-1"};
   AgentRemove remove;
@@ -253,14 +253,14 @@ TEST(Refused, CommandsThatNameNoAgent) {
   EXPECT_NE(refusal(spawn).find("size: 0"), std::string::npos);
 }
 
-TEST(Refused, AnAgentThatIsNamedWhereAllAreMeant) {
+TEST(Refused, AnAgentNameInACommandForAllAgents) {
   EXPECT_EQ(refusal(AgentRemove{.all = true}), "taken");
   EXPECT_NE(refusal(AgentRemove{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
   EXPECT_EQ(refusal(AgentFreeze{.all = true}), "taken");
   EXPECT_NE(refusal(AgentFreeze{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
 }
 
-TEST(Refused, FiguresThatNoCommandHas) {
+TEST(Refused, CommandValuesOutOfRange) {
   EXPECT_NE(refusal(CameraRate{.agent = "a", .rate = -1}).find("rate: -1"), std::string::npos);
   EXPECT_NE(refusal(FaultCommand{.duration = -3}).find("duration: -3"), std::string::npos);
   EXPECT_NE(refusal(FaultCommand{.amount = NAN}).find("amount: "), std::string::npos);
@@ -270,7 +270,7 @@ TEST(Refused, FiguresThatNoCommandHas) {
   EXPECT_NE(refusal(ObjectReport{.object = std::string(201, 'x')}).find("name: "), std::string::npos);
 }
 
-TEST(Refused, ABeamOfAnAgentThatIsNotNamed) {
+TEST(Refused, ABeamOfAnUnlistedAgent) {
   EXPECT_NE(
       refusal(ScanInfo{test::kSampleStamp, true, "", 0, {"a"}, {0, 1}}).find("beam_agent: 1, expected -1..0"),
       std::string::npos);
@@ -279,7 +279,7 @@ TEST(Refused, ABeamOfAnAgentThatIsNotNamed) {
   EXPECT_EQ(refusal(ScanInfo{test::kSampleStamp, false, "no pose", INFINITY, {}, {}}), "taken");
 }
 
-TEST(Describe, WhatATerminalWouldObeyIsWrittenInHex) {
+TEST(Describe, ControlCharactersAreWrittenInHex) {
   std::vector<std::uint8_t> bytes;
   encode(RobotMessage{test::kSampleStamp, "\x1b[2J\a"}, bytes);
   EXPECT_NE(describe("ROBOT", bytes).find("\"\\x1b[2J\\x07\""), std::string::npos)

@@ -38,7 +38,7 @@ const std::string kAgent = R"(agents:
     pose: {x: 1 m, y: 2 m, yaw: 90 deg}
 )";
 
-TEST(Scenario, ReadsUnitsIntoSi) {
+TEST(Scenario, ConvertsUnitsToSi) {
   const auto scenario = parse_scenario(kAgent + R"(    size: [40 cm, 400 mm, 0.6 m]
     behaviour: {kind: patrol, speed: 1.8 km/h, waypoints: [[1 m, 2 m], [300 cm, -4 m]]}
     laser: utm-30lx
@@ -83,7 +83,7 @@ struct Mistake {
   const char* words;
 };
 
-TEST(Scenario, RefusesWhatCannotBeMeant) {
+TEST(Scenario, RefusesInvalidValues) {
   const Mistake mistakes[] = {
       {"level: 0", "s.yaml:1: 'level': expected level >= 1, found '0'"},
       {"level: two", "s.yaml:1: 'level': expected a whole number, found 'two'"},
@@ -164,7 +164,7 @@ TEST(Scenario, PathsResolveAgainstTheScenariosFolder) {
   EXPECT_THAT(load_scenario(folder.string()).error().message, HasSubstr("is a folder"));
 }
 
-TEST(Model, RefusesWhatCannotBeMeant) {
+TEST(Model, RefusesInvalidValues) {
   const std::string wall = "entities:\n  - {name: w, label: wall, pose: {x: 0 m}, size: [2 m, 0.1 m, 2.5 m]";
   const Mistake mistakes[] = {
       {"map_id: a", "key 'entities' is missing"},
@@ -191,7 +191,7 @@ TEST(Model, RefusesWhatCannotBeMeant) {
               HasSubstr("m.yaml:3: name 'w' is taken by the entity in line 2"));
 }
 
-TEST(Model, RefusesWallsThatOverlapAndNamesBoth) {
+TEST(Model, ReportsBothOfTwoOverlappingWalls) {
   const auto with_second = [](const std::string& second) {
     return model_error(
         "entities:\n  - {name: w1, label: wall, pose: {yaw: 30 deg}, size: [2 m, 0.1 m, 2.5 m]}\n  - " +
@@ -222,7 +222,7 @@ TEST(Model, OverlapFractionOfCrossingAndNestedBoxesIsByVolume) {
   EXPECT_NEAR(overlap_fraction(a, b), 0.5, 0.02);
 }
 
-TEST(Robot, PresetIsTheBaseOfTheKeysThatAreGiven) {
+TEST(Robot, GivenKeysOverrideThePreset) {
   const auto robot = parse_robot_description(
       "laser: {preset: lms-200, pose: {x: 0.2 m, z: 0.3 m}, range_max: 8 m}", "r.yaml");
   ASSERT_TRUE(robot) << robot.error().message;
@@ -236,7 +236,7 @@ TEST(Robot, PresetIsTheBaseOfTheKeysThatAreGiven) {
   EXPECT_EQ(robot->laser->T_base_laser.translation(), Eigen::Vector3d(0.2, 0, 0.3));
 }
 
-TEST(Robot, EachShippedPresetReads) {
+TEST(Robot, EachShippedPresetIsValid) {
   int presets = 0;
   for (const auto& entry : std::filesystem::directory_iterator(PARHELION_SOURCE_DIR "/fusion/scan/presets")) {
     if (entry.path().extension() != ".yaml") continue;
@@ -258,7 +258,7 @@ TEST(Robot, CameraMountedByItsLinkLooksForward) {
   EXPECT_TRUE(right.isApprox(Eigen::Vector3d(0.1, -1, 1), 1e-12)) << right.transpose();
 }
 
-TEST(Robot, RefusesWhatCannotBeMeant) {
+TEST(Robot, RefusesInvalidValues) {
   const Mistake mistakes[] = {
       {"laser: {preset: lms200, pose: {}}",
        "r.yaml:1: no laser preset is called 'lms200', did you mean 'lms-200'?"},

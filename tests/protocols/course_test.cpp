@@ -22,7 +22,7 @@ ranking:
   - {name: learner, passed: 1}
 )";
 
-TEST(Course, IsReadInTheOrderOfItsProgrammes) {
+TEST(Course, KeepsTheOrderOfItsProgrammes) {
   const auto course = parse_course(kWhole, "c.yaml");
   ASSERT_TRUE(course.ok()) << course.error().message;
   EXPECT_EQ(course->name, "operator");
@@ -33,7 +33,7 @@ TEST(Course, IsReadInTheOrderOfItsProgrammes) {
   EXPECT_EQ(course->ranking[0].from, 0.9);
 }
 
-TEST(Course, RanksByWhatWasPassedAndHowWell) {
+TEST(Course, RanksByProgrammesPassedThenByPoints) {
   const auto course = parse_course(kWhole, "c.yaml");
   ASSERT_TRUE(course.ok());
   EXPECT_EQ(standing_in(*course, {}).rank, "");

@@ -12,7 +12,7 @@ namespace parhelion {
 namespace {
 
 /// The page is not C++, so the compiler does not check it against the header.
-TEST(DrivingTiming, OfThePageIsTheServers) {
+TEST(DrivingTiming, ThePageUsesTheTimingOfTheServer) {
   std::ifstream file(std::string(PARHELION_SOURCE_DIR) + "/server/station/web/src/drive/sender.ts");
   std::ostringstream text;
   text << file.rdbuf();
@@ -22,7 +22,7 @@ TEST(DrivingTiming, OfThePageIsTheServers) {
   EXPECT_EQ(milliseconds(std::stoi(found[1])), driving_timing::kCommandPeriod);
 }
 
-TEST(DrivingTiming, OfAScenarioIsTheServersWhereItNamesNone) {
+TEST(DrivingTiming, AScenarioDefaultsToTheTimingOfTheServer) {
   EXPECT_EQ(ContactLimits{}.silence, driving_timing::kTeleopSilence.seconds());
 }
 

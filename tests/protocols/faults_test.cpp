@@ -44,7 +44,7 @@ TEST(Ranges, AreDrawnFromTheSeedAndRecordedInTheScenario) {
   EXPECT_EQ(to_yaml(*again), to_yaml(*scenario)) << "the same each time";
 }
 
-TEST(Ranges, WhatWasDrawnIsWrittenAndReadBackToTheBitAndNotDrawnAgain) {
+TEST(Ranges, DrawnValuesAreSavedExactlyAndNotDrawnAgain) {
   const auto scenario = parse_scenario(kRanges, "s.yaml");
   ASSERT_TRUE(scenario.ok());
   const std::string written = to_yaml(*scenario);
@@ -56,7 +56,7 @@ TEST(Ranges, WhatWasDrawnIsWrittenAndReadBackToTheBitAndNotDrawnAgain) {
   EXPECT_EQ(again->drawn[2].value, scenario->drawn[2].value);
 }
 
-TEST(Ranges, AnotherSeedDrawsOtherValuesAndWholeNumbersReachBothEnds) {
+TEST(Ranges, SeedsChangeTheValuesAndIntegersReachBothEnds) {
   std::set<double> speeds;
   std::set<std::uint64_t> counts;
   for (std::uint64_t seed = 0; seed < 64; ++seed) {
@@ -70,13 +70,13 @@ TEST(Ranges, AnotherSeedDrawsOtherValuesAndWholeNumbersReachBothEnds) {
   EXPECT_EQ(counts, (std::set<std::uint64_t>{5, 6, 7}));
 }
 
-TEST(Ranges, ARangeElsewhereChangesNothingHere) {
+TEST(Ranges, ARangeElsewhereDoesNotChangeOtherValues) {
   const auto more = parse_scenario(kRanges + "physics_rate: {from: 200 Hz, to: 300 Hz}\n", "s.yaml");
   ASSERT_TRUE(more.ok()) << more.error().message;
   EXPECT_EQ(more->agents[0].behaviour.speed, parse_scenario(kRanges, "s.yaml")->agents[0].behaviour.speed);
 }
 
-TEST(Ranges, WhatCannotBeDrawnFromIsNamedWithItsLine) {
+TEST(Ranges, InvalidRangesAreReportedWithTheirLine) {
   EXPECT_THAT(error_of("physics_rate: {from: 300 Hz, to: 200 Hz}\n"), HasSubstr("s.yaml:1: 'physics_rate'"));
   EXPECT_THAT(error_of("name: x\nphysics_rate: {from: 300 Hz, to: 1 kHz}\n"), HasSubstr("s.yaml:2"));
   EXPECT_THAT(error_of("physics_rate: {from: fast, to: faster}\n"),
@@ -108,7 +108,7 @@ faults:
   EXPECT_EQ(again->faults[2].amount, scenario->faults[2].amount);
 }
 
-TEST(Faults, NothingIsTakenFromARealRobot) {
+TEST(Faults, OnlyCameraFaultsApplyToARealRobot) {
   EXPECT_THAT(error_of("level: 3\nfaults:\n  - {laser_dropouts: 0.1}\n"),
               HasSubstr("s.yaml:3: 'laser_dropouts' is a fault of simulated robots: at level 3"));
   EXPECT_THAT(error_of("faults: [{low_battery: 0.1}]\n"), HasSubstr("'low_battery'"));

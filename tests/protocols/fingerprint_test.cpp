@@ -42,20 +42,20 @@ std::uint64_t fingerprint() {
   return static_cast<std::uint64_t>(T::getHash());
 }
 
-TEST(Fingerprint, OdometryAndImuAreThoseOfARealMBot) {
+TEST(Fingerprint, OdometryAndImuMatchARealMBot) {
   EXPECT_EQ(fingerprint<pose2D_t>(), 0x1f317af1246276acU);
   EXPECT_EQ(fingerprint<mbot_imu_t>(), 0x5d3f1ec742142382U);
 }
 
 // Compared with fingerprints of types with the members that bot2-core and the MBot publish.
-TEST(Fingerprint, TypesThatOthersPublishStay) {
+TEST(Fingerprint, TypesOfOtherProjectsAreUnchanged) {
   EXPECT_EQ(fingerprint<planar_lidar_t>(), 0xe3d17423180b5e8dU);
   EXPECT_EQ(fingerprint<pose_t>(), 0x2e16efb052b0105eU);
   EXPECT_EQ(fingerprint<image_t>(), 0x14739ffe13d5f5f0U);
   EXPECT_EQ(fingerprint<twist2D_t>(), 0x85d72aee83523195U);
 }
 
-TEST(Fingerprint, OwnTypesStay) {
+TEST(Fingerprint, OwnTypesAreUnchanged) {
   EXPECT_EQ(fingerprint<pose_cov_t>(), 0xbdbe6848aaae8c55U);
   EXPECT_EQ(fingerprint<imu_t>(), 0x574360037da0350eU);
   EXPECT_EQ(fingerprint<joints_t>(), 0x5446b6c04d532a98U);

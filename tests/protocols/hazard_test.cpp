@@ -66,14 +66,14 @@ TEST(Hazard, RadioAndBatteryOfARealRobotAreRefused) {
                   .ok());
 }
 
-TEST(Hazard, AnUnknownKeyIsNamedWithTheNearest) {
+TEST(Hazard, AnUnknownKeyIsReportedWithTheNearestKey) {
   const auto refused = parse_scenario("hazards:\n  - {name: h, kind: device, nearnes: 1 m}\n", "s.yaml");
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().message.find("s.yaml:2"), std::string::npos) << refused.error().message;
   EXPECT_NE(refused.error().message.find("'nearness'"), std::string::npos) << refused.error().message;
 }
 
-TEST(Hazard, ABadOneIsRefusedWithItsLine) {
+TEST(Hazard, InvalidValuesAreRefusedWithTheirLine) {
   const auto fault = [](const std::string& hazard) {
     const auto scenario = parse_scenario("hazards:\n  - {name: h, " + hazard + "}\n", "s.yaml");
     return scenario ? std::string() : scenario.error().message;

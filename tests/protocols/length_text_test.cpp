@@ -26,7 +26,7 @@ TEST(LengthText, ZeroHasNoSign) {
   EXPECT_EQ(length_text(-0.0004), "0.00 m");
 }
 
-TEST(LengthText, HoldsWhatIsNoLength) {
+TEST(LengthText, FormatsInfiniteAndHugeLengths) {
   EXPECT_EQ(length_text(std::numeric_limits<double>::infinity()), "inf m");
   EXPECT_GT(length_text(std::numeric_limits<double>::max()).size(), 300U);
 }

@@ -97,7 +97,7 @@ TEST_F(LogFile, ReadsBackWhatWasWritten) {
   for (int i = 0; i < 500; ++i) EXPECT_TRUE(equal(read.events[static_cast<std::size_t>(i)], sample(i))) << i;
 }
 
-TEST_F(LogFile, NothingIsOverwrittenUnlessItIsAskedFor) {
+TEST_F(LogFile, OverwritesOnlyOnRequest) {
   write_samples(path("a.lcm"), 3);
   const auto refused = LogWriter::create(path("a.lcm"), false);
   ASSERT_FALSE(refused);
@@ -126,7 +126,7 @@ TEST_F(LogFile, SeveralEventsAreWrittenInOrder) {
   for (std::size_t i = 0; i < messages.size(); ++i) EXPECT_TRUE(equal(read.events[i], messages[i])) << i;
 }
 
-TEST_F(LogFile, ABadMessageAmongSeveralWritesNoneOfThem) {
+TEST_F(LogFile, ABatchWithAnInvalidMessageWritesNothing) {
   auto writer = LogWriter::create(path("a.lcm"), false);
   ASSERT_TRUE(writer);
   const std::vector<Message> messages = {sample(1), Message{std::string(64, 'x'), {}, {}}};
@@ -135,7 +135,7 @@ TEST_F(LogFile, ABadMessageAmongSeveralWritesNoneOfThem) {
   EXPECT_EQ(fs::file_size(path("a.lcm")), 0U);
 }
 
-TEST_F(LogFile, EveryTruncationGivesTheWholeEventsAndAnErrorWithTheOffset) {
+TEST_F(LogFile, EveryTruncationKeepsWholeEventsAndReportsTheOffset) {
   const auto whole = read_all(write_samples(path("whole.lcm"), 12));
   std::vector<std::size_t> ends = {0};
   for (int i = 0; i < 12; ++i)
@@ -159,7 +159,7 @@ TEST_F(LogFile, EveryTruncationGivesTheWholeEventsAndAnErrorWithTheOffset) {
   }
 }
 
-TEST_F(LogFile, ABitFlipCostsAtMostTheEventThatItIsIn) {
+TEST_F(LogFile, ABitFlipLosesAtMostItsEvent) {
   constexpr int events = 40;
   const auto whole = read_all(write_samples(path("whole.lcm"), events));
   std::mt19937 random(7);
@@ -188,7 +188,7 @@ TEST_F(LogFile, ABitFlipCostsAtMostTheEventThatItIsIn) {
   }
 }
 
-TEST_F(LogFile, RubbishIsReadToItsEndWithoutACrash) {
+TEST_F(LogFile, RandomBytesAreReadWithoutACrash) {
   std::mt19937 random(11);
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<std::uint8_t> rubbish(random() % 3000);
@@ -203,7 +203,7 @@ TEST_F(LogFile, RubbishIsReadToItsEndWithoutACrash) {
   }
 }
 
-TEST_F(LogFile, WhatIsNoLogIsRefusedByName) {
+TEST_F(LogFile, AFileThatIsNoLogIsRefusedByName) {
   const auto absent = LogReader::open(path("absent.lcm"));
   ASSERT_FALSE(absent);
   EXPECT_NE(absent.error().message.find("absent.lcm: cannot be opened"), std::string::npos);
@@ -235,9 +235,9 @@ void expect_agreement(const std::string& path) {
   EXPECT_EQ(i, read.events.size());
 }
 
-TEST_F(LogFile, LiblcmReadsTheSameFromWhatWasWritten) { expect_agreement(write_samples(path("a.lcm"), 300)); }
+TEST_F(LogFile, LiblcmReadsTheSameFromWrittenLogs) { expect_agreement(write_samples(path("a.lcm"), 300)); }
 
-TEST_F(LogFile, LiblcmReadsTheSameFromTheLogsOfARealRobot) {
+TEST_F(LogFile, LiblcmReadsTheSameFromLogsOfARealRobot) {
   for (const char* name : {"lcm-mbot/drive_square_odometry.lcmlog", "lcm-mbot/lcmlog-2022-02-14.04"}) {
     PARHELION_NEEDS_RECORDING(test::recording(name));
     expect_agreement(test::recording(name).string());

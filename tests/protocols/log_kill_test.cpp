@@ -66,7 +66,7 @@ std::uint32_t count_events(const std::string& path, int& errors) {
   }
 }
 
-TEST_F(LogSurvives, AKillAtAnyMomentLosesNothingAcknowledged) {
+TEST_F(LogSurvives, AKillAtAnyMomentLosesNoAcknowledgedData) {
   const int kills = test::long_run() ? 1000 : 50;
   std::mt19937 random(23);
   for (int kill_number = 0; kill_number < kills; ++kill_number) {
@@ -122,7 +122,7 @@ void fill_up(const std::string& path, const std::function<void()>& make_room) {
   EXPECT_EQ(errors, 0);
 }
 
-TEST_F(LogSurvives, AFullDiskLeavesWholeEventsAndIsUsedAgainOnceThereIsRoom) {
+TEST_F(LogSurvives, AFullDiskLeavesWholeEventsAndIsUsedAgainLater) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
   if (mount("parhelion-test", disk.c_str(), "tmpfs", 0, "size=256k") != 0) {

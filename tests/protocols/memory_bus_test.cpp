@@ -24,7 +24,7 @@ bool receive(Bus& bus, Message& message, Duration timeout = seconds(0)) {
   return came && *came;
 }
 
-TEST(MemoryBus, MessagesOfSeveralChannelsComeInTheOrderInWhichTheyWereSent) {
+TEST(MemoryBus, MessagesOfSeveralChannelsArriveInSendingOrder) {
   MemoryBusHub hub;
   const auto sender = hub.connect();
   const auto receiver = hub.connect();
@@ -72,7 +72,7 @@ TEST(MemoryBus, PatternsMatchWholeNamesAsInLcm) {
   EXPECT_EQ(received, std::vector<std::string>({"MR_AGENT_a_TELEOP", "SCAN"}));
 }
 
-TEST(MemoryBus, WhatCannotBeMeantIsRefused) {
+TEST(MemoryBus, InvalidArgumentsAreRefused) {
   MemoryBusHub hub;
   const auto bus = hub.connect();
   EXPECT_FALSE(bus->subscribe("A", 0));
@@ -82,7 +82,7 @@ TEST(MemoryBus, WhatCannotBeMeantIsRefused) {
   EXPECT_TRUE(bus->publish(std::string(63, 'x'), {}));
 }
 
-TEST(MemoryBus, AnEndpointThatIsGoneIsNotSpokenTo) {
+TEST(MemoryBus, ADestroyedEndpointReceivesNothing) {
   MemoryBusHub hub;
   auto gone = hub.connect();
   const auto stays = hub.connect();
@@ -94,7 +94,7 @@ TEST(MemoryBus, AnEndpointThatIsGoneIsNotSpokenTo) {
   EXPECT_TRUE(receive(*stays, message));
 }
 
-TEST(MemoryBus, SeveralThreadsLoseNothingAndKeepTheOrderOfEach) {
+TEST(MemoryBus, KeepsEachThreadsMessagesAndTheirOrder) {
   constexpr std::uint32_t threads = 4, each = 2000;
   MemoryBusHub hub;
   const auto receiver = hub.connect();

@@ -94,7 +94,7 @@ RC_GTEST_PROP(RoundTrip, Model, ()) {
   }
 }
 
-TEST(RoundTrip, AnglesThatPeopleWriteStayAsTheyWroteThem) {
+TEST(RoundTrip, AnglesWrittenByPeopleAreUnchanged) {
   const auto model = parse_model(
       "entities:\n  - {name: w, label: wall, pose: {x: 1 m, yaw: 33.5 deg}, size: [1 m, 1 m, 1 m]}", "m");
   ASSERT_TRUE(model) << model.error().message;

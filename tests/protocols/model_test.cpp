@@ -32,7 +32,7 @@ SemanticModel meshed() {
   return model;
 }
 
-TEST(ModelFile, ReadsWhatAPersonMayCorrect) {
+TEST(ModelFile, ReadsFieldsThatAPersonMayCorrect) {
   const auto model = parse_model(
       "T_map_cloud: {z: 1.3 m, roll: 2 deg}\n"
       "entities:\n"
@@ -56,7 +56,7 @@ TEST(ModelFile, ReadsWhatAPersonMayCorrect) {
   EXPECT_DOUBLE_EQ(model->T_map_cloud.translation().z(), 1.3);
 }
 
-TEST(ModelFile, FreeSpaceAndWhatIsDeletedAreNotSolid) {
+TEST(ModelFile, FreeSpaceAndDeletedEntitiesAreNotSolid) {
   ModelEntity entity;
   EXPECT_TRUE(is_solid(entity));
   entity.deleted = true;
@@ -66,7 +66,7 @@ TEST(ModelFile, FreeSpaceAndWhatIsDeletedAreNotSolid) {
   EXPECT_FALSE(is_solid(entity));
 }
 
-TEST(ModelFile, NamesTheLineAndWhatIsWrong) {
+TEST(ModelFile, ReportsErrorsWithTheirLine) {
   const std::string wall_with_hinge =
       "entities:\n  - {name: w, label: wall, pose: {}, size: [1 m, 1 m, 1 m],\n     hinge: {axis: [0 m, 0 "
       "m]}}";
@@ -92,7 +92,7 @@ TEST(ModelFile, NamesTheLineAndWhatIsWrong) {
               HasSubstr("m.yaml:6: relation 'above' from 'door 1' to 'wall 1' is given twice"));
 }
 
-TEST(ModelFile, AFreeSpaceMayLieInAnotherButWallsMayNot) {
+TEST(ModelFile, FreeSpacesMayOverlapButWallsMayNot) {
   const auto twice = [](const std::string& label, const std::string& more = "") {
     const std::string rest = ", label: " + label + ", pose: {}, size: [1 m, 1 m, 2 m]";
     return error_of("entities:\n  - {name: a" + rest + "}\n  - {name: b" + rest + more + "}");
@@ -118,7 +118,7 @@ TEST(ModelFile, MeshesAreWrittenInPlainYaml) {
   EXPECT_EQ(one->meshes.at(0).vertices.at(0), Eigen::Vector3f(1, 0, 0));
 }
 
-TEST(ModelFile, RefusesMeshesThatLie) {
+TEST(ModelFile, RefusesInconsistentMeshes) {
   const auto with = [](const std::string& vertices, const std::string& triangles) {
     return error_of("entities: []\nmeshes:\n  - name: m\n    unit: m\n    vertices: " + vertices +
                     "\n    triangles: " + triangles);
@@ -141,14 +141,14 @@ TEST(ModelFile, RefusesMeshesThatLie) {
               HasSubstr("'unit': expected m"));
 }
 
-TEST(ModelFile, RefusesMoreTrianglesThanAWorldCanHold) {
+TEST(ModelFile, RefusesTooManyTriangles) {
   SemanticModel model = meshed();
   model.meshes[0].triangles.assign(1'000'001, {0, 1, 2});
   EXPECT_THAT(error_of(to_yaml(model)),
               HasSubstr("expected at most 1000000 triangles in all, found 1000001"));
 }
 
-TEST(ModelFile, FlippedBytesAndCutsReturn) {
+TEST(ModelFile, FlippedBytesAndTruncationsNeverCrash) {
   SemanticModel model = meshed();
   model.entities.resize(3);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -181,7 +181,7 @@ TEST(Base64, AgreesWithTheTestVectorsOfRfc4648) {
   }
 }
 
-TEST(Base64, RefusesWhatNoEncoderWrites) {
+TEST(Base64, RefusesInvalidEncodings) {
   for (const char* bad :
        {"Z", "Zg", "Zg=", "Zh==", "Zm9=", "====", "Zg===", "Zg==Zg==", "Zm9v=", "Z=g=", "Zm9v!"})
     EXPECT_FALSE(yaml::from_base64(bad)) << bad;

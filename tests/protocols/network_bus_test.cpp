@@ -34,7 +34,7 @@ bool receive(Bus& bus, Message& message, Duration timeout) {
   return came && *came;
 }
 
-TEST(NetworkBus, ASendingEndpointIsReceivedAndReceivesNothing) {
+TEST(NetworkBus, ASendOnlyEndpointSendsAndReceivesNothing) {
   const std::string url = own_url();
   OPEN_OR_SKIP(receiver, url);
   ASSERT_TRUE(receiver.subscribe("TELEOP", 4));
@@ -49,7 +49,7 @@ TEST(NetworkBus, ASendingEndpointIsReceivedAndReceivesNothing) {
   EXPECT_FALSE(open_network_speaker("tcpq://localhost").ok());
 }
 
-TEST(NetworkBus, AMessageOf300kBComesBackAsItWas) {
+TEST(NetworkBus, AMessageOf300kBArrivesUnchanged) {
   const std::string url = own_url();
   OPEN_OR_SKIP(sender, url);
   OPEN_OR_SKIP(receiver, url);
@@ -70,7 +70,7 @@ TEST(NetworkBus, AMessageOf300kBComesBackAsItWas) {
   EXPECT_GT(message.arrival.ns, 0);
 }
 
-TEST(NetworkBus, ALateReceiverFindsTheNewestAndACount) {
+TEST(NetworkBus, ALateReceiverGetsTheNewestMessageAndADropCount) {
   const std::string url = own_url();
   OPEN_OR_SKIP(bus, url);
   ASSERT_TRUE(bus.subscribe("TELEOP", 2));

@@ -33,7 +33,7 @@ TEST(Quantile, MedianIsTheUpperOfTwoInTheMiddle) {
   EXPECT_EQ(median(std::vector<std::int64_t>{7}), 7);
 }
 
-TEST(Quantile, EqualsSortingForAnyNumberOfValues) {
+TEST(Quantile, EqualsSelectionFromSortedValues) {
   std::mt19937 random(3);
   for (std::size_t n = 1; n < 200; ++n) {
     std::vector<float> values(n);

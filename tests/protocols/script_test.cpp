@@ -18,7 +18,7 @@ std::string error_of(const std::string& scripts) {
   return scenario ? "" : scenario.error().message;
 }
 
-TEST(Script, IsReadWithItsTriggerAndItsActions) {
+TEST(Script, ReadsTheTriggerAndTheActions) {
   const auto scenario = parse_scenario(kAgents + R"(scripts:
   - name: visitor
     when: {event: door_space_left, subject: trainee, object: door 2}

@@ -58,7 +58,7 @@ TEST(Time, SecondsAreRoundedToTheNearestNanosecond) {
   EXPECT_EQ((SensorTime{5} + nanoseconds(3) - SensorTime{1}).ns, 7);
 }
 
-TEST(Frames, ChainsCancelAndInvert) {
+TEST(Frames, ChainedTransformsCancelAndInvert) {
   const auto T_map_base = MapBase::planar(1, 2, 0.5);
   const auto T_base_laser = BaseLaser::planar(0.3, 0, -0.1, 0.2);
   const auto T_map_laser = T_map_base * T_base_laser;

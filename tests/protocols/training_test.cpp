@@ -59,7 +59,7 @@ std::string error_of(const std::string& training) {
   return scenario ? "" : scenario.error().message;
 }
 
-TEST(Training, IsReadWithItsConditionsToAnyDepth) {
+TEST(Training, ReadsNestedConditionsOfAnyDepth) {
   const auto scenario = parse_scenario(kWhole, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   ASSERT_TRUE(scenario->training.has_value());
@@ -95,7 +95,7 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   EXPECT_EQ(training.penalties[6].when.max, 1.5);
 }
 
-TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
+TEST(Training, RoundTripsThroughYaml) {
   const auto scenario = parse_scenario(kWhole, "s.yaml");
   ASSERT_TRUE(scenario.ok());
   const std::string written = to_yaml(*scenario);

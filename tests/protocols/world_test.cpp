@@ -39,7 +39,7 @@ TEST(World, EachBodyIsVisitedWithItsDefinition) {
   EXPECT_EQ(visited(world_of({1, 2, 5}, {1, 2, 5})), Ids({1, 2, 5}));
 }
 
-TEST(World, ABodyThatDoesNotExistAtTheStampIsNotVisited) {
+TEST(World, ABodyAbsentAtTheStampIsNotVisited) {
   EXPECT_EQ(visited(world_of({1, 2, 3, 4}, {2, 4})), Ids({2, 4}));
   EXPECT_EQ(visited(world_of({1, 2}, {})), Ids());
 }
@@ -55,7 +55,7 @@ TEST(World, AWorldWithoutASceneHasNoBodiesToVisit) {
   EXPECT_EQ(visited(world), Ids());
 }
 
-TEST(World, StatesOfAWorldThatIsNotConstCanBeChanged) {
+TEST(World, StatesOfANonConstWorldCanBeChanged) {
   WorldSnapshot world = world_of({1, 2}, {1, 2});
   for_each_body(world,
                 [](const BodyDefinition& definition, BodyState& state) { state.epoch = 10 * definition.id; });

@@ -12,7 +12,7 @@ const std::string kScenario =
     "  - {name: corner, outline: [[0 m, 0 m], [2 m, 0 m], [2 m, 2 m], [1 m, 1 m], [0 m, 2 m]], top: 1.5 m}\n"
     "  - {name: gate, box: {center: [5 m, 1 m], size: [2 m, 1 m], yaw: 90 deg}, bottom: 0 m}\n";
 
-TEST(Zone, AnOutlineMayBeHollow) {
+TEST(Zone, AnOutlineMayBeConcave) {
   const auto scenario = parse_scenario(kScenario, "scenario.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   const Zone& zone = scenario->zones.at(0);
@@ -42,7 +42,7 @@ TEST(Zone, IsWrittenAsItIsRead) {
   }
 }
 
-TEST(Zone, ABadOneIsRefusedWithItsLine) {
+TEST(Zone, InvalidValuesAreRefusedWithTheirLine) {
   const auto fault = [](const std::string& zones) {
     const auto scenario = parse_scenario("zones:\n" + zones, "s.yaml");
     return scenario ? std::string() : scenario.error().message;

@@ -64,14 +64,14 @@ TEST_F(BadInput, FlippedBitsNeverCrash) {
   }
 }
 
-TEST_F(BadInput, SizeThatIsNotTheCalibrations) {
+TEST_F(BadInput, SizeDiffersFromTheCalibration) {
   RenderJob job = robot_job(jpeg_image(640, 360));
   expect_original(job, "aspect");
   job = robot_job(jpeg_image(320, 240));  // the same aspect ratio: the intrinsics are scaled
   EXPECT_TRUE(compositor_->compose(job).drawn);
 }
 
-TEST_F(BadInput, RawImagesThatLieAboutTheirSize) {
+TEST_F(BadInput, RawImagesWithAWrongSize) {
   for (const PixelFormat format : {PixelFormat::gray, PixelFormat::rgb, PixelFormat::bgr}) {
     RenderJob job = robot_job(raw_image(format));
     job.image.bytes.resize(job.image.bytes.size() - 1);
@@ -89,7 +89,7 @@ TEST_F(BadInput, RawImagesThatLieAboutTheirSize) {
   expect_original(job, "1234");
 }
 
-TEST_F(BadInput, PoseThatIsNotFinite) {
+TEST_F(BadInput, NonFinitePose) {
   RenderJob job = robot_job(jpeg_image());
   job.T_map_optical = Transform<Map, CameraOptical>(
       {Eigen::Quaterniond::Identity(), Eigen::Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)});
@@ -111,7 +111,7 @@ TEST_F(BadInput, UnreadableDepthStillGivesTheImageAndTheReason) {
   EXPECT_EQ(answer.depth->bytes, job.depth->bytes);
 }
 
-TEST_F(BadInput, BodiesBehindThroughAndRoundTheCamera) {
+TEST_F(BadInput, BodiesBehindInAndAroundTheCamera) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> near(-1.5, 1.5), angle(-3.14, 3.14), size(0.001, 3);
   for (int i = 0; i < 150; ++i) {
@@ -149,7 +149,7 @@ TEST_F(BadInput, CameraInsideABodySeesNothingOfIt) {
   EXPECT_FALSE(compositor_->compose(job).drawn);
 }
 
-TEST(DepthImage, GoesRoundThroughEveryEncodingAndRefusesLies) {
+TEST(DepthImage, RoundTripsEveryEncodingAndRefusesWrongSizes) {
   for (const std::string encoding : {"raw", "png", "zlib"}) {
     DepthPixels pixels{64, 48, std::vector<std::uint16_t>(64 * 48)};
     std::mt19937 random(5);
@@ -178,7 +178,7 @@ TEST(DepthImage, GoesRoundThroughEveryEncodingAndRefusesLies) {
   EXPECT_NE(decode_depth(unknown).error().message.find("lz4"), std::string::npos);
 }
 
-TEST(Jpeg, QualityAndSubsamplingAreThoseOfTheSource) {
+TEST(Jpeg, KeepsQualityAndSubsamplingOfTheSource) {
   for (const int quality : {30, 50, 75, 90, 95, 100})
     for (const auto subsampling : {JpegFormat::Subsampling::yuv444, JpegFormat::Subsampling::yuv422,
                                    JpegFormat::Subsampling::yuv420, JpegFormat::Subsampling::gray}) {

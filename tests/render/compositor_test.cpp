@@ -27,7 +27,7 @@ TEST(Egl, MissingLibraryNamesThePackages) {
   EXPECT_NE(context.error().message.find("libegl1"), std::string::npos);
 }
 
-TEST(Compositor, FrameWithNothingToDrawGoesOutAsTheSameBytes) {
+TEST(Compositor, AFrameWithoutVisibleBodiesIsUnchanged) {
   const auto c = compositor();
   ASSERT_TRUE(c);
   RenderJob job = robot_job(jpeg_image());
@@ -56,7 +56,7 @@ TEST(Compositor, BodyHiddenByAModelledWallLeavesTheSameBytes) {
   EXPECT_TRUE(compositor()->compose(job).drawn);
 }
 
-TEST(Compositor, KeepsStampFormatMetadataAndNamesWhatIsSeen) {
+TEST(Compositor, KeepsStampFormatAndMetadataAndListsVisibleBodies) {
   const auto c = compositor();
   ASSERT_TRUE(c);
   const RenderJob job = robot_job(jpeg_image());
@@ -69,7 +69,7 @@ TEST(Compositor, KeepsStampFormatMetadataAndNamesWhatIsSeen) {
   EXPECT_NE(answer.image.bytes, job.image.bytes);
 }
 
-TEST(Compositor, PixelsThatNoBodyOrShadowCoversAreTheCamerasOwn) {
+TEST(Compositor, UncoveredPixelsAreUnchanged) {
   const auto c = compositor();
   ASSERT_TRUE(c);
   const RenderJob job = robot_job(raw_image(PixelFormat::bgr));

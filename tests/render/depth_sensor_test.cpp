@@ -52,7 +52,7 @@ TEST(DepthSensor, WithoutErrorsDepthIsExactToTheMillimetre) {
   }
 }
 
-TEST(DepthSensor, WhatIsOutOfItsRangesIsNotMeasured) {
+TEST(DepthSensor, DepthOutOfRangeIsNotMeasured) {
   DepthCameraDescription camera = structured_light();
   camera.baseline = camera.disparity_noise = camera.disparity_step = 0;
   for (const float depth : {0.39F, 5.01F, kNothing}) {
@@ -66,7 +66,7 @@ TEST(DepthSensor, WhatIsOutOfItsRangesIsNotMeasured) {
   EXPECT_EQ(measure(camera, plane(65.536F)).millimetres.front(), 0) << "and not 0.000 m of an overflow";
 }
 
-TEST(DepthSensor, NoiseOfATriangulatingSensorGrowsWithTheSquareOfTheDepth) {
+TEST(DepthSensor, StereoNoiseGrowsWithTheSquareOfTheDepth) {
   DepthCameraDescription camera = structured_light();
   camera.disparity_step = 0;
   for (const double depth : {0.8, 1.6, 3.2}) {
@@ -77,7 +77,7 @@ TEST(DepthSensor, NoiseOfATriangulatingSensorGrowsWithTheSquareOfTheDepth) {
   }
 }
 
-TEST(DepthSensor, ItsValuesLieInStepsOfDisparity) {
+TEST(DepthSensor, ValuesAreQuantisedByDisparity) {
   const DepthCameraDescription camera = structured_light();
   for (const double depth : {1.0, 2.0, 4.0}) {
     std::set<int> values;
@@ -94,7 +94,7 @@ TEST(DepthSensor, ItsValuesLieInStepsOfDisparity) {
   }
 }
 
-TEST(DepthSensor, NoiseOfTimeOfFlightIsTheSameAtAllRanges) {
+TEST(DepthSensor, TimeOfFlightNoiseIsIndependentOfRange) {
   DepthCameraDescription camera = structured_light();
   camera.baseline = camera.disparity_noise = camera.disparity_step = 0;
   camera.noise = 0.02;
@@ -102,7 +102,7 @@ TEST(DepthSensor, NoiseOfTimeOfFlightIsTheSameAtAllRanges) {
     EXPECT_NEAR(spread_of(measure(camera, plane(depth))).sigma, 0.02, 0.001);
 }
 
-TEST(DepthSensor, TheSecondViewIsHiddenLeftOfAnEdgeByAsMuchAsTheDisparitiesDiffer) {
+TEST(DepthSensor, TheStereoShadowIsTheDisparityDifferenceAtAnEdge) {
   DepthCameraDescription camera = structured_light();
   camera.disparity_noise = camera.disparity_step = 0;
   auto depths = plane(4);
@@ -124,7 +124,7 @@ TEST(DepthSensor, TheSecondViewIsHiddenLeftOfAnEdgeByAsMuchAsTheDisparitiesDiffe
   EXPECT_NEAR(hidden, wide, 1);
 }
 
-TEST(DepthSensor, AFloorThatRunsAwayFromItHidesNothing) {
+TEST(DepthSensor, ASlantedSurfaceCastsNoStereoShadow) {
   DepthCameraDescription camera = structured_light();
   std::vector<float> depths;
   for (int y = 0; y < height; ++y)
@@ -132,7 +132,7 @@ TEST(DepthSensor, AFloorThatRunsAwayFromItHidesNothing) {
   for (const auto mm : measure(camera, depths).millimetres) ASSERT_GT(mm, 0);
 }
 
-TEST(DepthSensor, SameSeedSameBytesOtherwiseOthers) {
+TEST(DepthSensor, OnlyTheSameSeedGivesTheSameBytes) {
   const DepthCameraDescription camera = structured_light();
   const auto depths = plane(2.345F);
   const auto once = measure(camera, depths, 1, 1).millimetres;

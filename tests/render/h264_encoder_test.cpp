@@ -93,7 +93,7 @@ class Decoder {
 
 SensorTime at(int frame) { return SensorTime{} + milliseconds(33 * (frame + 1)); }
 
-TEST(I420Reader, ReadsEveryFormatToTheSamePicture) {
+TEST(I420Reader, ConvertsEveryFormatToTheSamePicture) {
   I420Reader reader;
   I420Picture reference, picture;
   ASSERT_TRUE(reader.read(raw(64, 48, PixelFormat::bgr, drawn(64, 48, 0)), reference).ok());
@@ -116,7 +116,7 @@ TEST(I420Reader, ReadsEveryFormatToTheSamePicture) {
   }
 }
 
-TEST(I420Reader, LeavesAnOddColumnAndRowOut) {
+TEST(I420Reader, CropsAnOddColumnAndRow) {
   I420Reader reader;
   I420Picture picture, reference;
   for (const Image& image :
@@ -131,7 +131,7 @@ TEST(I420Reader, LeavesAnOddColumnAndRowOut) {
   }
 }
 
-TEST(I420Reader, RefusesWhatIsNoPicture) {
+TEST(I420Reader, RefusesInvalidPictures) {
   I420Reader reader;
   I420Picture picture;
   Image cut = jpeg(64, 48, JpegFormat::Subsampling::yuv420);
@@ -143,7 +143,7 @@ TEST(I420Reader, RefusesWhatIsNoPicture) {
   EXPECT_FALSE(reader.read(Image{}, picture).ok());
 }
 
-TEST(H264Encoder, GivesEachPictureAtOnceAsConstrainedBaseline) {
+TEST(H264Encoder, EncodesEachPictureImmediatelyAsConstrainedBaseline) {
   I420Reader reader;
   I420Picture picture;
   auto encoder = H264Encoder::create(320, 240, {});
@@ -192,7 +192,7 @@ TEST(H264Encoder, FollowsTheBitRate) {
   EXPECT_LT(bytes_of(20) * 2, before);
 }
 
-TEST(H264Encoder, RefusesSizesThatItCannotTake) {
+TEST(H264Encoder, RefusesUnsupportedSizes) {
   EXPECT_FALSE(H264Encoder::create(641, 480, {}).ok());
   EXPECT_FALSE(H264Encoder::create(8, 480, {}).ok());
   EXPECT_FALSE(H264Encoder::create(640, 4000, {}).ok());

@@ -31,7 +31,7 @@ std::size_t different(const ModelViewPixels& a, const ModelViewPixels& b) {
   return n;
 }
 
-TEST(ModelView, NamesWhatIsSeenAndLeavesTheCeilingOut) {
+TEST(ModelView, LabelsVisibleEntitiesAndOmitsTheCeiling) {
   const auto view = draw_model_view(room(), {});
   ASSERT_TRUE(view) << view.error().message;
   EXPECT_EQ(view->bgr.size(), 3U * 1600 * 1000);
@@ -41,7 +41,7 @@ TEST(ModelView, NamesWhatIsSeenAndLeavesTheCeilingOut) {
   EXPECT_THAT(view->named, Not(Contains("ceiling")));
 }
 
-TEST(ModelView, WhatIsDeletedIsGoneAndAMeshIsThere) {
+TEST(ModelView, OmitsDeletedEntitiesAndDrawsMeshes) {
   const auto bare = draw_model_view(room(), {});
   SemanticModel less = room();
   less.entities[4].deleted = true;

@@ -42,7 +42,7 @@ std::size_t visible_pixels(Compositor& compositor, const RenderJob& job) {
   return static_cast<std::size_t>(std::count(pixels->mask.begin(), pixels->mask.end(), 255));
 }
 
-TEST(MrDepth, IsNeverDeeperAndChangedOnlyWhereABodyIsNearer) {
+TEST(MrDepth, ChangesOnlyWhereABodyIsNearer) {
   auto compositor = Compositor::create({});
   ASSERT_TRUE(compositor.ok());
   for (const std::string encoding : {"raw", "png", "zlib"}) {
@@ -71,7 +71,7 @@ TEST(MrDepth, IsNeverDeeperAndChangedOnlyWhereABodyIsNearer) {
   }
 }
 
-TEST(MrDepth, NothingVisibleGivesTheSameBytes) {
+TEST(MrDepth, WithoutVisibleBodiesBytesAreUnchanged) {
   auto compositor = Compositor::create({});
   ASSERT_TRUE(compositor.ok());
   RenderJob job = depth_job(1.0);
@@ -111,7 +111,7 @@ TEST(Occlusion, NearerDepthHidesAndFartherDepthDoesNot) {
   EXPECT_EQ(visible_pixels(**compositor, near), 0U);
 }
 
-TEST(Occlusion, WhatTheLaserSeesAndTheModelDoesNotExplainHides) {
+TEST(Occlusion, UnexplainedLaserReturnsHideBodies) {
   auto compositor = Compositor::create({});
   ASSERT_TRUE(compositor.ok());
   RenderJob job = robot_job(jpeg_image(), 3);
@@ -137,7 +137,7 @@ TEST(Occlusion, WhatTheLaserSeesAndTheModelDoesNotExplainHides) {
   EXPECT_GT(visible_pixels(**explained, job), all / 2);
 }
 
-TEST(Occlusion, AMeshHidesWhatABoxOfItsShapeHides) {
+TEST(Occlusion, AMeshHidesTheSameAsABoxOfItsShape) {
   for (const double x : {1.5, 2.0}) {
     SemanticModel boxes;
     boxes.entities = {wall("shelf", x, 0.4, M_PI / 2, 0.8, 1.0)};
@@ -156,7 +156,7 @@ TEST(Occlusion, AMeshHidesWhatABoxOfItsShapeHides) {
   }
 }
 
-TEST(Occlusion, WhatIsDeletedAndTheFreeSpaceOfADoorHideNothing) {
+TEST(Occlusion, DeletedEntitiesAndFreeDoorSpaceHideNothing) {
   SemanticModel model;
   model.entities = {wall("ghost", 1.5, 0, M_PI / 2, 4), wall("opening", 1.6, 0, M_PI / 2, 4)};
   model.entities[0].deleted = true;
@@ -167,7 +167,7 @@ TEST(Occlusion, WhatIsDeletedAndTheFreeSpaceOfADoorHideNothing) {
   EXPECT_EQ(visible_pixels(**compositor, job), visible_pixels(**bare, job));
 }
 
-TEST(Occlusion, ADoorThatMovedHidesWhereItIsNow) {
+TEST(Occlusion, AMovedDoorHidesAtItsCurrentPosition) {
   SemanticModel model;
   model.entities = {wall("door 1", 2, 0, M_PI / 2, 2, 2.1, EntityLabel::door)};
   auto compositor = Compositor::create(model);
@@ -202,7 +202,7 @@ TEST(StandIn, DescribesItselfAndLeavesInjectedBodiesToTheCompositor) {
   EXPECT_TRUE((*camera)->render(uncalibrated, job.T_map_optical, {}, stamp, "x").bytes.empty());
 }
 
-TEST(SimulatedCamera, ShowsTheRobotThatCarriesItAndHasNoise) {
+TEST(SimulatedCamera, ShowsItsOwnRobotAndHasNoise) {
   SemanticModel model;
   model.entities = {wall("left", 4, 2, 0, 12), wall("right", 4, -2, 0, 12), wall("end", 9, 0, M_PI / 2, 4)};
   auto camera = VirtualCamera::create(model);

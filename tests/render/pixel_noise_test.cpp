@@ -22,7 +22,7 @@ TEST(PixelNoise, EqualsTheReferenceForAnyLength) {
   }
 }
 
-TEST(PixelNoise, HasTheSigmaThatIsAskedForAndNoBias) {
+TEST(PixelNoise, HasTheRequestedSigmaAndNoBias) {
   for (const double sigma : {0.7, 1.5, 8.0}) {
     const PixelNoise noise(sigma);
     std::vector<std::uint8_t> values(500'000, 128);

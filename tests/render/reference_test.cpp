@@ -215,7 +215,7 @@ TEST(ReferenceRendering, RobotInTheKitchenIsHiddenWhereOtherFramesMeasuredSometh
   EXPECT_LE(fraction(lost, visible), 0.012);
 }
 
-TEST(ReferenceRendering, KitchenPixelsThatNothingCoversAreTheCamerasOwn) {
+TEST(ReferenceRendering, UncoveredKitchenPixelsAreUnchanged) {
   const Kitchen kitchen;
   PARHELION_NEEDS_RECORDING(kitchen.folder);
   auto compositor = Compositor::create({});

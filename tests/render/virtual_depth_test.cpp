@@ -56,7 +56,7 @@ SemanticModel end_wall(double x) {
   return model;
 }
 
-TEST_F(VirtualDepth, AWallAheadHasOneDepthAlongTheAxisInEveryPixelAndTheFloorItsOwn) {
+TEST_F(VirtualDepth, WallAndFloorDepthIsAlongTheOpticalAxis) {
   const DepthPixels pixels = measure(end_wall(3), exact(), at({0, 0, 0.8}, 0, 0));
   EXPECT_EQ(image_.format, PixelFormat::depth_mm);
   EXPECT_EQ(image_.stamp, SensorTime::from_utime(42));
@@ -69,7 +69,7 @@ TEST_F(VirtualDepth, AWallAheadHasOneDepthAlongTheAxisInEveryPixelAndTheFloorIts
   }
 }
 
-TEST_F(VirtualDepth, BeyondItsRangesItMeasuresNothing) {
+TEST_F(VirtualDepth, DepthOutOfRangeIsNotMeasured) {
   EXPECT_EQ(middle(measure(end_wall(6.01), exact(), at({0, 0, 0.8}, 0, 0))), 0);
   EXPECT_EQ(middle(measure(end_wall(5.99), exact(), at({0, 0, 0.8}, 0, 0))), 5990);
   EXPECT_EQ(middle(measure(end_wall(0.29), exact(), at({0, 0, 0.8}, 0, 0))), 0);
@@ -104,7 +104,7 @@ std::pair<double, double> met(const test::ReferenceRendering& reference, int x, 
   return range;
 }
 
-TEST_F(VirtualDepth, EachPixelIsWhereItsRayMeetsBodiesAndBuildingWhateverTheLens) {
+TEST_F(VirtualDepth, PixelsMeasureTheNearestHitForAnyLens) {
   const Site site;
   for (const bool distorted : {false, true}) {
     DepthCameraDescription camera = exact();
@@ -131,7 +131,7 @@ TEST_F(VirtualDepth, EachPixelIsWhereItsRayMeetsBodiesAndBuildingWhateverTheLens
   }
 }
 
-TEST_F(VirtualDepth, AnAgentThatComesBetweenIsMeasuredInsteadOfTheWall) {
+TEST_F(VirtualDepth, AnAgentInFrontOfAWallIsMeasuredInstead) {
   World world;
   world.add("box_1", {shape(ShapeKind::box, {0.4, 0.4, 0.8})}, Transform<Map, Body>::planar(2.2, 0, 0, 0.4));
   const auto T_map_optical = at({0, 0, 0.5}, 0, 0);
@@ -143,7 +143,7 @@ TEST_F(VirtualDepth, AnAgentThatComesBetweenIsMeasuredInsteadOfTheWall) {
     ASSERT_LE(pixels.millimetres[i], bare.millimetres[i]) << "never deeper for it";
 }
 
-TEST_F(VirtualDepth, ADoorIsMeasuredWhereItStandsNowAndAWindowIsSeenThrough) {
+TEST_F(VirtualDepth, MeasuresDoorsAtTheirAngleAndSeesThroughWindows) {
   SemanticModel model = end_wall(4);
   model.entities.push_back(wall("door 1", 2, 0, M_PI / 2, 1, 2.1, EntityLabel::door));
   model.entities.push_back(wall("window 1", 1, 0, M_PI / 2, 1, 2.1, EntityLabel::window));
@@ -158,7 +158,7 @@ TEST_F(VirtualDepth, ADoorIsMeasuredWhereItStandsNowAndAWindowIsSeenThrough) {
   EXPECT_EQ(middle(measure(model, exact(), T_map_optical, world.snapshot)), 4000);
 }
 
-TEST_F(VirtualDepth, AMeshIsMeasuredAsTheBoxOfItsShape) {
+TEST_F(VirtualDepth, AMeshMeasuresLikeABoxOfItsShape) {
   SemanticModel boxes = end_wall(4);
   boxes.entities.push_back(wall("shelf", 2, 0.2, M_PI / 2, 0.8, 1.0));
   const SemanticModel meshes = test::with_mesh(boxes, "shelf");
@@ -190,7 +190,7 @@ TEST_F(VirtualDepth, SameSeedSameBytesFromEveryCamera) {
   EXPECT_NE(again(2), once);
 }
 
-TEST_F(VirtualDepth, WithoutCalibrationOrPlaceThereIsNoImage) {
+TEST_F(VirtualDepth, WithoutCalibrationOrPoseThereIsNoImage) {
   auto made = VirtualDepthCamera::create({});
   ASSERT_TRUE(made.ok());
   const auto bytes = [&](const DepthCameraDescription& camera, const Transform<Map, DepthOptical>& where) {

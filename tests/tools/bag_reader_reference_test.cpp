@@ -138,13 +138,13 @@ void write_bag(const std::filesystem::path& path, rosbag::CompressionType compre
 
 class BagReaderReference : public ::testing::TestWithParam<rosbag::CompressionType> {};
 
-TEST(BagReader, ARecordedBagIsReadAsRosbagReadsIt) {
+TEST(BagReader, ReadingARecordedBagEqualsRosbag) {
   const auto path = test::recording("rosbag-jarvis-circular/jarvis_circular_path_fast.bag");
   PARHELION_NEEDS_RECORDING(path);
   expect_the_same(path, 1000);
 }
 
-TEST_P(BagReaderReference, AWrittenBagIsReadAsRosbagReadsIt) {
+TEST_P(BagReaderReference, ReadingAWrittenBagEqualsRosbag) {
   const TemporaryFolder folder;
   write_bag(folder / "written.bag", GetParam());
   expect_the_same(folder / "written.bag", kWrittenMessages);
@@ -160,7 +160,7 @@ std::vector<char> without_index(std::vector<char> bytes) {
 /// The reason for our own reader: the recorder writes the index when it closes a bag, and librosbag returns
 /// no message without the complete index. A bag whose recorder crashed has none (BagUnindexedException); a
 /// bag truncated afterwards refers to an index beyond the end of the file (BagIOException).
-TEST_P(BagReaderReference, OfACutBagWeReadWhatCameBeforeAndRosbagNothing) {
+TEST_P(BagReaderReference, ReadsATruncatedBagThatRosbagRefuses) {
   const TemporaryFolder folder;
   write_bag(folder / "whole.bag", GetParam());
   const auto whole = by_us(folder / "whole.bag").messages;

@@ -25,7 +25,7 @@ TEST(ChannelStatistics, ARegularChannelHasItsRateAndNoJitter) {
   EXPECT_EQ(channel.lost(), 0U);
 }
 
-TEST(ChannelStatistics, MissingMessagesAreSeenInTheSensorsStampsNotInItsArrivals) {
+TEST(ChannelStatistics, LossIsDetectedFromSensorStampsNotArrivals) {
   ChannelStatistics late, missing;
   for (int i = 0; i < 50; ++i) late.add(odometry_message(i * 20'000 + (i > 25 ? 100'000 : 0), i * 20'000));
   for (int i = 0; i < 50; ++i) {
@@ -49,7 +49,7 @@ TEST(ChannelStatistics, OneMessageHasNoRate) {
   EXPECT_EQ(channel.type(), "mixed");
 }
 
-TEST(ChannelStatistics, StampsThatStandStillOrJumpBackCountNothing) {
+TEST(ChannelStatistics, ConstantOrBackwardStampsAreNoLoss) {
   ChannelStatistics still, back;
   for (int i = 0; i < 10; ++i) still.add(odometry_message(i * 1000, 7));
   for (int i = 0; i < 10; ++i) back.add(odometry_message(i * 1000, (i % 5) * 1000));

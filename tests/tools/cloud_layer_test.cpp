@@ -13,7 +13,7 @@ namespace {
 
 using test::number_at;
 
-TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
+TEST(CloudLayer, PointsAreTransformedToTheMapFrame) {
   const test::Folder folder;
   std::ofstream(folder / "room.xyz") << "1 0 0 10 20 30\n2 0 0 10 20 30\n3 0 0 10 20 30\n4 0 0 10 20 30\n";
   const auto T_map_cloud = Transform<Map, Cloud>(

@@ -41,7 +41,7 @@ TEST(CommandLine, HelpCommandAndHelpOptionPrintTheSame) {
   EXPECT_EQ(run_command({"help", "frobnicate"}).exit, 2);
 }
 
-TEST(CommandLine, HelpOfAllIsThatOfEachCommandByItself) {
+TEST(CommandLine, FullHelpContainsTheHelpOfEachCommand) {
   const auto all = run_command({"help", "--all"});
   EXPECT_EQ(all.exit, 0);
   for (const std::vector<std::string>& words :
@@ -67,13 +67,13 @@ TEST(CommandLine, ParseOnlyChecksTheArgumentsAndRunsNothing) {
   EXPECT_THAT(wrong.output, HasSubstr("unknown option '--scenari', did you mean '--scenario'?"));
 }
 
-TEST(CommandLine, AWordThatIsNoneOfThoseThatAnOptionTakesIsAnsweredWithThem) {
+TEST(CommandLine, AnInvalidOptionValueListsTheValidOnes) {
   const auto ran = run_command({"export", "s.lcm", "--mcap", "s.mcap", "--compression", "zip"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("expected one of lz4,none,zstd, found 'zip'"));
 }
 
-TEST(CommandLine, WithoutASubcommandItAsksWhich) {
+TEST(CommandLine, AMissingSubcommandIsReported) {
   const auto ran = run_command({"topic"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("parhelion topic: which of list, echo, hz?"));
@@ -101,7 +101,7 @@ TEST(CommandLine, PlacesTakeUnitsAndRefuseAYawWithoutOne) {
   EXPECT_FALSE(parse_place("1,2", true));
 }
 
-TEST(CommandLine, TheTwoCommandsThatTakeAPlaceReadItAlike) {
+TEST(CommandLine, BothCommandsParsePlacesIdentically) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"slam", "--log", "x", "-o", "y", "--map", "m", "--start", "1,2,90"},
         std::vector<std::string>{"inject", "spawn", "--name", "a", "--at", "1,2,90"}}) {

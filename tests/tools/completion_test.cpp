@@ -69,7 +69,7 @@ TEST_F(CompletionTest, OffersSubcommandsOptionsAndTheValuesOfAnOption) {
   EXPECT_THAT(offers({"prog", "map", "view", ""}), UnorderedElementsAre("--help", "-h"));
 }
 
-TEST_F(CompletionTest, OfTheProgramItselfAgreesWithItsHelp) {
+TEST_F(CompletionTest, CompletionOfTheProgramMatchesItsHelp) {
   const auto script = test::run({"completion", "bash"}, folder_ / "out");
   ASSERT_EQ(script.exit, 0) << script.output;
   load(script.output);

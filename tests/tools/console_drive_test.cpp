@@ -181,7 +181,7 @@ class KeyboardDriveTest : public ConsoleDrive {
   long step_ = station::KeyboardDrive::kSteps / 2;
 };
 
-TEST_F(KeyboardDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
+TEST_F(KeyboardDriveTest, CompletesTheEntranceCourseFromTheConsole) {
   const auto cloud = test::recording("3d-ori-stairs/06.pcd");
   PARHELION_NEEDS_RECORDING(cloud);
   make_site("entrance", cloud);
@@ -262,7 +262,7 @@ class JoystickDriveTest : public ConsoleDrive {
   int index_ = -1;
 };
 
-TEST_F(JoystickDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
+TEST_F(JoystickDriveTest, CompletesTheEntranceCourseFromTheConsole) {
   const auto cloud = test::recording("3d-ori-stairs/06.pcd");
   PARHELION_NEEDS_RECORDING(cloud);
   make_site("entrance", cloud);

@@ -89,7 +89,7 @@ std::size_t changed_pictures(const std::string& log) {
   return changed;
 }
 
-TEST(Demo, DemoPutsVirtualRobotsIntoTheScansAndTheVideoOfARealRecording) {
+TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const test::Folder folder;
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder / "demo", "-o",

@@ -29,7 +29,7 @@ Scenario with_robot_at(double x, double y, double yaw) {
   return scenario;
 }
 
-TEST(DrivenTraining, TheZoneLiesAheadOverFreeFloor) {
+TEST(DrivenTraining, TheZoneIsAheadOnFreeFloor) {
   Scenario scenario = with_robot_at(4, 10, 0.3);
   const Status added = add_driven_training(floor_up_to(20), "robot_1", scenario);
   ASSERT_TRUE(added.ok()) << added.error().message;
@@ -42,13 +42,13 @@ TEST(DrivenTraining, TheZoneLiesAheadOverFreeFloor) {
   EXPECT_EQ(scenario.agents[0].behaviour.kind, BehaviourKind::teleop);
 }
 
-TEST(DrivenTraining, ItTurnsAwayFromAWallAndFromWhatNobodyHasSeen) {
+TEST(DrivenTraining, TheZoneAvoidsWallsAndUnknownSpace) {
   Scenario scenario = with_robot_at(7, 10, 0);
   ASSERT_TRUE(add_driven_training(floor_up_to(8), "robot_1", scenario).ok());
   EXPECT_GT(std::abs(scenario.agents[0].T_map_base.yaw()), 1.2);
 }
 
-TEST(DrivenTraining, WithoutRoomNothingIsChanged) {
+TEST(DrivenTraining, WithoutFreeSpaceNothingIsChanged) {
   Scenario scenario = with_robot_at(1.2, 1.2, 0);
   pose::GridMap map = floor_up_to(2);
   map.height = 48;  // m 2.4

@@ -44,7 +44,7 @@ TEST(Gltf, HasANodeForEachEntityAndMeshWithNameAndColour) {
   EXPECT_EQ(json["materials"][material]["name"], "wall");
 }
 
-TEST(Gltf, AccessorsLieInTheBufferAndBoundTheirValues) {
+TEST(Gltf, AccessorsFitTheBufferAndTheirBounds) {
   const auto json = nlohmann::json::parse(to_gltf(model()));
   const std::string uri = json["buffers"][0]["uri"];
   const auto bytes = yaml::from_base64(std::string_view(uri).substr(uri.find(',') + 1));

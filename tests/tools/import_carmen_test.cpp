@@ -72,7 +72,7 @@ TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
   EXPECT_LT(longest, 0.23) << "file order: odometry never jumps";
 }
 
-TEST(ImportCarmen, IntelNoReturnsAreKnownAsSuch) {
+TEST(ImportCarmen, IntelNoReturnReadingsAreRecognized) {
   PARHELION_NEEDS_RECORDING(intel());
   const ImportedLog& log = intel_import().log;
   const LaserDescription laser = *log.robot().laser;
@@ -87,7 +87,7 @@ TEST(ImportCarmen, IntelNoReturnsAreKnownAsSuch) {
   EXPECT_NEAR(100.0 * static_cast<double>(none) / static_cast<double>(all), 2.8, 0.05);
 }
 
-TEST(ImportCarmen, ClinicKeepsBothNumbersOfBeamsWithTheirOwnAngles) {
+TEST(ImportCarmen, ClinicLogKeepsBothBeamCountsWithTheirAngles) {
   PARHELION_NEEDS_RECORDING(clinic());
   TemporaryFolder folder;
   const auto report = import_recording(test::import_options(clinic(), folder / "clinic.lcm"), {});
@@ -111,7 +111,7 @@ TEST(ImportCarmen, ClinicKeepsBothNumbersOfBeamsWithTheirOwnAngles) {
   EXPECT_EQ(laser.convention.classify(81.91F), BeamKind::no_return);
 }
 
-TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndNamesTheLine) {
+TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndReportsTheLine) {
   PARHELION_NEEDS_RECORDING(intel());
   TemporaryFolder folder;
   auto bytes = test::file_bytes(intel());
@@ -126,7 +126,7 @@ TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndNamesTheLine) {
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("truncated"));
 }
 
-TEST(ImportCarmen, BadLinesAreRefusedWithTheirNumberAndTheOthersKept) {
+TEST(ImportCarmen, BadLinesAreReportedByNumberAndOthersKept) {
   TemporaryFolder folder;
   const std::string text = std::string("# a comment\n") + kOdomLine + kFlaserLine +
                            "FLASER 4 1.5 2.5 x 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.6 host 0.3\n"
@@ -162,7 +162,7 @@ std::string scans(int count, const std::function<double(int)>& stamp) {
 }
 double tenths(int i) { return 100 + i / 10.0; }
 
-TEST(ImportCarmen, AWildForwardStampIsReportedAndNothingElseIsMoved) {
+TEST(ImportCarmen, AForwardStampOutlierIsReportedAlone) {
   for (const int wild : {0, 7}) {
     TemporaryFolder folder;
     test::write_text(folder / "wild.log", scans(20, [&](int i) { return i == wild ? 1e9 : tenths(i); }));
@@ -187,7 +187,7 @@ TEST(ImportCarmen, AWildForwardStampIsReportedAndNothingElseIsMoved) {
   }
 }
 
-TEST(ImportCarmen, ARecordingThatWasPausedKeepsItsPause) {
+TEST(ImportCarmen, APauseInARecordingIsKept) {
   TemporaryFolder folder;
   test::write_text(folder / "paused.log", scans(20, [](int i) { return tenths(i) + (i < 10 ? 0 : 3600); }));
   const auto report =
@@ -224,7 +224,7 @@ TEST(ImportCarmen, FlippedBitsNeverCrash) {
   }
 }
 
-TEST(ImportCarmen, NothingReadableLeavesNoOutput) {
+TEST(ImportCarmen, UnreadableInputLeavesNoOutput) {
   TemporaryFolder folder;
   test::write_text(folder / "notes.txt", "this is\nno recording\n");
   const auto report = import_recording(test::import_options(folder / "notes.txt", folder / "notes.lcm"), {});

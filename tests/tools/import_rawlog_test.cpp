@@ -64,7 +64,7 @@ TEST(ImportRawlog, PairedFormatGivesEachScanItsAccumulatedOdometry) {
   EXPECT_NEAR(odometry.back().T_odom_base.yaw(), -106.704061 * M_PI / 180, 1e-5);
 }
 
-TEST(ImportRawlog, DescribesTheLaserAsTheRawlogDoes) {
+TEST(ImportRawlog, LaserDescriptionMatchesTheRawlog) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   TemporaryFolder folder;
   ASSERT_TRUE(import_recording(test::import_options(test::sena_rawlog(), folder / "sena.lcm"), {}).ok());
@@ -84,7 +84,7 @@ TEST(ImportRawlog, DescribesTheLaserAsTheRawlogDoes) {
   EXPECT_NEAR(robot.laser->scan_period, 0.26, 0.05);
 }
 
-TEST(ImportRawlog, ScansOverlapAtTheOdometryAndNotWhenMirrored) {
+TEST(ImportRawlog, ScansAlignByOdometryAndNotWhenMirrored) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   TemporaryFolder folder;
   ASSERT_TRUE(import_recording(test::import_options(test::sena_rawlog(), folder / "sena.lcm"), {}).ok());
@@ -210,7 +210,7 @@ void write_rawlog(const std::filesystem::path& path,
   for (const auto& object : objects) archive << *object;
 }
 
-TEST(ImportRawlog, ClockwiseScansAndFlagsAreKeptAsTheyAre) {
+TEST(ImportRawlog, ClockwiseScansAndFlagsAreUnchanged) {
   TemporaryFolder folder;
   write_rawlog(folder / "one.rawlog", {clockwise_scan()});
   const auto report = import_recording(test::import_options(folder / "one.rawlog", folder / "one.lcm"), {});
@@ -254,7 +254,7 @@ TEST(ImportRawlog, SeveralLasersAreAnErrorThatListsThem) {
   EXPECT_EQ(report->left_out.at("scan FRONT"), 1U);
 }
 
-TEST(ImportRawlog, ExistingOutputIsLeftAloneWithoutForce) {
+TEST(ImportRawlog, ExistingOutputIsNotOverwrittenWithoutForce) {
   TemporaryFolder folder;
   write_rawlog(folder / "one.rawlog", {clockwise_scan()});
   test::write_text(folder / "one.lcm", "precious");

@@ -56,7 +56,7 @@ TEST(ImportRgbd, EveryFrameGivesPoseImagesAndScan) {
   EXPECT_FALSE(poses[0].map_id.empty());
 }
 
-TEST(ImportRgbd, ColourIsTheFileByteForByte) {
+TEST(ImportRgbd, ColourImagesAreCopiedByteForByte) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const auto colour = kitchen_log().all<Image>(channel::kCamera);
   const auto file = test::file_bytes(kitchen() / "frame-000004.color.jpg");
@@ -125,7 +125,7 @@ TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
   EXPECT_GT(table, points / 20) << "the table stands 0.72 m high";
 }
 
-TEST(ImportRgbd, DepthOfOneFrameIsFoundAgainInAnother) {
+TEST(ImportRgbd, DepthIsConsistentBetweenFrames) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
   const auto poses = log.all<PoseEstimate>(channel::kPoseCov);
@@ -191,7 +191,7 @@ double gradient_at_depth_edges(const ImportedLog& log, bool registered) {
   return sum / static_cast<double>(n);
 }
 
-TEST(ImportRgbd, DepthEdgesLieOnColourEdgesThroughTheDescribedCameras) {
+TEST(ImportRgbd, DepthEdgesAlignWithColourEdges) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const RobotDescription robot = kitchen_log().robot();
   EXPECT_EQ(robot.camera->intrinsics.fx, 525);
@@ -203,7 +203,7 @@ TEST(ImportRgbd, DepthEdgesLieOnColourEdgesThroughTheDescribedCameras) {
   EXPECT_GT(laid, 2 * overlaid);
 }
 
-TEST(ImportRgbd, ScanIsWhatDepthSeesInTheBand) {
+TEST(ImportRgbd, ScanIsTheDepthWithinTheHeightBand) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
   const RobotDescription robot = log.robot();
@@ -257,7 +257,7 @@ cv::Mat floor_and_wall(double pitch, double wall, double units) {
   return depth;
 }
 
-TEST(ImportRgbd, TumLayoutGivesFloorAtZeroAndWallWhereItIs) {
+TEST(ImportRgbd, TumLayoutGivesCorrectFloorAndWall) {
   TemporaryFolder folder;
   const auto place = folder / "tum";
   std::filesystem::create_directories(place / "depth");
@@ -295,7 +295,7 @@ TEST(ImportRgbd, TumLayoutGivesFloorAtZeroAndWallWhereItIs) {
       << "millimetres on the wire";
 }
 
-TEST(ImportRgbd, StairsWithoutGravityFileStandUpright) {
+TEST(ImportRgbd, StairsAreUprightWithoutAGravityFile) {
   const auto stairs = test::recording("rgbd-7scenes-stairs/seq-02");
   PARHELION_NEEDS_RECORDING(stairs);
   TemporaryFolder folder;
@@ -324,7 +324,7 @@ TEST(ImportRgbd, StairsWithoutGravityFileStandUpright) {
   EXPECT_GT(densest, points / 20);
 }
 
-TEST(ImportRgbd, WhatIsLeftOutIsNeitherWrittenNorDescribed) {
+TEST(ImportRgbd, OmittedStreamsAreNeitherWrittenNorDescribed) {
   const auto stairs = test::recording("rgbd-7scenes-stairs/seq-01");
   PARHELION_NEEDS_RECORDING(stairs);
   TemporaryFolder folder;

@@ -101,7 +101,7 @@ TEST(ImportRosbagCamera, ReportsACameraWithoutCalibrationAndInventsNone) {
   EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("without calibration")));
 }
 
-TEST(ImportRosbagCamera, DepthInMetresBecomesMillimetresAndHolesStayHoles) {
+TEST(ImportRosbagCamera, DepthIsConvertedToMillimetresAndKeepsHoles) {
   TemporaryFolder folder;
   WrittenBag bag = bag_with_camera();
   std::vector<float> metres(24, 1.2345F);
@@ -120,7 +120,7 @@ TEST(ImportRosbagCamera, DepthInMetresBecomesMillimetresAndHolesStayHoles) {
   EXPECT_NEAR(mm.at<std::uint16_t>(2, 3), 1234.5, 0.6);
 }
 
-TEST(ImportRosbagCamera, ScanIsPutInTheOrderOfItsTime) {
+TEST(ImportRosbagCamera, ScanIsOrderedByTime) {
   for (const float time_increment : {0.01F, -0.01F}) {
     TemporaryFolder folder;
     WrittenBag bag;
@@ -163,7 +163,7 @@ RosBytes joint_state(std::uint32_t ns, double position) {
   return bytes;
 }
 
-TEST(ImportRosbag, ImuWithItsMountingAndJointsAreKept) {
+TEST(ImportRosbag, ImuMountingAndJointsAreKept) {
   TemporaryFolder folder;
   WrittenBag bag = bag_with_camera();
   bag.add("/tf_static", "tf2_msgs/TFMessage", 100,

@@ -61,7 +61,7 @@ TEST(ImportRosbag, SeveralScanTopicsAreAnErrorThatListsThem) {
   EXPECT_FALSE(std::filesystem::exists(folder / "jarvis.lcm"));
 }
 
-TEST(ImportRosbag, ScansLaidAtTheReferencePosesGiveThinWalls) {
+TEST(ImportRosbag, ScansAtReferencePosesGiveThinWalls) {
   PARHELION_NEEDS_RECORDING(jarvis());
   TemporaryFolder folder;
   const auto report = import_recording(jarvis_options(jarvis(), folder / "jarvis.lcm"), {});
@@ -92,7 +92,7 @@ TEST(ImportRosbag, DescriptionHasExtrinsicsAndTheStaticTransforms) {
   EXPECT_THAT(robot.laser->source, ::testing::HasSubstr("time_increment 0 s"));
 }
 
-TEST(ImportRosbag, OdometryIsNotTheLocalisersCorrection) {
+TEST(ImportRosbag, OdometryExcludesLocalizationCorrections) {
   PARHELION_NEEDS_RECORDING(jarvis());
   TemporaryFolder folder;
   ASSERT_TRUE(import_recording(jarvis_options(jarvis(), folder / "jarvis.lcm"), {}).ok());
@@ -112,7 +112,7 @@ TEST(ImportRosbag, OdometryIsNotTheLocalisersCorrection) {
   EXPECT_NEAR(path, 11.4, 0.5);
 }
 
-TEST(ImportRosbag, CutOffBagKeepsWhatCameBefore) {
+TEST(ImportRosbag, ATruncatedBagKeepsEarlierMessages) {
   PARHELION_NEEDS_RECORDING(jarvis());
   TemporaryFolder folder;
   auto bytes = test::file_bytes(jarvis());

@@ -107,7 +107,7 @@ TEST_F(JoystickConsoleTest, DrivesTheSimulatedRobotWhileTheDeadManIsHeld) {
   EXPECT_TRUE(lost().empty());
 }
 
-TEST_F(JoystickConsoleTest, UnpluggedMidDriveTheRobotStopsAndPluggedInAgainItWaitsForTheDeadMan) {
+TEST_F(JoystickConsoleTest, UnpluggingStopsTheRobotUntilDeadManIsPressedAgain) {
   ASSERT_NO_FATAL_FAILURE(drive_at_full_speed());
   unplug();
   live(0.02);

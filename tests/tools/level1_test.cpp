@@ -66,7 +66,7 @@ class Level1Test : public testing::Test {
 
 nlohmann::json report_of(const std::string& path) { return nlohmann::json::parse(test::text_of(path)); }
 
-TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameBytes) {
+TEST_F(Level1Test, TheShippedScenarioReplaysToTheSameBytes) {
   const std::string scenario = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml";
   const auto valid = test::run({"validate", scenario}, folder_ / "validate.txt");
   EXPECT_EQ(valid.exit, 0) << valid.output;

@@ -28,7 +28,7 @@ class MachineChecks : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(MachineChecks, ASmallReceiveBufferIsAWarningThatNamesTheFileThatShips) {
+TEST_F(MachineChecks, ASmallReceiveBufferWarningNamesTheShippedFile) {
   const MachineCheck small = check_receive_buffer(file("212992\n"));
   EXPECT_EQ(small.verdict, Verdict::warn);
   EXPECT_NE(small.finding.find("212992"), std::string::npos);
@@ -39,7 +39,7 @@ TEST_F(MachineChecks, ASmallReceiveBufferIsAWarningThatNamesTheFileThatShips) {
   EXPECT_EQ(check_receive_buffer(file("many")).verdict, Verdict::warn);
 }
 
-TEST_F(MachineChecks, AFolderThatIsNotThereFails) {
+TEST_F(MachineChecks, AMissingFolderFails) {
   EXPECT_EQ(check_disk(folder_ / "absent").verdict, Verdict::fail);
   EXPECT_NE(check_disk(folder_).finding.find("GB free"), std::string::npos);
 }

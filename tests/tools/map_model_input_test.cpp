@@ -68,12 +68,12 @@ TEST_F(MapModelInput, ACloudWithoutPoints) {
   expect_refused(model(write_raw(0, {})), AllOf(HasSubstr("cloud.ply"), HasSubstr("no points")));
 }
 
-TEST_F(MapModelInput, NothingButNaN) {
+TEST_F(MapModelInput, OnlyNaN) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   expect_refused(model(write_raw(500, std::vector<float>(1500, nan))), HasSubstr("all 500 are NaN"));
 }
 
-TEST_F(MapModelInput, MillimetresForMetres) {
+TEST_F(MapModelInput, MillimetresGivenAsMetres) {
   cloud::PointCloud<Cloud> cloud = test::scan_of_site(0.02);
   for (Eigen::Vector3f& p : cloud.points) p *= 1000;
   for (Eigen::Vector3d& p : cloud.viewpoints) p *= 1000;
@@ -103,7 +103,7 @@ TEST_F(MapModelInput, UpsideDown) {
   }
 }
 
-TEST_F(MapModelInput, OnePlaneOnly) {
+TEST_F(MapModelInput, ASinglePlane) {
   expect_refused(model(write(plane({0, 2, 1.2}, 3 * kX, 1.2 * kZ, kY))), HasSubstr("no level surface"));
   // A floor alone is a small model, but it contains nothing that a laser could hit.
   const std::string floor = write(plane({0, 0, 0}, 3 * kX, 2 * kY, kZ));
@@ -114,14 +114,14 @@ TEST_F(MapModelInput, OnePlaneOnly) {
   for (const ModelEntity& entity : made->entities) EXPECT_EQ(entity.label, EntityLabel::floor);
 }
 
-TEST_F(MapModelInput, OnePointFortyThousandTimes) {
+TEST_F(MapModelInput, OneRepeatedPoint) {
   cloud::PointCloud<Cloud> cloud;
   cloud.points.assign(40'000, {1, 2, 3});
   expect_refused(model(write(cloud)), HasSubstr("no level surface"));
 }
 
 /// A sparse file: its length is as stated, but it occupies no disk space.
-TEST_F(MapModelInput, MorePointsThanThereIsMemoryForAreRefusedBeforeTheyAreRead) {
+TEST_F(MapModelInput, TooManyPointsAreRefusedBeforeReading) {
   const std::string path = write_raw(100'000'000, {});
   std::filesystem::resize_file(path, std::filesystem::file_size(path) + 1'200'000'000);
   expect_refused(model(path, {"--memory", "2"}),

@@ -40,7 +40,7 @@ TEST(MapModel, TheFloorIsAtZeroAndTheShiftIsRecorded) {
   EXPECT_NEAR((built().model.T_map_cloud * Eigen::Vector3d(0, 0, -1.3)).z(), 0, 0.02);
 }
 
-TEST(MapModel, ALaserMeetsTheModelWhereItMeetsTheBuilding) {
+TEST(MapModel, LaserRangesInTheModelMatchTheBuilding) {
   const std::vector<float> time(360, 0.F);
   const scan::BeamSet beams{0.005F, 0.01745F, time};
   const auto T = Transform<Map, Laser>::planar(0.5, 0.3, 0, 0.4);
@@ -55,7 +55,7 @@ TEST(MapModel, ALaserMeetsTheModelWhereItMeetsTheBuilding) {
   EXPECT_GE(alike, 330) << "of 360; the rest pass through doorways and along edges";
 }
 
-TEST(MapModel, TheYamlOfAModelReadsBackWithItsMesh) {
+TEST(MapModel, ModelYamlRoundTripsWithItsMesh) {
   const auto again = parse_model(to_yaml(built().model), "model.yaml");
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(to_yaml(*again), to_yaml(built().model));
@@ -107,14 +107,14 @@ std::optional<Event> first_collision(double x, double y, double yaw) {
   return std::nullopt;
 }
 
-TEST(MapModel, AnAgentInReplayIsStoppedByAWallOfTheModel) {
+TEST(MapModel, AModelWallStopsAnAgentInReplay) {
   const auto hit = first_collision(2.4, 1.2, std::numbers::pi / 2);
   ASSERT_TRUE(hit) << "the rover drove through the wall";
   EXPECT_THAT(hit->object, HasSubstr("wall"));
   EXPECT_NEAR(hit->position.y(), 2.5, 0.15);
 }
 
-TEST(MapModel, AnAgentInReplayIsStoppedByWhatHasNoName) {
+TEST(MapModel, AnUnlabelledMeshStopsAnAgentInReplay) {
   const auto hit = first_collision(-1.2, -1.2, std::numbers::pi);
   ASSERT_TRUE(hit) << "the rover drove through the cupboard";
   EXPECT_EQ(hit->object, "unknown");
@@ -147,7 +147,7 @@ std::vector<Message> drive_with_camera(const Image& image) {
   return log;
 }
 
-TEST(MapModel, InTheVideoOfAReplayAnAgentBehindAWallOfTheModelIsHidden) {
+TEST(MapModel, ReplayVideoHidesAnAgentBehindAModelWall) {
   Image image;
   image.width = 160, image.height = 120, image.row_stride = 480;
   image.format = PixelFormat::bgr;
@@ -169,7 +169,7 @@ TEST(MapModel, InTheVideoOfAReplayAnAgentBehindAWallOfTheModelIsHidden) {
   EXPECT_EQ(frames_changed(4.2, -1.7), 0U) << "behind it";
 }
 
-TEST(MapModel, AVirtualBodyBehindAWallOfTheModelIsHidden) {
+TEST(MapModel, AModelWallHidesAVirtualBody) {
   auto compositor = render::Compositor::create(built().model);
   ASSERT_TRUE(compositor) << compositor.error().message;
   render::RenderJob job;
@@ -208,7 +208,7 @@ class MapModelCommand : public ::testing::Test {
   test::Folder folder_;
 };
 
-TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
+TEST_F(MapModelCommand, WritesAllRequestedOutputsAndKeepsCorrections) {
   ASSERT_TRUE(cloud::write_ply(folder_ / "site.ply", test::scan_of_site(0.012)).ok());
   const std::string base = std::string(PARHELION_BINARY_DIR) + "/tools/parhelion map model " +
                            (folder_ / "site.ply") + " -o " + (folder_ / "model.yaml");
@@ -258,7 +258,7 @@ TEST(BuildModel, ReportsErrorsOfTheCloud) {
   EXPECT_THAT(built_in_mm.error().message, HasSubstr("--unit mm"));
 }
 
-TEST(BuildModel, PointsFromNowhereAreLeftOutAndCounted) {
+TEST(BuildModel, DistantOutliersAreOmittedAndCounted) {
   cloud::PointCloud<Cloud> cloud = test::scan_of_site(0.02);
   for (const float far : {3e5F, -8e6F, 400.F}) {
     cloud.points.emplace_back(far, 0.5F * far, 1.F);

@@ -47,7 +47,7 @@ TEST(MapRegister, RegistersTheRoomScansAndReportsTheResult) {
   EXPECT_EQ(test::run(arguments, folder / "log").exit, 1) << "nothing is overwritten unasked";
 }
 
-TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
+TEST(MapRegister, AnUnregisteredScanIsNotInTheCloud) {
   const auto corridor = test::recording("3d-3dtk-corridor/scan000.3d");
   const auto stairs = test::recording("3d-ori-stairs/06.pcd");
   PARHELION_NEEDS_RECORDING(corridor);
@@ -90,7 +90,7 @@ TEST(MapRegister, TheMethodOptionSelectsThePapersIcp) {
   EXPECT_EQ(with({"--method", "papers"}).exit, 2);
 }
 
-TEST(MapRegister, TrustedPosesAreTakenAsTheyAreAndMustBeThere) {
+TEST(MapRegister, TrustedPosesAreUsedUnchangedAndMustExist) {
   const auto stairs = test::recording("rgbd-7scenes-stairs/seq-01");
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(stairs);

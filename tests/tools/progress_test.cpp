@@ -13,18 +13,18 @@ TEST(Progress, TerminalLineHasPercentageAndTimeLeft) {
             "import   10 %  10.0 of 100.0 MB  9:00 min left");
 }
 
-TEST(Progress, WithoutTotalThereIsNoGuess) {
+TEST(Progress, WithoutATotalThereIsNoTimeEstimate) {
   EXPECT_EQ(progress_line("slam", 7, 0, "scans", 3, true), "slam  7.0 scans");
 }
 
-TEST(Progress, ElsewhereEachLineIsJson) {
+TEST(Progress, OutputThatIsNoTerminalIsJsonLines) {
   const auto line = nlohmann::json::parse(progress_line("import", 25, 100, "MB", 10, false));
   EXPECT_EQ(line.at("task"), "import");
   EXPECT_EQ(line.at("left_s"), 30);
   EXPECT_EQ(line.at("total"), 100);
 }
 
-TEST(Progress, ANameThatIsNoUtf8IsJsonAllTheSame) {
+TEST(Progress, AnInvalidUtf8NameGivesValidJson) {
   EXPECT_TRUE(nlohmann::json::accept(progress_line("\xff.lcm", 1, 2, "MB", 3, false)));
 }
 

@@ -93,7 +93,7 @@ TEST_F(RecordsCommand, AHomePageIsAnAddress) {
   EXPECT_THAT(ran.output, HasSubstr("expected as https://school.example"));
 }
 
-TEST_F(RecordsCommand, AnEmptyVariableIsAsNone) {
+TEST_F(RecordsCommand, AnEmptyVariableEqualsAnUnsetOne) {
   ASSERT_EQ(setenv("PARHELION_RECORDS", "", 1), 0);
   ASSERT_EQ(setenv("XDG_DATA_HOME", (folder_ / "data").c_str(), 1), 0);
   const auto ran = test::run({"records", "add", "Anna"}, folder_ / "said.txt");
@@ -103,7 +103,7 @@ TEST_F(RecordsCommand, AnEmptyVariableIsAsNone) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "data/parhelion/records.db"));
 }
 
-TEST_F(RecordsCommand, WhatIsExportedIsImportedElsewhereOnce) {
+TEST_F(RecordsCommand, ExportedRecordsAreImportedOnce) {
   const std::string pseudonym = run_command({"records", "add", "Anna"}).output.substr(0, 14);
   ASSERT_EQ(run_command({"records", "grade", "Anna", lesson(1)}).exit, 0);
   for (const char* format : {"json", "csv", "xapi"}) {

@@ -68,7 +68,7 @@ class SameBytesTest : public testing::Test {
   const test::Folder folder_;
 };
 
-TEST_F(SameBytesTest, AMadeUpDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
+TEST_F(SameBytesTest, ASyntheticDriveIsIdenticalAtAnySpeedAndBuild) {
   Scenario scenario;
   scenario.name = "synthetic";
   scenario.model = "model.yaml";
@@ -84,7 +84,7 @@ TEST_F(SameBytesTest, AMadeUpDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
                          "MR_AGENT_robot_1_SCAN"});
 }
 
-TEST_F(SameBytesTest, ARealDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
+TEST_F(SameBytesTest, ARealDriveIsIdenticalAtAnySpeedAndBuild) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder_ / "demo"},
                              folder_ / "demo.txt");

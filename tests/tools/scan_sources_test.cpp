@@ -33,7 +33,7 @@ double densest_height(const std::vector<cloud::ScanToRegister>& scans) {
   return 0.04 * fullest->first + 0.02;
 }
 
-TEST(ScanSources, depth_images_of_the_kitchen_come_level_with_the_table_at_its_height_over_the_floor) {
+TEST(ScanSources, kitchen_depth_images_are_levelled_with_correct_table_height) {
   const auto kitchen = test::recording("rgbd-7scenes-redkitchen-a");
   PARHELION_NEEDS_RECORDING(kitchen);
   ScanSourceOptions options;
@@ -47,7 +47,7 @@ TEST(ScanSources, depth_images_of_the_kitchen_come_level_with_the_table_at_its_h
   EXPECT_NEAR(densest_height(opened->scans), -0.76, 0.06);
 }
 
-TEST(ScanSources, folders_of_3dtk_are_taken_in_the_order_of_names_with_their_poses) {
+TEST(ScanSources, folders_of_3dtk_are_read_by_name_with_poses) {
   const auto corridor = test::recording("3d-3dtk-corridor");
   PARHELION_NEEDS_RECORDING(corridor);
   auto opened = open_scans({corridor.string()}, {});
@@ -107,7 +107,7 @@ void write_corridor_log(const std::string& path) {
   }
 }
 
-TEST(ScanSources, scan_lines_across_the_path_become_3d_scans_of_some_metres_each) {
+TEST(ScanSources, scan_lines_are_grouped_into_3d_scans_by_distance) {
   const TemporaryFolder folder;
   write_corridor_log(folder / "corridor.lcm");
   const auto opened = open_scans({folder / "corridor.lcm"}, {});
@@ -122,7 +122,7 @@ TEST(ScanSources, scan_lines_across_the_path_become_3d_scans_of_some_metres_each
   }
 }
 
-TEST(ScanSources, the_cloud_of_a_log_is_in_the_map_of_its_poses) {
+TEST(ScanSources, the_cloud_of_a_log_is_in_the_map_frame) {
   const TemporaryFolder folder;
   write_corridor_log(folder / "corridor.lcm");
   for (const bool trusted : {false, true}) {
@@ -193,7 +193,7 @@ void expect_hall(const OpenedScans& opened) {
   }
 }
 
-TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
+TEST(ScanSources, nodding_laser_lines_are_placed_by_its_joint) {
   const TemporaryFolder folder;
   write_nodding_log(folder / "hall.lcm", channel::kScan);
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, {})) << "a level laser makes no 3D scan";
@@ -206,7 +206,7 @@ TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, options));
 }
 
-TEST(ScanSources, lines_of_a_laser_on_a_head_are_placed_by_the_robot_description) {
+TEST(ScanSources, head_laser_lines_are_placed_by_the_robot_description) {
   const TemporaryFolder folder;
   write_nodding_log(folder / "hall.lcm", channel::kLines);
   const auto opened = open_scans({folder / "hall.lcm"}, {});
@@ -214,7 +214,7 @@ TEST(ScanSources, lines_of_a_laser_on_a_head_are_placed_by_the_robot_description
   expect_hall(*opened);
 }
 
-TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {
+TEST(ScanSources, depth_images_of_a_log_match_those_of_its_folder) {
   const auto kitchen = test::recording("rgbd-7scenes-redkitchen-a");
   PARHELION_NEEDS_RECORDING(kitchen);
   const TemporaryFolder folder;
@@ -229,7 +229,7 @@ TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {
   EXPECT_NEAR(densest_height(opened->scans), 0.72, 0.06);
 }
 
-TEST(ScanSources, what_holds_no_scan_is_refused_with_what_was_expected) {
+TEST(ScanSources, inputs_without_scans_are_refused_with_expected_formats) {
   const TemporaryFolder folder;
   std::ofstream(folder / "readme.md") << "no scan";
   EXPECT_FALSE(open_scans({folder / "readme.md"}, {}));

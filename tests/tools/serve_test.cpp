@@ -131,7 +131,7 @@ class ServeTest : public testing::Test {
   std::unique_ptr<Bus> bus_;
 };
 
-TEST_F(ServeTest, ServeLosesNothingAcknowledgedHoweverItIsKilled) {
+TEST_F(ServeTest, ServeLosesNoAcknowledgedDataWhenKilled) {
   const int kills = test::long_run() ? 1000 : 50;
   std::mt19937 random(3);
   std::uint64_t request = 1;
@@ -156,7 +156,7 @@ TEST_F(ServeTest, ServeLosesNothingAcknowledgedHoweverItIsKilled) {
   }
 }
 
-TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
+TEST_F(ServeTest, ServeRestartsWithinASecondAfterACrash) {
   auto arguments = serve("session.lcm");
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
@@ -193,7 +193,7 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   EXPECT_EQ(replayed.exit, 0) << replayed.output;
 }
 
-TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
+TEST_F(ServeTest, ServeKeepsAStoppedRobotStoppedAfterACrash) {
   auto arguments = serve("session.lcm");
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
@@ -209,7 +209,7 @@ TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
 }
 
-TEST_F(ServeTest, AnEmergencyStopOutlivesEveryServerUntilItIsTakenBack) {
+TEST_F(ServeTest, AnEmergencyStopPersistsAcrossServersUntilReset) {
   {
     test::Process server(serve("first.lcm"), folder_ / "serve.txt");
     ASSERT_TRUE(await_server(server, 1));
@@ -238,7 +238,7 @@ TEST_F(ServeTest, AnEmergencyStopOutlivesEveryServerUntilItIsTakenBack) {
   EXPECT_NE(why_reduced(), "emergency_stop");
 }
 
-TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {
+TEST_F(ServeTest, ServeExitsCleanlyWhenItsProcessGroupIsStopped) {
   auto arguments = serve("session.lcm");
   std::erase(arguments, "--no-restart");
   arguments.insert(arguments.begin(), {"300", test::program()});
@@ -254,7 +254,7 @@ TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {
     EXPECT_FALSE(entry.path().filename().string().starts_with("session-")) << entry.path();
 }
 
-TEST_F(ServeTest, ServeAndReplayRefuseAPathThatCannotBeWrittenBeforeTheyRun) {
+TEST_F(ServeTest, ServeAndReplayRefuseUnwritablePathsBeforeRunning) {
   test::write_log(folder_ / "drive.lcm", test::drive(1));
   std::ofstream(folder_ / "there.json") << "{}";
   struct Case {
@@ -284,7 +284,7 @@ TEST_F(ServeTest, ServeAndReplayRefuseAPathThatCannotBeWrittenBeforeTheyRun) {
   EXPECT_EQ(test::text_of(folder_ / "there.json"), "{}");
 }
 
-TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
+TEST_F(ServeTest, InjectReceivesAReplyFromTheServer) {
   test::Process server(serve("session.lcm"), folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
   const auto inject = [&](std::vector<std::string> arguments) {

@@ -45,7 +45,7 @@ class Level3Programmes : public testing::Test {
   runtime::Report report_;
 };
 
-TEST_F(Level3Programmes, TheTraineeIsPenalizedForTouchingARobotThatTheLaserSawOnlyBecauseItWasInjected) {
+TEST_F(Level3Programmes, TouchingAnInjectedRobotIsPenalized) {
   const auto round = drive("round_the_building");
   ASSERT_TRUE(round.ok()) << round.error().message;
   EXPECT_EQ(round->grade.score, 100) << runtime::to_text(*round);

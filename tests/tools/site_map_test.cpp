@@ -30,7 +30,7 @@ SemanticModel site() {
   return model;
 }
 
-TEST(SiteMap, WallsAreDarkOnALightFloorWhereTheyStand) {
+TEST(SiteMap, WallsAreDarkOnALightFloor) {
   const auto map = draw_site_map(site());
   ASSERT_TRUE(map);
   const cv::Mat picture = picture_of(*map);
@@ -43,7 +43,7 @@ TEST(SiteMap, WallsAreDarkOnALightFloorWhereTheyStand) {
   EXPECT_EQ(at(*map, picture, -2.3, 1)[3], 0) << "nothing is known there";
 }
 
-TEST(SiteMap, ALargeSiteHasLargerPixelsRatherThanMore) {
+TEST(SiteMap, ALargeSiteUsesLargerPixels) {
   SemanticModel model = site();
   model.entities.push_back(test::wall("far", 900, 0, 0, 10));
   const auto map = draw_site_map(model);
@@ -54,7 +54,7 @@ TEST(SiteMap, ALargeSiteHasLargerPixelsRatherThanMore) {
   EXPECT_LT(at(*map, picture, 900, 0)[0], 100);
 }
 
-TEST(SiteMap, OfNothingThereIsNone) { EXPECT_FALSE(draw_site_map({})); }
+TEST(SiteMap, AnEmptySiteGivesNoMap) { EXPECT_FALSE(draw_site_map({})); }
 
 }  // namespace
 }  // namespace parhelion::tools

@@ -7,7 +7,7 @@ namespace {
 
 using SiteScenarioTest = test::SiteDrive;
 
-TEST_F(SiteScenarioTest, ATraineeLiftsAPartOpensAGateAndClimbsTheStairsOfARealEntrance) {
+TEST_F(SiteScenarioTest, ATraineeCompletesTheTasksOfARealEntrance) {
   const auto cloud = test::recording("3d-ori-stairs/06.pcd");
   PARHELION_NEEDS_RECORDING(cloud);
   make_site("entrance", cloud);
@@ -26,7 +26,7 @@ TEST_F(SiteScenarioTest, ATraineeLiftsAPartOpensAGateAndClimbsTheStairsOfARealEn
   EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
 }
 
-TEST_F(SiteScenarioTest, ARobotOpensADoorOfARealGalleryAndDrivesThrough) {
+TEST_F(SiteScenarioTest, ARobotOpensAGalleryDoorAndDrivesThrough) {
   const auto scans = test::recording("3d-3dtk-corridor");
   PARHELION_NEEDS_RECORDING(scans);
   const auto registered = test::run({"map", "register", scans / "scan000.3d", scans / "scan001.3d",

@@ -52,7 +52,7 @@ SlamLogOptions options(const std::filesystem::path& in, const std::filesystem::p
   return result;
 }
 
-TEST(SlamLog, KeepsEveryEventAndAnswersEachScanAfterTheDelay) {
+TEST(SlamLog, KeepsEveryEventAndAddsAPosePerScanAfterTheDelay) {
   const TemporaryFolder folder;
   const LogOfADrive drive(folder / "in.lcm");
   SlamLogOptions mapping = options(folder / "in.lcm", folder / "out.lcm");
@@ -91,7 +91,7 @@ TEST(SlamLog, KeepsEveryEventAndAnswersEachScanAfterTheDelay) {
   EXPECT_EQ(kept, in.events.size());
 }
 
-TEST(SlamLog, MapsThenLocalizesInTheMapWithTheSameBytesEachTime) {
+TEST(SlamLog, MappingAndLocalizationAreReproducible) {
   const TemporaryFolder folder;
   const LogOfADrive drive(folder / "in.lcm");
   for (const char* name : {"a", "b"}) {
@@ -163,7 +163,7 @@ TEST(SlamLog, ReportsMissingInputAndLeavesNoPartialOutput) {
   EXPECT_FALSE(std::filesystem::exists((folder / "out.lcm").string() + ".part"));
 }
 
-TEST(SlamLog, CountsDamagedEventsAndGoesOn) {
+TEST(SlamLog, CountsDamagedEventsAndContinues) {
   const TemporaryFolder folder;
   const LogOfADrive drive(folder / "in.lcm");
   std::string bytes = bytes_of(folder / "in.lcm");
@@ -195,7 +195,7 @@ TEST(SlamCommand, ReportsErrorsOfItsArguments) {
   EXPECT_EQ(run({"--log", "does-not-exist.lcm", "-o", "y.lcm"}), 1);
 }
 
-TEST(SlamLog, LocalizesTheRecordingThatDebianShipsWhereMappingPutIt) {
+TEST(SlamLog, LocalizesTheDebianRecordingAtTheMappedPoses) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const TemporaryFolder folder;
   ImportOptions import;

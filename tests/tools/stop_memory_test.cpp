@@ -16,7 +16,7 @@ class StopMemoryTest : public testing::Test {
   const std::filesystem::path state_ = folder_ / "state";
 };
 
-TEST_F(StopMemoryTest, HoldsForWhoeverAsksNextUntilItIsTakenBack) {
+TEST_F(StopMemoryTest, AStopPersistsUntilReset) {
   StopMemory memory(state_, "udpm://a", "rover");
   EXPECT_FALSE(memory.holds());
   ASSERT_TRUE(memory.keep(true).ok());
@@ -27,7 +27,7 @@ TEST_F(StopMemoryTest, HoldsForWhoeverAsksNextUntilItIsTakenBack) {
   EXPECT_FALSE(StopMemory(state_, "udpm://a", "rover").holds());
 }
 
-TEST_F(StopMemoryTest, IsOfOneRobotOfOneBusWhateverItsName) {
+TEST_F(StopMemoryTest, IsSeparateForEachRobotAndBus) {
   ASSERT_TRUE(StopMemory(state_, "udpm://a", "../rover").keep(true).ok());
   EXPECT_TRUE(StopMemory(state_, "udpm://a", "../rover").holds());
   EXPECT_FALSE(StopMemory(state_, "udpm://b", "../rover").holds());
@@ -35,7 +35,7 @@ TEST_F(StopMemoryTest, IsOfOneRobotOfOneBusWhateverItsName) {
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "")) EXPECT_EQ(entry.path(), state_);
 }
 
-TEST_F(StopMemoryTest, WhatCannotBeLookedUpHolds) {
+TEST_F(StopMemoryTest, AnUnreadableMemoryCountsAsStopped) {
   std::ofstream(folder_ / "state") << "no folder";
   StopMemory memory(state_, "udpm://a", "rover");
   EXPECT_TRUE(memory.holds());

@@ -35,7 +35,7 @@ class Validate : public ::testing::Test {
   std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "parhelion_validate";
 };
 
-TEST_F(Validate, WarnsOfAModelWhoseFloorIsNotWhereRobotsDrive) {
+TEST_F(Validate, WarnsOfAModelFloorAwayFromTheRobots) {
   SemanticModel model;
   model.entities.resize(1);
   model.entities[0].name = "floor";
@@ -64,7 +64,7 @@ TEST_F(Validate, EveryShippedScenarioIsInOrder) {
   EXPECT_GE(scenarios, 20);
 }
 
-TEST_F(Validate, NamesWhatEachFileIs) {
+TEST_F(Validate, ReportsTheKindOfEachFile) {
   EXPECT_THAT(validate_file(file("m.yaml", to_yaml(SemanticModel()))).summary,
               HasSubstr("semantic model, 0 entities"));
   EXPECT_THAT(validate_file(file("r.yaml", to_yaml(RobotDescription()))).summary,
@@ -146,7 +146,7 @@ Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) 
   return out;
 }
 
-TEST_F(Validate, LogIsCountedByChannelAndItsMistakesAreNamed) {
+TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
@@ -171,7 +171,7 @@ TEST_F(Validate, LogIsCountedByChannelAndItsMistakesAreNamed) {
   EXPECT_THAT(bad.notes[0], HasSubstr("not a type of Parhelion"));
 }
 
-TEST_F(Validate, DamagedLogIsAnErrorAndTheRestIsStillCounted) {
+TEST_F(Validate, ADamagedLogIsAnErrorButTheRestIsCounted) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
@@ -198,7 +198,7 @@ TEST_F(Validate, YamlInsideALogIsChecked) {
               ElementsAre(HasSubstr("ROBOT:1: 'mass': expected a finite number with its unit, kg or g")));
 }
 
-TEST_F(Validate, RealLogOfAnotherRobotIsSound) {
+TEST_F(Validate, ALogOfAnotherRealRobotIsValid) {
   const auto path = test::recording("lcm-mbot/drive_square_odometry.lcmlog");
   PARHELION_NEEDS_RECORDING(path);
   const auto verdict = validate_file(path.string());

@@ -74,7 +74,7 @@ TEST(WrittenFiles, SavedMapsAreNotOverwrittenWithoutForce) {
   EXPECT_FALSE(std::filesystem::exists(site + ".part"));
 }
 
-TEST(WrittenFiles, AFullDiskLeavesNoHalfMapAndSparesTheOldOne) {
+TEST(WrittenFiles, AFullDiskLeavesTheOldMapIntact) {
   const test::Folder folder;
   const std::string log = write_drive(folder);
   std::filesystem::create_directory(folder / "maps");
@@ -102,7 +102,7 @@ TEST(WrittenFiles, AFullDiskLeavesNoHalfMapAndSparesTheOldOne) {
   EXPECT_GE(failures, 2U) << "the disk was never full";
 }
 
-TEST(WrittenFiles, ExtrudeChecksThePicturesNameBeforeItWritesTheModel) {
+TEST(WrittenFiles, ExtrudeChecksThePictureNameBeforeWriting) {
   const test::Folder folder;
   const std::string site = folder / "site", model = folder / "model.yaml";
   ASSERT_EQ(test::run({"slam", "--log", write_drive(folder), "--save-map", site}, folder / "said.txt").exit,
@@ -122,7 +122,7 @@ TEST(WrittenFiles, ExtrudeChecksThePicturesNameBeforeItWritesTheModel) {
   EXPECT_GT(std::filesystem::file_size(folder / "model.png"), 1000U);
 }
 
-TEST(WrittenFiles, WriteBesideKeepsAllOrNothing) {
+TEST(WrittenFiles, WriteBesideIsAllOrNothing) {
   const test::Folder folder;
   const std::filesystem::path path = folder / "x";
   const auto write_one = [](const std::filesystem::path& into) -> Status {
@@ -135,7 +135,7 @@ TEST(WrittenFiles, WriteBesideKeepsAllOrNothing) {
   EXPECT_FALSE(check_writable(path / "y", true)) << "its folder is not there";
 }
 
-TEST(WrittenFiles, AReportThatIsThereIsRefusedBeforeTheReplay) {
+TEST(WrittenFiles, AnExistingReportIsRefusedBeforeTheReplay) {
   const test::Folder folder;
   const std::string log = write_drive(folder), scenario = folder / "s.yaml", report = folder / "r.json";
   std::ofstream(scenario) << "name: x\n";
@@ -149,7 +149,7 @@ TEST(WrittenFiles, AReportThatIsThereIsRefusedBeforeTheReplay) {
   EXPECT_EQ(test::text_of(report), "mine");
 }
 
-TEST(Replay, ALogNoneOfWhoseScansCanBeUsedFails) {
+TEST(Replay, ALogWithoutUsableScansFails) {
   const test::Folder folder;
   auto messages = test::drive(1);
   for (Message& message : messages) {

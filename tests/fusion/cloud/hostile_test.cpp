@@ -125,7 +125,7 @@ TEST(CloudFormats, colours_normals_labels_and_viewpoints_come_along) {
   EXPECT_EQ(pcd->cloud.colours.size(), 1U);
 }
 
-TEST(CloudFormats, a_pose_of_3dtk_turns_in_the_files_left_handed_axes) {
+TEST(CloudFormats, poses_of_3dtk_are_converted_from_left_handed_axes) {
   // 90 degrees about the file's y (up) rotate its z (forward) to its x (right).
   const auto pose = parse_uos_pose("100 200 300\n0 90 0\n", "a.pose");
   ASSERT_TRUE(pose);
@@ -163,7 +163,7 @@ TEST(HostileCloud, every_truncation_is_an_error_or_fewer_whole_lines) {
   }
 }
 
-TEST(HostileCloud, damaged_files_end_with_a_verdict) {
+TEST(HostileCloud, damaged_files_give_a_cloud_or_an_error) {
   std::mt19937 random(1);
   for (const Sample& sample : samples()) {
     for (int i = 0; i < 3000; ++i) {
@@ -178,7 +178,7 @@ TEST(HostileCloud, damaged_files_end_with_a_verdict) {
   }
 }
 
-TEST(HostileCloud, a_header_that_promises_more_than_the_file_holds_is_refused_with_the_place) {
+TEST(HostileCloud, a_header_larger_than_its_file_is_refused_with_the_offset) {
   const auto message = [](const std::string& bytes, ScanFormat format) {
     const auto scan = parse_scan(bytes, "f", format);
     return scan ? std::string() : scan.error().message;
@@ -209,7 +209,7 @@ TEST(HostileCloud, a_header_that_promises_more_than_the_file_holds_is_refused_wi
   EXPECT_NE(message(bomb, ScanFormat::pcd).find("cannot unpack"), std::string::npos);
 }
 
-TEST(HostileCloud, a_scan_beyond_the_memory_is_refused_before_it_is_read) {
+TEST(HostileCloud, a_scan_that_exceeds_memory_is_refused_before_reading) {
   ReadOptions options;
   options.memory = 30;
   for (const Sample& sample : samples()) {
@@ -219,7 +219,7 @@ TEST(HostileCloud, a_scan_beyond_the_memory_is_refused_before_it_is_read) {
   }
 }
 
-TEST(HostileCloud, millimetres_and_centimetres_taken_for_metres_are_suspected) {
+TEST(HostileCloud, suspects_millimetres_or_centimetres_given_as_metres) {
   std::string millimetres, centimetres;
   for (int i = 0; i <= 100; ++i) {
     millimetres += "0 0 " + std::to_string(30 * i) + "\n";
@@ -236,7 +236,7 @@ TEST(HostileCloud, millimetres_and_centimetres_taken_for_metres_are_suspected) {
   EXPECT_EQ(note(millimetres, in_millimetres), "");
 }
 
-TEST(HostileCloud, tokens_that_are_no_numbers_are_named_with_their_line) {
+TEST(HostileCloud, non_numeric_tokens_are_reported_with_their_line) {
   const auto scan = parse_scan("1 2 3\n1 two 3\n", "a.xyz", ScanFormat::xyz);
   ASSERT_FALSE(scan);
   EXPECT_EQ(scan.error().message, "a.xyz:2: expected x y z as numbers, not \"two\"");

@@ -42,7 +42,7 @@ std::vector<double> angles(const std::vector<Eigen::Vector3f>& normals, const au
   return result;
 }
 
-TEST(Normals, OfAPlaneAreItsNormal) {
+TEST(Normals, OnAPlaneEqualThePlaneNormal) {
   const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
   const auto points = noisy_plane(normal, 0.003, 8'000);
   const auto expected = [&](std::size_t) { return Eigen::Vector3f(normal.cast<float>()); };
@@ -59,7 +59,7 @@ TEST(Normals, OfAPlaneAreItsNormal) {
   }
 }
 
-TEST(Normals, OfRandomPlanesKeepToOneSideOfAnEdge) {
+TEST(Normals, RandomPlanesKeepNormalsSharpAtAnEdge) {
   // Two perpendicular planes: close to the edge a mean of both would be 45 degrees off.
   auto points = noisy_plane(Eigen::Vector3d::UnitX(), 0.002, 8'000);
   for (const Eigen::Vector3f& p : noisy_plane(Eigen::Vector3d::UnitZ(), 0.002, 8'000)) points.push_back(p);
@@ -90,7 +90,7 @@ TEST(Normals, AreTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST(Normals, OfRealScansAgreeBetweenBothMethods) {
+TEST(Normals, BothMethodsAgreeOnRealScans) {
   const auto path = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(path);
   const auto file = read_scan(path);
@@ -109,7 +109,7 @@ TEST(Normals, OfRealScansAgreeBetweenBothMethods) {
   EXPECT_LT(quantile(off, 0.75), 15);
 }
 
-TEST(Normals, AreUnknownWhereNothingSpansAPlane) {
+TEST(Normals, AreUnknownWherePointsSpanNoPlane) {
   const std::vector<Eigen::Vector3f> same(1'000, Eigen::Vector3f(1, 2, 3));
   std::vector<Eigen::Vector3f> line;
   for (int i = 0; i < 1'000; ++i) line.emplace_back(0.01F * static_cast<float>(i), 0.0F, 0.0F);
@@ -124,7 +124,7 @@ TEST(Normals, AreUnknownWhereNothingSpansAPlane) {
   }
 }
 
-TEST(Normals, AreNotLostToAStrayPointAndFaceTheirViewpoint) {
+TEST(Normals, FaceTheViewpointAndTolerateAnOutlier) {
   PointCloud<Cloud> cloud;
   cloud.points = noisy_plane(Eigen::Vector3d::UnitZ(), 0.002, 5'000);
   cloud.points.emplace_back(1e6F, 1e6F, -1e6F);
@@ -134,7 +134,7 @@ TEST(Normals, AreNotLostToAStrayPointAndFaceTheirViewpoint) {
   for (std::size_t i = 0; i + 1 < cloud.size(); ++i) EXPECT_LT(cloud.normals[i].z(), -0.9F);
 }
 
-TEST(Normals, RefuseWhatTheyCannotWorkOn) {
+TEST(Normals, InvalidInputIsRefused) {
   EXPECT_THAT(estimate_normals({}).error().message, testing::HasSubstr("empty"));
   NormalOptions options;
   options.planes = 0;

@@ -43,7 +43,7 @@ std::int32_t partner_slow(const Surfels& target, const Surfels& source, std::siz
 class PartnerSearches : public testing::TestWithParam<bool> {};
 
 // A sequence of large and small moves, so that partners are kept, changed, lost and found again.
-TEST_P(PartnerSearches, FindWhatLookingAtAllFindsWhereverTheSourceMoves) {
+TEST_P(PartnerSearches, FindTheSamePartnersAsBruteForce) {
   const SurfelTarget target(surfels_of(pose(-1, 0.3, 0, 0.1), 1, GetParam()));
   const Surfels source = surfels_of(pose(0.4, -0.4, 0.1, 0.5), 2, GetParam());
   const float gate = 2.5f * 0.15f;

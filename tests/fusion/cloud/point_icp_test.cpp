@@ -27,7 +27,7 @@ float nearest_slow(const std::vector<Eigen::Vector3f>& target, const Eigen::Vect
 
 class Grids : public testing::TestWithParam<bool> {};
 
-TEST_P(Grids, FindTheNearestPointsThatLookingAtAllFinds) {
+TEST_P(Grids, FindTheSameNearestPointsAsBruteForce) {
   const Clouds clouds;
   PointIcpOptions options;
   options.paper_grid = GetParam();
@@ -52,7 +52,7 @@ TEST_P(Grids, FindTheNearestPointsThatLookingAtAllFinds) {
   EXPECT_LT(icp.searched(), clouds.source.size());
 }
 
-TEST_P(Grids, GiveTheSameBitsByAvx2AndWithoutOnAnyNumberOfThreads) {
+TEST_P(Grids, AreBitIdenticalForAvx2AndAnyThreadCount) {
   const Clouds clouds;
   const auto run = [&](bool portable, int threads) {
     PointIcp icp(clouds.target, clouds.source,
@@ -77,7 +77,7 @@ TEST(PointIcp, ConvergesOnTheKnownMotion) {
   EXPECT_LT(T.translation().norm(), 1e-3);
 }
 
-TEST(ClosestMotion, IsTheRotationThatMadeThePairsAndNeverAReflection) {
+TEST(ClosestMotion, RecoversTheRotationAndNeverAReflection) {
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
   for (int flat = 0; flat < 2; ++flat) {

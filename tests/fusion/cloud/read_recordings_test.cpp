@@ -43,7 +43,7 @@ double median_distance(const PointCloud<Scanner>& target, const PointCloud<Scann
   return static_cast<double>(median(distances));
 }
 
-TEST(ReadRecordings, the_room_is_read_from_compressed_pcd_with_floor_and_ceiling_at_their_heights) {
+TEST(ReadRecordings, compressed_pcd_room_has_correct_floor_and_ceiling_heights) {
   const auto path = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(path);
   const auto scan = read_scan(path);
@@ -56,7 +56,7 @@ TEST(ReadRecordings, the_room_is_read_from_compressed_pcd_with_floor_and_ceiling
   EXPECT_NEAR(densest_layer(scan->cloud, 1.65), 1.65, kLayerTolerance);
 }
 
-TEST(ReadRecordings, the_corridor_of_3dtk_is_metres_x_forward_y_left_z_up) {
+TEST(ReadRecordings, corridor_of_3dtk_is_metric_and_x_forward) {
   const auto path = test::recording("3d-3dtk-corridor/scan000.3d");
   PARHELION_NEEDS_RECORDING(path);
   const auto scan = read_scan(path);
@@ -76,7 +76,7 @@ TEST(ReadRecordings, the_corridor_of_3dtk_is_metres_x_forward_y_left_z_up) {
   EXPECT_NEAR(range, 32.8, 0.1);
 }
 
-TEST(ReadRecordings, the_pose_files_of_3dtk_bring_its_scans_together) {
+TEST(ReadRecordings, pose_files_of_3dtk_align_their_scans) {
   const auto path = test::recording("3d-3dtk-corridor/scan000.3d");
   PARHELION_NEEDS_RECORDING(path);
   const auto target = read_scan(path);

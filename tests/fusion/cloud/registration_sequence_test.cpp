@@ -84,7 +84,7 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   EXPECT_EQ(found->cloud.scans.size(), found->cloud.size());
 }
 
-TEST(RegistrationSequence, PlacesAScanOnceTheOneBetweenIsThere) {
+TEST(RegistrationSequence, PlacesAScanOnceItsConnectingScanArrives) {
   // Around a corner: the second scan sees nothing of the first; the last is in between.
   const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.5, -3.5, 0, 1.4),
                                                 pose(9.8, -7.2, 0, 0.8), pose(7.5, -7.5, 0, 0.2)};
@@ -106,7 +106,7 @@ TEST(RegistrationSequence, PlacesAScanOnceTheOneBetweenIsThere) {
   EXPECT_TRUE(std::is_sorted(found->cloud.scans.begin(), found->cloud.scans.end()));
 }
 
-TEST(RegistrationSequence, BelievesNoFitFarFromItsGuess) {
+TEST(RegistrationSequence, RejectsAFitFarFromItsInitialGuess) {
   // The next corridor looks like this one rotated by a quarter turn, 8 m from the scan.
   const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.6, -2, 0, 1.5)};
   bool leapt = false;
@@ -159,7 +159,7 @@ TEST(RegistrationSequence, RefusesNoScansAndEmptyOnes) {
 }
 
 // Reference values of the attribution file, with its tolerance; its yaw is about the upward axis.
-TEST(RegistrationSequence, PutsTheCorridorTogether) {
+TEST(RegistrationSequence, RegistersTheCorridorScans) {
   const auto folder = test::recording("3d-3dtk-corridor");
   PARHELION_NEEDS_RECORDING(folder);
   std::vector<ScanToRegister> scans(3);
@@ -181,7 +181,7 @@ TEST(RegistrationSequence, PutsTheCorridorTogether) {
   }
 }
 
-TEST(PoseGraph3, ClosesALoopAndWeighsAWrongOneDown) {
+TEST(PoseGraph3, ClosesALoopAndDownweightsAFalseOne) {
   const std::vector<Eigen::Isometry3d> truth = around_the_ring(30);
   std::vector<Eigen::Isometry3d> drifted = {truth[0]};
   std::vector<pose::PoseGraph3Edge> edges;

@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, EachMethod,
                          testing::Values(IcpMethod::point_to_point, IcpMethod::point_to_plane,
                                          IcpMethod::generalised, IcpMethod::paper));
 
-TEST(Registration, OneWallAloneIsUndeterminedAndNothingElse) {
+TEST(Registration, OnlyASingleWallIsUndetermined) {
   const RoomPair& pair = room_pair();
   PointCloud<Target> wall;
   for (int i = 0; i < 120; ++i)
@@ -135,7 +135,7 @@ TEST(Registration, RefusesPointsThatAreNotFinite) {
   EXPECT_NE(found.error().message.find("point 7 is not finite"), std::string::npos) << found.error().message;
 }
 
-TEST(Registration, RefusesACloudOfNothingButNaN) {
+TEST(Registration, RefusesACloudOfOnlyNaN) {
   PointCloud<Source> source;
   source.points.assign(500, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   const auto found = register_pair(room_pair().target, source, {});
@@ -143,7 +143,7 @@ TEST(Registration, RefusesACloudOfNothingButNaN) {
   EXPECT_NE(found.error().message.find("point 0 is not finite"), std::string::npos) << found.error().message;
 }
 
-TEST(Registration, NamesMillimetresThatWereTakenForMetres) {
+TEST(Registration, ReportsMillimetresGivenAsMetres) {
   PointCloud<Source> source = room_pair().source;
   for (Eigen::Vector3f& p : source.points) p *= 1000;
   const auto one = register_pair(room_pair().target, source, {});
@@ -196,7 +196,7 @@ TEST(Registration, RefusesCloudsThatDoNotOverlap) {
 }
 
 // Starts all over the room, most of them without a chance: none that ends elsewhere may report convergence.
-TEST(Registration, NeverCallsAWrongAlignmentRight) {
+TEST(Registration, NeverReportsAWrongAlignmentAsValid) {
   const RoomPair& pair = room_pair();
   int right = 0;
   for (int i = 0; i < 24; i += 3) {

@@ -68,7 +68,7 @@ RC_GTEST_PROP(CloudRoundTrip, pcd_keeps_every_bit_of_every_column_and_one_viewpo
   std::filesystem::remove(path);
 }
 
-TEST(WriteCloud, a_cloud_that_is_not_finite_or_uneven_is_refused_and_nothing_is_left_behind) {
+TEST(WriteCloud, non_finite_or_uneven_clouds_are_refused_and_leave_no_file) {
   const auto path = scratch("-refused.ply");
   PointCloud<Map> cloud;
   cloud.points = {{0, 0, 0}, {0, std::numeric_limits<float>::quiet_NaN(), 0}};

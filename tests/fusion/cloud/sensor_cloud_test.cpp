@@ -18,7 +18,7 @@ CameraIntrinsics kinect() {
   return camera;
 }
 
-TEST(CloudFromDepth, a_pixel_lies_on_its_ray_and_what_was_not_measured_is_left_out) {
+TEST(CloudFromDepth, pixels_lie_on_their_rays_and_unmeasured_ones_are_omitted) {
   const CameraIntrinsics camera = kinect();
   std::vector<std::uint16_t> depth(64 * 48, 0);
   depth[24 * 64 + 32] = 2000;
@@ -63,7 +63,7 @@ TEST(CloudFromDepth, lens_distortion_is_taken_out) {
   }
 }
 
-TEST(CloudFromDepth, an_image_that_is_not_the_cameras_is_refused) {
+TEST(CloudFromDepth, an_image_that_does_not_fit_the_camera_is_refused) {
   const std::vector<std::uint16_t> depth(64 * 47, 1000);
   EXPECT_FALSE(cloud_from_depth(depth, kinect()));
   EXPECT_FALSE(cloud_from_depth(std::vector<std::uint16_t>(64 * 48), kinect(), {.step = 0}));
@@ -89,7 +89,7 @@ Scan line_across(SensorTime stamp) {
   return line;
 }
 
-TEST(CloudFromLines, each_beam_is_put_where_the_laser_was_at_its_own_time) {
+TEST(CloudFromLines, each_beam_uses_the_laser_pose_at_its_own_time) {
   LaserDescription laser;
   laser.convention.range_max = 30;
   laser.beam_interval = 0.001;
@@ -119,7 +119,7 @@ TEST(CloudFromLines, each_beam_is_put_where_the_laser_was_at_its_own_time) {
 }
 
 /// An upright laser over a robot of 0.8 x 0.6 x 0.7 m, turned about the vertical axis.
-TEST(CloudFromLines, what_a_laser_sees_of_its_own_robot_is_left_out) {
+TEST(CloudFromLines, points_on_the_own_robot_are_omitted) {
   LaserDescription laser;
   laser.convention.range_max = 30;
   const OwnBody body{{{-0.4, -0.3}, {0.4, -0.3}, {0.4, 0.3}, {-0.4, 0.3}}, 0.7};

@@ -25,7 +25,7 @@ ImuSample sample(std::int64_t ms, const Eigen::Quaterniond& orientation) {
   return made;
 }
 
-TEST(AttitudeTrack, TakesRollAndPitchThroughTheMountingWhateverTheSensorsYaw) {
+TEST(AttitudeTrack, RollAndPitchUseTheMountingForAnySensorYaw) {
   // The sensor is mounted on its side and faces backwards.
   const Eigen::Quaterniond R_base_imu = turned(1.3, -0.4, 2.9);
   AttitudeTrack track(ImuDescription{Transform<Base, Imu>(R_base_imu, {0.2, 0, 0.1})});
@@ -43,7 +43,7 @@ TEST(AttitudeTrack, TakesRollAndPitchThroughTheMountingWhateverTheSensorsYaw) {
   EXPECT_NEAR(between->pitch, 0.135, 1e-12);
 }
 
-TEST(AttitudeTrack, WhatIsNotKnownIsNotLevel) {
+TEST(AttitudeTrack, AnUnknownAttitudeIsNotAssumedLevel) {
   AttitudeTrack unmounted(std::nullopt);
   EXPECT_FALSE(unmounted.add(sample(0, turned(0.1, 0, 0))));
   EXPECT_FALSE(unmounted.at(at_ms(0)));
@@ -63,7 +63,7 @@ TEST(AttitudeTrack, WhatIsNotKnownIsNotLevel) {
   EXPECT_FALSE(track.at(at_ms(1250))) << "in a gap";
 }
 
-TEST(AttitudeTrack, PlaceAndHeadingStay) {
+TEST(AttitudeTrack, PositionAndHeadingAreUnchanged) {
   const auto T_map_base = Transform<Map, Base>::planar(1, 2, -2.5, 0.25);
   const auto tilted = with_attitude(T_map_base, {0.1, -0.2});
   EXPECT_EQ(tilted.translation(), T_map_base.translation());
@@ -78,7 +78,7 @@ std::vector<HeadJoint> pan_tilt() {
   return {{"pan", {0.1, 0, 1.0}, Vector3d::UnitZ()}, {"tilt", {0.15, 0, 1.1}, Vector3d::UnitY()}};
 }
 
-TEST(JointTrack, TheHeadCarriesTheCameraLikeAChainOfFrames) {
+TEST(JointTrack, TheCameraPoseFollowsTheHeadJoints) {
   JointTrack track({pan_tilt(), pan_tilt()});
   track.add({at_ms(0), {"wheel", "tilt"}, {9, 0.2}, {}, {}});
   track.add({at_ms(0), {"pan"}, {0.4}, {}, {}});

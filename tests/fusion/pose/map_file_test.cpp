@@ -102,7 +102,7 @@ TEST_F(MapFile, ErrorsNameTheLineAndWhatWasExpected) {
   EXPECT_FALSE(load_ros_map(path("absent.yaml")).ok());
 }
 
-TEST_F(MapFile, DamagedPicturesAreErrorsWithAnOffset) {
+TEST_F(MapFile, DamagedPicturesAreReportedWithTheOffset) {
   write("m.yaml", "image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n");
   for (const std::string& pgm : {std::string("P5\n4 4\n255\nshort"), std::string("P6\n1 1\n255\nabc"),
                                  std::string("P5\n0 4\n255\n"), std::string("P5\n99999 99999\n255\n"),
@@ -114,7 +114,7 @@ TEST_F(MapFile, DamagedPicturesAreErrorsWithAnOffset) {
   }
 }
 
-TEST_F(MapFile, AnEmptyMapAndAPathThatIsNotThereAreErrors) {
+TEST_F(MapFile, AnEmptyMapAndAMissingPathAreErrors) {
   EXPECT_FALSE(save_ros_map({}, path("empty")).ok());
   std::mt19937 random(13);
   EXPECT_FALSE(save_ros_map(random_map(random), path("no/such/folder/map")).ok());

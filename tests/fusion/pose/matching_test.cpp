@@ -25,7 +25,7 @@ SurfelMap surfels_of_the_building(std::mt19937& random, double cell = 0.1) {
   return map;
 }
 
-TEST(SurfelMap, LookUpAgreesWithLookingAtEveryCell) {
+TEST(SurfelMap, LookUpEqualsBruteForceOverAllCells) {
   std::mt19937 random(1);
   const SurfelMap map = surfels_of_the_building(random);
   std::uniform_real_distribution<double> x(-1, 13), y(-1, 9);
@@ -39,7 +39,7 @@ TEST(SurfelMap, LookUpAgreesWithLookingAtEveryCell) {
   EXPECT_GT(found, 20);
 }
 
-TEST(SurfelMap, WhatIsTakenOutLeavesNothingBehind) {
+TEST(SurfelMap, RemovalLeavesNothingBehind) {
   std::mt19937 random(2);
   const Pose2 here{5, 1.3, 0}, there{8, 1.4, 0.3};
   const auto a = points_from(here, random), b = points_from(there, random);
@@ -73,7 +73,7 @@ TEST(ScanMatch, FindsThePoseToMillimetresFromAStartNearby) {
   }
 }
 
-TEST(ScanMatch, ACorridorLeavesItsLengthOpen) {
+TEST(ScanMatch, ACorridorLeavesItsLengthUndetermined) {
   std::mt19937 random(4);
   std::vector<test::Segment> corridor{{{-50, -1}, {50, -1}}, {{-50, 1}, {50, 1}}};
   const RobotDescription robot = test::robot_with_laser();
@@ -89,7 +89,7 @@ TEST(ScanMatch, ACorridorLeavesItsLengthOpen) {
   EXPECT_NEAR(found.T_map_base.y, 0, 0.01);
 }
 
-TEST(CorrelativeMap, BranchAndBoundFindsWhatTryingEverythingFinds) {
+TEST(CorrelativeMap, BranchAndBoundEqualsExhaustiveSearch) {
   std::mt19937 random(5);
   std::vector<Eigen::Vector2d> map_points;
   for (double x = 1; x < 11; x += 0.5) {
@@ -111,7 +111,7 @@ TEST(CorrelativeMap, BranchAndBoundFindsWhatTryingEverythingFinds) {
   }
 }
 
-TEST(Deskewed, LaysTheScanOfAMovingRobotWhereAStandingOneSeesIt) {
+TEST(Deskewed, MovingAndStandingRobotsGiveTheSameScan) {
   std::mt19937 random(6);
   const std::vector<test::Segment> walls = test::ring_building();
   RobotDescription robot = test::robot_with_laser();
@@ -155,7 +155,7 @@ TEST(Deskewed, RectifiedScansLieOnTheSameWalls) {
   EXPECT_GT(close, known * 95 / 100) << "only edges may differ";
 }
 
-TEST(PoseGraph, SpreadsTheErrorOfALoopAndIgnoresAWrongOne) {
+TEST(PoseGraph, DistributesLoopErrorAndIgnoresFalseLoops) {
   std::vector<Pose2> truth, drifted;
   std::vector<PoseGraphEdge> edges;
   const Eigen::Matrix3d information = Eigen::Vector3d(1e4, 1e4, 4e4).asDiagonal();
@@ -181,7 +181,7 @@ TEST(PoseGraph, SpreadsTheErrorOfALoopAndIgnoresAWrongOne) {
   EXPECT_EQ(found[0].x, 0);
 }
 
-TEST(ScanOdometry, JitteredStampsDoNotMakeItFast) {
+TEST(ScanOdometry, StampJitterDoesNotInflateTheSpeed) {
   ScanOdometry odometry;
   OdometryTrack brief(seconds(2), milliseconds(500));
   double fastest = 0;
@@ -204,7 +204,7 @@ TEST(ScanOdometry, JitteredStampsDoNotMakeItFast) {
   EXPECT_GT(fastest, 0.8 * 1.6) << "without caution";
 }
 
-TEST(ScanOdometry, PairsASampleWithTheScanOfItsStampEvenBackwards) {
+TEST(ScanOdometry, PairsSamplesWithScansByStampInAnyOrder) {
   ScanOdometry odometry;
   odometry.add({SensorTime{} + seconds(10), transform<Odom, Base>(Pose2{1, 0, 0})});
   odometry.step_to(SensorTime{} + seconds(10));
@@ -214,7 +214,7 @@ TEST(ScanOdometry, PairsASampleWithTheScanOfItsStampEvenBackwards) {
   EXPECT_NEAR(step->step.x, 0.2, 1e-12);
 }
 
-TEST(OdometryTrack, ExtrapolatesTheTwistAndNotForLong) {
+TEST(OdometryTrack, ExtrapolatesTheTwistForALimitedTime) {
   OdometryTrack track(seconds(2), milliseconds(500));
   for (int i = 0; i <= 10; ++i)
     track.add({SensorTime{} + milliseconds(10 * i), transform<Odom, Base>(moved({1, 0, 0.5}, 0.01 * i))});

@@ -116,7 +116,7 @@ TEST(PoseTrack, FollowsAnArcBetweenSlowOdometrySamples) {
   EXPECT_EQ(pose->age, at_seconds(0.37) - at_seconds(0.5));
 }
 
-TEST(PoseTrack, PlacesAnEarlyEstimateAgainWhenOdometryArrives) {
+TEST(PoseTrack, ReanchorsAnEarlyEstimateWhenOdometryArrives) {
   PoseTrack track(robot(), {});
   track.add(odometry(0, {}));
   track.add(odometry(0.1, {0.1, 0, 0}));
@@ -181,7 +181,7 @@ Propagated propagate(double jitter, double heading) {
   return sum;
 }
 
-TEST(PoseTrack, PredictsTheErrorOfOdometryThatIsWorseThanItsDescription) {
+TEST(PoseTrack, PredictsTheErrorOfWorseThanDescribedOdometry) {
   const Propagated late = propagate(0.05, 0);
   EXPECT_GT(late.error, 0.04);
   EXPECT_NEAR(late.predicted / late.error, 1, 0.35);
@@ -190,14 +190,14 @@ TEST(PoseTrack, PredictsTheErrorOfOdometryThatIsWorseThanItsDescription) {
   EXPECT_NEAR(winding.predicted_yaw / winding.yaw, 1, 0.35);
 }
 
-TEST(PoseTrack, NeverPredictsLessThanTheDescriptionOfTheOdometry) {
+TEST(PoseTrack, NeverPredictsLessErrorThanTheOdometryDescription) {
   const Propagated exact = propagate(0, 0);
   EXPECT_LT(exact.error, 1e-9);
   // 5 % of the 0.35 m between two estimates, and the estimate's own centimetre.
   EXPECT_NEAR(exact.predicted, std::hypot(0.05 * 0.35, 0.01), 0.003);
 }
 
-TEST(PoseTrack, StandingStillKeepsItsCertainty) {
+TEST(PoseTrack, CovarianceDoesNotGrowAtStandstill) {
   PoseTrack track(robot(), {});
   for (int i = 0; i <= 40; ++i) track.add(odometry(0.05 * i, {1, 2, 0.3}));
   track.add(estimate(0.1, {7, 8, 0.5}));
@@ -252,7 +252,7 @@ TEST(PoseTrack, RelocalizationStaysOffUntilTheCovarianceRecovers) {
       << "more than 5 degrees";
 }
 
-TEST(PoseTrack, KeepsBackwardStampsOutAndCountsThem) {
+TEST(PoseTrack, RejectsAndCountsBackwardStamps) {
   PoseTrack track(robot(), {});
   for (int i = 0; i <= 10; ++i) track.add(odometry(0.1 * i, {0.1 * i, 0, 0}));
   track.add(estimate(1.0, {1, 0, 0}));
@@ -265,7 +265,7 @@ TEST(PoseTrack, KeepsBackwardStampsOutAndCountsThem) {
   EXPECT_NEAR(track.at(at_seconds(0.55))->T_map_base.translation().x(), 0.55, 1e-6);
 }
 
-TEST(PoseTrack, StartsAnewWhenTheSensorsClockDoes) {
+TEST(PoseTrack, RestartsWhenTheSensorClockRestarts) {
   PoseTrack track(robot(), {});
   track.add(odometry(3600, {0, 0, 0}));
   track.add(estimate(3600, {1, 1, 0}));
@@ -277,7 +277,7 @@ TEST(PoseTrack, StartsAnewWhenTheSensorsClockDoes) {
   EXPECT_NEAR(track.at(at_seconds(0.9))->T_map_base.translation().x(), 8.9, 1e-6);
 }
 
-TEST(PoseTrack, KnowsNothingInTheMiddleOfAGap) {
+TEST(PoseTrack, HasNoPoseInTheMiddleOfAGap) {
   PoseTrack track(robot(), {});
   track.add(odometry(0, {}));
   track.add(odometry(0.1, {0.1, 0, 0}));
@@ -289,7 +289,7 @@ TEST(PoseTrack, KnowsNothingInTheMiddleOfAGap) {
   EXPECT_TRUE(track.at(at_seconds(1.5)));
 }
 
-TEST(PoseTrack, CarriesEstimatesAloneWhereNoOdometryEverComes) {
+TEST(PoseTrack, UsesEstimatesAloneWithoutOdometry) {
   PoseTrack track(robot(), {});
   NoPose why{};
   track.add(estimate(0, {0, 0, 0}));
@@ -306,7 +306,7 @@ TEST(PoseTrack, CarriesEstimatesAloneWhereNoOdometryEverComes) {
   EXPECT_FALSE(track.has_odometry());
 }
 
-TEST(PoseTrack, OdometryThatComesLateTakesOverWithoutARelocalization) {
+TEST(PoseTrack, LateOdometryTakesOverWithoutARelocalization) {
   PoseTrack track(robot(), {});
   track.add(estimate(0, {0, 0, 0}));
   track.add(estimate(0.1, {0.1, 0, 0}));

@@ -166,7 +166,7 @@ TEST_P(InAMap, LocalizesAnywhereAndPublishesNothingBefore) {
   EXPECT_GT(tracking, 60);
 }
 
-TEST_P(InAMap, IsLostWhenScansAreGarbageAndComesBack) {
+TEST_P(InAMap, LosesThePoseOnGarbageScansAndRecovers) {
   SlamOptions options;
   options.start = Eigen::Vector3d::Zero();
   const auto slam = localizer(options);
@@ -213,7 +213,7 @@ TEST_P(InAMap, PeopleAroundTheRobotDoNotMoveIt) {
   }
 }
 
-TEST_P(InAMap, AStartThatIsWrongIsNotBelieved) {
+TEST_P(InAMap, RejectsAWrongStart) {
   SlamOptions options;
   options.start = Eigen::Vector3d(5, 5, 2);
   const auto slam = localizer(options);

@@ -9,7 +9,7 @@
 namespace parhelion::scan {
 namespace {
 
-TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
+TEST(ScanPath, allocates_nothing_after_warm_up_with_changing_bodies) {
   constexpr int kBeams = 361;
   test::RandomScene scene = test::random_scene(3, kBeams, 30, 50);
   LaserDescription laser;

@@ -217,7 +217,7 @@ TEST(Augmentation, writes_the_nearer_of_real_and_virtual) {
   EXPECT_EQ(scan.real.ranges[0], 5) << "the raw scan is never touched";
 }
 
-TEST(Augmentation, lets_a_real_return_alone_occlude_not_the_model) {
+TEST(Augmentation, only_real_returns_occlude_not_the_model) {
   ByHand scan;
   scan.beam(5, 3, 2);
   EXPECT_EQ(scan.augment(), 1U) << "the beam really came as far as 5 m, whatever the model says";
@@ -234,7 +234,7 @@ TEST(Augmentation, shows_nothing_behind_the_modelled_wall_where_the_beam_was_los
   EXPECT_EQ(scan.out.ranges, (std::vector<float>{3, kInf, 3, 29, kInf}));
 }
 
-TEST(Augmentation, writes_a_body_that_the_laser_is_in_or_nearly_in_as_too_close) {
+TEST(Augmentation, writes_bodies_around_the_laser_as_too_close) {
   ByHand scan;
   scan.beam(5, 0, 5);
   scan.beam(5, 0.05F, 5);
@@ -245,7 +245,7 @@ TEST(Augmentation, writes_a_body_that_the_laser_is_in_or_nearly_in_as_too_close)
   EXPECT_EQ(scan.beam_body.back(), -1) << "what is really too close stays so";
 }
 
-TEST(Augmentation, replaces_nothing_of_which_nothing_is_known) {
+TEST(Augmentation, leaves_beams_with_unknown_ranges_unchanged) {
   ByHand scan;
   scan.beam(5, 3, 5);
   scan.beam(kInf, 3, 5);

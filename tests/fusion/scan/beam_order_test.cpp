@@ -21,7 +21,7 @@ std::vector<RangeHit> cast(const test::RandomScene& scene, const BeamSet& beams,
   return hits;
 }
 
-TEST(BeamOrder, a_part_of_a_sweep_is_answered_as_in_the_whole) {
+TEST(BeamOrder, part_of_a_sweep_equals_that_part_of_the_whole) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const test::RandomScene scene = test::random_scene(seed, kBeams, 10, 0);
     const auto whole = cast(scene, scene.beams, scene.bodies);

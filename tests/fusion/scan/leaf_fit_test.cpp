@@ -107,7 +107,7 @@ TEST(LeafFit, FindsEachAngleWithinTwoDegreesFromBothSides) {
   }
 }
 
-TEST(LeafFit, APoseThatIsCentimetresWrongMovesItByFewDegrees) {
+TEST(LeafFit, APoseErrorOfCentimetresShiftsItByFewDegrees) {
   Site site;
   for (const double degrees : {0.0, 20.0, 45.0, 75.0}) {
     const LeafFitResult sight = site.find(site.scan(degrees * kDegree), {}, 0.03, {0.02, -0.02, 0});
@@ -117,7 +117,7 @@ TEST(LeafFit, APoseThatIsCentimetresWrongMovesItByFewDegrees) {
 }
 
 /// An office's partition wall begins next to the hinge: it is flat, upright and long enough.
-TEST(LeafFit, AWallBesideADoorIsNoLeafOfIt) {
+TEST(LeafFit, IgnoresAWallBesideTheDoor) {
   Site site;
   site.door.hinge->upper = 110 * kDegree;
   site.walls.entities.push_back(box(EntityLabel::wall, 2.8, -0.55, std::numbers::pi, {2.2, 0.1, 2.5}));
@@ -139,7 +139,7 @@ TEST(LeafFit, AWallBesideADoorIsNoLeafOfIt) {
   }
 }
 
-TEST(LeafFit, AWallThatIsDrawnAcrossTheOpeningHidesNoDoor) {
+TEST(LeafFit, AModelledWallAcrossTheOpeningHidesNoDoor) {
   Site site;
   SemanticModel across;
   across.entities.push_back(box(EntityLabel::wall, 4, 0, std::numbers::pi / 2, {6, 0.1, 2.5}));
@@ -153,7 +153,7 @@ TEST(LeafFit, ReportsNothingForAMissingLeaf) {
   EXPECT_TRUE(sight.gone) << "beams pass where it was closed";
 }
 
-TEST(LeafFit, APersonInTheDoorwayIsNoLeaf) {
+TEST(LeafFit, IgnoresAPersonInTheDoorway) {
   Site site;
   for (double y = -0.35; y <= 0.36; y += 0.05) {
     for (const double x : {3.7, 3.9, 4.1}) {

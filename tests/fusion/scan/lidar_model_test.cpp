@@ -22,7 +22,7 @@ LaserDescription plain_laser() {
 }
 
 // The known answers published with Random123 for philox4x32-10.
-TEST(Philox, gives_the_known_answers) {
+TEST(Philox, matches_the_published_test_vectors) {
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}),
             (PhiloxCounter{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   constexpr std::uint32_t ones = 0xffffffff;
@@ -64,7 +64,7 @@ TEST(Noise, is_the_quantile_of_its_uniform_sample) {
   }
 }
 
-TEST(Noise, depends_on_seed_scan_and_beam_and_on_nothing_else) {
+TEST(Noise, depends_only_on_seed_scan_and_beam) {
   EXPECT_EQ(standard_normal({1, 2}, 3), standard_normal({1, 2}, 3));
   EXPECT_NE(standard_normal({1, 2}, 3), standard_normal({1, 2}, 4));
   EXPECT_NE(standard_normal({1, 2}, 3), standard_normal({1, 3}, 3));
@@ -74,7 +74,7 @@ TEST(Noise, depends_on_seed_scan_and_beam_and_on_nothing_else) {
   EXPECT_NE(standard_normal({1, 1ULL << 40}, 3), standard_normal({1, 0}, 3));
 }
 
-TEST(Measure, quantises_to_the_step_of_the_wire) {
+TEST(Measure, quantises_to_the_step_of_the_protocol) {
   LaserDescription laser = plain_laser();
   laser.quantization = 0.01;
   EXPECT_EQ(measure_range(laser, {}, 0, 3.4749F), 3.47F);
@@ -83,7 +83,7 @@ TEST(Measure, quantises_to_the_step_of_the_wire) {
   EXPECT_EQ(measure_range(laser, {}, 0, 3.4751F), 3.4751F);
 }
 
-TEST(Measure, spreads_as_its_sigma) {
+TEST(Measure, has_the_specified_sigma) {
   LaserDescription laser = plain_laser();
   laser.noise_sigma = 0.03;
   double sum = 0, squares = 0;
@@ -136,7 +136,7 @@ TEST(BeamTimes, run_from_zero_to_one_over_the_sweep) {
   EXPECT_FLOAT_EQ(time[50], 0.5F);
 }
 
-TEST(BeamTimes, of_the_lms_200_interlace_two_passes_of_the_mirror) {
+TEST(BeamTimes, interlace_two_mirror_passes_for_the_lms_200) {
   const auto laser = load_laser_preset("lms-200");
   ASSERT_TRUE(laser.ok()) << laser.error().message;
   std::vector<float> time;
@@ -148,7 +148,7 @@ TEST(BeamTimes, of_the_lms_200_interlace_two_passes_of_the_mirror) {
   EXPECT_EQ(time[359], 1);
 }
 
-TEST(BeamTimes, start_before_the_stamp_where_it_means_the_middle_or_the_last_beam) {
+TEST(BeamTimes, start_before_a_stamp_of_the_middle_or_last_beam) {
   LaserDescription laser = plain_laser();
   laser.beam_interval = 10e-6;
   std::vector<float> time;
@@ -158,7 +158,7 @@ TEST(BeamTimes, start_before_the_stamp_where_it_means_the_middle_or_the_last_bea
   EXPECT_EQ(beam_times(laser, 101, time).start.ns, -500'000);
 }
 
-TEST(BeamTimes, of_no_beam_one_beam_and_an_instant_sweep) {
+TEST(BeamTimes, cover_no_beam_one_beam_and_an_instant_sweep) {
   LaserDescription laser = plain_laser();
   std::vector<float> time{1, 2};
   beam_times(laser, 0, time);

@@ -89,7 +89,7 @@ std::vector<BodyGroup> groups_of(std::span<const BodyMotion> bodies, std::uint64
   return groups;
 }
 
-TEST(RayCasterReference, finds_in_groups_what_it_finds_in_bodies) {
+TEST(RayCasterReference, groups_give_the_same_hits_as_single_bodies) {
   constexpr int kBeams = 361, kScenes = 400;
   RayCaster caster;
   std::vector<RangeHit> of_bodies(kBeams), of_groups(kBeams);
@@ -123,7 +123,7 @@ TEST(RayCasterReference, agrees_with_the_reference_on_buildings) {
   EXPECT_LE(sum.other_body, 5U);
 }
 
-TEST(RayCasterReference, finds_of_the_building_what_is_before_the_bodies) {
+TEST(RayCasterReference, hits_the_building_only_in_front_of_the_bodies) {
   constexpr int kBeams = 361, kScenes = 200;
   RayCaster caster;
   std::vector<RangeHit> bodies(kBeams), all(kBeams), before(kBeams);
@@ -172,7 +172,7 @@ TEST(RayCasterReference, agrees_with_the_reference_on_meshes) {
   EXPECT_GT(sum.hits, sum.beams / 4);
 }
 
-TEST(RayCasterReference, meets_a_box_and_its_mesh_alike_from_outside) {
+TEST(RayCasterReference, a_box_and_its_mesh_agree_from_outside) {
   ModelEntity box;
   box.name = "shelf";
   box.T_map_body = Transform<Map, Body>::planar(3, 0.4, 0.3, 0.1);

@@ -64,7 +64,7 @@ Shape shape_of(ShapeKind kind, const Eigen::Vector3d& size) {
 using PlanarBody = Transform<Map, Body>;
 using PlanarLaser = Transform<Map, Laser>;
 
-TEST(RayCaster, hits_a_passing_body_where_it_is_at_each_beams_time) {
+TEST(RayCaster, hits_a_moving_body_at_its_pose_at_each_beam_time) {
   Single scene(shape_of(ShapeKind::sphere, {0.5, 0.5, 0.5}));
   scene.motion.T_map_body_start = PlanarBody::planar(5, -2, 0);
   scene.motion.T_map_body_end = PlanarBody::planar(5, 2, 0);
@@ -83,7 +83,7 @@ TEST(RayCaster, hits_a_passing_body_where_it_is_at_each_beams_time) {
   }
 }
 
-TEST(RayCaster, measures_from_where_the_laser_is_at_each_beams_time) {
+TEST(RayCaster, uses_the_laser_pose_at_each_beam_time) {
   Single scene(shape_of(ShapeKind::box, {2, 100, 2}));
   scene.stand(PlanarBody::planar(6, 0, 0));
   scene.laser.T_map_laser_start = PlanarLaser::planar(0, 0, 0);
@@ -172,7 +172,7 @@ TEST(RayCaster, sees_bodies_above_its_plane_only_when_it_looks_up) {
   EXPECT_NEAR(nodding.back().range, 4.5 / std::cos(0.2), 1e-5);
 }
 
-TEST(RayCaster, sees_nothing_beyond_its_range_nothing_without_bodies_and_nothing_from_nowhere) {
+TEST(RayCaster, has_no_hits_out_of_range_without_bodies_or_without_pose) {
   Single scene(shape_of(ShapeKind::sphere, {0.5, 0.5, 0.5}));
   scene.stand(PlanarBody::planar(5, 0, 0));
   scene.look_along(0, 2);
@@ -199,7 +199,7 @@ TEST(RayCaster, sees_nothing_beyond_its_range_nothing_without_bodies_and_nothing
   EXPECT_EQ(hits[0].body, -1);
 }
 
-TEST(RayCaster, names_the_first_of_two_bodies_at_one_place_whatever_their_order_of_distance) {
+TEST(RayCaster, reports_the_first_of_two_coincident_bodies) {
   BodyDefinition a, b;
   a.shapes.push_back(shape_of(ShapeKind::box, {1, 1, 1}));
   // The same face, by a larger box whose centre is farther away.

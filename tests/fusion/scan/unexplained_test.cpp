@@ -71,12 +71,12 @@ struct Room {
   }
 };
 
-TEST(UnexplainedReturns, are_none_in_an_empty_room) {
+TEST(UnexplainedReturns, do_not_occur_in_an_empty_room) {
   Room room;
   EXPECT_TRUE(room.find(room.scan({})).empty());
 }
 
-TEST(UnexplainedReturns, of_a_person_are_one_disc_where_the_person_stands) {
+TEST(UnexplainedReturns, a_person_gives_one_disc_at_its_position) {
   Room room;
   room.place(Transform<Map, Laser>::planar(-1, 0.5, 0.7, 0.3));
   const auto discs = room.find(room.scan({{1.5, 2, 0.25}}));
@@ -87,7 +87,7 @@ TEST(UnexplainedReturns, of_a_person_are_one_disc_where_the_person_stands) {
   EXPECT_GT(discs[0].returns, 10U);
 }
 
-TEST(UnexplainedReturns, of_two_people_are_two_discs) {
+TEST(UnexplainedReturns, two_people_give_two_discs) {
   Room room;
   const auto discs = room.find(room.scan({{2, 1, 0.2}, {2, -1, 0.2}}));
   ASSERT_EQ(discs.size(), 2U);
@@ -95,19 +95,19 @@ TEST(UnexplainedReturns, of_two_people_are_two_discs) {
   EXPECT_LT((discs[1].center - Eigen::Vector2d(2, 1)).norm(), 0.3);
 }
 
-TEST(UnexplainedReturns, leave_walls_alone_that_are_off_by_less_than_the_margin) {
+TEST(UnexplainedReturns, ignore_walls_off_by_less_than_the_margin) {
   Room room;
   EXPECT_TRUE(room.find(room.scan({}, 0.25)).empty());
   EXPECT_FALSE(room.find(room.scan({}, 0.6)).empty()) << "a wall 0.6 m nearer than modelled is not explained";
   EXPECT_TRUE(room.find(room.scan({}, 0.6), 0.15).empty()) << "it may be, where the pose is uncertain";
 }
 
-TEST(UnexplainedReturns, leave_what_stands_against_a_wall_to_the_wall) {
+TEST(UnexplainedReturns, ignore_objects_against_a_wall) {
   Room room;
   EXPECT_TRUE(room.find(room.scan({{4.7, 0, 0.1}})).empty());
 }
 
-TEST(UnexplainedReturns, leave_the_edge_of_a_doorway_alone_when_the_pose_is_a_little_off) {
+TEST(UnexplainedReturns, ignore_door_frames_under_a_small_pose_error) {
   // A wall with an opening; the real robot is 5 cm beside its estimated position, so beams past the modelled
   // edge return from the real one.
   Room room;
@@ -139,7 +139,7 @@ TEST(UnexplainedReturns, cut_long_things_into_discs) {
   }
 }
 
-TEST(UnexplainedReturns, are_whole_across_the_ends_of_a_full_turn) {
+TEST(UnexplainedReturns, are_not_split_at_the_seam_of_a_full_turn) {
   Room room;
   room.angle_min = static_cast<float>(-std::numbers::pi);
   room.angle_increment = static_cast<float>(2 * std::numbers::pi / kBeams);
@@ -148,7 +148,7 @@ TEST(UnexplainedReturns, are_whole_across_the_ends_of_a_full_turn) {
   EXPECT_LT((discs[0].center - Eigen::Vector2d(-2, 0)).norm(), 0.3);
 }
 
-TEST(UnexplainedReturns, ignore_sentinels_and_beams_that_nothing_is_known_of) {
+TEST(UnexplainedReturns, ignore_sentinels_and_unknown_beams) {
   Room room;
   Scan scan = room.scan({{2, 0, 0.3}});
   for (float& range : scan.ranges) {

@@ -77,7 +77,7 @@ class NoddingScans {
 
 class BowedFloor : public testing::TestWithParam<Bow> {};
 
-TEST_P(BowedFloor, IsOneFloorWithNothingOnItWhereNothingStands) {
+TEST_P(BowedFloor, IsOneFloorWithoutObjectsOnIt) {
   const auto built = build_model(NoddingScans(GetParam()).cloud, {});
   ASSERT_TRUE(built.ok()) << built.error().message;
   const SemanticModel& model = built->model;

@@ -58,7 +58,7 @@ class Passage {
   std::size_t first_ = 0, last_ = 0;
 };
 
-TEST(CarrierPoints, GoWhereTheOtherScanLookedThroughThemAlone) {
+TEST(CarrierPoints, AreRemovedOnlyWhereAnotherScanLookedThrough) {
   Passage passage;
   passage.strip(-0.6, 0.6);
   passage.look_through();
@@ -67,7 +67,7 @@ TEST(CarrierPoints, GoWhereTheOtherScanLookedThroughThemAlone) {
   EXPECT_EQ(passage.railing_left(), 1);
 }
 
-TEST(CarrierPoints, GoEvenWhereTheyReachToTheRailing) {
+TEST(CarrierPoints, AreRemovedEvenWhereTheyTouchTheRailing) {
   Passage passage;
   passage.strip(-0.6, 0.98);
   passage.look_through();
@@ -76,14 +76,14 @@ TEST(CarrierPoints, GoEvenWhereTheyReachToTheRailing) {
   EXPECT_EQ(passage.railing_left(), 1);
 }
 
-TEST(CarrierPoints, StayWhereNobodyLookedThroughThem) {
+TEST(CarrierPoints, StayWhereNoScanLookedThrough) {
   Passage passage;
   passage.strip(-0.6, 0.98);
   passage.drop();
   EXPECT_EQ(passage.strip_left(), 1);
 }
 
-TEST(CarrierPoints, OfTheScannerItselfGoWithoutThatUnlessJoinedToSomething) {
+TEST(CarrierPoints, AreRemovedNearTheScannerUnlessConnected) {
   Passage passage;
   passage.strip(-0.15, 0.15);
   passage.drop();

@@ -26,7 +26,7 @@ std::vector<std::string> names(const SemanticModel& model) {
   return result;
 }
 
-TEST(DropDoubles, TheSurerOneStaysAndTheOthersRelationsGo) {
+TEST(DropDoubles, KeepsTheMoreCertainDuplicateAndDropsOtherRelations) {
   SemanticModel model = pillars({{0, 0.6}, {0.05, 0.9}, {3, 0.5}});
   model.relations = {{RelationKind::equal_height, "pillar 1", "pillar 3", 1},
                      {RelationKind::equal_height, "pillar 2", "pillar 3", 1}};
@@ -37,13 +37,13 @@ TEST(DropDoubles, TheSurerOneStaysAndTheOthersRelationsGo) {
   EXPECT_TRUE(parse_model(to_yaml(model), "model").ok());
 }
 
-TEST(DropDoubles, WhatWasGivenStaysHoweverSureTheNewOneIs) {
+TEST(DropDoubles, KeepsGivenEntitiesOverMoreCertainNewOnes) {
   SemanticModel model = pillars({{0, 0.1}, {0.05, 0.9}});
   EXPECT_EQ(drop_doubles(model, 1), 1U);
   EXPECT_THAT(names(model), ::testing::ElementsAre("pillar 1"));
 }
 
-TEST(DropDoubles, OfManyInOnePlaceOneStays) {
+TEST(DropDoubles, KeepsOneOfManyAtOnePlace) {
   SemanticModel model = pillars({{0, 0.5}, {0.01, 0.5}, {0.02, 0.5}, {0.03, 0.5}, {5, 0.5}});
   EXPECT_EQ(drop_doubles(model), 3U);
   EXPECT_THAT(names(model), ::testing::ElementsAre("pillar 1", "pillar 5"));

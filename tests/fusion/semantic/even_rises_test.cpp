@@ -54,7 +54,7 @@ double unevenness(const Flight& flight) {
   return largest;
 }
 
-TEST(EvenRises, AreWhatABentCloudOfEvenStairsGives) {
+TEST(EvenRises, AreRecoveredFromABentCloud) {
   // A depth camera at the foot of the flight: distant treads incline by up to 5 degrees.
   Stairs stairs = stairs_of(std::vector<double>(9, 0.16), [](double x) { return 0.02 * x * std::abs(x); });
   const double before = unevenness(stairs.flight);
@@ -72,7 +72,7 @@ TEST(EvenRises, LeaveWellMeasuredUnevenStairsAsTheyAre) {
   for (std::size_t i = 0; i < rises.size(); ++i) EXPECT_NEAR(found[i], rises[i], 0.003) << i;
 }
 
-TEST(EvenRises, TakeATreadThatNobodySawFromTheOthers) {
+TEST(EvenRises, InferAnUnseenTreadFromTheOthers) {
   Stairs stairs = stairs_of(std::vector<double>(6, 0.17), [](double) { return 0; });
   stairs.flight.steps[3].z += 0.03;
   std::erase_if(stairs.cloud.points,
@@ -81,7 +81,7 @@ TEST(EvenRises, TakeATreadThatNobodySawFromTheOthers) {
   EXPECT_NEAR(stairs.flight.steps[3].z, 3 * 0.17, 0.005);
 }
 
-TEST(EvenRises, LeaveTwoStepsAlone) {
+TEST(EvenRises, DoNotChangeTwoSteps) {
   Stairs stairs = stairs_of({0.15, 0.19}, [](double x) { return 0.05 * x; });
   const std::vector<double> before = stairs.flight.rises();
   even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);

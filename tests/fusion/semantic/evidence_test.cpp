@@ -32,7 +32,7 @@ cloud::PointCloud<Map> random_views(unsigned seed) {
   return cloud;
 }
 
-TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
+TEST(Evidence, EqualsTheReferenceSearchAlongEachRay) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const cloud::PointCloud<Map> cloud = random_views(seed);
     const EvidenceGrid grid(cloud);
@@ -61,7 +61,7 @@ TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
   }
 }
 
-TEST(Evidence, BehindASurfaceNothingIsKnown) {
+TEST(Evidence, SpaceBehindASurfaceIsUnknown) {
   cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{0, 0, 1}};
   for (double y = -2; y <= 2; y += 0.02) {
@@ -77,7 +77,7 @@ TEST(Evidence, BehindASurfaceNothingIsKnown) {
   EXPECT_EQ(EvidenceGrid(cloud).at({1.5, 0.2, 1.1}), Evidence::unobserved) << "where from is not known";
 }
 
-TEST(Evidence, WithoutRoomForMoreTheRestStaysUnobserved) {
+TEST(Evidence, BeyondTheMemoryLimitSpaceStaysUnobserved) {
   const cloud::PointCloud<Map> cloud = random_views(3);
   EvidenceOptions few;
   few.max_blocks = 4;
@@ -130,7 +130,7 @@ cloud::PointCloud<Map> two_halls(double spacing, bool sight) {
   return cloud;
 }
 
-TEST(ObservedFloors, CoverWhatWasSeenAndNothingElse) {
+TEST(ObservedFloors, CoverOnlyObservedSpace) {
   for (const bool sight : {false, true}) {
     SemanticModel model = one_floor();
     cut_floors(EvidenceGrid(two_halls(0.05, sight)), model);
@@ -144,7 +144,7 @@ TEST(ObservedFloors, CoverWhatWasSeenAndNothingElse) {
   }
 }
 
-TEST(ObservedFloors, AreWholeBetweenTheLinesOfAScanWhereSightPassedOverThem) {
+TEST(ObservedFloors, HaveNoGapsBetweenScanLinesThatRaysCrossed) {
   cloud::PointCloud<Map> cloud;  // rings, 0.5 m apart far out
   cloud.viewpoints = {{0, 0, 0.5}};
   for (double r = 0.3; r < 4; r += 0.1 + 0.1 * r) {
@@ -160,7 +160,7 @@ TEST(ObservedFloors, AreWholeBetweenTheLinesOfAScanWhereSightPassedOverThem) {
   EXPECT_LT(floor_area(blind, -6, 6), floor_area(seen, -6, 6));
 }
 
-TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
+TEST(ObservedFloors, AnUnseenFloorIsRemovedWithItsRelations) {
   SemanticModel model = one_floor();
   cloud::PointCloud<Map> elsewhere;
   elsewhere.points = {{50, 50, 0}};
@@ -170,7 +170,7 @@ TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
   EXPECT_TRUE(model.relations.empty());
 }
 
-TEST(ObservedFloors, EndWhereSightGoesOnBelowThem) {
+TEST(ObservedFloors, EndWhereRaysPassBelowThem) {
   // A landing at z = 0 from x = -2 to 0, ground 0.85 m under it, both seen from above; its box is too large.
   cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{3, 0, 1.2}, {-4, 3, 1.2}};
@@ -212,7 +212,7 @@ void add_flight(SemanticModel& model, double yaw, double top) {
   }
 }
 
-TEST(ObservedFloors, EndWhereTheStepsThatLeadUpToThemBegin) {
+TEST(ObservedFloors, EndAtTheStairsThatLeadUpToThem) {
   const EvidenceGrid evidence(two_halls(0.05, false));
   for (const double yaw : {0.0, 0.3, 1.2, 3.0}) {
     SemanticModel model = one_floor();
@@ -231,7 +231,7 @@ TEST(ObservedFloors, EndWhereTheStepsThatLeadUpToThemBegin) {
   }
 }
 
-TEST(ObservedFloors, GoOnUnderAFlightAndHighOverIt) {
+TEST(ObservedFloors, ContinueUnderAndHighAboveAFlight) {
   const EvidenceGrid evidence(two_halls(0.05, false));
   SemanticModel bare = one_floor();
   cut_floors(evidence, bare);

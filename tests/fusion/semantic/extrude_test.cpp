@@ -100,7 +100,7 @@ void expect_sound(const pose::GridMap& map, const SemanticModel& model, const Ex
   EXPECT_EQ(model.map_id, map.id);
 }
 
-TEST(Extrude, AStraightWallIsOneThinBox) {
+TEST(Extrude, AStraightWallBecomesOneThinBox) {
   pose::GridMap map = test::unknown_map(8, 6);
   fill_free(map);
   const Wall wall{{0, 1}, {5, 1}};
@@ -257,7 +257,7 @@ RC_GTEST_PROP(Extrude, AnyMapIsCoveredWithoutOverlap, ()) {
   RC_ASSERT(whole_figures.covered_cells == figures.occupied_cells);
 }
 
-TEST(Extrude, SpecksThatNoRobotCanComeNearAreLeftOut) {
+TEST(Extrude, UnreachableSpecklesAreOmitted) {
   pose::GridMap map = test::unknown_map(12, 6);
   // A known room of 3 m by 3 m, and a ray of one cell's width through its window.
   for (double x = 0.5; x < 3.5; x += 0.05) {
@@ -283,7 +283,7 @@ TEST(Extrude, SpecksThatNoRobotCanComeNearAreLeftOut) {
   EXPECT_EQ(measure_extrusion(map, *model, options).covered_cells, 8U);
 }
 
-TEST(Extrude, RefusesMapsAndOptionsThatCannotBe) {
+TEST(Extrude, RefusesInvalidMapsAndOptions) {
   pose::GridMap map = test::unknown_map(2, 2);
   EXPECT_THAT(extrude(map, {}).error().message, ::testing::HasSubstr("no occupied cell"));
   map.occupied[3] = 1;

@@ -61,7 +61,7 @@ TEST(FactorGraph, FindsTheBestAssignmentOfMostSmallLoops) {
   EXPECT_GE(same, 175) << "of 200";
 }
 
-TEST(FactorGraph, GivesTheSameSolutionTwice) {
+TEST(FactorGraph, IsDeterministic) {
   std::mt19937 random(3);
   const FactorGraph graph = random_graph(random, 40, 60, 2);
   const auto one = graph.solve(), two = graph.solve();
@@ -69,7 +69,7 @@ TEST(FactorGraph, GivesTheSameSolutionTwice) {
   for (std::size_t i = 0; i < graph.size(); ++i) EXPECT_EQ(one.beliefs[i], two.beliefs[i]);
 }
 
-TEST(FactorGraph, TriesWhatIsRightOnlyTogether) {
+TEST(FactorGraph, FindsLabelsThatAreBestOnlyJointly) {
   // Four that only win together, against one each for the other label: no change of one or of a pair is
   // better.
   const auto chain = [](bool proposed) {

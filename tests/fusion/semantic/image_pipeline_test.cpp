@@ -64,7 +64,7 @@ RC_GTEST_PROP(ImagePipeline, FilterIsEquation3, ()) {
   expect_same(filtered, out);
 }
 
-RC_GTEST_PROP(ImagePipeline, DilationIsOpenCvs, ()) {
+RC_GTEST_PROP(ImagePipeline, DilationEqualsOpenCv, ()) {
   const cv::Mat picture = random_picture();
   cv::Mat out;
   cv::dilate(picture, out, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
@@ -74,7 +74,7 @@ RC_GTEST_PROP(ImagePipeline, DilationIsOpenCvs, ()) {
   expect_same(dilated, out);
 }
 
-RC_GTEST_PROP(ImagePipeline, ThinningIsOpenCvs, ()) {
+RC_GTEST_PROP(ImagePipeline, ThinningEqualsOpenCv, ()) {
   const cv::Mat picture = random_picture();
   cv::Mat out;
   cv::ximgproc::thinning(picture, out, cv::ximgproc::THINNING_GUOHALL);
@@ -109,7 +109,7 @@ RC_GTEST_PROP(ImagePipeline, HoughFindsALineAmongNoiseForAnySeed, (std::uint64_t
   RC_ASSERT(longest >= 0.4 * std::hypot(b.x - a.x, b.y - a.y));
 }
 
-TEST(ImagePipeline, HoughFindsWhatOpenCvFinds) {
+TEST(ImagePipeline, HoughEqualsOpenCv) {
   cv::Mat picture = cv::Mat::zeros(300, 300, CV_8U);
   const std::vector<std::pair<cv::Point, cv::Point>> lines = {
       {{20, 30}, {280, 30}}, {{40, 60}, {40, 280}}, {{80, 80}, {260, 260}}, {{250, 60}, {120, 60}}};
@@ -122,7 +122,7 @@ TEST(ImagePipeline, HoughFindsWhatOpenCvFinds) {
   for (const auto& [a, b] : lines) EXPECT_TRUE(is_found(ours, a, b, 3)) << a << b;
 }
 
-TEST(ImagePipeline, HoughKeepsToTheRowsWhereAsked) {
+TEST(ImagePipeline, HoughSearchesOnlyTheGivenRows) {
   cv::Mat picture = cv::Mat::zeros(300, 300, CV_8U);
   cv::line(picture, {20, 30}, {280, 36}, 255);
   cv::line(picture, {20, 60}, {280, 160}, 255);
@@ -133,7 +133,7 @@ TEST(ImagePipeline, HoughKeepsToTheRowsWhereAsked) {
   for (const PixelSegment& s : found) EXPECT_TRUE(s.y0 <= 40 && s.y1 <= 40);
 }
 
-TEST(ImagePipeline, RidgesStandOutFromWhatIsSpreadOverRows) {
+TEST(ImagePipeline, RidgesStandOutFromSpreadResponses) {
   LayerImage image;
   image.reset(100, 60);
   for (int x = 10; x < 90; ++x) {

@@ -29,7 +29,7 @@ const ModelEntity* by_name(const SemanticModel& model, const std::string& name) 
   return nullptr;
 }
 
-TEST(KeepCorrections, AnOldModelWithoutAnyLeavesTheNewOneAsItIs) {
+TEST(KeepCorrections, AnOldModelWithoutCorrectionsChangesNothing) {
   SemanticModel made = found(0.01);
   const std::string before = to_yaml(made);
   const KeptCorrections kept = keep_corrections(found(), made);
@@ -37,7 +37,7 @@ TEST(KeepCorrections, AnOldModelWithoutAnyLeavesTheNewOneAsItIs) {
   EXPECT_EQ(to_yaml(made), before);
 }
 
-TEST(KeepCorrections, ALockedEntityReplacesWhatTheNewRunFindsThere) {
+TEST(KeepCorrections, ALockedEntityReplacesTheNewEntityAtItsPlace) {
   SemanticModel old = found();
   old.entities[2].name = "kitchen door";
   old.entities[2].label = EntityLabel::window;  // relabelled as well
@@ -76,7 +76,7 @@ TEST(KeepCorrections, ADeletedEntityIsNotFoundAgain) {
   }
 }
 
-TEST(KeepCorrections, AGlassWallThatNoLaserSeesIsKeptAndTakesNothingAway) {
+TEST(KeepCorrections, AGlassWallIsKeptAndReplacesNothing) {
   SemanticModel old = found();
   old.entities.push_back(test::model_box("glass", EntityLabel::wall, {0, 0.05, 1.25}, {4, 0.1, 2.5}));
   old.entities.back().is_virtual = true;
@@ -87,7 +87,7 @@ TEST(KeepCorrections, AGlassWallThatNoLaserSeesIsKeptAndTakesNothingAway) {
   EXPECT_TRUE(by_name(made, "glass")->is_virtual);
 }
 
-TEST(KeepCorrections, ANameThatAPersonGaveIsNotGivenTwice) {
+TEST(KeepCorrections, AUserGivenNameIsNotReused) {
   SemanticModel old = found();
   old.entities = {test::model_box("wall 1", EntityLabel::wall, {0, 9, 1.25}, {4, 0.1, 2.5})};
   old.entities[0].locked = true;
@@ -101,7 +101,7 @@ TEST(KeepCorrections, ANameThatAPersonGaveIsNotGivenTwice) {
   EXPECT_TRUE(parse_model(to_yaml(made), "m.yaml"));
 }
 
-TEST(KeepCorrections, FollowWhenTheNewRunMovesTheFloorToZero) {
+TEST(KeepCorrections, AreShiftedWhenTheNewRunMovesTheFloorToZero) {
   SemanticModel old = found();
   old.entities[1].locked = true;
   SemanticModel made = found();

@@ -58,7 +58,7 @@ std::vector<std::string> names(const SemanticModel& model) {
   return all;
 }
 
-TEST(MainPart, IsWhatStandsNearTheFloorsAndNearOneAnother) {
+TEST(MainPart, ContainsEntitiesNearTheFloorsAndEachOther) {
   SemanticModel model = room();
   model.entities.push_back(test::model_box("porch", EntityLabel::wall, {5, 0, 1}, {0.1, 4, 2}));
   model.entities.push_back(test::model_box("shed", EntityLabel::unknown, {7.5, 0, 1}, {0.5, 1, 2}));
@@ -74,7 +74,7 @@ TEST(MainPart, IsWhatStandsNearTheFloorsAndNearOneAnother) {
   EXPECT_LT(plan_box(shown.model).max().x(), 9.5) << "what is left out does not make the rest small";
 }
 
-TEST(MainPart, IsAllWhereLittleLiesFartherOut) {
+TEST(MainPart, ContainsAllWhenLittleLiesOutside) {
   SemanticModel model = room();
   model.entities.push_back(test::model_box("hut", EntityLabel::unknown, {7.5, 0, 1}, {1, 1, 2}));
   EXPECT_EQ(names(main_part(model).model).size(), 5U);

@@ -57,7 +57,7 @@ double f1(const Labelled& found, std::uint8_t truth, EntityLabel label) {
   return both / either;
 }
 
-TEST(NetOnRecordings, LabelsTheCropAsPeopleDid) {
+TEST(NetOnRecordings, LabelsTheCropLikeTheHumanAnnotators) {
   const auto path = test::recording("3d-s3dis-labelled-crop/s3dis_crop.ply");
   PARHELION_NEEDS_RECORDING(path)
   const Labelled found = labelled(path, false);
@@ -199,7 +199,7 @@ TEST(NetOnRecordings, ClimbsTheStairsOfTheDepthCamera) {
   }
 }
 
-TEST(NetOnRecordings, TakesNoTableOfTheKitchenForItsFloor) {
+TEST(NetOnRecordings, TakesNoKitchenTableForTheFloor) {
   PARHELION_NEEDS_RECORDING(test::recording("rgbd-7scenes-redkitchen-a/frame-000000.depth.png"))
   const Labelled found = labelled(test::fused(test::kitchen_frames()), test::kitchen_up());
   double floor = 1e9, walls = 0;
@@ -215,7 +215,7 @@ TEST(NetOnRecordings, TakesNoTableOfTheKitchenForItsFloor) {
   EXPECT_TRUE(found.net.stairs.empty());
 }
 
-TEST(NetOnRecordings, CallsNoTerrainStairs) {
+TEST(NetOnRecordings, FindsNoStairsInTerrain) {
   for (const char* name : {"terrain_med.pcd", "tilted-steps.pcd"}) {
     const auto path = test::recording(std::string("3d-drc-terrain/") + name);
     PARHELION_NEEDS_RECORDING(path)

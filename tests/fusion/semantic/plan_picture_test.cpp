@@ -94,7 +94,7 @@ std::string bytes_of(const std::string& path) {
 
 std::string out_path(const std::string& name) { return ::testing::TempDir() + "parhelion_" + name; }
 
-TEST(PlanPicture, DrawsASiteAndTheSameBytesAgain) {
+TEST(PlanPicture, DrawsASiteDeterministically) {
   Site site = make_site();
   site.picture.map = &site.map;
   site.picture.model = &site.model;
@@ -112,7 +112,7 @@ TEST(PlanPicture, DrawsASiteAndTheSameBytesAgain) {
   EXPECT_NE(bytes_of(without), bytes) << "the agents were not drawn";
 }
 
-TEST(PlanPicture, FocusLeavesFarThingsOut) {
+TEST(PlanPicture, FocusOmitsDistantEntities) {
   const Site site = make_site();
   PlanPicture picture = site.picture;
   const std::string near = out_path("near.png"), nearer = out_path("nearer.png");
@@ -145,7 +145,7 @@ TEST(PlanPicture, EachPartMayBeAbsent) {
   EXPECT_TRUE(draw_plan(picture, out_path("path.png")));
 }
 
-TEST(PlanPicture, RefusesNothingAndNowhere) {
+TEST(PlanPicture, RefusesEmptyInputAndInvalidPaths) {
   PlanPicture picture;
   EXPECT_THAT(draw_plan(picture, "x.png").error().message, ::testing::HasSubstr("nothing to draw"));
   picture.paths.push_back({"", {}, {{0, 0}, {1, 1}}});

@@ -24,7 +24,7 @@ struct Row {
 // measured geometry (half of them are missed), and a recessed or ajar one is seen from one side only; a
 // window is missed where a counter hides its sill or where too little wall was seen around it; the edge of a
 // door's leaf or of a wall is labelled pillar; a flight counts only with every tread that was seen.
-TEST(SemanticNetOnRandomSites, FindsWhatIsThere) {
+TEST(SemanticNetOnRandomSites, FindsAllEntities) {
   const std::uint64_t sites = test::long_run() ? 200 : 10;
   test::SiteScore score;
   for (std::uint64_t seed = 1; seed <= sites; ++seed) score += test::score_random_site(seed);

@@ -84,7 +84,7 @@ TEST(RoundWalls, AnArcIsFoundWithItsRadius) {
   }
 }
 
-TEST(RoundWalls, LayersOfScansThatDoNotQuiteFitAreOne) {
+TEST(RoundWalls, MisalignedScanLayersGiveOneWall) {
   Plan plan;
   plan.round({0, 0}, 9, 0.2, 0.9);
   plan.round({0.02, 0.03}, 9.08, 0.5, 1.2);
@@ -96,7 +96,7 @@ TEST(RoundWalls, LayersOfScansThatDoNotQuiteFitAreOne) {
   EXPECT_LE(found.lines_left, 1U) << "0.2 m off the arc in its middle";
 }
 
-TEST(RoundWalls, StraightWallsStayStraightHoweverTheyMeet) {
+TEST(RoundWalls, StraightWallsStayStraightAtAnyCorner) {
   const std::vector<std::pair<int, double>> polygons{{4, 5.0}, {6, 3.0}, {8, 2.0}, {8, 1.0}, {12, 1.5}};
   for (const auto& [sides, side] : polygons) {
     Plan plan;
@@ -113,7 +113,7 @@ TEST(RoundWalls, StraightWallsStayStraightHoweverTheyMeet) {
   }
 }
 
-TEST(RoundWalls, ACornerThatIsRoundLeavesItsStraightWalls) {
+TEST(RoundWalls, ARoundCornerKeepsItsStraightWalls) {
   Plan plan;
   plan.straight({-5, 0}, {0, 0});
   plan.round({0, 2}, 2, -std::numbers::pi / 2, 0);
@@ -144,7 +144,7 @@ SemanticModel round_hall() {
   return site;
 }
 
-TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
+TEST(RoundWalls, ARoundHallBecomesAClosedRingOfFacets) {
   const cloud::PointCloud<Cloud> cloud = test::scan_of(round_hall(), {{0.5, 0.3, 1.4}, {-2, 1, 1.4}}, 0.0175);
   const auto built = build_model(cloud, {});
   ASSERT_TRUE(built) << built.error().message;
@@ -170,7 +170,7 @@ TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
   EXPECT_LE(open, 4) << "ends that meet no other's: beside the doorway, and where the ring closes";
 }
 
-TEST(RoundWalls, HaveOneTopWhereverSightEndedLower) {
+TEST(RoundWalls, HaveOneHeightDespiteLowerObservations) {
   test::CloudSampler sampler(600, 0.004, 9);
   sampler.slab({-5, -5}, {5, 5}, 0);
   constexpr int pieces = 60;

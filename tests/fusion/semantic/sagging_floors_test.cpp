@@ -48,7 +48,7 @@ Site site_of(double below, double off) {
   return site;
 }
 
-TEST(SaggingFloors, AreTheFloorBesideThemWhereAnglesAreOffByAsMuch) {
+TEST(SaggingFloors, AreMergedWithTheFloorWithinAngleError) {
   Site site = site_of(0.15, 0.035);
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 1U);
   ASSERT_EQ(site.model.entities.size(), 2U);
@@ -63,7 +63,7 @@ TEST(SaggingFloors, AreTheFloorBesideThemWhereAnglesAreOffByAsMuch) {
   EXPECT_EQ(site.model.relations[0].from, "floor 1");
 }
 
-TEST(SaggingFloors, StepsDownStayStepsWhereScansAreSharp) {
+TEST(SaggingFloors, StepsDownAreKeptInSharpScans) {
   for (const double below : {0.12, 0.15, 0.17, 0.30}) {
     Site site = site_of(below, 0.006);
     EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U) << below;
@@ -72,14 +72,14 @@ TEST(SaggingFloors, StepsDownStayStepsWhereScansAreSharp) {
   }
 }
 
-TEST(SaggingFloors, NothingIsJoinedWhereNobodyKnowsWhereTheScannerStood) {
+TEST(SaggingFloors, NothingIsMergedWithoutScannerPoses) {
   Site site = site_of(0.15, 0.035);
   site.cloud.viewpoints.clear();
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U);
   EXPECT_EQ(join_sagging_floors(cloud::PointCloud<Map>{}, site.model), 0U);
 }
 
-TEST(SaggingFloors, WhatAPersonLockedStays) {
+TEST(SaggingFloors, LockedEntitiesAreKept) {
   Site site = site_of(0.15, 0.035);
   site.model.entities[1].locked = true;
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U);

@@ -124,7 +124,7 @@ double largest_shift(const Segmentation& one, const Segmentation& other, const E
   return largest;
 }
 
-TEST(SegmentationOfRandomRooms, DoesNotDependOnWhereTilesBegin) {
+TEST(SegmentationOfRandomRooms, DoesNotDependOnTheTileOrigin) {
   check([] {
     CloudSampler sampler(250, 0.004, 11);
     sampler.room({-6, -4}, {9, 7}, 0, 2.6);
@@ -142,7 +142,7 @@ TEST(SegmentationOfRandomRooms, DoesNotDependOnWhereTilesBegin) {
   });
 }
 
-TEST(SegmentationOfRandomRooms, FindsStairsHoweverTheyAreTurned) {
+TEST(SegmentationOfRandomRooms, FindsStairsInAnyOrientation) {
   check([] {
     const double rise = *rc::gen::inRange(14, 20) / 100.0, tread = *rc::gen::inRange(26, 34) / 100.0;
     const double wide = *rc::gen::inRange(9, 20) / 10.0;

@@ -89,7 +89,7 @@ const HorizontalSurface* widest(const Segmentation& found, bool down) {
   return best;
 }
 
-TEST(SegmentationOfRecordings, TheRoomHasItsFloorItsCeilingAndItsRightAngles) {
+TEST(SegmentationOfRecordings, FindsFloorCeilingAndRightAnglesOfTheRoom) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-room-scan/room_scan1.pcd"));
   const cloud::PointCloud<Cloud> raw = scan("3d-room-scan/room_scan1.pcd");
   const Levelled levelled = segmented(raw);
@@ -110,7 +110,7 @@ TEST(SegmentationOfRecordings, TheRoomHasItsFloorItsCeilingAndItsRightAngles) {
   EXPECT_GE(walls, 3);
 }
 
-TEST(SegmentationOfRecordings, TheStairsHaveTheirRises) {
+TEST(SegmentationOfRecordings, FindsTheRisesOfTheStairs) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-ori-stairs/06.pcd"));
   const Levelled levelled = segmented(scan("3d-ori-stairs/06.pcd"));
   const Segmentation& found = levelled.found;
@@ -124,7 +124,7 @@ TEST(SegmentationOfRecordings, TheStairsHaveTheirRises) {
   for (std::size_t i = 0; i < rises.size(); ++i) EXPECT_NEAR(treads[i + 1] - treads[i], rises[i], 0.01) << i;
 }
 
-TEST(SegmentationOfRecordings, TheTerrainHasNoFlight) {
+TEST(SegmentationOfRecordings, FindsNoStairsInTerrain) {
   for (const char* name : {"3d-drc-terrain/terrain_med.pcd", "3d-drc-terrain/tilted-steps.pcd"}) {
     PARHELION_NEEDS_RECORDING(test::recording(name));
     const Levelled levelled = segmented(scan(name));
@@ -133,7 +133,7 @@ TEST(SegmentationOfRecordings, TheTerrainHasNoFlight) {
   }
 }
 
-TEST(SegmentationOfRecordings, TheCorridorHasItsFloorItsCeilingAndItsWall) {
+TEST(SegmentationOfRecordings, FindsFloorCeilingAndWallOfTheCorridor) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-3dtk-corridor/scan000.3d"));
   const cloud::PointCloud<Cloud> raw = scan("3d-3dtk-corridor/scan000.3d");
   const Levelled levelled = segmented(raw);
@@ -163,7 +163,7 @@ TEST(SegmentationOfRecordings, TheCorridorHasItsFloorItsCeilingAndItsWall) {
   EXPECT_NEAR(median(std::move(off)), 0, 0.02);
 }
 
-TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
+TEST(SegmentationOfRecordings, FindsFloorAndWallOfTheLabelledCrop) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-s3dis-labelled-crop/s3dis_crop.ply"));
   const cloud::PointCloud<Cloud> cloud = scan("3d-s3dis-labelled-crop/s3dis_crop.ply");
   ASSERT_EQ(cloud.labels.size(), cloud.size());
@@ -193,7 +193,7 @@ TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   EXPECT_GE(wall_f1, 0.85);
 }
 
-TEST(SegmentationOfRecordings, TheKitchensTableTopIsNotItsFloor) {
+TEST(SegmentationOfRecordings, DoesNotTakeTheKitchenTableForTheFloor) {
   PARHELION_NEEDS_RECORDING(test::recording("rgbd-7scenes-redkitchen-a/frame-000000.depth.png"));
   const Levelled levelled = segmented(test::fused(test::kitchen_frames()), test::kitchen_up());
   const Segmentation& found = levelled.found;

@@ -38,7 +38,7 @@ const HorizontalSurface* at_height(const Segmentation& s, double z, double off) 
   return nullptr;
 }
 
-TEST(Segmentation, OfARoomIsItsWallsFloorAndCeiling) {
+TEST(Segmentation, FindsWallsFloorAndCeilingOfARoom) {
   CloudSampler sampler(400, 0.005, 1);
   sampler.room({-2, -1.5}, {3, 2.5}, -1.3, 1.4);
   const auto found = segment(sampler.cloud());
@@ -85,7 +85,7 @@ TEST(Segmentation, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST(Segmentation, OfAWallAcrossTilesIsOneSegment) {
+TEST(Segmentation, AWallAcrossTilesIsOneSegment) {
   CloudSampler sampler(400, 0.005, 3);
   sampler.wall({-14, 3}, {17, 6}, 0, 2.5);
   const auto found = segment(sampler.cloud());
@@ -94,7 +94,7 @@ TEST(Segmentation, OfAWallAcrossTilesIsOneSegment) {
   EXPECT_NE(along(*found, {-14, 3}, {17, 6}, 0.04), nullptr);
 }
 
-TEST(Segmentation, RefusesWhatItCannotWorkOn) {
+TEST(Segmentation, RefusesInvalidInput) {
   EXPECT_THAT(segment({}).error().message, HasSubstr("empty"));
   CloudSampler sampler(400, 0.005, 4);
   sampler.room({0, 0}, {4, 3}, 0, 2.6);
@@ -106,7 +106,7 @@ TEST(Segmentation, RefusesWhatItCannotWorkOn) {
   EXPECT_THAT(segment(millimetres).error().message, HasSubstr("millimetres"));
 }
 
-TEST(Segmentation, IsNotLostToAStrayPoint) {
+TEST(Segmentation, ToleratesAnOutlier) {
   CloudSampler sampler(400, 0.005, 5);
   sampler.room({0, 0}, {4, 3}, 0, 2.6);
   cloud::PointCloud<Map> cloud = sampler.cloud();
@@ -118,7 +118,7 @@ TEST(Segmentation, IsNotLostToAStrayPoint) {
   EXPECT_EQ(found->surface_of.back(), kNoSurface);
 }
 
-TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
+TEST(Segmentation, DuplicatesOfOnePointGiveNoSurface) {
   cloud::PointCloud<Map> cloud;
   cloud.points.assign(10'000, {1, 2, 3});
   const auto found = segment(cloud);
@@ -155,7 +155,7 @@ TEST(Level, TurnsATiltedRoomUpright) {
   }
 }
 
-TEST(Segmentation, LetsNoFloorClimbItsWalls) {
+TEST(Segmentation, KeepsFloorsFromGrowingUpTheWalls) {
   // Sparse: the random content of a wall's slices differs by no more than 3 cm from one to the next.
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     CloudSampler sampler(420, 0.008, seed);

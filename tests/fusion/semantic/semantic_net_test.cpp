@@ -32,7 +32,7 @@ SemanticNet net_of(const cloud::PointCloud<Map>& cloud) {
   return *net;
 }
 
-TEST(SemanticNet, OfABareRoomIsFourWallsFloorAndCeiling) {
+TEST(SemanticNet, FindsFourWallsFloorAndCeilingOfABareRoom) {
   CloudSampler sampler(600, 0.005, 1);
   sampler.room({0, 0}, {5, 4}, 0, 2.7);
   const SemanticNet net = net_of(sampler.cloud());
@@ -45,7 +45,7 @@ TEST(SemanticNet, OfABareRoomIsFourWallsFloorAndCeiling) {
   EXPECT_FALSE(find_overlap(net.entities));
 }
 
-TEST(SemanticNet, KnowsADoorThatStandsOpen) {
+TEST(SemanticNet, RecognizesAnOpenDoor) {
   // A wall across a hall with an opening 0.9 m wide and 2.0 m high, seen from one side.
   CloudSampler sampler(900, 0.005, 2);
   sampler.room({0, 0}, {8, 4}, 0, 2.7);
@@ -106,7 +106,7 @@ void paint_steps(CloudSampler& sampler, double rise) {
   }
 }
 
-TEST(SemanticNet, TakesAStripOfGroundForTheLevelThatAFlightStandsOn) {
+TEST(SemanticNet, TakesAStripOfGroundForTheBaseOfAFlight) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     CloudSampler sampler(3000, 0.004, seed);
     const double rise = 0.14 + 0.06 * sampler.uniform();
@@ -120,7 +120,7 @@ TEST(SemanticNet, TakesAStripOfGroundForTheLevelThatAFlightStandsOn) {
   }
 }
 
-TEST(SemanticNet, InventsNoStepWhereALowWallCarriesAFlight) {
+TEST(SemanticNet, AddsNoStepWhereALowWallSupportsAFlight) {
   CloudSampler sampler(3000, 0.004, 3);
   sampler.wall({0, 0}, {0, 1.4}, -0.8, 0.17);
   sampler.slab({-1, 0}, {0, 1.4}, -0.8);
@@ -130,7 +130,7 @@ TEST(SemanticNet, InventsNoStepWhereALowWallCarriesAFlight) {
   EXPECT_EQ(net.stairs[0].rises.size(), 3U);
 }
 
-TEST(SemanticNet, InventsNoStepInARampThatLeadsToAFlight) {
+TEST(SemanticNet, AddsNoStepInARampBeforeAFlight) {
   CloudSampler sampler(3000, 0.004, 3);
   sampler.rectangle({-1.2, 0, -0.6}, {1.2, 0, 0.77}, {0, 1.4, 0});
   paint_steps(sampler, 0.17);
@@ -139,7 +139,7 @@ TEST(SemanticNet, InventsNoStepInARampThatLeadsToAFlight) {
   EXPECT_EQ(net.stairs[0].rises.size(), 3U);
 }
 
-TEST(SemanticNet, EndsAWallAtTheFlightWhoseRiserLiesInItsPlane) {
+TEST(SemanticNet, EndsAWallAtACoplanarRiser) {
   CloudSampler sampler(3000, 0.004, 5);
   sampler.slab({-2, 0}, {0, 3.4}, 0);
   sampler.slab({0, 1.4}, {0.6, 3.4}, 0);
@@ -173,7 +173,7 @@ TEST(SemanticNet, TakesNoTableForAFloor) {
   EXPECT_EQ(net.stairs.size(), 0U);
 }
 
-TEST(SemanticNet, TakesACountersFrontForNoWallAndFindsTheWallBehindIt) {
+TEST(SemanticNet, FindsTheWallBehindACounter) {
   CloudSampler sampler(2500, 0.004, 6);
   sampler.slab({0, 0}, {4, 2.4}, 0);
   sampler.wall({0, 2.4}, {2.6, 2.4}, 0, 0.9);  // the front, and the top that it carries

@@ -52,7 +52,7 @@ TEST(SiteHeights, ReportTheSpreadOfALeaningFloorAndTheScannersPoses) {
   EXPECT_NE(words.find("scanner 2:"), std::string::npos) << words;
 }
 
-TEST(SiteHeights, AreNoneWhereNothingIsLabelled) {
+TEST(SiteHeights, AreEmptyWithoutLabels) {
   cloud::PointCloud<Map> cloud = leaning_floor();
   const SiteHeights elsewhere = site_heights(cloud, 5.0, std::nullopt);
   EXPECT_FALSE(elsewhere.floor || elsewhere.ceiling);
@@ -98,7 +98,7 @@ double median_between(std::vector<double> values, double low, double high) {
 
 /// The attribution files' heights are the lower edges of the fullest bins of 5 cm of an unlevelled scan: they
 /// are not accurate to 2 cm.
-TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
+TEST(HeightsOfRecordings, StatedHeightsAreLowerEdgesOfFiveCentimetreBins) {
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(room);
   const auto scan = cloud::read_scan(room);

@@ -36,7 +36,7 @@ float at(const pose::GridMap& map, double x, double y) {
   return map.occupied.at(row * static_cast<std::size_t>(map.width) + column);
 }
 
-TEST(Slice, WallsAreOccupiedWhatWasSeenThroughIsFreeTheRestUnknown) {
+TEST(Slice, MarksWallsOccupiedSeenSpaceFreeAndTheRestUnknown) {
   const auto map = slice(room());
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(at(*map, 1, 0.01), 1.F);
@@ -47,7 +47,7 @@ TEST(Slice, WallsAreOccupiedWhatWasSeenThroughIsFreeTheRestUnknown) {
   EXPECT_EQ(at(*map, 2.05, 1.5), 0.5F) << "under the scanner nothing was seen";
 }
 
-TEST(Slice, ATableTopIsNotAtTheLasersHeightButIsAtItsOwn) {
+TEST(Slice, ATableTopAppearsOnlyAtItsOwnHeight) {
   const auto low = slice(room());
   SliceOptions options;
   options.height = 0.75;

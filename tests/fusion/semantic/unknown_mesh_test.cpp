@@ -33,7 +33,7 @@ cloud::PointCloud<Map> scanned_box(const Eigen::Vector3d& size, double noise = 0
   return cloud;
 }
 
-TEST(UnknownMesh, LiesWithinACubeOfThePointsAndCoversThem) {
+TEST(UnknownMesh, CoversThePointsWithinOneCube) {
   const cloud::PointCloud<Map> cloud = scanned_box({1.2, 0.6, 0.75});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   const auto result = unknown_mesh(cloud, labels);
@@ -69,7 +69,7 @@ TEST(UnknownMesh, IsClosedWithEachEdgeUsedInBothDirections) {
   for (const auto& [edge, balance] : edges) EXPECT_EQ(balance, 0);
 }
 
-TEST(UnknownMesh, TakesOnlyWhatIsUnknownAndLeavesSpecklesOut) {
+TEST(UnknownMesh, UsesOnlyUnknownPointsAndOmitsSpeckles) {
   cloud::PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
   std::vector<std::uint8_t> labels(cloud.size(), static_cast<std::uint8_t>(EntityLabel::wall));
   auto none = unknown_mesh(cloud, labels);
@@ -97,7 +97,7 @@ TEST(UnknownMesh, StaysWithinTheTriangleLimitByUsingLargerCubes) {
   EXPECT_GT(result->cube, options.cube);
 }
 
-TEST(UnknownMesh, RefusesWhatDoesNotFit) {
+TEST(UnknownMesh, RefusesMismatchedInput) {
   const cloud::PointCloud<Map> cloud = scanned_box({0.5, 0.5, 0.5});
   EXPECT_FALSE(unknown_mesh(cloud, std::vector<std::uint8_t>(3)));
   UnknownMeshOptions options;
@@ -105,7 +105,7 @@ TEST(UnknownMesh, RefusesWhatDoesNotFit) {
   EXPECT_FALSE(unknown_mesh(cloud, std::vector<std::uint8_t>(cloud.size()), options));
 }
 
-TEST(UnknownMesh, ALargeSiteStaysAsFineAsASmallOne) {
+TEST(UnknownMesh, ALargeSiteHasTheResolutionOfASmallOne) {
   const cloud::PointCloud<Map> one = scanned_box({1.2, 0.6, 0.75});
   cloud::PointCloud<Map> many;
   for (int i = 0; i < 30; ++i) {

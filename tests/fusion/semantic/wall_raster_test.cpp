@@ -40,7 +40,7 @@ std::vector<std::uint16_t> through_slowly(const cloud::PointCloud<Map>& cloud, c
   return through;
 }
 
-TEST(WallRaster, CountsTheRaysThatASearchOfAllOfThemFinds) {
+TEST(WallRaster, CountsTheSameRaysAsBruteForce) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-6, 6);
   for (unsigned round = 0; round < 40; ++round) {

@@ -20,7 +20,7 @@ SessionReview reviewed(const test::WrittenSession& session, const std::string& p
   return std::move(*made);
 }
 
-TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
+TEST(BrowserTest, ThePageWorksByMouseKeyboardAndInPrint) {
   if (!std::filesystem::exists(kBrowserFolder + "/node_modules/playwright-core")) {
     // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;

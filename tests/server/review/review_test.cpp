@@ -50,7 +50,7 @@ TEST_F(ReviewTest, ScoreAndReasonsAreThoseOfGradeSession) {
   EXPECT_EQ(deduction["cause"]["object"], "barrel_1");
 }
 
-TEST_F(ReviewTest, WhatWasDrivenAndMeasuredIsThere) {
+TEST_F(ReviewTest, ContainsTrackAndMeasurements) {
   const SessionReview made = review({});
   EXPECT_NEAR(made.duration, 20, 0.05);
   EXPECT_EQ(made.path.entity, "synthetic");
@@ -77,7 +77,7 @@ TEST_F(ReviewTest, WhatWasDrivenAndMeasuredIsThere) {
   EXPECT_NEAR(peak("delay_scan") - made.min_delay.at("delay_scan"), 0.08, 1e-5);
 }
 
-TEST_F(ReviewTest, APictureOfEachPenaltyIsWhatHadBeenShownLast) {
+TEST_F(ReviewTest, EachPenaltyHasTheLastShownPicture) {
   const SessionReview made = review({});
   EXPECT_EQ(made.pictures_seen, 300U);
   EXPECT_EQ(made.pictures_unreadable, 0U);
@@ -94,7 +94,7 @@ TEST_F(ReviewTest, APictureOfEachPenaltyIsWhatHadBeenShownLast) {
   EXPECT_EQ(format->width, 160);
 }
 
-TEST_F(ReviewTest, OfManyPenaltiesTheDearestKeepTheirPictures) {
+TEST_F(ReviewTest, OnlyTheLargestPenaltiesKeepTheirPictures) {
   PictureChoice choice(2, 3);
   std::vector<std::uint8_t> bytes;
   const auto show = [&](double t) {
@@ -124,7 +124,7 @@ TEST_F(ReviewTest, OfManyPenaltiesTheDearestKeepTheirPictures) {
   EXPECT_FALSE(has(50.5) || has(99.5));
 }
 
-TEST_F(ReviewTest, OneBrokenScanIsNotTheEndOfTheReview) {
+TEST_F(ReviewTest, OneDamagedScanDoesNotEndTheReview) {
   test::WrittenSession session;
   session.broken_scan = 5;
   const SessionReview made = review(session), whole = review({});
@@ -132,7 +132,7 @@ TEST_F(ReviewTest, OneBrokenScanIsNotTheEndOfTheReview) {
   EXPECT_EQ(made.grade->score, whole.grade->score);
 }
 
-TEST_F(ReviewTest, OfWhatWasNeverMeasuredThereIsNoSeries) {
+TEST_F(ReviewTest, UnmeasuredQuantitiesHaveNoSeries) {
   test::WrittenSession session;
   session.injected = false;  // without returns the nearest distance is infinite
   const SessionReview made = review(session);
@@ -140,7 +140,7 @@ TEST_F(ReviewTest, OfWhatWasNeverMeasuredThereIsNoSeries) {
   EXPECT_EQ(made.series.count("nearest_injected"), 0U);
 }
 
-TEST_F(ReviewTest, ALogThatStopsInTheMiddleIsShownAsFarAsItGoes) {
+TEST_F(ReviewTest, ATruncatedLogIsShownToItsEnd) {
   test::WrittenSession session;
   session.end = false;
   const SessionReview made = review(session);
@@ -153,7 +153,7 @@ TEST_F(ReviewTest, ALogThatStopsInTheMiddleIsShownAsFarAsItGoes) {
   EXPECT_GT(half->skipped_bytes, 0U);
 }
 
-TEST_F(ReviewTest, WithoutTrainingThereIsAReviewWithoutAScore) {
+TEST_F(ReviewTest, WithoutATrainingTheReviewHasNoScore) {
   test::WrittenSession session;
   session.training = false;
   EXPECT_FALSE(review(session).grade.has_value());
@@ -166,7 +166,7 @@ TEST_F(ReviewTest, AFileThatIsNoSessionLogIsRefused) {
   EXPECT_FALSE(review_session(folder_ / "missing.lcm").ok());
 }
 
-TEST_F(ReviewTest, EachKindOfEventIsListedAndWhatIsLeftOutIsCounted) {
+TEST_F(ReviewTest, EachKindOfEventIsListedAndOmissionsAreCounted) {
   test::WrittenSession session;
   session.touches.clear();
   for (int i = 0; i < 30; ++i) session.touches.push_back(2 + 0.1 * i);
@@ -178,7 +178,7 @@ TEST_F(ReviewTest, EachKindOfEventIsListedAndWhatIsLeftOutIsCounted) {
   EXPECT_EQ(made.grade->deductions.size(), 30U);
 }
 
-TEST_F(ReviewTest, NoNameBecomesMarkup) {
+TEST_F(ReviewTest, NamesAreEscaped) {
   test::WrittenSession session;
   session.scenario = "</script><script>alert(1)</script>";
   session.rule = "<img src=x onerror=alert(2)>";
@@ -190,7 +190,7 @@ TEST_F(ReviewTest, NoNameBecomesMarkup) {
   EXPECT_EQ(page_of(session)["sessions"][0]["scenario"], session.scenario);
 }
 
-TEST_F(ReviewTest, TheSameSessionGivesTheSamePageWhichNamesNoOtherPlace) {
+TEST_F(ReviewTest, ThePageIsReproducibleAndHasNoExternalLinks) {
   const std::string first = to_html({{review({})}, {}, {}}), second = to_html({{review({})}, {}, {}});
   EXPECT_EQ(first, second);
   EXPECT_THAT(first, HasSubstr("default-src 'none'"));

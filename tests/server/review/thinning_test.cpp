@@ -14,7 +14,7 @@
 namespace parhelion::review {
 namespace {
 
-RC_GTEST_PROP(Series, HoldsForEachWindowWhatTheReferenceFinds, ()) {
+RC_GTEST_PROP(Series, EqualsTheReferenceInEachWindow, ()) {
   const auto steps = *rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 400));
   const auto max_windows = static_cast<std::size_t>(*rc::gen::inRange(1, 40));
   Series series(max_windows);
@@ -47,14 +47,14 @@ RC_GTEST_PROP(Series, HoldsForEachWindowWhatTheReferenceFinds, ()) {
   RC_ASSERT(kept == windows);
 }
 
-TEST(Series, LeavesOutWhatIsNotANumber) {
+TEST(Series, OmitsNaN) {
   Series series;
   series.add(1, std::numeric_limits<double>::infinity());
   series.add(1, std::nan(""));
   EXPECT_TRUE(series.samples().empty());
 }
 
-TEST(Track, AnHourOfRoundsStaysNearWhatWasDriven) {
+TEST(Track, AThinnedHourStaysCloseToTheDrivenTrack) {
   Track track(500);
   double driven = 0;
   for (int i = 0; i <= 108'000; ++i) {
@@ -73,7 +73,7 @@ TEST(Track, AnHourOfRoundsStaysNearWhatWasDriven) {
   for (const TrackPoint& point : points) EXPECT_NEAR(point.x * point.x / 4 + point.y * point.y, 1, 1e-9);
 }
 
-TEST(Track, AJumpIsNoDrivenDistance) {
+TEST(Track, AJumpIsNotCountedAsDrivenDistance) {
   Track track(4);
   track.add({0, 0, 0, 0, 0, true});
   for (int i = 1; i <= 6; ++i) track.add({1.0 * i, 0.1 * i, 0, 0, 0.1, false});
@@ -102,7 +102,7 @@ RobotDescription robot_with_laser() {
   return robot;
 }
 
-RC_GTEST_PROP(NearestReturn, IsWhatMeasuringEachReturnGives, ()) {
+RC_GTEST_PROP(NearestReturn, EqualsTheMinimumOverAllReturns, ()) {
   const RobotDescription robot = robot_with_laser();
   const LaserDescription& laser = *robot.laser;
   Scan scan;

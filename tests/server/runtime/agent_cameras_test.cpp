@@ -118,7 +118,7 @@ Differing differing(const std::vector<std::uint8_t>& a, const std::vector<std::u
   return all;
 }
 
-TEST_F(AgentCamerasTest, ComeAtTheirRateWithTheirInstantsStamps) {
+TEST_F(AgentCamerasTest, PublishAtTheirRateWithTheirCaptureStamps) {
   start(with_rovers({rover(-3)}));
   watch(test::drive(2));
   const auto all = decoded<Image>(kPictures);
@@ -135,7 +135,7 @@ TEST_F(AgentCamerasTest, ComeAtTheirRateWithTheirInstantsStamps) {
   }
 }
 
-TEST_F(AgentCamerasTest, SeeTheWallInFrontDownToWhereItMeetsTheFloor) {
+TEST_F(AgentCamerasTest, SeeTheWallAheadDownToTheFloor) {
   const auto room = seen({rover(-3)});
   // The wall at x = 4.95 m is 8.05 m away, its foot 0.6 m under the camera.
   const CameraIntrinsics& k = configuration_.robot_models.front()->description.camera->intrinsics;
@@ -145,7 +145,7 @@ TEST_F(AgentCamerasTest, SeeTheWallInFrontDownToWhereItMeetsTheFloor) {
   EXPECT_FALSE(differing(room, open).columns.empty());
 }
 
-TEST_F(AgentCamerasTest, SeeAnAgentInFrontAndNoneBehindAWall) {
+TEST_F(AgentCamerasTest, SeeAgentsInFrontButNotBehindAWall) {
   const auto alone = seen({rover(-3)});
   const auto before = differing(alone, seen({rover(-3), test::agent("box", AgentKind::box, -1.5, 0)}));
   ASSERT_FALSE(before.columns.empty());
@@ -157,7 +157,7 @@ TEST_F(AgentCamerasTest, SeeAnAgentInFrontAndNoneBehindAWall) {
       << "hidden: not one bit differs";
 }
 
-TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
+TEST_F(AgentCamerasTest, SeeTheRealRobotOfTheTrainee) {
   // The robot drives around the origin; the first SLAM estimate is (1.5, 0).
   auto small = with_rovers({rover(-0.5)});
   const auto with = seen(small);
@@ -177,7 +177,7 @@ TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
   EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose its position is unknown";
 }
 
-TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {
+TEST_F(AgentCamerasTest, AreOffAndFreeOfCostUnlessRequested) {
   start(with_rovers({rover(-3, 0)}));
   feed(test::drive(1));
   EXPECT_TRUE(state_->agent_cameras.cameras.empty());
@@ -185,7 +185,7 @@ TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {
   EXPECT_FALSE(out_.contains(kPictures));
 }
 
-TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
+TEST_F(AgentCamerasTest, StartAndStopByCommandOrWithTheirRobot) {
   start(with_rovers({}));
   watch(test::drive(0.1));
   AgentDefinition agent = rover(-3, 0);
@@ -210,7 +210,7 @@ TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
   EXPECT_EQ(out_[kPictures].size(), removed) << "one of that name came back without a camera";
 }
 
-TEST_F(AgentCamerasTest, AreRefusedWhereThereIsNoneOrTooMany) {
+TEST_F(AgentCamerasTest, MissingOrTooManyCamerasAreRefused) {
   Scenario scenario;
   scenario.max_agent_image_rate = 12;
   AgentDefinition second = rover(3, 5);
@@ -231,7 +231,7 @@ TEST_F(AgentCamerasTest, AreRefusedWhereThereIsNoneOrTooMany) {
   EXPECT_EQ(order_camera("rover_1", 7, 0.26).kind, EventKind::command_accepted);
 }
 
-TEST_F(AgentCamerasTest, OfOneRateAreTakenAtDifferentSteps) {
+TEST_F(AgentCamerasTest, CamerasOfOneRateAreSpreadOverSteps) {
   std::vector<AgentDefinition> agents;
   for (int i = 0; i < 4; ++i) {
     agents.push_back(rover(-3, 2));
@@ -250,7 +250,7 @@ TEST_F(AgentCamerasTest, OfOneRateAreTakenAtDifferentSteps) {
   EXPECT_EQ(instants.size(), count);
 }
 
-TEST(AgentCameraScenario, IsRefusedBeforeItStartsWhereTheModelTakesFewer) {
+TEST(AgentCameraScenario, IsRefusedAtStartWithTooManyCameras) {
   const tick::Configuration configuration = with_rovers({rover(-3, 40)}, [] {
     Scenario scenario;
     scenario.max_agent_image_rate = 60;
@@ -262,7 +262,7 @@ TEST(AgentCameraScenario, IsRefusedBeforeItStartsWhereTheModelTakesFewer) {
   EXPECT_THAT(state.error().message, HasSubstr("takes 15 Hz"));
 }
 
-TEST(AgentCameraRenderThread, DrawsTheNewestOfEachCameraHoweverBusyItIs) {
+TEST(AgentCameraRenderThread, DrawsTheNewestJobOfEachCameraUnderLoad) {
   const SemanticModel room = test::room();
   RenderThread renderer(room, true, 0);
   ASSERT_EQ(renderer.fault(), "");

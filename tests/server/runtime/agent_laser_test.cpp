@@ -67,7 +67,7 @@ tick::Configuration scene_with_lasers() {
   return scene;
 }
 
-TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
+TEST_F(AgentLaser, EqualsCastingEveryBody) {
   start(scene_with_lasers());
   std::uint64_t sequence = 0;
   std::size_t compared = 0;
@@ -98,7 +98,7 @@ TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
   EXPECT_GT(compared, 100U);
 }
 
-TEST_F(AgentLaser, ManyThreadsPublishTheSameAsOne) {
+TEST_F(AgentLaser, ResultIsTheSameForAnyNumberOfThreads) {
   const auto all = [&](int threads) {
     configuration_ = scene_with_lasers();
     state_ = *tick::make_state(configuration_, ArrivalTime::from_utime(test::kStartUs - 2000),

@@ -49,7 +49,7 @@ std::size_t beams_on_agents(const std::vector<ScanInfo>& infos, std::size_t from
   return count;
 }
 
-TEST_F(TickTest, OnARampTheBeamsPassOverWhatTheyWouldHitOnTheLevel) {
+TEST_F(TickTest, OnARampBeamsPassOverLowObjects) {
   start(with_robot(robot_with_imu()));
   // Nose up for a second; then the sensor is silent, and the attitude unknown.
   feed(test::drive(2.5, imu_messages(0, 1, -0.3)));
@@ -75,7 +75,7 @@ TEST_F(TickTest, OnARampTheBeamsPassOverWhatTheyWouldHitOnTheLevel) {
   EXPECT_TRUE(known && forgotten);
 }
 
-TEST_F(TickTest, LevelByTheImuIsTheSameAsWithoutOne) {
+TEST_F(TickTest, ALevelImuGivesTheSameAsNoImu) {
   start(with_robot(robot_with_imu()));
   feed(test::drive(1, imu_messages(0, 1, 0)));
   const auto with = decoded<ScanInfo>(channel::kMrScanInfo);
@@ -87,7 +87,7 @@ TEST_F(TickTest, LevelByTheImuIsTheSameAsWithoutOne) {
   EXPECT_EQ(beams_on_agents(with, 0, 10), beams_on_agents(without, 0, 10));
 }
 
-TEST_F(TickTest, WithoutAMountingInTheDescriptionThereIsNoAttitude) {
+TEST_F(TickTest, WithoutADescribedMountingAttitudeIsUnknown) {
   start(with_robot(test::robot()));
   feed(test::drive(1, imu_messages(0, 1, -0.3)));
   EXPECT_GT(beams_on_agents(decoded<ScanInfo>(channel::kMrScanInfo), 2, 10), 20U);
@@ -127,7 +127,7 @@ TEST_F(TickTest, AConfiguredCovarianceEqualsAPublishedOne) {
   EXPECT_GT(state_->tally.beams_replaced, 0U);
 }
 
-TEST_F(TickTest, APoseWithoutConfiguredCovarianceIsNotConsumedNorOneOfAnotherMap) {
+TEST_F(TickTest, PosesWithoutCovarianceOrOfAnotherMapAreIgnored) {
   start(with_robot(test::robot()));
   feed(with_plain_poses(test::drive(1)));
   for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) EXPECT_FALSE(info.live);
@@ -139,7 +139,7 @@ TEST_F(TickTest, APoseWithoutConfiguredCovarianceIsNotConsumedNorOneOfAnotherMap
   EXPECT_NE(infos.back().reason.find("map"), std::string::npos) << infos.back().reason;
 }
 
-TEST_F(TickTest, APoseThatLeapsIsARelocalization) {
+TEST_F(TickTest, APoseJumpIsARelocalization) {
   start(with_robot(test::robot(), plain_pose_scenario("")));
   auto log = with_plain_poses(test::drive(2));
   for (Message& each : log) {
@@ -189,7 +189,7 @@ TEST_F(TickTest, StaleEncodersSuspendInjectionIntoTheirCamera) {
   EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live) << "the laser does not sit on the head";
 }
 
-TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
+TEST_F(TickTest, ARollingShutterDrawsEachRowAtItsTime) {
   const std::int64_t seen = test::kStartUs + 950 * kMs;
   std::map<double, Transform<Map, Body>> shown;
   for (const double readout : {0.0, 0.1}) {
@@ -223,7 +223,7 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
   }
 }
 
-TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
+TEST_F(TickTest, JointCommandsAreForwardedAndStopOnTimeout) {
   start(with_robot(test::robot()));
   const auto at = [](int t) { return test::kStartUs + t * kMs; };
   const Joints command{SensorTime::from_utime(at(100)), {"arm", "grip"}, {1.5, 0.2}, {}, {3, 4}};
@@ -255,7 +255,7 @@ TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
   EXPECT_EQ(out_[channel::kMrJointCmd].back(), message("", 0, command).payload);
 }
 
-TEST_F(TickTest, AStopMakesUpNoPositionAndWhatCannotBeReadIsAStop) {
+TEST_F(TickTest, UnreadableJointCommandsStopWithoutInventingPositions) {
   start(with_robot(test::robot()));
   const Joints command{SensorTime::from_utime(test::kStartUs), {"arm"}, {1.5}, {0.5}, {}};
   Message broken = message(channel::kJointCmd, test::kStartUs + 20 * kMs, command);

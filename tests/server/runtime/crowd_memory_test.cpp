@@ -42,7 +42,7 @@ TEST(CrowdMemory, RefusesTooManyAgentsAndReportsHowManyFit) {
   EXPECT_TRUE(check_crowd(fewer, 4 * kGigabyte).ok());
 }
 
-TEST(CrowdMemory, RoomForLaterSpawnsIsAskedForToo) {
+TEST(CrowdMemory, MemoryForLaterSpawnsIsChecked) {
   Scenario scenario;
   scenario.max_agents = 10'000;
   EXPECT_FALSE(check_crowd(scenario, 4 * kGigabyte).ok());
@@ -51,7 +51,7 @@ TEST(CrowdMemory, RoomForLaterSpawnsIsAskedForToo) {
   EXPECT_TRUE(check_crowd(scenario, std::nullopt).ok());
 }
 
-TEST(CrowdMemory, AServerIsNotStartedWithWhatNoMachineHolds) {
+TEST(CrowdMemory, AServerThatExceedsMemoryIsNotStarted) {
   auto configuration = test::configuration({});
   configuration.scenario.max_agents = 1'000'000'000;
   const auto state = make_session_state(configuration, ArrivalTime{});
@@ -59,7 +59,7 @@ TEST(CrowdMemory, AServerIsNotStartedWithWhatNoMachineHolds) {
   EXPECT_THAT(state.error().message, HasSubstr("1000000000 agents"));
 }
 
-TEST(CrowdMemory, TheEstimateIsThatOfTheStatesAndNotMuchMore) {
+TEST(CrowdMemory, TheEstimateIsCloseToTheMemoryOfTheStates) {
   const std::uint64_t states = 481 * sizeof(BodyState) * 9;
   EXPECT_GE(memory_of_bodies(9, 240), states);
   EXPECT_LE(memory_of_bodies(9, 240), states * 5 / 4);

@@ -41,14 +41,14 @@ TEST(CrowdTime, TheWarningNamesStepTimeAndHowManyAgentsFit) {
   EXPECT_FALSE(slow_crowd(scenario, {500, 0.5e-3})) << rate;
 }
 
-TEST(CrowdTime, AgentsOfTheScenarioCountWhereNoMoreAreToCome) {
+TEST(CrowdTime, AgentsOfTheScenarioAreCounted) {
   Scenario scenario;
   scenario.agents = persons(100);
   EXPECT_FALSE(slow_crowd(scenario, {50, 1e-3})) << "max_agents is the default";
   EXPECT_TRUE(slow_crowd(scenario, {50, 2e-3}));
 }
 
-TEST(CrowdTime, APartOfTheCrowdIsStepped) {
+TEST(CrowdTime, StepTimeIsMeasuredOnPartOfTheCrowd) {
   const auto configuration = test::configuration(persons(60));
   const auto some = time_crowd(configuration, 20), all = time_crowd(configuration, 1000);
   ASSERT_TRUE(some && all);

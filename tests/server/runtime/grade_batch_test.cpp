@@ -25,7 +25,7 @@ class GradeBatch : public testing::Test {
   test::Folder folder_;
 };
 
-TEST_F(GradeBatch, RowsAreInTheOrderOfNamesForAnyNumberOfThreads) {
+TEST_F(GradeBatch, RowsAreSortedByNameForAnyNumberOfThreads) {
   std::ofstream(folder_ / "0bad.lcm") << "no log at all";
   std::ofstream(folder_ / "note.txt") << "not for us";
   const auto logs = session_logs({folder_ / "b", folder_ / "", folder_ / "b/1.lcm"});
@@ -62,7 +62,7 @@ TEST_F(GradeBatch, ARowEqualsTheOutputOfGrade) {
   EXPECT_EQ(rows[0].identity, session_record(log)->identity);
 }
 
-TEST_F(GradeBatch, OneBadLogIsReportedAndTheRestIsGraded) {
+TEST_F(GradeBatch, ABadLogIsReportedAndTheOthersAreGraded) {
   std::ofstream(folder_ / "b/bad.lcm") << "no log at all";
   test::write_log(folder_ / "b/recording.lcm", test::drive(0.5));
   const auto rows = grade_batch(*session_logs({folder_ / "b"}), 2);
@@ -82,7 +82,7 @@ TEST_F(GradeBatch, OneBadLogIsReportedAndTheRestIsGraded) {
   EXPECT_EQ(std::count(csv.begin(), csv.begin() + static_cast<long>(csv.find('\r')), ','), 18);
 }
 
-TEST_F(GradeBatch, ACutLogIsGradedAsFarAsItGoesAndIsTheSameSession) {
+TEST_F(GradeBatch, ATruncatedLogIsGradedAsTheSameSession) {
   const std::string log = folder_ / "b/3.lcm";
   const auto whole = grade_batch({log}, 1);
   std::filesystem::resize_file(log, std::filesystem::file_size(log) - 300);
@@ -92,7 +92,7 @@ TEST_F(GradeBatch, ACutLogIsGradedAsFarAsItGoesAndIsTheSameSession) {
   EXPECT_NE(cut[0].identity, grade_batch({folder_ / "b/5.lcm"}, 1)[0].identity);
 }
 
-TEST_F(GradeBatch, ShardsTogetherAreAllAndNoneTwice) {
+TEST_F(GradeBatch, ShardsCoverAllLogsExactlyOnce) {
   const auto logs = session_logs({folder_ / ""});
   std::vector<std::string> all;
   for (std::size_t shard = 0; shard < 5; ++shard)

@@ -92,7 +92,7 @@ TEST_F(GradeSession, TheTraineeIsPenalizedForTouchingAVirtualBarrel) {
   EXPECT_THAT(to_text(*session), HasSubstr("touched a virtual thing  contact_started"));
 }
 
-TEST_F(GradeSession, TheSessionReplayedHasTheSameGradeToTheBit) {
+TEST_F(GradeSession, TheReplayedSessionHasExactlyTheSameGrade) {
   const std::string first = record("a.lcm");
   ReplayOptions again;
   again.log = first;
@@ -105,7 +105,7 @@ TEST_F(GradeSession, TheSessionReplayedHasTheSameGradeToTheBit) {
   EXPECT_EQ(to_json(*a), to_json(*b));
 }
 
-TEST_F(GradeSession, TheSameBytesForAnyNumberOfThreadsScoreIncluded) {
+TEST_F(GradeSession, LogAndScoreAreTheSameForAnyNumberOfThreads) {
   const std::string first = record("a.lcm");
   std::map<std::string, std::string> hash;
   for (const int threads : {1, 2, 8}) {
@@ -154,7 +154,7 @@ TEST_F(GradeSession, TheLastPublishedScoreIsThatOfLogAndReport) {
   EXPECT_THAT(summary(*report_), HasSubstr("touched a virtual thing"));
 }
 
-TEST_F(GradeSession, ALogThatIsCutOffIsGradedAsFarAsItGoes) {
+TEST_F(GradeSession, ATruncatedLogIsGradedToItsEnd) {
   const std::string path = record("a.lcm");
   std::filesystem::resize_file(path, std::filesystem::file_size(path) * 2 / 3 + 5);
   const auto session = grade_session(path);
@@ -190,7 +190,7 @@ TEST_F(GradeSession, WhatCannotBeGradedIsRefusedWithTheReason) {
   EXPECT_FALSE(grade_session(folder_ / "missing.lcm").ok());
 }
 
-TEST_F(GradeSession, ATrainingThatNamesWhatIsNotThereIsRefusedBeforeTheStart) {
+TEST_F(GradeSession, ATrainingWithUnknownNamesIsRefusedBeforeTheStart) {
   record("a.lcm", [](Scenario& scenario) { scenario.training->tasks[0].done.target = "hal"; });
   EXPECT_THAT(error_, HasSubstr("task 'into the hall': there is no zone 'hal', did you mean 'hall'?"));
   record("b.lcm", [](Scenario& scenario) {

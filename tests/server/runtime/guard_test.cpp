@@ -39,7 +39,7 @@ class Sent {
   std::vector<int> first_bytes_;
 };
 
-TEST(Guard, SendsTheRawScanWhereTheLoopIsSilent) {
+TEST(Guard, SendsTheRawScanIfTheLoopIsLate) {
   Sent sent;
   Guard guard(milliseconds(5), sent.publisher());
   const std::uint64_t ticket = guard.watch(scan_bytes(7));
@@ -49,7 +49,7 @@ TEST(Guard, SendsTheRawScanWhereTheLoopIsSilent) {
   EXPECT_EQ(guard.fired(), 1U);
 }
 
-TEST(Guard, KeepsStillWhereTheLoopWasFirst) {
+TEST(Guard, SendsNothingIfTheLoopWasFirst) {
   Sent sent;
   {
     Guard guard(seconds(100), sent.publisher());
@@ -59,7 +59,7 @@ TEST(Guard, KeepsStillWhereTheLoopWasFirst) {
   EXPECT_EQ(sent.all(), std::vector<int>(200, 2));
 }
 
-TEST(Guard, AnswersEachScanExactlyOnceAndInOrderHoweverTheThreadsRace) {
+TEST(Guard, EachScanIsSentOnceAndInOrderUnderRaces) {
   Sent sent;
   std::uint64_t answered_by_loop = 0;
   constexpr int scans = 600;
@@ -92,7 +92,7 @@ TEST(Guard, AnswersEachScanExactlyOnceAndInOrderHoweverTheThreadsRace) {
   for (int i = 0; i < scans; ++i) ASSERT_EQ(all[static_cast<std::size_t>(i)], i % 251) << "scan " << i;
 }
 
-TEST(Guard, SendsTheScansThatWereLeftOutBeforeALaterAnswer) {
+TEST(Guard, SendsSkippedScansBeforeALaterOne) {
   Sent sent;
   Guard guard(seconds(100), sent.publisher());
   guard.watch(scan_bytes(1));
@@ -103,7 +103,7 @@ TEST(Guard, SendsTheScansThatWereLeftOutBeforeALaterAnswer) {
   EXPECT_EQ(guard.fired(), 2U);
 }
 
-TEST(Guard, SendsWhatIsUnansweredWhenItEnds) {
+TEST(Guard, SendsPendingScansAtShutdown) {
   Sent sent;
   {
     Guard guard(seconds(100), sent.publisher());

@@ -45,7 +45,7 @@ class InboxTest : public testing::Test {
   Guard guard_;
 };
 
-TEST_F(InboxTest, InboxIsWokenWhileNothingComes) {
+TEST_F(InboxTest, InboxWakesUpWithoutMessages) {
   Inbox inbox(*server_, channels_, guard_);
   const WallTime begun = steady_now();
   inbox.wake();
@@ -74,7 +74,7 @@ TEST_F(InboxTest, InboxStampsStrictlyIncreasing) {
   }
 }
 
-TEST_F(InboxTest, InboxKeepsEveryScanAndCommandHoweverManyWait) {
+TEST_F(InboxTest, InboxNeverDropsQueuedScansAndCommands) {
   Inbox inbox(*server_, channels_, guard_);
   for (int i = 0; i < 400; ++i) {
     send_scan(static_cast<std::uint8_t>(i));
@@ -99,7 +99,7 @@ TEST_F(InboxTest, InboxKeepsEveryScanAndCommandHoweverManyWait) {
   EXPECT_EQ(inbox.take_given_up(), 0U);
 }
 
-TEST_F(InboxTest, InboxGivesTheOldestScansUpToTheGuardWhereTheyTakeTooMuchMemory) {
+TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
   std::vector<std::uint8_t> one;
   encode(Scan{}, one);
   InboxLimits limits;
@@ -120,7 +120,7 @@ TEST_F(InboxTest, InboxGivesTheOldestScansUpToTheGuardWhereTheyTakeTooMuchMemory
   }
 }
 
-TEST_F(InboxTest, InboxRefusesTheNewestCommandWhereCommandsAloneTakeTooMuchMemory) {
+TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
   InboxLimits limits;
   limits.bytes = 10;
   Inbox inbox(*server_, channels_, guard_, limits);
@@ -135,7 +135,7 @@ TEST_F(InboxTest, InboxRefusesTheNewestCommandWhereCommandsAloneTakeTooMuchMemor
   EXPECT_EQ(inbox.dropped(), 15U);
 }
 
-TEST_F(InboxTest, InboxDoesNotHandTheGuardWhatIsNoScan) {
+TEST_F(InboxTest, InboxPassesOnlyScansToTheGuard) {
   Inbox inbox(*server_, channels_, guard_);
   send("SCAN");
   const auto taken = take_all(inbox);
@@ -145,7 +145,7 @@ TEST_F(InboxTest, InboxDoesNotHandTheGuardWhatIsNoScan) {
   EXPECT_TRUE(sent_raw_.empty());
 }
 
-TEST_F(InboxTest, InboxKeepsWhatHasComeWhenItCloses) {
+TEST_F(InboxTest, InboxKeepsReceivedMessagesWhenItCloses) {
   Inbox inbox(*server_, channels_, guard_);
   for (int i = 0; i < 50; ++i) send_scan(static_cast<std::uint8_t>(i));
   inbox.close();
@@ -158,7 +158,7 @@ TEST_F(InboxTest, InboxKeepsWhatHasComeWhenItCloses) {
   EXPECT_FALSE(inbox.take(steady_now()));
 }
 
-TEST_F(InboxTest, InboxReturnsAtTheDeadlineWhereNothingComes) {
+TEST_F(InboxTest, InboxReturnsAtTheDeadlineWithoutMessages) {
   Inbox inbox(*server_, channels_, guard_);
   const WallTime deadline = steady_now() + milliseconds(5);
   EXPECT_FALSE(inbox.take(deadline));

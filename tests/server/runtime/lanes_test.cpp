@@ -70,7 +70,7 @@ TEST_F(Lanes, TheCrossingRampsAreCrossed) {
   EXPECT_EQ(grade().score, 100);
 }
 
-TEST_F(Lanes, WhoRacesOverTheCrossingRampsWithFlippersUpFallsOffAnEdge) {
+TEST_F(Lanes, RacingCrossingRampsWithFlippersUpFallsOff) {
   begin("lanes/crossing_ramps.yaml");
   const auto fell = [this] { return happened(EventKind::fell); };
   const auto race = [this] {

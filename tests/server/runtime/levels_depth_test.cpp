@@ -52,7 +52,7 @@ class LevelsDepth : public LevelsTest {
   std::vector<Transform<Map, DepthOptical>> poses_;
 };
 
-TEST_F(LevelsDepth, DepthComesAtItsRateWithThePicturesOfTheSameInstantAndAsMrDepth) {
+TEST_F(LevelsDepth, DepthIsPublishedWithItsPicturesAndAsMrDepth) {
   start(with_depth());
   watch(1);
   EXPECT_NEAR(static_cast<double>(out_[channel::kCamera].size()), 15, 1);
@@ -70,7 +70,7 @@ TEST_F(LevelsDepth, DepthComesAtItsRateWithThePicturesOfTheSameInstantAndAsMrDep
   }
 }
 
-TEST_F(LevelsDepth, ItsPointsLieOnTheWallsOfTheModelAndOnTheAgent) {
+TEST_F(LevelsDepth, DepthPointsLieOnModelWallsAndAgents) {
   start(with_depth({test::agent("box_1", AgentKind::box, 0, 0.3)}));
   watch(0.3);
   const auto images = decoded<Image>(channel::kDepth);
@@ -110,7 +110,7 @@ TEST_F(LevelsDepth, ItsPointsLieOnTheWallsOfTheModelAndOnTheAgent) {
   EXPECT_EQ(elsewhere, 0);
 }
 
-TEST_F(LevelsDepth, ARobotThatHasADepthCameraOnlySendsDepthOnly) {
+TEST_F(LevelsDepth, ARobotWithOnlyADepthCameraSendsOnlyDepth) {
   tick::Configuration configuration = with_depth();
   configuration.robot.camera.reset();
   start(std::move(configuration));
@@ -120,7 +120,7 @@ TEST_F(LevelsDepth, ARobotThatHasADepthCameraOnlySendsDepthOnly) {
   EXPECT_EQ(state_->tally.frames_out, out_[channel::kDepth].size());
 }
 
-TEST_F(LevelsDepth, AHeadThatTheRobotDoesNotHaveIsRefusedWithItsName) {
+TEST_F(LevelsDepth, AMissingHeadIsRefusedByName) {
   tick::Configuration configuration = with_depth();
   configuration.robot.depth->head.push_back({"mast_pan", {}, Eigen::Vector3d::UnitZ()});
   start(std::move(configuration));

@@ -39,7 +39,7 @@ TEST_F(LevelsTest, OutOfRadioRangeTheRobotStops) {
   EXPECT_FALSE(state_->tally.battery_left);
 }
 
-TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
+TEST_F(LevelsTest, HazardSensorReportsAtTenHertz) {
   start(level_1({}, hazardous()));
   run(2);
   const auto readings = decoded<HazardReading>(channel::kHazard);
@@ -76,7 +76,7 @@ Message operator_at(std::int64_t utime, const std::string& robot, OperatorStatus
                        OperatorStatus{SensorTime::from_utime(utime), "ann", robot, state, "keys"});
 }
 
-TEST_F(LevelsTest, AnOperatorDrivesOneRobotAtATimeAndALostConsoleStopsIt) {
+TEST_F(LevelsTest, DrivesOneRobotAtATimeAndStopsOnConsoleLoss) {
   start(level_1({test::agent("robot_1", AgentKind::robot, 2, 2, BehaviourKind::teleop)}));
   const auto report_operator = [this](const std::string& robot, OperatorStatus::State state) {
     feed(operator_at(teleop_at(time_, 0).arrival.utime(), robot, state));

@@ -57,7 +57,7 @@ class LevelsSession : public testing::Test {
   test::Folder folder_;
 };
 
-TEST_F(LevelsSession, ASessionOfASimulatedRobotReplaysToTheSameBytes) {
+TEST_F(LevelsSession, ASimulatedSessionReplaysToTheSameBytes) {
   const Report live = serve_and_drive(
       level_1({test::agent("robot_1", AgentKind::robot, 2, 0, BehaviourKind::wander)}, hazardous()));
   EXPECT_GT(live.tally.scans_out, 50U);

@@ -117,7 +117,7 @@ double explained(const pose::GridMap& map, const SemanticModel& model) {
   return occupied > 100 ? static_cast<double>(near) / occupied : 0;
 }
 
-TEST_F(LevelsSlamTest, TheRobotDrivesByTheEstimateOfSlamAndTheMapIsMade) {
+TEST_F(LevelsSlamTest, TheRobotDrivesByTheSlamEstimateWhileMapping) {
   live(0.5, {});
   EXPECT_TRUE(state_->robots.front().pose.at_step.has_value()) << "SLAM has spoken";
   live(12, {0.4, 0, 0.5});

@@ -162,7 +162,7 @@ void expect_the_missing_wall(const std::vector<LineView>& views, const std::stri
   EXPECT_EQ(walls.size(), 1U);
 }
 
-TEST(LineSweep, ANoddingLaserFindsAWallAheadThatWasNotModelled) {
+TEST(LineSweep, ANoddingLaserFindsAnUnmodelledWallAhead) {
   const auto line = line_laser(true);
   const Swept swept = sweep(sweeping(line), drive(8, line, nodding));
   EXPECT_EQ(swept.refused, 0U);
@@ -171,7 +171,7 @@ TEST(LineSweep, ANoddingLaserFindsAWallAheadThatWasNotModelled) {
   expect_the_missing_wall(swept.views, "wall 2");
 }
 
-TEST(LineSweep, ALaserOnItsSideFindsItByDriving) {
+TEST(LineSweep, AVerticalLaserFindsTheWallByDriving) {
   const auto line = line_laser(false);
   const Swept swept = sweep(sweeping(line), drive(24, line, {}));
   EXPECT_EQ(swept.refused, 0U);
@@ -179,7 +179,7 @@ TEST(LineSweep, ALaserOnItsSideFindsItByDriving) {
   expect_the_missing_wall(swept.views, "wall 4");
 }
 
-TEST(LineSweep, HeldEncodersAreNotBelieved) {
+TEST(LineSweep, StaleEncoderValuesAreNotUsed) {
   const auto line = line_laser(true);
   auto log = drive(4, line, nodding);
   // The encoder stops after two seconds; elsewhere its last value is used for 0.2 s.
@@ -191,7 +191,7 @@ TEST(LineSweep, HeldEncodersAreNotBelieved) {
   for (const LineView& view : swept.views) EXPECT_LT(stamp_of(view), SensorTime::from_utime(at(2.01)));
 }
 
-TEST(LineSweep, ALaserAtRestMakesNoView) {
+TEST(LineSweep, AStandingLaserGivesNoView) {
   const auto line = line_laser(true);
   auto log = drive(6, line, [](double) { return 0.3; });
   std::erase_if(log, [](const Message& m) {
@@ -211,7 +211,7 @@ TEST(LineSweep, ALaserAtRestMakesNoView) {
   EXPECT_TRUE(sweep(sweeping(line), log).views.empty());
 }
 
-TEST(LineSweep, LinesOfALaserThatNobodyDescribedAreRefused) {
+TEST(LineSweep, ScanLinesOfAnUndescribedLaserAreRefused) {
   const auto line = line_laser(true);
   tick::Configuration configuration = sweeping(line);
   const auto log = drive(0.3, line, nodding);

@@ -79,7 +79,7 @@ std::vector<ModelEntity> added(const SemanticModel& model, EntityLabel label) {
   return found;
 }
 
-TEST(LiveSite, AddsTheWallThatWasNotModelledAndKeepsTheRest) {
+TEST(LiveSite, AddsAnUnmodelledWallAndKeepsTheRest) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, 0);
   const auto model = site.add(view(at, at));
@@ -96,7 +96,7 @@ TEST(LiveSite, AddsTheWallThatWasNotModelledAndKeepsTheRest) {
   EXPECT_TRUE(parse_model(to_yaml(**model), "model").ok());
 }
 
-TEST(LiveSite, PutsAViewRightWhosePoseIsOff) {
+TEST(LiveSite, CorrectsAViewWithAPoseError) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, -0.3);
   ASSERT_TRUE(site.add(view(at, at)).ok());
@@ -111,7 +111,7 @@ TEST(LiveSite, PutsAViewRightWhosePoseIsOff) {
   EXPECT_LT(worst, 0.03) << "m; the pose was 7 cm off";
 }
 
-TEST(LiveSite, TheSameViewAgainIsNothingNew) {
+TEST(LiveSite, ARepeatedViewAddsNothing) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, 0);
   ASSERT_TRUE(site.add(view(at, at)).ok());
@@ -122,7 +122,7 @@ TEST(LiveSite, TheSameViewAgainIsNothingNew) {
   EXPECT_LT(site.cloud().size() - points, points / 6);
 }
 
-TEST(LiveSite, AnImageThatCannotBeDecodedChangesNothing) {
+TEST(LiveSite, AnUndecodableImageChangesNothing) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, 0);
   PlacedDepth broken = view(at, at);

@@ -12,7 +12,7 @@ using test::agent;
 
 class LoopDelayTest : public test::LoopTest {};
 
-TEST_F(LoopDelayTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
+TEST_F(LoopDelayTest, DelayedLoopReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
   const auto log = test::drive(3);
   const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);
@@ -31,7 +31,7 @@ TEST_F(LoopDelayTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
   expect_same_bytes_again(live);
 }
 
-TEST_F(LoopDelayTest, LoopThatFellBehindAfterStepsOfItsTimerReplaysToTheSameBytes) {
+TEST_F(LoopDelayTest, LoopBehindAfterTimerStepsReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
   const auto log = test::drive(1.5);
   const auto middle = log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2);
@@ -46,7 +46,7 @@ TEST_F(LoopDelayTest, LoopThatFellBehindAfterStepsOfItsTimerReplaysToTheSameByte
   expect_same_bytes_again(**report_);
 }
 
-TEST_F(LoopDelayTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
+TEST_F(LoopDelayTest, LoopWithADiskStallAtAGuardedScanReplaysIdentically) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
   const auto log = test::drive(1.5);
   const auto last_scan = std::find_if(log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2), log.end(),
@@ -68,7 +68,7 @@ TEST_F(LoopDelayTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
   expect_same_bytes_again(**report_);
 }
 
-TEST_F(LoopDelayTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWholeAfterwards) {
+TEST_F(LoopDelayTest, LoopWithADiskStallPublishesAndLogsEveryScanInOrder) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
   const auto log = test::drive(4);
   const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);

@@ -9,7 +9,7 @@ namespace {
 using test::agent;
 using test::LoopTest;
 
-TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
+TEST_F(LoopTest, LoopPublishesEveryScanAndReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
                                            agent("barrel_1", AgentKind::barrel, 0, 0)}),
                       seconds(10));
@@ -24,7 +24,7 @@ TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
   expect_same_bytes_again(live);
 }
 
-TEST_F(LoopTest, LoopGradesAsItGoesToTheBitAsItsLogIsGradedLater) {
+TEST_F(LoopTest, LoopGradingEqualsLaterGradingOfItsLog) {
   tick::Configuration lesson = test::configuration({agent("barrel_1", AgentKind::barrel, 1.5, 1)});
   Training& training = lesson.scenario.training.emplace();
   Task drive;
@@ -98,7 +98,7 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
   }
 }
 
-TEST_F(LoopTest, LoopThatIsStoppedAnswersWhatWaits) {
+TEST_F(LoopTest, StoppingTheLoopPublishesQueuedScans) {
   serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}), seconds(100));
   const auto log = test::drive(2);
   shut_gate();
@@ -114,7 +114,7 @@ TEST_F(LoopTest, LoopThatIsStoppedAnswersWhatWaits) {
   expect_same_bytes_again(live);
 }
 
-TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
+TEST_F(LoopTest, LoopForwardsUnreadableScansButNotOtherMessages) {
   serve_in_background(test::configuration({}));
   std::vector<Message> sent;
   for (int i = 0; i < 20; ++i) {
@@ -203,7 +203,7 @@ TEST_F(LoopTest, AStoppedRobotStaysStoppedAfterARestartAndIsLogged) {
   expect_same_bytes_again(**report_);
 }
 
-TEST_F(LoopTest, APausedSessionStandsStillAnswersAndReplaysToTheSameBytes) {
+TEST_F(LoopTest, APausedSessionPublishesScansAndReplaysIdentically) {
   const auto clock = std::make_shared<SessionClock>();
   options_.clock = clock;
   serve_in_background(test::level_1());

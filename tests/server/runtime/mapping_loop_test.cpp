@@ -52,7 +52,7 @@ std::vector<Message> drive_with_depth(double duration) {
   return test::drive(duration, std::move(images));
 }
 
-TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSameBytes) {
+TEST(MappingLoop, TheModelGrowsDuringASessionThatReplaysIdentically) {
   const test::Folder folder;
   MemoryBusHub hub;
   const auto server_bus = hub.connect(), robot = hub.connect();

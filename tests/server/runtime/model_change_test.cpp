@@ -68,7 +68,7 @@ class ModelChangeTest : public testing::Test {
   tick::Outputs outputs_;
 };
 
-TEST_F(ModelChangeTest, LasersAgentsAndPicturesHaveTheNewBuildingAndTheHistoryTheOld) {
+TEST_F(ModelChangeTest, NewModelAppliesToSensorsAndAgentsButNotHistory) {
   start(mapping_configuration({test::agent("robot_1", AgentKind::robot, 2, 0)}));
   EXPECT_NEAR(range_ahead(), 4.95, 1e-4);
   give(test::message(channel::kOdometry, test::kStartUs + 500'000, Odometry{}));
@@ -120,7 +120,7 @@ TEST_F(ModelChangeTest, AnAgentIsStoppedByTheNewWall) {
   EXPECT_LT(farthest, 1.95);
 }
 
-TEST_F(ModelChangeTest, WhatIsNoNewVersionIsRefusedAndTheOldOneStays) {
+TEST_F(ModelChangeTest, AnInvalidVersionIsRefusedAndTheOldOneKept) {
   start(mapping_configuration({test::agent("robot_1", AgentKind::robot, 2, 0)}));
   const auto refused = [&](const Message& message) {
     const auto before = state_->tally.refused_inputs;
@@ -144,7 +144,7 @@ TEST_F(ModelChangeTest, WhatIsNoNewVersionIsRefusedAndTheOldOneStays) {
   EXPECT_TRUE(refused(new_model(test::kStartUs + 6000, room_with_wall_at(4), 3)));
 }
 
-TEST_F(ModelChangeTest, ReplayOfASessionObeysItsModelsAndGivesTheSameBytes) {
+TEST_F(ModelChangeTest, ReplayAppliesModelChangesAndGivesTheSameBytes) {
   const test::Folder folder;
   Scenario scenario;
   scenario.name = "synthetic";

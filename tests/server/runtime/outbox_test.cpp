@@ -46,7 +46,7 @@ TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
   EXPECT_EQ(log[2].channel, "MR_EVENTS");
 }
 
-TEST(Outbox, OutboxWritesTheNoteOnAnAnswerTogetherWithIt) {
+TEST(Outbox, OutboxWritesAScanAndItsNoteTogether) {
   test::Folder folder;
   Outbox outbox(nullptr, *LogWriter::create(folder / "s.lcm", false));
   const Message input{"SCAN", ArrivalTime::from_utime(5), {1}};
@@ -80,7 +80,7 @@ class SlowBus : public Bus {
   std::atomic<bool> entered = false, released = false;
 };
 
-TEST(Outbox, OutboxLetsTheGuardSpeakWhileASendIsHeldUp) {
+TEST(Outbox, OutboxLetsTheGuardPublishDuringABlockedSend) {
   SlowBus bus;
   Outbox outbox(&bus, std::nullopt);
   std::thread loop([&outbox] {
@@ -94,7 +94,7 @@ TEST(Outbox, OutboxLetsTheGuardSpeakWhileASendIsHeldUp) {
   loop.join();
 }
 
-TEST(Outbox, OutboxGoesOnPublishingWhereTheDiskIsFull) {
+TEST(Outbox, OutboxKeepsPublishingOnAFullDisk) {
   test::Folder folder;
   MemoryBusHub hub;
   auto server = hub.connect(), listener = hub.connect();

@@ -6,7 +6,7 @@ namespace {
 
 class Programmes : public test::GradedDrive {};
 
-TEST_F(Programmes, TheFirstDriveIsDoneFromMarkToMark) {
+TEST_F(Programmes, TheFirstDriveIsPassedFromMarkToMark) {
   begin("programmes/first_drive.yaml");
   drive_by({{6, 2}, {6, 6}, {2, 6}}, 0.7);
   stand(5);
@@ -15,7 +15,7 @@ TEST_F(Programmes, TheFirstDriveIsDoneFromMarkToMark) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, TheFirstDriveIsNotPassedBesideTheMarksAndAgainstTheWall) {
+TEST_F(Programmes, TheFirstDriveFailsBesideTheMarksAndAtTheWall) {
   begin("programmes/first_drive.yaml");
   drive_by({{6, 2}, {6, 6}}, 0.7);
   drive_to({-1, 8}, 0.7, 12);
@@ -25,7 +25,7 @@ TEST_F(Programmes, TheFirstDriveIsNotPassedBesideTheMarksAndAgainstTheWall) {
   EXPECT_FALSE(grade().passed);
 }
 
-TEST_F(Programmes, TheDoorwayIsPassedThereAndBackWithoutATouch) {
+TEST_F(Programmes, TheDoorwayIsPassedInBothDirectionsWithoutContact) {
   begin("programmes/doorway.yaml");
   drive_by({{5.2, 2.5}, {7.4, 2.5}, {5.2, 2.5}, {3, 2.5}}, 0.6);
   stand(4);
@@ -33,7 +33,7 @@ TEST_F(Programmes, TheDoorwayIsPassedThereAndBackWithoutATouch) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, TheDoorwayIsLostAtItsFrame) {
+TEST_F(Programmes, TheDoorwayTaskFailsOnFrameContact) {
   begin("programmes/doorway.yaml");
   drive_to({5.2, 2.85}, 0.6, 12);
   drive_to({7.4, 2.9}, 0.6, 6);
@@ -60,7 +60,7 @@ TEST_F(Programmes, AnObjectIsLiftedAndPutIntoTheContainer) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, WhatIsNotInSightIsFoundWithTheCameraAndReported) {
+TEST_F(Programmes, AHiddenObjectIsFoundWithTheCameraAndReported) {
   begin("programmes/find_and_report.yaml");
   drive_by({{12.3, 5}, {12.6, 6.2}}, 0.7);
   report("barrel_1", {13, 8});
@@ -103,7 +103,7 @@ TEST_F(Programmes, AGuideIsFollowedThroughABusyHall) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, TheSourceIsMeasuredAndNoDeviceSetOff) {
+TEST_F(Programmes, TheSourceIsMeasuredWithoutTriggeringADevice) {
   begin("programmes/hazards.yaml");
   drive_by({{3, 3.8}, {7, 3.8}, {11, 4.6}, {12.2, 4.3}}, 0.8);
   wait(4);
@@ -112,7 +112,7 @@ TEST_F(Programmes, TheSourceIsMeasuredAndNoDeviceSetOff) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, WhoDrivesAtADeviceDoesNotPass) {
+TEST_F(Programmes, DrivingIntoADeviceFails) {
   begin("programmes/hazards.yaml");
   drive_to({5.2, 5.4}, 0.8, 8);
   EXPECT_EQ(grade().tasks[0].outcome, training::TaskOutcome::failed);

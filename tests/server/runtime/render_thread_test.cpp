@@ -9,7 +9,7 @@
 namespace parhelion::runtime {
 namespace {
 
-TEST(RenderThread, ReportsAnAnswerThatCanBeTaken) {
+TEST(RenderThread, SignalsThatAPictureIsReady) {
   const SemanticModel room = test::room();
   std::promise<void> finished;
   RenderThread renderer(room, false, 0, [&finished] { finished.set_value(); });

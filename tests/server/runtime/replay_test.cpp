@@ -58,7 +58,7 @@ class ReplayTest : public testing::Test {
   test::Folder folder_;
 };
 
-TEST_F(ReplayTest, ReplayAnswersEveryScan) {
+TEST_F(ReplayTest, ReplayPublishesEveryScan) {
   const Report report = run(options("a.lcm"));
   EXPECT_EQ(report.tally.scans_in, 60U);
   EXPECT_EQ(report.tally.scans_out, 60U);
@@ -104,7 +104,7 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesInEveryBuild) {
   EXPECT_EQ(bytes_of(path), hashes) << "another build gave other bytes";
 }
 
-TEST_F(ReplayTest, ReplayOfASessionLogGivesThatSessionAgain) {
+TEST_F(ReplayTest, ReplayOfASessionLogReproducesTheSession) {
   run(options("a.lcm"));
   expect_same_session_again();
 }
@@ -123,7 +123,7 @@ TEST_F(ReplayTest, ReplayWithOtherAgentsKeepsTheInputs) {
   EXPECT_EQ(report.tally.beams_replaced, 0U);
 }
 
-TEST_F(ReplayTest, ReplayNeverOverwritesASessionUnasked) {
+TEST_F(ReplayTest, ReplayOverwritesASessionOnlyOnRequest) {
   run(options("a.lcm"));
   const auto second = replay(options("a.lcm"));
   ASSERT_FALSE(second.ok());
@@ -140,7 +140,7 @@ TEST_F(ReplayTest, ReplayNeverWritesOverTheLogThatItReads) {
   EXPECT_EQ(bytes_of(folder_ / "drive.lcm"), before);
 }
 
-TEST_F(ReplayTest, ReplayOfASessionTakesTheRobotThatItRanWith) {
+TEST_F(ReplayTest, ReplayUsesTheRobotOfTheSession) {
   RobotDescription other = test::robot();
   other.laser->T_base_laser = Transform<Base, Laser>::planar(0.4, 0, 0, 0.3);
   std::ofstream(folder_ / "robot.yaml") << to_yaml(other);

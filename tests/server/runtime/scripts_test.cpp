@@ -65,7 +65,7 @@ std::vector<std::string> due(tick::Scripts& scripts, double t,
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-TEST(Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
+TEST(Scripts, StartAtTheirTimeOnceOrRepeatedly) {
   tick::Scripts scripts({at_time("once", 2), at_time("each 1.5 s", 1.5, true)}, {"robot"}, kStart);
   EXPECT_THAT(due(scripts, 1.4), IsEmpty());
   EXPECT_THAT(due(scripts, 1.5), ElementsAre("each 1.5 s"));
@@ -99,7 +99,7 @@ TEST(Scripts, WaitForTheirDelayAndRunInTimeOrder) {
   EXPECT_THAT(due(scripts, 2), ElementsAre("soon", "late"));
 }
 
-TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
+TEST(Scripts, CanBeStartedByNameAgain) {
   Script late = on_event("late", EventKind::agent_spawned);
   late.after = 0.5;
   tick::Scripts scripts({at_time("once", 1), late}, {}, kStart);
@@ -113,7 +113,7 @@ TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
 }
 
-TEST(Scripts, ThatDoNotExistAreRefusedByName) {
+TEST(Scripts, UnknownScriptsAreRefusedByName) {
   tick::Scripts scripts({at_time("door slams", 100)}, {}, kStart), none({}, {}, kStart);
   const Status unknown = scripts.set_off("dor slams", kStart);
   ASSERT_FALSE(unknown);
@@ -122,7 +122,7 @@ TEST(Scripts, ThatDoNotExistAreRefusedByName) {
   ASSERT_FALSE(none.set_off("door slams", kStart));
 }
 
-TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
+TEST(Scripts, MutuallyTriggeringScriptsDoNotBlockAStep) {
   Script again = on_event("again", EventKind::command_refused);
   again.repeat = true;
   tick::Scripts scripts({again}, {}, kStart);
@@ -135,7 +135,7 @@ TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   }
 }
 
-TEST(Scripts, NearnessBeginsOnceAndEndsAStepFartherAway) {
+TEST(Scripts, NearnessStartsOnceAndEndsWithHysteresis) {
   tick::Scripts scripts({near("near", "guide", 2, true)}, {}, kStart);
   double distance = 3;
   const auto place = [&](const std::string& who) -> std::optional<Eigen::Vector3d> {
@@ -194,7 +194,7 @@ class ScriptPath : public test::TickTest {
   }
 };
 
-TEST_F(ScriptPath, APersonComesOutWhenTheTraineeHasPassedTheDoor) {
+TEST_F(ScriptPath, APersonAppearsAfterTheTraineePassesTheDoor) {
   start(with_scripts({visitor()}));
   feed(test::drive(8));
   const auto left = events(EventKind::door_space_left), started = events(EventKind::script_started);
@@ -212,7 +212,7 @@ TEST_F(ScriptPath, APersonComesOutWhenTheTraineeHasPassedTheDoor) {
   EXPECT_GT(place->translation().x(), -2.5) << "it walks";
 }
 
-TEST_F(ScriptPath, AnActionThatCannotBeDoneIsRefusedWithItsScript) {
+TEST_F(ScriptPath, AnImpossibleActionIsRefusedWithItsScript) {
   Script script = near("meet", "guide", 20);
   script.actions = visitor().actions;
   std::get<AgentSpawn>(script.actions[0]).agent.name = "guide";
@@ -227,7 +227,7 @@ TEST_F(ScriptPath, AnActionThatCannotBeDoneIsRefusedWithItsScript) {
   EXPECT_EQ(events(EventKind::agent_removed).size(), 1U);
 }
 
-TEST(ScriptNames, ThatNothingHasAreRefusedAtTheStart) {
+TEST(ScriptNames, UnknownNamesAreRefusedAtTheStart) {
   Script script = visitor();
   script.when.object = "dor 2";
   const auto state = tick::make_state(with_scripts({script}), ArrivalTime{});
@@ -262,7 +262,7 @@ tick::Configuration busy(const test::Folder& folder, int robots) {
 }
 
 /// PARHELION_LONG=1: more robots, a longer drive, ten runs of each.
-TEST(ScriptReplay, GivesTheSameWorldAndEventsForAnyThreadCountAndOnEachRun) {
+TEST(ScriptReplay, IsIdenticalForAnyThreadCountAndOnEachRun) {
   const test::Folder folder;
   busy(folder, test::long_run() ? 12 : 4);
   test::write_log(folder / "drive.lcm", test::drive(test::long_run() ? 40 : 9));

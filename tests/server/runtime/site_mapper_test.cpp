@@ -62,7 +62,7 @@ TEST(SiteMapper, DrawsTheNewestViewFirstAndCountsDroppedOnes) {
   }
 }
 
-TEST(SiteMapper, AViewThatCannotBeUsedIsCountedAndTheNextOneIsUsed) {
+TEST(SiteMapper, AnUnusableViewIsCountedAndTheNextOneIsUsed) {
   const tick::Configuration configuration = test::configuration({});
   std::atomic<int> calls = 0;
   SiteMapper mapper(

@@ -9,7 +9,7 @@
 namespace parhelion::runtime {
 namespace {
 
-TEST(ThreadPool, DoesEachJobOnceAndNoWorkerTwoAtATime) {
+TEST(ThreadPool, RunsEachJobOnceAndOnePerWorkerAtATime) {
   for (const int size : {1, 2, 8}) {
     ThreadPool pool(size);
     ASSERT_EQ(pool.size(), size);
@@ -26,7 +26,7 @@ TEST(ThreadPool, DoesEachJobOnceAndNoWorkerTwoAtATime) {
   }
 }
 
-TEST(ThreadPool, ThrowsWhatAJobThrewAndGoesOn) {
+TEST(ThreadPool, RethrowsExceptionsOfJobsAndContinues) {
   ThreadPool pool(3);
   const auto fail = [](int job, int) {
     if (job == 5) throw std::runtime_error("five");

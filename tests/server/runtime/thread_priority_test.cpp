@@ -14,7 +14,7 @@ namespace {
 /// Of the calling thread.
 int nice_now() { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); }
 
-TEST(LowerPriority, IsTakenOverByThreadsThatAreStarted) {
+TEST(LowerPriority, IsInheritedByNewThreads) {
   int policy = -1, nice = -1;
   const Status done = with_lower_priority(7, [&]() -> Status {
     std::thread([&] {
@@ -29,7 +29,7 @@ TEST(LowerPriority, IsTakenOverByThreadsThatAreStarted) {
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER) << "the caller gives nothing up";
 }
 
-TEST(RealTimeScope, HoldsWhereItIsAllowedAndEndsWithTheScope) {
+TEST(RealTimeScope, AppliesWhereAllowedUntilTheScopeEnds) {
   std::thread([] {
     {
       const RealTimeScope scope(RealTime::on);
@@ -64,13 +64,13 @@ TEST(RealTimeScope, ReportsTheRemedyWhereItIsRefused) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-TEST(RealTimeScope, IsNotTakenWhereItIsSwitchedOff) {
+TEST(RealTimeScope, IsNotUsedWhenDisabled) {
   const RealTimeScope scope(RealTime::off);
   EXPECT_FALSE(scope.holds());
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
 }
 
-TEST(RealTime, IsReadFromItsName) {
+TEST(RealTime, IsParsedFromItsName) {
   EXPECT_EQ(*parse_real_time("auto"), RealTime::automatic);
   EXPECT_EQ(*parse_real_time("on"), RealTime::on);
   EXPECT_EQ(*parse_real_time("off"), RealTime::off);

@@ -13,7 +13,7 @@ class WorkshopTest : public test::ScriptedDrive {
   }
 };
 
-TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheTub) {
+TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheContainer) {
   load(kWorkshop);
   wait(0.5);
   lift_part_into_container();
@@ -23,7 +23,7 @@ TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheTub) {
   EXPECT_FALSE(happened(EventKind::dropped));
 }
 
-TEST_F(WorkshopTest, ATraineeOpensTheDoorClimbsTheStairsAndTipsOver) {
+TEST_F(WorkshopTest, ATraineeOpensADoorClimbsStairsAndTipsOver) {
   load(kWorkshop);
   wait(0.5);
   drive_to({5.2, 2.5}, 0.5, 10);

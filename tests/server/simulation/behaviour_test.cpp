@@ -26,7 +26,7 @@ RealRobotState driven(double t) {
                  {0.06, 0, 0.05});
 }
 
-TEST(Behaviour, TenWanderersForTenMinutesHitNoWallAndNotTheRealRobot) {
+TEST(Behaviour, TenWanderersHitNeitherWallsNorTheRealRobot) {
   Simulation simulation = make(furnished_room());
   const double places[10][2] = {{4, 4},      {-2, 2},   {4, 0}, {-4.5, -3}, {0, -4.5},
                                 {4.5, -4.5}, {-2, 4.5}, {2, 4}, {-5, 1},    {2, -4}};
@@ -109,7 +109,7 @@ TEST(Behaviour, AgentsStopForTheRealRobotOnTheirPath) {
 
 // Its path leads behind the robot that pushes it against the wall: it must not turn on the spot until it is
 // hit.
-TEST(Behaviour, WhomTheRealRobotPressesAgainstAWallLeavesInTime) {
+TEST(Behaviour, AgentsPressedAgainstAWallGetAwayInTime) {
   for (int start = 0; start < 8; ++start) {
     Simulation simulation = make(room(12));
     AgentDefinition guard = moving("guard", AgentKind::robot, 0.05 * start, 5.45, BehaviourKind::patrol, 0.5);
@@ -127,7 +127,7 @@ TEST(Behaviour, WhomTheRealRobotPressesAgainstAWallLeavesInTime) {
   }
 }
 
-TEST(Behaviour, NearARobotThatCannotSeeThemAgentsHoldStillAndFarOnesGoOn) {
+TEST(Behaviour, AgentsNearARobotThatCannotSeeThemStop) {
   Simulation simulation = make(room(30));
   spawn(simulation, moving("near", AgentKind::robot, 1.5, 0, BehaviourKind::wander));
   spawn(simulation, moving("far", AgentKind::robot, 10, 0, BehaviourKind::wander));
@@ -142,7 +142,7 @@ TEST(Behaviour, NearARobotThatCannotSeeThemAgentsHoldStillAndFarOnesGoOn) {
   EXPECT_GT((body(simulation, "far").T_map_body.translation() - far).norm(), 0.3);
 }
 
-TEST(Behaviour, NothingReappearsInsideTheStoppingDistance) {
+TEST(Behaviour, NoAgentReappearsInsideTheStoppingDistance) {
   Simulation simulation = make(room(20));
   spawn(simulation, agent("crate", AgentKind::box, 0.75, 0));
   RealRobotState real = real_at(-2, 0, 0, {1, 0, 0});
@@ -160,7 +160,7 @@ TEST(Behaviour, NothingReappearsInsideTheStoppingDistance) {
   EXPECT_EQ(count(events, EventKind::contact_started), 0U);
 }
 
-TEST(Behaviour, ContactsWhileNothingIsSensedAreFlagged) {
+TEST(Behaviour, ContactsWithoutSensingAreFlagged) {
   Simulation simulation = make(room(20));
   spawn(simulation, agent("crate", AgentKind::box, 1.0, 0));
   std::vector<LaserRequest> requests;
@@ -176,7 +176,7 @@ TEST(Behaviour, ContactsWhileNothingIsSensedAreFlagged) {
   }
 }
 
-TEST(Behaviour, PeopleWhomTheModelDoesNotExplainAreAvoided) {
+TEST(Behaviour, AgentsAvoidPeopleMissingFromTheModel) {
   Simulation simulation = make(room(12));
   AgentDefinition guard = moving("guard", AgentKind::robot, -4, 0, BehaviourKind::patrol, 0.8);
   guard.behaviour.waypoints = {{4, 0}, {-4, 0}};
@@ -196,7 +196,7 @@ TEST(Behaviour, PeopleWhomTheModelDoesNotExplainAreAvoided) {
   EXPECT_GT(farthest, 3.5);
 }
 
-TEST(Behaviour, ARobotWithALaserAsksForScansInTimeAndHeedsThem) {
+TEST(Behaviour, ARobotWithALaserRequestsAndUsesScans) {
   Simulation simulation = make();
   AgentDefinition rover = moving("rover", AgentKind::robot, 0, 0, BehaviourKind::patrol, 0.6);
   rover.behaviour.waypoints = {{8, 0}};

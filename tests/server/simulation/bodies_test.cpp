@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-TEST(Bodies, FeetThatStandDoNotSlideAndNoneIsBelowTheFloor) {
+TEST(Bodies, StandingFeetNeitherSlideNorSinkIntoTheFloor) {
   const AgentDefinition walker = moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander, 0.8);
   const double stride = stride_length(0.8);
   std::vector<Transform<Base, Body>> before, now;
@@ -53,7 +53,7 @@ std::pair<int, double> steps_of(Simulation& simulation, const std::string& foot,
   return {steps, farthest};
 }
 
-TEST(Bodies, ATurnOnTheSpotAndAStepAsideTakeSmallStepsOfBothFeet) {
+TEST(Bodies, TurningAndSidesteppingTakeSmallStepsOfBothFeet) {
   for (const bool aside : {false, true}) {
     for (const char* foot : {"left_foot", "right_foot"}) {
       Simulation simulation = make(room(20));
@@ -77,7 +77,7 @@ TEST(Bodies, ATurnOnTheSpotAndAStepAsideTakeSmallStepsOfBothFeet) {
   }
 }
 
-TEST(Bodies, LegsStayJointedThroughTheWholeGait) {
+TEST(Bodies, LegsStayConnectedThroughTheWholeGait) {
   const AgentDefinition walker = moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander, 1.2);
   for (double amplitude : {0.0, 0.3, 1.0}) {
     for (double phase = 0; phase < 6.3; phase += 0.05) {
@@ -119,7 +119,7 @@ Eigen::AlignedBox3d extent(const AgentDefinition& definition) {
   return box;
 }
 
-TEST(Bodies, EveryAgentStandsOnTheFloorAndFillsWhatItCollidesWith) {
+TEST(Bodies, EveryAgentStandsOnTheFloorAndFillsItsCollisionShape) {
   for (const AgentKind kind : {AgentKind::box, AgentKind::barrel, AgentKind::person, AgentKind::robot}) {
     const AgentDefinition definition = agent("x", kind, 0, 0);
     const Eigen::AlignedBox3d box = extent(definition);
@@ -131,7 +131,7 @@ TEST(Bodies, EveryAgentStandsOnTheFloorAndFillsWhatItCollidesWith) {
   }
 }
 
-TEST(Bodies, AgentsAreInjectableAndTheBuildingAndTheRealRobotAreNot) {
+TEST(Bodies, OnlyAgentsAreInjectable) {
   SemanticModel model = room(8);
   model.entities.push_back(model_box("glass", EntityLabel::wall, {2, 2, 1}, {1, 0.02, 2}));
   model.entities.back().is_virtual = true;
@@ -143,7 +143,7 @@ TEST(Bodies, AgentsAreInjectableAndTheBuildingAndTheRealRobotAreNot) {
   }
 }
 
-TEST(Bodies, TheRealRobotsOutlineIsItsFootprint) {
+TEST(Bodies, TheOutlineOfTheRealRobotIsItsFootprint) {
   Simulation simulation = make();
   const auto scene = simulation.scene();
   ASSERT_EQ(scene->bodies.size(), 1U);

@@ -33,7 +33,7 @@ double gap(const std::vector<BodyState>& states, double pitch) {
   return largest;
 }
 
-TEST(Cable, LiesWhereItIsPutAndSleeps) {
+TEST(Cable, RestsWhereItIsPlacedAndSleeps) {
   Simulation simulation = make(floor_of(20), {});
   spawn(simulation, cable(0, 0, 1.2));
   run(simulation, 4);
@@ -43,7 +43,7 @@ TEST(Cable, LiesWhereItIsPutAndSleeps) {
   }
 }
 
-TEST(Cable, SlidesOffAPlatformWhereMostOfItHangsAndHoldsWhereLittleDoes) {
+TEST(Cable, SlidesOffAPlatformOnlyWhereMostOfItHangs) {
   for (const double over :
        {0.25, 0.58}) {  // m of 1.2 m over the edge at x = 0; with friction 0.7 it slides from 0.49 m on
     SemanticModel model = floor_of(20);
@@ -64,7 +64,7 @@ TEST(Cable, SlidesOffAPlatformWhereMostOfItHangsAndHoldsWhereLittleDoes) {
   }
 }
 
-TEST(Cable, SizesThatNoCableHasAreRefused) {
+TEST(Cable, InvalidSizesAreRefused) {
   Simulation simulation = make(floor_of(20), {});
   AgentDefinition wrong = cable(0, 0, 1.2);
   wrong.size = {0.4, 0.4, 0.6};

@@ -71,7 +71,7 @@ TEST(Clearance, AStraightPathIsMeasuredFromTheFront) {
   EXPECT_EQ(simulation.clearance(Transform<Map, Base>::planar(0, 0, 0), {-0.5, 0, 0}, 5).distance, 5);
 }
 
-TEST(Clearance, ATurnOnTheSpotCountsTheSweepOfTheCorners) {
+TEST(Clearance, TurningOnTheSpotIncludesTheSweptCorners) {
   Simulation simulation = make();
   AgentDefinition crate = agent("crate", AgentKind::box, 0, 0.5);
   crate.size = {0.4, 0.4, 0.5};
@@ -80,7 +80,7 @@ TEST(Clearance, ATurnOnTheSpotCountsTheSweepOfTheCorners) {
   EXPECT_EQ(simulation.clearance(Transform<Map, Base>::planar(0, 0, 0), {0.5, 0, 0}, 1).distance, 1);
 }
 
-TEST(Clearance, MotionOutOfAContactPassesAndIntoItDoesNot) {
+TEST(Clearance, OnlyMotionOutOfAContactIsAllowed) {
   Simulation simulation = make();
   spawn(simulation, agent("crate", AgentKind::box, 0.43, 0));  // overlaps the front by 2 cm
   const auto base = Transform<Map, Base>::planar(0, 0, 0);
@@ -94,7 +94,7 @@ TEST(Clearance, MotionOutOfAContactPassesAndIntoItDoesNot) {
   EXPECT_FALSE(still.moving_out);
 }
 
-TEST(Clearance, MotionOutOfOneContactStillSeesWhatIsBehind) {
+TEST(Clearance, MotionOutOfAContactStillChecksBehind) {
   Simulation simulation = make();
   spawn(simulation, agent("crate", AgentKind::box, 0.43, 0));
   spawn(simulation, agent("barrel", AgentKind::barrel, -1.0, 0));

@@ -25,7 +25,7 @@ Eigen::Vector2d suggested(const std::string& message) {
   return p;
 }
 
-TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAPlaceThatIsFree) {
+TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAFreePlace) {
   Simulation simulation = make(room(10));
   const RealRobotState real = real_at(0, 0);
   const std::string message = refusal(simulation, agent("crate", AgentKind::box, 0.1, 0), real);
@@ -36,7 +36,7 @@ TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAPlaceThatIsFree) {
   EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, p.x(), p.y()), real).ok());
 }
 
-TEST(Commands, TheStoppingDistanceIsAheadOfTheRobotAndGrowsWithItsSpeed) {
+TEST(Commands, StoppingDistanceIsAheadAndGrowsWithSpeed) {
   // v^2 / (2 a) + v r = 1 / 2 + 0.2 m for 1 m/s, a = 1, r = 0.2: up to 0.25 + 0.7 + 0.15 m in front.
   const RealRobotState fast = real_at(0, 0, 0, {1, 0, 0});
   Simulation simulation = make(room(10));
@@ -55,7 +55,7 @@ TEST(Commands, WallsOtherAgentsAndUnexplainedReturnsAreObstacles) {
   EXPECT_THAT(refusal(simulation, agent("rover", AgentKind::robot, 2, 2)), HasSubstr("does not explain"));
 }
 
-TEST(Commands, APlaceFarOutsideTheSiteIsRefusedWithTheSitesBounds) {
+TEST(Commands, APlaceOutsideTheSiteIsRefusedWithTheBounds) {
   Simulation simulation = make(room(6));
   const std::string message = refusal(simulation, agent("walker", AgentKind::person, 500, 0));
   EXPECT_THAT(message, HasSubstr("(500.00, 0.00) is far outside the site"));
@@ -81,7 +81,7 @@ TEST(Commands, ObjectsAboveAnAgentDoNotBlockIt) {
   EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, 0, 0), std::nullopt).ok());
 }
 
-TEST(Commands, AnAgentThatIsNoAgentIsRefused) {
+TEST(Commands, CommandsToNonAgentsAreRefused) {
   Simulation simulation = make(room(6));
   EXPECT_THAT(refusal(simulation, agent("", AgentKind::box, 0, 0)), HasSubstr("expected 1 to 40"));
   EXPECT_THAT(refusal(simulation, agent("a b", AgentKind::box, 0, 0)), HasSubstr("a b"));
@@ -108,7 +108,7 @@ TEST(Commands, AnAgentThatIsNoAgentIsRefused) {
   EXPECT_EQ(simulation.take_events().size(), 0U);
 }
 
-TEST(Commands, AnUnknownNameIsAnsweredWithTheNearestOne) {
+TEST(Commands, AnUnknownNameIsRefusedWithTheNearestOne) {
   Simulation simulation = make(room(6));
   spawn(simulation, agent("rover_1", AgentKind::robot, 0, 0));
   spawn(simulation, agent("walker", AgentKind::person, 2, 0));
@@ -117,7 +117,7 @@ TEST(Commands, AnUnknownNameIsAnsweredWithTheNearestOne) {
   EXPECT_THAT(status.error().message, HasSubstr("did you mean 'rover_1'"));
 }
 
-TEST(Commands, EachCommandIsAnEventWithItsRequest) {
+TEST(Commands, EachCommandGivesAnEventWithItsRequest) {
   Simulation simulation = make(room(8));
   const std::vector<AgentCommand> commands{
       AgentSpawn{.request = 41, .agent = agent("rover", AgentKind::robot, 0, 0)},
@@ -134,7 +134,7 @@ TEST(Commands, EachCommandIsAnEventWithItsRequest) {
   EXPECT_TRUE(simulation.take_events().empty());
 }
 
-TEST(Commands, ARefusedMoveLeavesTheAgentWhereItIs) {
+TEST(Commands, ARefusedMoveDoesNotMoveTheAgent) {
   Simulation simulation = make(room(8));
   spawn(simulation, agent("rover", AgentKind::robot, 0, 0));
   const AgentMove command{.agent = "rover", .T_map_base = Transform<Map, Base>::planar(4.05, 0, 0)};
@@ -143,7 +143,7 @@ TEST(Commands, ARefusedMoveLeavesTheAgentWhereItIs) {
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 0, 1e-9);
 }
 
-TEST(Commands, IdsAreNeverUsedAgainAndTheSceneGetsANewVersion) {
+TEST(Commands, IdsAreNeverReusedAndTheSceneVersionChanges) {
   Simulation simulation = make(room(8));
   spawn(simulation, agent("crate", AgentKind::box, 0, 0));
   run(simulation, 0.1);
@@ -156,7 +156,7 @@ TEST(Commands, IdsAreNeverUsedAgainAndTheSceneGetsANewVersion) {
   EXPECT_GT(body(simulation, "crate").id, first);
 }
 
-TEST(Commands, AFrozenAgentStandsAndAnUnfrozenOneGoesOn) {
+TEST(Commands, AFrozenAgentStopsAndContinuesWhenUnfrozen) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::wander));
   run(simulation, 3);

@@ -83,7 +83,7 @@ TEST(Determinism, AnotherSeedGivesAnotherWalk) {
   EXPECT_EQ((place(1) - place(1)).norm(), 0);
 }
 
-TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
+TEST(Determinism, SteppingAndQueryingAllocateNothingAfterWarmUp) {
   Simulation simulation = make(room(10));
   for (int i = 0; i < 4; ++i) {
     spawn_wandering_pair(simulation, i);

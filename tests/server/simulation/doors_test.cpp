@@ -55,7 +55,7 @@ std::vector<Event> of_kind(const std::vector<Event>& events, EventKind kind) {
   return found;
 }
 
-TEST(RealDoor, StandsWhereTheModelHasItAndIsNotKnown) {
+TEST(RealDoor, StartsAtTheModelAngleWithUnknownState) {
   Simulation simulation = make(two_rooms());
   run(simulation, 1);
   const BodyState leaf = body(simulation, "door 3");
@@ -101,7 +101,7 @@ TEST(RealDoor, InstructorCommandOverridesDoorSensorsUntilWithdrawn) {
   EXPECT_NEAR(state_of(simulation).opening, 20 * kDegree, 1e-9);
 }
 
-TEST(RealDoor, CommandsThatCannotBeAreRefusedWithWhatCan) {
+TEST(RealDoor, InvalidCommandsAreRefusedWithValidOptions) {
   Simulation simulation = make(two_rooms());
   Status refused = simulation.set_door(door_command("door 2", 0));
   ASSERT_FALSE(refused.ok());
@@ -122,7 +122,7 @@ std::vector<Event> drive_at_door(Simulation& simulation) {
   return simulation.take_events();
 }
 
-TEST(RealDoor, TheRealRobotHitsOneThatIsKnownToBeClosed) {
+TEST(RealDoor, TheRealRobotHitsADoorKnownToBeClosed) {
   for (const bool known : {true, false}) {
     Simulation simulation = make(two_rooms());
     if (known) simulation.observe_door("door 3", 0);
@@ -135,7 +135,7 @@ TEST(RealDoor, TheRealRobotHitsOneThatIsKnownToBeClosed) {
   }
 }
 
-TEST(RealDoor, OneThatIsKnownToBeOpenLetsAgentsThroughAndAClosedOneDoesNot) {
+TEST(RealDoor, AgentsPassOnlyDoorsKnownToBeOpen) {
   for (const double opening : {0.0, 85 * kDegree}) {
     Simulation simulation = make(two_rooms());
     simulation.observe_door("door 3", opening);
@@ -152,7 +152,7 @@ TEST(RealDoor, OneThatIsKnownToBeOpenLetsAgentsThroughAndAClosedOneDoesNot) {
   }
 }
 
-TEST(RealDoor, PushesAnAgentOnItsPath) {
+TEST(RealDoor, PushesAnAgentInItsSwing) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 0);
   AgentDefinition crate = agent("crate", AgentKind::box, 1.5, 0.2);
@@ -181,7 +181,7 @@ SimulationOptions with_door(DoorSettings settings, int level = 1) {
   return options;
 }
 
-TEST(HungDoor, IsPushedOpenByWhomeverGoesThroughAndStaysWhereItIsLeft) {
+TEST(HungDoor, IsPushedOpenAndStaysAtItsAngle) {
   for (const AgentKind kind : {AgentKind::person, AgentKind::robot}) {
     Simulation simulation = make(two_rooms(true));
     ASSERT_TRUE(state_of(simulation).dynamic) << "a drawn door moves by itself at level 3 too";
@@ -203,7 +203,7 @@ TEST(HungDoor, IsPushedOpenByWhomeverGoesThroughAndStaysWhereItIsLeft) {
   }
 }
 
-TEST(HungDoor, IsAWallToWhoDoesNotOpenDoors) {
+TEST(HungDoor, BlocksAgentsThatDoNotOpenDoors) {
   Simulation simulation = make(two_rooms(true));
   AgentDefinition walker = through_the_door(AgentKind::person);
   walker.behaviour.opens_doors = false;
@@ -215,7 +215,7 @@ TEST(HungDoor, IsAWallToWhoDoesNotOpenDoors) {
   EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
 }
 
-TEST(HungDoor, IsAWallToWhoWouldHaveToPullIt) {
+TEST(HungDoor, BlocksAgentsThatWouldHaveToPull) {
   Simulation simulation = make(two_rooms(true));
   AgentDefinition walker = moving("walker", AgentKind::person, 0.5, 0.1, BehaviourKind::go, 0.8);
   walker.behaviour.waypoints = {{3.2, 0.1}};
@@ -227,7 +227,7 @@ TEST(HungDoor, IsAWallToWhoWouldHaveToPullIt) {
   EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_reached).size(), 1U) << "it stands open now";
 }
 
-TEST(HungDoor, AllMoveAtLevelsOneAndTwoButThoseThatAreLocked) {
+TEST(HungDoor, AllUnlockedDoorsMoveAtLevelsOneAndTwo) {
   for (const bool locked : {false, true}) {
     DoorSettings settings;
     settings.locked = locked;
@@ -243,7 +243,7 @@ TEST(HungDoor, AllMoveAtLevelsOneAndTwoButThoseThatAreLocked) {
   }
 }
 
-TEST(HungDoor, ACloserShutsItAtItsOwnPace) {
+TEST(HungDoor, ACloserShutsItAtTheSpeedOfTheCloser) {
   DoorSettings settings;
   settings.closer = 15;
   settings.angle = 80 * kDegree;
@@ -258,7 +258,7 @@ TEST(HungDoor, ACloserShutsItAtItsOwnPace) {
   EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
 }
 
-TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
+TEST(HungDoor, BreaksOffItsHingeUnderExcessiveForce) {
   for (const double holds : {5.0, 0.0}) {
     DoorSettings settings;
     settings.break_impulse = holds;
@@ -285,7 +285,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
   }
 }
 
-TEST(HungDoor, StandsAtOnceWhereTheInstructorPutsIt) {
+TEST(HungDoor, MovesAtOnceToTheCommandedAngle) {
   Simulation simulation = make(two_rooms(true));
   ASSERT_TRUE(simulation.set_door(door_command("door 3", 70 * kDegree)).ok());
   run(simulation, 2);
@@ -296,7 +296,7 @@ TEST(HungDoor, StandsAtOnceWhereTheInstructorPutsIt) {
   EXPECT_NEAR(state.T_map_leaf.translation().z(), 1, 1e-3);
 }
 
-TEST(HungDoor, HasLeversOnBothSidesAwayFromItsHinge) {
+TEST(HungDoor, HasHandlesOnBothSidesOppositeTheHinge) {
   Simulation simulation = make(two_rooms(true));
   for (const auto& each : simulation.scene()->bodies) {
     if (each->entity != "door 3") continue;
@@ -340,7 +340,7 @@ TEST(DoorSpace, ReportsWhoEntersAndLeaves) {
   EXPECT_NEAR(out[0].position.x() - 0.25, 2.15 + 0.05, 0.01);
 }
 
-TEST(DoorHistory, AScanOfThePastSeesTheLeafWhereItWas) {
+TEST(DoorHistory, APastScanSeesTheLeafAtItsPastAngle) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 0);
   run(simulation, 0.5);

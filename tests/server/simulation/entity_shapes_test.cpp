@@ -45,7 +45,7 @@ Event spawned(const std::string& name, std::uint64_t request) {
   return event;
 }
 
-TEST(EntityShapes, EveryBodyOfTheSceneThatMovesLooksAsTheSimulationMadeIt) {
+TEST(EntityShapes, MovingBodiesHaveTheShapesOfTheSimulation) {
   const auto crawler = load_robot_model("crawler");
   ASSERT_TRUE(crawler.ok()) << crawler.error().message;
   SimulationOptions options;
@@ -72,7 +72,7 @@ TEST(EntityShapes, EveryBodyOfTheSceneThatMovesLooksAsTheSimulationMadeIt) {
   EXPECT_GT(seen, 30U);
 }
 
-TEST(EntityShapes, ASpawnCountsWhenItIsDoneAndNotWhenItIsAsked) {
+TEST(EntityShapes, OnlyCompletedSpawnsCount) {
   EntityShapes shapes({}, test::robot(), {}, {});
   shapes.take(spawn_of(test::agent("late", AgentKind::barrel, 0, 0), 7));
   EXPECT_EQ(shapes.find("late", "barrel"), nullptr);
@@ -98,7 +98,7 @@ TEST(EntityShapes, UnknownSpawnedEntitiesHaveNoShape) {
   EXPECT_NE(shapes.find("pioneer", "base"), nullptr);
 }
 
-TEST(EntityShapes, OnlyARobotWithALaserCarriesOne) {
+TEST(EntityShapes, OnlyARobotWithALaserHasALaserMount) {
   Scenario scenario;
   scenario.agents = {test::agent("blind", AgentKind::robot, 0, 0),
                      test::agent("seeing", AgentKind::robot, 2, 0)};

@@ -142,7 +142,7 @@ void check_streams(const std::vector<Event>& events) {
   }
 }
 
-RC_GTEST_PROP(EventStreams, WhateverIsOrderedWhatStartsStopsOnceOrIsOpen, ()) {
+RC_GTEST_PROP(EventStreams, EachStartedEventStopsOnceOrStaysOpen, ()) {
   const std::vector<Order> orders = any_orders();
   const std::vector<Event> events = run_orders(orders);
   check_streams(events);

@@ -52,7 +52,7 @@ TEST(Goals, GoesThroughTheGapAndReportsEachWaypoint) {
   }
 }
 
-TEST(Goals, AGoalBehindAClosedDoorIsUnreachableAndTheEventNamesTheDoor) {
+TEST(Goals, ReportsTheClosedDoorThatBlocksAGoal) {
   Simulation simulation = make(two_rooms(true));
   AgentDefinition runner = moving("runner", AgentKind::robot, -4, 4, BehaviourKind::go, 0.8);
   runner.behaviour.waypoints = {{4, 4}};
@@ -114,7 +114,7 @@ TEST(Goals, FollowsThroughTheGapAndKeepsItsDistance) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
-TEST(Goals, FleesWhatComesNearAndThenStands) {
+TEST(Goals, FleesFromNearbyObjectsAndThenStops) {
   Simulation simulation = make(room(20));
   spawn(simulation, targeting("shy", AgentKind::person, 2, 0, BehaviourKind::flee, 2.5), real_at(-8, 0));
   run(simulation, 5, real_at(-8, 0));
@@ -179,7 +179,7 @@ TEST(Goals, BlocksThePathAndStaysOutsideTheStoppingDistance) {
   }
 }
 
-TEST(Goals, WhoYieldsStepsAsideAndWhoDoesNotStays) {
+TEST(Goals, OnlyYieldingAgentsStepAside) {
   for (const bool yields : {true, false}) {
     Simulation simulation = make(room(20));
     AgentDefinition visitor = agent("visitor", AgentKind::person, 2, 0.1);
@@ -196,7 +196,7 @@ TEST(Goals, WhoYieldsStepsAsideAndWhoDoesNotStays) {
   }
 }
 
-TEST(Goals, ManyGoAtOnceAndAStepStaysSmall) {
+TEST(Goals, ManyAgentsWithGoalsKeepStepsShort) {
   Simulation simulation = make(two_rooms());
   for (int i = 0; i < 12; ++i) {
     AgentDefinition runner = moving("r" + std::to_string(i), AgentKind::person, -5 + 0.9 * (i % 4),

@@ -66,7 +66,7 @@ TEST_F(Handling, GrippedIsReportedImmediatelyWithTheSmallerForce) {
   EXPECT_EQ(kinds(step(5, 0)), Kinds{EventKind::gripped}) << "let go of, and gripped again";
 }
 
-TEST_F(Handling, OneFingerGripsNothing) {
+TEST_F(Handling, OneFingerDoesNotGrip) {
   const std::vector<FingerForce> forces{{&load, 0, 50}};
   std::vector<Event> events;
   watch.update(
@@ -86,7 +86,7 @@ TEST_F(Handling, LiftedIsReportedAboveTwoCentimetresOncePerLift) {
   EXPECT_EQ(kinds(step(5, 0.125)), Kinds{EventKind::lifted});
 }
 
-TEST_F(Handling, WhatFallsIsDroppedOnceWhatIsPutDownIsNot) {
+TEST_F(Handling, FallenObjectsAreDroppedButPlacedOnesAreNot) {
   step(5, 0);
   step(5, 0.3);
   EXPECT_TRUE(step(0, 0.3, 0.4).empty()) << "slower than the limit";
@@ -102,7 +102,7 @@ TEST_F(Handling, WhatFallsIsDroppedOnceWhatIsPutDownIsNot) {
   for (int i = 0; i < 240; ++i) EXPECT_TRUE(step(0, 0).empty());
 }
 
-TEST_F(Handling, WhatSlipsIsDroppedThoughItIsStillPressed) {
+TEST_F(Handling, ASlippingObjectIsDroppedDespiteContact) {
   step(5, 0);
   step(5, 0.3);
   slid = 0.039;
@@ -113,7 +113,7 @@ TEST_F(Handling, WhatSlipsIsDroppedThoughItIsStillPressed) {
   EXPECT_TRUE(step(0, 0.2, 2).empty()) << "reported once";
 }
 
-TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {
+TEST_F(Handling, AnObjectInAContainerIsPlacedWhenItRests) {
   step(5, 0);
   step(5, 0.3);
   at.over = "tub";
@@ -130,7 +130,7 @@ TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {
   EXPECT_TRUE(step(0, 0.015).empty());
 }
 
-TEST_F(Handling, WhatMissesTheContainerIsDropped) {
+TEST_F(Handling, AnObjectThatMissesTheContainerIsDropped) {
   step(5, 0);
   step(5, 0.3);
   at.over = "tub";
@@ -139,7 +139,7 @@ TEST_F(Handling, WhatMissesTheContainerIsDropped) {
   EXPECT_EQ(kinds(step(0, 0.2, 1)), Kinds{EventKind::dropped});
 }
 
-TEST_F(Handling, WhatIsTakenAwayIsForgotten) {
+TEST_F(Handling, RemovedObjectsAreForgotten) {
   step(5, 0);
   step(5, 0.3);
   there = false;
@@ -248,7 +248,7 @@ TEST_F(Gripper, AnObjectReleasedInTheAirIsReportedAsDropped) {
   EXPECT_LT(load().z(), 0.1);
 }
 
-TEST_F(Gripper, SlipperyPadsLoseIt) {
+TEST_F(Gripper, SlipperyPadsDropTheObject) {
   start(0.004);  // 70 N on both sides hold 0.56 N; the box weighs 1.2 N
   lift();
   const auto events = gripper_events();

@@ -54,7 +54,7 @@ TEST(Hazards, NearnessIsMeasuredToTheOutlineAndReportedOnce) {
   EXPECT_EQ(events[0].pair, PairKind::real_virtual);
 }
 
-TEST(Hazards, TimeSetsOffADevice) {
+TEST(Hazards, ATimerTriggersADevice) {
   SimulationOptions options;
   options.hazards = {device("clock")};
   options.hazards[0].delay = 1.5;
@@ -64,7 +64,7 @@ TEST(Hazards, TimeSetsOffADevice) {
   EXPECT_NEAR(since_start(events[0]), 1.5, 1.001 * kStep);
 }
 
-TEST(Hazards, ABlowIsTheChangeOfItsMomentumAndRestIsNone) {
+TEST(Hazards, OnlyALargeMomentumChangeIsAShock) {
   // A crate hit at 1 m/s by a kinematic robot has that speed at once: m v.
   AgentDefinition crate = agent("crate", AgentKind::box, 1.5, 0);
   crate.size = {0.4, 0.4, 0.4};
@@ -84,7 +84,7 @@ TEST(Hazards, ABlowIsTheChangeOfItsMomentumAndRestIsNone) {
   }
 }
 
-TEST(Hazards, ATiltSetsItOff) {
+TEST(Hazards, TiltTriggersADevice) {
   SimulationOptions options;
   options.hazards = {device("case")};
   options.hazards[0].agent = "post";
@@ -103,7 +103,7 @@ TEST(Hazards, ATiltSetsItOff) {
   EXPECT_LT(events[0].value, 0.6);
 }
 
-TEST(Hazards, TheDoseFallsWithTheSquareOfDistanceAndBehindWalls) {
+TEST(Hazards, DoseFallsWithSquaredDistanceAndBehindWalls) {
   SimulationOptions options;
   options.hazards = {source(HazardKind::radiation, {0, 0, 0.5}, 100)};
   Simulation open = make({}, options);
@@ -114,7 +114,7 @@ TEST(Hazards, TheDoseFallsWithTheSquareOfDistanceAndBehindWalls) {
   EXPECT_NEAR(reading_at(walled, 4, 0), 100 / 16.0 * std::exp2(-0.2 / 0.048), 1e-9);
 }
 
-TEST(Hazards, GasGoesRoundWalls) {
+TEST(Hazards, GasSpreadsAroundWalls) {
   SemanticModel model = floor_of(30);
   // A wall from y = -6 to 1 m between leak and robot: the path leads around its end at (2, 1).
   model.entities.push_back(model_box("wall", EntityLabel::wall, {2, -2.5, 1}, {0.2, 7, 2}));
@@ -130,7 +130,7 @@ TEST(Hazards, GasGoesRoundWalls) {
       << "a grid's way is at most 8 % and two cells longer";
 }
 
-TEST(Hazards, GasDoesNotPassAThinWallAskewNorAnyThatIsClosed) {
+TEST(Hazards, GasPassesNoThinObliqueOrClosedWall) {
   // A room rotated by 45 degrees, with walls of 2 cm through the corners of the grid's cells.
   SemanticModel model = floor_of(30);
   const double side = 4, yaw = std::numbers::pi / 4;
@@ -149,7 +149,7 @@ TEST(Hazards, GasDoesNotPassAThinWallAskewNorAnyThatIsClosed) {
     EXPECT_EQ(reading_at(simulation, x, y), 0) << x << ", " << y;
 }
 
-TEST(Hazards, WithoutSourcesNothingIsRead) {
+TEST(Hazards, WithoutSourcesReadingsAreZero) {
   SimulationOptions options;
   options.hazards = {device("clock")};
   options.hazards[0].delay = 1;
@@ -160,7 +160,7 @@ TEST(Hazards, WithoutSourcesNothingIsRead) {
 }
 
 /// Reference implementation of crossing(): the fraction of sample points on the line that are in a box.
-TEST(Hazards, ThicknessOfWallsIsThatOfPointsAlongTheLine) {
+TEST(Hazards, WallThicknessEqualsSamplingAlongTheLine) {
   const SemanticModel model = room(6);
   const auto building = Simulation::prepare_building(model);
   ASSERT_TRUE(building.ok());
@@ -185,7 +185,7 @@ TEST(Hazards, ThicknessOfWallsIsThatOfPointsAlongTheLine) {
   }
 }
 
-TEST(Radio, PowerIsFriisThenLogDistanceThenWalls) {
+TEST(Radio, PowerFollowsFriisLogDistanceAndWallLoss) {
   Radio radio;
   // 2.4 GHz, 1 m: 40.05 dB; each tenfold of distance 20 dB more.
   EXPECT_NEAR(received_power(radio, 1, 0), 20 - 40.05, 0.01);
@@ -193,7 +193,7 @@ TEST(Radio, PowerIsFriisThenLogDistanceThenWalls) {
   EXPECT_NEAR(received_power(radio, 100, 2), 20 - 96.05, 0.01);
 }
 
-TEST(Radio, ARobotThatDrivesBehindAWallIsLostAndStops) {
+TEST(Radio, ARobotBehindAWallLosesRadioAndStops) {
   SemanticModel model = floor_of(60);
   model.entities.push_back(model_box("wall", EntityLabel::wall, {-4, 3, 1}, {8, 0.2, 2}));
   SimulationOptions options = with_robots({"rover"});
@@ -213,7 +213,7 @@ TEST(Radio, ARobotThatDrivesBehindAWallIsLostAndStops) {
   EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3) << "out of range";
 }
 
-TEST(Battery, IdleAndWorkEmptyItAndThenItStands) {
+TEST(Battery, IdleAndDrivingDrainItUntilTheRobotStops) {
   SimulationOptions options = with_robots({"rover"});
   options.battery = Battery{};
   options.battery->capacity = 100;
@@ -235,7 +235,7 @@ TEST(Battery, IdleAndWorkEmptyItAndThenItStands) {
   EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3);
 }
 
-TEST(Battery, AnEmptyOneHoldsTheArmWhereItIs) {
+TEST(Battery, AnEmptyBatteryHoldsTheArmInPlace) {
   SimulationOptions options = with_robots({"crawler"});
   options.battery = Battery{};
   options.battery->idle = 100;

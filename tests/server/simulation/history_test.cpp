@@ -14,7 +14,7 @@ const BodyState* find(const WorldSnapshot& world, BodyId id) {
   return nullptr;
 }
 
-TEST(History, AnyInstantIsTheInterpolationOfTheStepsAroundIt) {
+TEST(History, StatesAreInterpolatedBetweenSteps) {
   Simulation simulation = make(room(10));
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::teleop));
   spawn(simulation, moving("walker", AgentKind::person, 0, 2, BehaviourKind::wander));
@@ -66,7 +66,7 @@ TEST(History, AnExactStampGivesThatStepsStateBitForBit) {
   }
 }
 
-TEST(History, OneStepAheadIsExtrapolatedAndNoFarther) {
+TEST(History, ExtrapolatesAtMostOneStep) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
   drive(simulation, "rover", {0.5, 0, 0}, 2);
@@ -81,7 +81,7 @@ TEST(History, OneStepAheadIsExtrapolatedAndNoFarther) {
   EXPECT_TRUE(simulation.at(simulation.now() - seconds(1.99), world));
 }
 
-TEST(History, AnAgentIsThereFromItsFirstStepUntilTheOneThatRemovedIt) {
+TEST(History, AnAgentExistsFromItsFirstStepUntilRemoval) {
   Simulation simulation = make(room(10));
   run(simulation, 0.5);
   const SimulationTime before = simulation.now(), first = simulation.next_step();
@@ -117,7 +117,7 @@ TEST(History, NothingIsInterpolatedOverATeleport) {
   EXPECT_EQ(find(world, then.id)->epoch, then.epoch + 1);
 }
 
-TEST(History, ARelocalizedRobotJumpsWithoutVelocityAndWithoutContacts) {
+TEST(History, ARelocalizationCausesNoVelocityAndNoContacts) {
   Simulation simulation = make(room(20));
   spawn(simulation, agent("rover", AgentKind::robot, 3, 0));
   std::vector<LaserRequest> requests;

@@ -80,7 +80,7 @@ class Arm {
   JointHandle shoulder_ = 0, wrist_ = 0;
 };
 
-TEST(JointTree, ALightLinkHoldsAHeavyLoadStillWithTheTorqueOfStatics) {
+TEST(JointTree, ALightLinkHoldsAHeavyLoadWithStaticTorque) {
   Arm arm;
   arm.run(2, 100);
   EXPECT_NEAR(arm.shoulder().position, 0, 1e-4);
@@ -103,7 +103,7 @@ TEST(JointTree, AWeakMotorYieldsAtItsMaximumEffort) {
   EXPECT_NEAR(arm.shoulder().velocity, turned, 0.01 * turned);
 }
 
-TEST(JointTree, ALimitHoldsWhatNoMotorDoes) {
+TEST(JointTree, AJointLimitHoldsWithoutAMotor) {
   Arm arm(true);
   arm.run(2, 0);
   EXPECT_NEAR(arm.shoulder().position, 0.2, 2e-3);
@@ -114,7 +114,7 @@ TEST(JointTree, ALimitHoldsWhatNoMotorDoes) {
 
 /// Falls on the floor, pushes itself up, and is released: contacts, a holding motor and a yielding one, free
 /// motion and at a limit.
-TEST(JointTree, MovesAsManySweepsOverAllRowsWouldHaveIt) {
+TEST(JointTree, EqualsManySweepsOverAllConstraintRows) {
   constexpr double weight = 1;  // kg; sweeps converge slowly for large mass ratios
   Arm exact(true, 0, weight, weight), swept(true, 2000, weight, weight);
   for (const double effort : {0.0, 60.0, 12.0}) {

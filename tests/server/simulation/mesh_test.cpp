@@ -54,7 +54,7 @@ TEST(ModelMeshes, StopTheRealRobotLikeBoxes) {
   EXPECT_NEAR(events[0].position.x(), 1.3, 0.01);
 }
 
-TEST(ModelMeshes, NothingIsPutIntoThemButUnderATableThereIsRoom) {
+TEST(ModelMeshes, RefusePlacementInsideButNotBelowATable) {
   Simulation simulation = make(furnished());
   const Status in_shelf = simulation.spawn(agent("a", AgentKind::barrel, 1.35, 0.2), std::nullopt);
   ASSERT_FALSE(in_shelf.ok());
@@ -102,7 +102,7 @@ TEST(ModelMeshes, AHugeTriangleIsCutIntoFewPieces) {
   EXPECT_LT(mesh_parts(mesh, 10'000).size(), 10'000U);
 }
 
-TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNobody) {
+TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNoRobot) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("door opening", EntityLabel::free_space, {1, 0, 1}, {0.8, 0.9, 2}));
   model.entities.push_back(model_box("ghost", EntityLabel::wall, {2, 0, 1}, {0.2, 4, 2}));

@@ -52,18 +52,18 @@ TEST(NearMiss, ANearMissIsReportedAfterPassingWithItsSmallestGap) {
   EXPECT_NEAR((misses[0].stamp - kStart).seconds(), over, 0.04);
 }
 
-TEST(NearMiss, NeitherADistanceThatIsKeptNorACarefulPassIsOne) {
+TEST(NearMiss, KeepingDistanceOrPassingSlowlyIsNoNearMiss) {
   EXPECT_TRUE(pass(0.22, 0.5).empty());
   EXPECT_TRUE(pass(0.05, 0.09).empty());
 }
 
-TEST(NearMiss, OfWhatTheRobotWasNotShownIsFlagged) {
+TEST(NearMiss, UnsensedNearMissesAreFlagged) {
   const auto misses = pass(0.1, 0.5, false);
   ASSERT_EQ(misses.size(), 1U);
   EXPECT_TRUE(misses[0].unsensed);
 }
 
-TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
+TEST(NearMiss, StoppingLateBeforeAWallIsANearMissByTime) {
   // Braking at 2 m/s^2 from 1 m/s, to a stop 0.35 m before the wall: before it brakes the time decreases
   // monotonically.
   Simulation simulation = make(room(6));
@@ -104,7 +104,7 @@ TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
   }
 }
 
-TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
+TEST(NearMiss, ContactOrDrivingAwayIsNoNearMiss) {
   Simulation simulation = make(room(6));
   const auto misses = near_misses(simulation, 6, [](double t) {
     const double at = 3 - kFront + 0.005;  // more than it drives in a step
@@ -115,7 +115,7 @@ TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
   EXPECT_TRUE(misses.empty());
 }
 
-TEST(NearMiss, StartingBesideAWallIsNone) {
+TEST(NearMiss, StartingBesideAWallIsNoNearMiss) {
   Simulation simulation = make(room(6));
   const auto misses = near_misses(simulation, 4, [](double t) {
     if (t < 1) return real_at(0, 3 - kSide - 0.1);
@@ -124,7 +124,7 @@ TEST(NearMiss, StartingBesideAWallIsNone) {
   EXPECT_TRUE(misses.empty());
 }
 
-TEST(NearMiss, IsTheOneThatMovesAndNotTheOneThatStands) {
+TEST(NearMiss, TheSubjectIsTheMovingRobot) {
   Simulation simulation = make({}, with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", -2, 0.6));
   drive(simulation, "r", {0.5, 0, 0}, 8, real_at(0, 0));

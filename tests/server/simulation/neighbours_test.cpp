@@ -10,7 +10,7 @@
 namespace parhelion::simulation {
 namespace {
 
-TEST(Neighbours, AllThatReachIntoTheRangeAreFoundOnceAndInOrder) {
+TEST(Neighbours, FindsAllInRangeOnceAndInOrder) {
   std::mt19937_64 random(7);
   const auto within = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;

@@ -27,7 +27,7 @@ std::string block(const std::string& language) {
   return all.substr(begin + open.size(), end - begin - open.size() + 1);
 }
 
-TEST(OwnRobot, TheOneOfThePageDrivesTurnsAndRaisesItsBar) {
+TEST(OwnRobot, TheExampleOfThePageDrivesTurnsAndRaisesItsBar) {
   auto model = parse_robot_model(block("xml"), block("yaml"), "cart.yaml");
   ASSERT_TRUE(model.ok()) << model.error().message;
   SimulationOptions options;

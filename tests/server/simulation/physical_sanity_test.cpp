@@ -57,7 +57,7 @@ TEST(PhysicalSanity, ASlidingBodyAcceleratesByCoulombFriction) {
 }
 
 /// Including pitched, rolled and elevated bodies; none moves in the first second.
-TEST(PhysicalSanity, EachBodyStartsAndStaysWhereTheModelHasIt) {
+TEST(PhysicalSanity, BodiesStayAtTheirModelPoses) {
   SemanticModel model = test::room(8);
   model.entities.push_back(
       test::model_box("step 1", EntityLabel::stairs, {1, 1, 0.085}, {0.3, 1, 0.17}, 0.4));

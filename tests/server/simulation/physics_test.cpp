@@ -32,7 +32,7 @@ TEST(Physics, AModelWithoutAFloorHasOneAtZero) {
   EXPECT_NEAR(body(simulation, "crate").T_map_body.translation().z(), 0, 1e-6);
 }
 
-TEST(Physics, AgentsStandOnTheFloorOfTheModelWhereverItIs) {
+TEST(Physics, AgentsStandOnTheModelFloorAtAnyHeight) {
   SemanticModel model = room(8);
   for (ModelEntity& part : model.entities) {
     part.T_map_body = Transform<Map, Body>(part.T_map_body.quaternion(),
@@ -46,7 +46,7 @@ TEST(Physics, AgentsStandOnTheFloorOfTheModelWhereverItIs) {
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().z(), -1.3, 1e-6);
 }
 
-TEST(Physics, AFloorThatIsNotQuiteLevelIsStoodOnWhereItIs) {
+TEST(Physics, AgentsStandOnASlightlyTiltedFloor) {
   SemanticModel model;
   ModelEntity floor = model_box("floor", EntityLabel::floor, {0, 0, 0}, {20, 20, 0.1});
   const double tilt = 0.5 * std::numbers::pi / 180;
@@ -63,7 +63,7 @@ TEST(Physics, AFloorThatIsNotQuiteLevelIsStoodOnWhereItIs) {
   EXPECT_NEAR(body(simulation, "crate").T_map_body.translation().z(), 5 * std::tan(tilt), 3e-3);
 }
 
-TEST(Physics, AnAgentSqueezedBetweenTheRealRobotAndAWallStaysFiniteAndIsNotFlung) {
+TEST(Physics, AnAgentSqueezedAgainstAWallIsNotFlung) {
   for (const AgentKind kind : {AgentKind::robot, AgentKind::person, AgentKind::box, AgentKind::barrel}) {
     Simulation simulation = make(room(6));
     spawn(simulation, agent("victim", kind, 2.2, 0.05));
@@ -81,7 +81,7 @@ TEST(Physics, AnAgentSqueezedBetweenTheRealRobotAndAWallStaysFiniteAndIsNotFlung
   }
 }
 
-TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
+TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSideslipOrTipping) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
   drive(simulation, "rover", {0.5, 0.3, 0}, 4);  // a differential drive has no sideways
@@ -93,7 +93,7 @@ TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
   EXPECT_NEAR(wheel.rotation_rate.y(), 0.5 / 0.11, 1e-3) << "rolls without slipping";
 }
 
-TEST(Physics, SilenceOfHalfASecondStopsATeleoperatedRobot) {
+TEST(Physics, ATeleopTimeoutOfHalfASecondStopsTheRobot) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
   drive(simulation, "rover", {0.5, 0, 0}, 2);
@@ -120,7 +120,7 @@ TEST(Physics, ARobotThatDrivesIntoAWallStopsThere) {
   }
 }
 
-TEST(Physics, ARobotPushesABoxAndABarrelFallsWhenHitHigh) {
+TEST(Physics, ARobotPushesBoxesAndTopplesBarrelsHitHigh) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::teleop));
   AgentDefinition tall = agent("tall", AgentKind::box, 1.0, 0);
@@ -165,7 +165,7 @@ TEST(Physics, TheRealRobotPushesAgentsAndIsNotPushed) {
   EXPECT_TRUE(contact_reported);
 }
 
-TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {
+TEST(Physics, RealRobotVelocityComesFromOdometryNotCorrections) {
   // Corrections move its pose forward while odometry reports no motion: bodies in contact get no speed from
   // that.
   const auto pushed_speed = [](double twist) {
@@ -183,7 +183,7 @@ TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {
   EXPECT_LT(pushed_speed(0), 0.05);
 }
 
-TEST(Physics, WhatRestsOnABodyFallsWhenThatGoesAway) {
+TEST(Physics, AnObjectFallsWhenItsSupportIsRemoved) {
   for (const bool removed : {true, false}) {
     Physics physics(1.0 / 240);
     physics.add_floor(0);
@@ -208,7 +208,7 @@ TEST(Physics, WhatRestsOnABodyFallsWhenThatGoesAway) {
   }
 }
 
-TEST(Physics, WhatRestsIsNotMovedByWhatPassesNearIt) {
+TEST(Physics, RestingBodiesAreNotMovedByPassingOnes) {
   Simulation simulation = make(room(8));
   spawn(simulation, agent("crate", AgentKind::box, 0, 0));
   spawn(simulation, agent("barrel", AgentKind::barrel, 0, 1.2));

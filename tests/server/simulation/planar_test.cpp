@@ -53,7 +53,7 @@ TEST(Planar, DistanceAgreesWithDenseSampling) {
   EXPECT_GT(apart, 100);
 }
 
-TEST(Planar, MovingByThePenetrationPartsTwoOverlappingShapes) {
+TEST(Planar, MovingByThePenetrationSeparatesTwoShapes) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> angle(0, 6.28);
   for (int i = 0; i < 200; ++i) {
@@ -72,7 +72,7 @@ TEST(Planar, MovingByThePenetrationPartsTwoOverlappingShapes) {
   }
 }
 
-TEST(Planar, AdvanceIsTheLimitOfManySmallSteps) {
+TEST(Planar, AdvanceEqualsManySmallSteps) {
   for (const Twist2& twist :
        {Twist2{1, 0, 0}, Twist2{0.5, -0.2, 0.8}, Twist2{0, 0, 2}, Twist2{1, 0.3, 1e-9}}) {
     Pose2 small{1, 2, 0.5};
@@ -90,7 +90,7 @@ TEST(Planar, AdvanceIsTheLimitOfManySmallSteps) {
   }
 }
 
-TEST(Planar, WhatLiesInLineWithASegmentIsAsFarAsItsEnd) {
+TEST(Planar, DistanceInLineWithASegmentIsToItsEnd) {
   const Footprint segment = make_segment({0, 0}, {0, 1}, 0.1);
   EXPECT_NEAR(signed_distance(segment, make_disc({0, 3}, 0.4)), 1.5, 1e-12);
   EXPECT_NEAR(signed_distance(make_disc({0, -2}, 0.4), segment), 1.5, 1e-12);

@@ -22,7 +22,7 @@ double first_contact(const MovingFootprint& a, const MovingFootprint& b, double 
   return std::numeric_limits<double>::infinity();
 }
 
-RC_GTEST_PROP(TimeToContact, AgreesWithLookingAtEveryMillisecond, ()) {
+RC_GTEST_PROP(TimeToContact, AgreesWithSamplingEveryMillisecond, ()) {
   const auto within = [](double low, double high) {
     return low + (high - low) * *rc::gen::inRange(0, 1001) / 1000.0;
   };
@@ -41,7 +41,7 @@ RC_GTEST_PROP(TimeToContact, AgreesWithLookingAtEveryMillisecond, ()) {
   }
 }
 
-TEST(CollisionPrediction, ComesTwoSecondsBeforeAWallAndNotAgain) {
+TEST(CollisionPrediction, IsReportedOnceTwoSecondsBeforeAWall) {
   Simulation simulation = make(room(6));
   const auto events = follow(simulation, 2.7, [](double t) { return real_at(t, 0, 0, {1, 0, 0}); });
   const auto warned = only(events, EventKind::collision_predicted);
@@ -67,7 +67,7 @@ TEST(CollisionPrediction, DrivingAlongOrAwayFromAWallPredictsNoCollision) {
             0U);
 }
 
-TEST(CollisionPrediction, ComesAgainOnlyAfterTheDangerWasOver) {
+TEST(CollisionPrediction, IsRepeatedOnlyAfterTheDangerEnded) {
   Simulation simulation = make(room(6));
   // Towards the wall, with a warning after 0.25 s; back; and towards it again.
   const auto events = follow(simulation, 3.5, [](double t) {
@@ -78,7 +78,7 @@ TEST(CollisionPrediction, ComesAgainOnlyAfterTheDangerWasOver) {
   EXPECT_EQ(count(only(events, EventKind::collision_predicted), EventKind::collision_predicted), 2U);
 }
 
-TEST(CollisionPrediction, SeesAnAgentComingWhileTheRobotStands) {
+TEST(CollisionPrediction, DetectsAnApproachingAgentAtStandstill) {
   Simulation simulation = make({}, with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 4, 0, std::numbers::pi));
   drive(simulation, "r", {0.5, 0, 0}, 9, real_at(0, 0));
@@ -96,7 +96,7 @@ TEST(CollisionPrediction, SeesAnAgentComingWhileTheRobotStands) {
   }
 }
 
-TEST(Tipping, IsTheAngleToTheEdgeOverTheRateAboutIt) {
+TEST(Tipping, TimeIsTippingAngleOverAngularRate) {
   Stance stance;
   stance.support = {{-0.3, -0.2}, {0.3, -0.2}, {0.3, 0.2}, {-0.3, 0.2}};
   stance.center_of_mass = {0, 0, 0.4};
@@ -113,7 +113,7 @@ TEST(Tipping, IsTheAngleToTheEdgeOverTheRateAboutIt) {
   EXPECT_EQ(tipping_of(stance, over.row(2), {0, 0, 0}).time, 0);
 }
 
-TEST(Tipping, ARobotsStanceIsItsWheelsAndItsMass) {
+TEST(Tipping, StabilityUsesWheelPositionsAndMass) {
   const Stance stance = stance_of(*shipped("rover"), {});
   const Footprint support = make_polygon(stance.support);
   // Both wheels' inner and outer rims and the caster's lowest point.
@@ -124,7 +124,7 @@ TEST(Tipping, ARobotsStanceIsItsWheelsAndItsMass) {
   EXPECT_NEAR(stance.center_of_mass.z(), (22 * 0.15 + 2.4 * 0.0975) / 24.4, 0.001);
 }
 
-TEST(TippingPrediction, OfARealRobotComesASecondBeforeItsLimit) {
+TEST(TippingPrediction, WarnsARealRobotOneSecondBeforeItsLimit) {
   RobotDescription description = robot();
   description.attitude = AttitudeLimits{};  // 0.6 rad of pitch
   auto simulation = Simulation::create({}, {}, description, kStart);
@@ -143,7 +143,7 @@ TEST(TippingPrediction, OfARealRobotComesASecondBeforeItsLimit) {
   EXPECT_NEAR((limit[0].stamp - warned[0].stamp).seconds(), 1, 2.001 * kStep);
 }
 
-TEST(TippingPrediction, ARobotThatDrivesOverAnEdgeIsWarnedBeforeItLies) {
+TEST(TippingPrediction, WarnsBeforeARobotTipsOverAnEdge) {
   SemanticModel model = floor_of(20);
   model.entities.push_back(model_box("table", EntityLabel::floor, {0, 0, 0.4}, {2, 2, 0.8}));
   Simulation simulation = make(model, with_robots({"rover"}));

@@ -53,14 +53,14 @@ TEST(RealContacts, PassingAlongAWallIsNoContact) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
-TEST(RealContacts, AModelledDoorAndAFloorAreNotHit) {
+TEST(RealContacts, ModelledDoorsAndFloorsAreNoContacts) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("door", EntityLabel::door, {1, 0, 1}, {0.05, 0.9, 2}));
   Simulation simulation = make(model);
   EXPECT_EQ(count(drive(simulation, 0, 2, 0.5, 0.01), EventKind::contact_started), 0U);
 }
 
-TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
+TEST(RealContacts, TouchingADrawnVirtualWallIsAContact) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("glass", EntityLabel::wall, {1, 0, 1}, {0.05, 2, 2}));
   model.entities.back().is_virtual = true;

@@ -49,7 +49,7 @@ SimulationOptions with_shoulder(double effort, double break_effort) {
   return options;
 }
 
-TEST(RobotArm, JointsGoWhereTheyAreSentAndNoFurtherThanTheirLimits) {
+TEST(RobotArm, JointsReachTheirTargetsWithinTheirLimits) {
   Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   const std::map<std::string, double> goals{{"turret_joint", 60 * kDegree},
@@ -66,7 +66,7 @@ TEST(RobotArm, JointsGoWhereTheyAreSentAndNoFurtherThanTheirLimits) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::joint_broken), 0U);
 }
 
-TEST(RobotArm, AJointThatIsTornOffStaysBrokenUntilItIsRestored) {
+TEST(RobotArm, ABrokenJointStaysBrokenUntilRestored) {
   Simulation simulation = make(floor_of(20), with_shoulder(110, 15));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   run(simulation, 1);
@@ -103,7 +103,7 @@ TEST(RobotArm, AMotorThatCannotHoldItsLoadIsOverloaded) {
   EXPECT_LT(position(simulation, "shoulder_joint"), 30 * kDegree);
 }
 
-TEST(RobotArm, StretchedOutItHoldsStill) {
+TEST(RobotArm, AnExtendedArmHoldsStill) {
   Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   joints(simulation, {{"shoulder_joint", 50 * kDegree}, {"elbow_joint", -70 * kDegree}});
@@ -145,7 +145,7 @@ void fingers(Simulation& simulation, double opening) {
   joints(simulation, {{"left_finger_joint", opening}});  // the other one is geared to it
 }
 
-TEST(RobotArm, TheGripperLiftsABoxByFrictionAndLetsItGo) {
+TEST(RobotArm, TheGripperLiftsABoxByFrictionAndReleasesIt) {
   Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   AgentDefinition load = agent("load", AgentKind::box, 0.80, 0);

@@ -19,7 +19,7 @@ constexpr Kind kKinds[] = {{"rover", DriveKind::differential, 0.05},
                            {"buggy", DriveKind::ackermann, 0.05},
                            {"crawler", DriveKind::tracked, 0.25}};
 
-TEST(RobotKinds, OneOfEachIsShipped) {
+TEST(RobotKinds, EachKindIsShipped) {
   std::vector<std::string> names;
   for (const Kind& kind : kKinds) {
     names.emplace_back(kind.model);
@@ -48,7 +48,7 @@ TEST(RobotKinds, DriveStraightAndStop) {
   }
 }
 
-TEST(RobotKinds, TurnAsTheyAreAskedTo) {
+TEST(RobotKinds, TurnAtTheCommandedRate) {
   for (const Kind& kind : kKinds) {
     for (const double rate : {0.4, -0.4}) {
       Simulation simulation = make(floor_of(40), with_robots({kind.model}));
@@ -81,7 +81,7 @@ TEST(RobotKinds, OnlyTheCarCannotTurnOnTheSpot) {
   }
 }
 
-TEST(RobotKinds, TheCarGoesOnTheCircleOfItsSteering) {
+TEST(RobotKinds, TheCarFollowsTheCircleOfItsSteeringAngle) {
   Simulation simulation = make(floor_of(40), with_robots({"buggy"}));
   spawn(simulation, articulated("r", "buggy", 0, 0));
   drive(simulation, "r", {0.5, 0, 10}, 3);  // at its tightest turn
@@ -121,7 +121,7 @@ SemanticModel ramp(double angle) {
   return model;
 }
 
-TEST(RobotKinds, TheTrackedOneClimbsSlopesUpToItsFrictionAngle) {
+TEST(RobotKinds, TheTrackedRobotClimbsSlopesUpToItsFrictionAngle) {
   // Friction 0.75 is 36.9 degrees; climbing needs a margin for internal slip.
   for (const double angle : {20.0, 30.0}) {
     Simulation simulation = make(ramp(angle * kDegree), with_robots({"crawler"}));

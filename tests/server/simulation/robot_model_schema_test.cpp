@@ -30,7 +30,7 @@ std::string values_of(const RobotModel& model) {
   return text.str();
 }
 
-TEST(RobotModelSchema, ItsDefaultsAreThoseOfTheProgram) {
+TEST(RobotModelSchema, DefaultsMatchTheProgram) {
   const auto urdf = yaml::read_text(kFolder + "rover.urdf");
   ASSERT_TRUE(urdf) << urdf.error().message;
   SchemaDefaults defaults("robot_model", [&](const std::string& yaml) -> std::optional<std::string> {

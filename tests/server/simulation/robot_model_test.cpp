@@ -42,21 +42,21 @@ std::string refusal(const std::string& urdf_text, const std::string& yaml = kYam
   return model ? "" : model.error().message;
 }
 
-TEST(RobotModel, TheOneThatTheOthersDifferFromIsTaken) {
+TEST(RobotModel, AcceptsTheUnmodifiedModel) {
   const auto model = parse_robot_model(urdf(kBox, "5", ""), kYaml, "robots/cart.yaml");
   ASSERT_TRUE(model.ok()) << model.error().message;
   EXPECT_EQ(model->links.size(), 3U);
   EXPECT_NEAR(model->description.mass, 7, 1e-12);
 }
 
-TEST(RobotModel, AMeshIsRefusedWhereItIs) {
+TEST(RobotModel, AMeshIsRefusedWithItsLine) {
   const std::string text = refusal(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""));
   EXPECT_THAT(text, HasSubstr("cart.urdf:2"));
   EXPECT_THAT(text, HasSubstr("'base'"));
   EXPECT_THAT(text, HasSubstr("a mesh: only box, cylinder and sphere"));
 }
 
-TEST(RobotModel, AMassThatIsNotPositiveIsRefused) {
+TEST(RobotModel, ANonPositiveMassIsRefused) {
   for (const char* mass : {"0", "-3"}) {
     const std::string text = refusal(urdf(kBox, mass, ""));
     EXPECT_THAT(text, HasSubstr("'base'"));
@@ -74,7 +74,7 @@ TEST(RobotModel, AJointLoopIsRefused) {
   EXPECT_THAT(refusal(urdf(kBox, "5", twice)), HasSubstr("'right'"));
 }
 
-TEST(RobotModel, AJointThatMimicsWhatItCannotIsRefused) {
+TEST(RobotModel, AnUnsupportedMimicJointIsRefused) {
   std::string text = urdf(kBox, "5", "");
   text.insert(text.rfind("</joint>"), "<mimic joint='rudder' multiplier='2'/>");
   const std::string error_text = refusal(text);
@@ -82,7 +82,7 @@ TEST(RobotModel, AJointThatMimicsWhatItCannotIsRefused) {
   EXPECT_THAT(error_text, HasSubstr("multiplier 1"));
 }
 
-TEST(RobotModel, ALinkThatTheYamlMisspellsIsSuggested) {
+TEST(RobotModel, AMisspelledLinkGetsASuggestion) {
   std::string yaml = kYaml;
   yaml.replace(yaml.find("[right]"), 7, "[rigth]");
   const std::string text = refusal(urdf(kBox, "5", ""), yaml);
@@ -91,7 +91,7 @@ TEST(RobotModel, ALinkThatTheYamlMisspellsIsSuggested) {
   EXPECT_THAT(text, HasSubstr("'right'"));
 }
 
-TEST(RobotModel, TextThatIsNoUrdfIsRefused) {
+TEST(RobotModel, InvalidUrdfIsRefused) {
   for (const char* text : {"", "<robot", "<robot name='x'/>", "<html></html>"}) refusal(text);
 }
 

@@ -6,7 +6,7 @@ namespace {
 
 using namespace test;
 
-TEST(Robots, EveryShippedOneStandsWhereItWasPut) {
+TEST(Robots, EveryShippedRobotStandsWhereItWasPlaced) {
   for (const std::string& name : shipped_robot_models()) {
     Simulation simulation = make(floor_of(20), with_robots({name}));
     spawn(simulation, articulated("r", name, 1, 2, 0.5));
@@ -22,7 +22,7 @@ TEST(Robots, EveryShippedOneStandsWhereItWasPut) {
   }
 }
 
-TEST(Robots, WheelsThatRollCoverTheirCircumferenceInATurn) {
+TEST(Robots, RollingWheelsCoverTheirCircumferencePerTurn) {
   Simulation simulation = make(floor_of(40), with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 0, 0));
   drive(simulation, "r", {0.5, 0, 0}, 4);
@@ -49,7 +49,7 @@ TEST(Robots, TurnsOnTheSpotAccordingToItsTrackWidth) {
   EXPECT_NEAR((at.right - at.left) / 0.37, at.T_map_base.yaw(), 0.03);
 }
 
-TEST(Robots, StopsWhenNobodyDrivesItAndAtWalls) {
+TEST(Robots, StopsWithoutCommandsAndAtWalls) {
   Simulation simulation = make(room(6), with_robots({"rover"}));
   spawn(simulation, articulated("r", "rover", 0, 0));
   drive(simulation, "r", {0.5, 0, 0}, 2);
@@ -72,7 +72,7 @@ TEST(Robots, StopsWhenNobodyDrivesItAndAtWalls) {
   EXPECT_TRUE(collided);
 }
 
-TEST(Robots, WheelsSlipAtAWallWhereTheMotorsAreStronger) {
+TEST(Robots, StrongMotorsSpinTheWheelsAtAWall) {
   SimulationOptions options;
   RobotModel strong = *shipped("rover");
   strong.drive.force = 500;
@@ -85,7 +85,7 @@ TEST(Robots, WheelsSlipAtAWallWhereTheMotorsAreStronger) {
   EXPECT_GT(at.left, at.T_map_base.translation().x() + 0.5);
 }
 
-TEST(Robots, TheTraineesIsTheRealRobotToOthers) {
+TEST(Robots, OtherAgentsTreatTheTraineesRobotAsReal) {
   Simulation simulation = make(floor_of(20), with_robots({"rover"}));
   EXPECT_FALSE(simulation.spawn_trainee(agent("t", AgentKind::robot, 0, 0)).ok());
   const Status status = simulation.spawn_trainee(articulated("pioneer", "rover", 0, 0));

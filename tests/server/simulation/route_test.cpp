@@ -115,7 +115,7 @@ RC_GTEST_PROP(Route, CostEqualsDijkstraAndTheRouteKeepsItsDistance, ()) {
   }
 }
 
-TEST(Route, AClosedRoomHasNoRouteAndOpenFloorAStraightOne) {
+TEST(Route, FindsStraightRoutesInTheOpenAndNoneFromClosedRooms) {
   SemanticModel model;
   for (const double s : {-1.0, 1.0}) {
     model.entities.push_back(model_box("x" + std::to_string(s), EntityLabel::wall, {s, 0, 1}, {0.1, 2.1, 2}));
@@ -146,7 +146,7 @@ TEST(Route, PushesADoorOpenWhereTheDetourIsLong) {
   }
 }
 
-TEST(Route, ASearchTakesOnlyAPieceOfWorkAtATime) {
+TEST(Route, ASearchDoesLimitedWorkPerStep) {
   RouteGrid grid(building_of({}), 0, 1.5);
   RouteSearch search(grid, {{0, 0}, {30, 20}, 0.3, {}, {}}, 1);
   int pieces = 0;

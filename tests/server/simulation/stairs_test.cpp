@@ -85,7 +85,7 @@ TEST(Stairs, TheTrackedRobotClimbsAFlightAndReportsEachStepOnce) {
   }
 }
 
-TEST(Stairs, ItStandsOnAFlightAndComesDownBackwards) {
+TEST(Stairs, StandsOnAFlightAndDescendsBackwards) {
   Simulation simulation = make(flight(kSteps, kRise, 0.29), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
   Operator(simulation).climb(1.9, 30);
@@ -101,7 +101,7 @@ TEST(Stairs, ItStandsOnAFlightAndComesDownBackwards) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::fell), 0U);
 }
 
-TEST(Stairs, WithoutFrictionItSpinsItsTracksAtTheFoot) {
+TEST(Stairs, WithoutFrictionTracksSpinAtTheFirstStep) {
   for (const double friction : {0.3, 0.5}) {
     Simulation simulation = make(flight(kSteps, kRise, 0.29), with_friction(friction));
     spawn(simulation, articulated("r", "crawler", 0, 0));

@@ -47,7 +47,7 @@ TEST(Supervision, MovementStartsAtOnceAndStopsAfterAPause) {
   EXPECT_NEAR(since_start(events[1]), 3.96 + MovementWatch::kPause, 1.001 * kStep);
 }
 
-TEST(Supervision, AReversalIsNoStop) {
+TEST(Supervision, AReversalIsNotReportedAsAStop) {
   Simulation simulation = make();
   const auto events = follow(simulation, 4, [](double t) { return real_at(0, 0, 0, {2 - t, 0, 0}); });
   EXPECT_EQ(events.size(), 1U);
@@ -69,7 +69,7 @@ TEST(Supervision, PitchAndRollAreReportedOncePerWarningAndLimit) {
   EXPECT_NEAR(since_start(events[2]), (2 * top + 0.35) / rate, 1.001 * kStep);
 }
 
-TEST(Supervision, ARollToTheRightHasItsSign) {
+TEST(Supervision, ARollToTheRightIsPositive) {
   Simulation simulation = with_limits();
   const auto events = as_they_happen(follow(simulation, 1, [](double t) { return tilted(0.55 * t, 0); }));
   ASSERT_EQ(events.size(), 2U);
@@ -109,7 +109,7 @@ TEST(Supervision, YawRateNeedsNoInertialSensor) {
   EXPECT_NEAR(since_start(events[1]), 2.5, 1.001 * kStep);
 }
 
-TEST(Supervision, ZonesAreEnteredAtTheirOutlineAndLeftBeyondIt) {
+TEST(Supervision, ZonesAreEnteredAndLeftWithHysteresis) {
   SimulationOptions options;
   options.zones = {{"danger", {{1, -1}, {2, -1}, {2, 1}, {1, 1}}, 0, 2},
                    {"above", {{1, -1}, {2, -1}, {2, 1}}, 3, 4}};
@@ -124,7 +124,7 @@ TEST(Supervision, ZonesAreEnteredAtTheirOutlineAndLeftBeyondIt) {
   EXPECT_NEAR(since_start(events[1]), 2 + ZoneWatch::kEdge, 1.001 * kStep);
 }
 
-TEST(Supervision, ARobotWhosePoseIsLostHasLeftItsZones) {
+TEST(Supervision, ARobotWithoutAPoseHasLeftItsZones) {
   SimulationOptions options;
   options.zones = {{"all", {{-9, -9}, {9, -9}, {9, 9}, {-9, 9}}}};
   Simulation simulation = make({}, options);
@@ -191,7 +191,7 @@ TEST(Supervision, SwayingOnAStepsEdgeIsOneClimb) {
   EXPECT_EQ(count(events, EventKind::step_climbed), 1U);
 }
 
-TEST(Supervision, ABoxThatIsPushedOffATableFalls) {
+TEST(Supervision, ABoxPushedOffATableIsReportedAsFallen) {
   SemanticModel model;
   model.entities.push_back(model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1}));
   FallWatch watch;
@@ -215,7 +215,7 @@ TEST(Supervision, ABoxThatIsPushedOffATableFalls) {
   EXPECT_NEAR(events[0].value, height, 0.01);
 }
 
-TEST(Supervision, ARobotThatNodsOverAnEdgeDoesNotFall) {
+TEST(Supervision, ARobotTiltingOverAnEdgeIsNotReportedAsFallen) {
   FallWatch watch;
   Supervised body;
   body.low = {-0.4, -0.3, 0};

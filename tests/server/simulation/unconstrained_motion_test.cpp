@@ -77,7 +77,7 @@ TEST(UnconstrainedMotion, UndisturbedAgentsMoveAndReportIdentically) {
   EXPECT_GT(count(result.events, EventKind::movement_started), 2U);
 }
 
-TEST(UnconstrainedMotion, WhomTheRealRobotRunsIntoIsBackInTheSolverBefore) {
+TEST(UnconstrainedMotion, AgentsReturnToTheSolverBeforeRealRobotContact) {
   const auto drives = [](double t) {
     return std::optional(real_at(-6 + 2.5 * t, 0.05, 0, {t < 4 ? 2.5 : 0, 0, 0}));
   };
@@ -88,7 +88,7 @@ TEST(UnconstrainedMotion, WhomTheRealRobotRunsIntoIsBackInTheSolverBefore) {
   EXPECT_EQ(count(result.events, EventKind::movement_started), 2U) << "it was pushed";
 }
 
-TEST(UnconstrainedMotion, ARealRobotThatAppearsBesideAStanderPushesIt) {
+TEST(UnconstrainedMotion, AnAppearingRealRobotPushesAStandingAgent) {
   const auto appears = [](double t) {
     if (t < 1) return std::optional<RealRobotState>();
     std::optional<RealRobotState> real = real_at(-0.65 + (t - 1), 0, 0, {1, 0, 0});

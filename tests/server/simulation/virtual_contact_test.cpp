@@ -42,7 +42,7 @@ VirtualContactInput pressed(Twist2 twist, bool pose_known, double clearance = 10
   return input;
 }
 
-RC_GTEST_PROP(Promise3, CommandsAreOnlyEverReducedAndACurveStaysTheSameCurve, ()) {
+RC_GTEST_PROP(Promise3, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
   const ContactLimits limits;
   VirtualContactState state;
   for (int i = 0; i < 20; ++i) {
@@ -79,20 +79,20 @@ RC_GTEST_PROP(Promise3, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   RC_ASSERT(braking_distance <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
 }
 
-RC_GTEST_PROP(Promise3, NearerIsNeverFaster, ()) {
+RC_GTEST_PROP(Promise3, SpeedScaleNeverGrowsNearerToAnObstacle, ()) {
   const double speed = *rc::gen::inRange(0, 3000) / 1000.0;
   const double far = *rc::gen::inRange(0, 3000) / 1000.0, near = far * *rc::gen::inRange(0, 1000) / 1000.0;
   RC_ASSERT(contact_scale({}, {}, near, speed) <= contact_scale({}, {}, far, speed));
 }
 
-RC_GTEST_PROP(Promise3, BeyondTheLookaheadNothingIsChanged, ()) {
+RC_GTEST_PROP(Promise3, CommandsAreUnchangedBeyondTheLookahead, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
   VirtualContactState state;
   const double distance = contact_lookahead({}, robot(), twist);
   RC_ASSERT(limit({}, robot(), pressed(twist, true, distance), state).scale == 1);
 }
 
-RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndAfterAReleaseCrawls, ()) {
+RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndCrawlsAfterRelease, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
   RC_PRE(footprint_speed(robot(), twist) > 0);
   VirtualContactState state;
@@ -110,7 +110,7 @@ RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndAfterAReleaseCrawls, ()) {
   RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
 }
 
-TEST(Promise3, SilenceIsARelease) {
+TEST(Promise3, ATimeoutCountsAsStickRelease) {
   VirtualContactState state;
   limit({}, robot(), pressed({1, 0, 0}, true), state);
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
@@ -120,7 +120,7 @@ TEST(Promise3, SilenceIsARelease) {
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, SpeedLimitReason::crawl);
 }
 
-TEST(Promise3, HoldingTheStickWhileThePoseIsLostNeverBeginsToCrawl) {
+TEST(Promise3, HoldingTheStickWithoutAPoseNeverStartsCrawling) {
   VirtualContactState state;
   limit({}, robot(), pressed({1, 0, 0}, true), state);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
@@ -141,7 +141,7 @@ TEST(Promise3, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
 }
 
-TEST(Promise3, ATeleopThatIsNotFiniteStops) {
+TEST(Promise3, ANonFiniteTeleopCommandStopsTheRobot) {
   for (const Twist2& twist :
        {Twist2{kNan, 0, 0}, Twist2{0, kNan, 0}, Twist2{0, 0, kNan}, Twist2{kInfinity, 0, 0},
         Twist2{1, 0, -kInfinity}, Twist2{1e308, 1e308, 1e308}}) {
@@ -155,7 +155,7 @@ TEST(Promise3, ATeleopThatIsNotFiniteStops) {
   }
 }
 
-TEST(Promise3, AClearanceThatIsNotANumberStops) {
+TEST(Promise3, ANaNClearanceStopsTheRobot) {
   VirtualContactState state;
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, true, kNan), state).scale, 0);
 }

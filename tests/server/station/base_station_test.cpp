@@ -119,7 +119,7 @@ class BaseStationTest : public ::testing::Test {
   std::thread server_;
 };
 
-TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningStation) {
+TEST_F(BaseStationTest, InstructorRoutesAreRefusedToTraineesAndObservers) {
   serve_in_background();
   const std::vector<std::string> commands_of_instructors{
       R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
@@ -160,7 +160,7 @@ TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningSt
   ASSERT_EQ(commands().size(), 1U);
 }
 
-TEST_F(BaseStationTest, NoSocketOpensWithACookieThatIsMadeUpOrOver) {
+TEST_F(BaseStationTest, InvalidOrExpiredCookiesOpenNoSocket) {
   const std::string over = cookie("instructor");
   EXPECT_EQ(RawClient(port_).post("/api/v1/logout", "", over).status, 204);
   const std::string made_up = over.substr(0, over.find('=') + 1) + std::string(43, 'A');
@@ -193,7 +193,7 @@ TEST_F(BaseStationTest, MarkupInNamesAndMessagesStaysText) {
   EXPECT_EQ(made.headers.at("x-content-type-options"), "nosniff");
 }
 
-TEST_F(BaseStationTest, FilesAreSentPackedAndTheReportIsPromisedBeforeItIsThere) {
+TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
   const std::string admin = cookie("admin");
   const RawAnswer model = RawClient(port_).get("/api/v1/model", admin, "Accept-Encoding: gzip\r\n");
   EXPECT_EQ(model.headers.at("content-encoding"), "gzip");
@@ -218,7 +218,7 @@ double heap() {
   return static_cast<double>(use.uordblks + use.hblkhd) / 1e6;
 }
 
-TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
+TEST_F(BaseStationTest, APageThatNeverReadsDoesNotSlowOthers) {
   serve_in_background();
   const auto publisher = hub_.connect();
   const auto client = open_client("instructor");

@@ -13,7 +13,7 @@ Event fault(EventKind kind, const std::string& name, double amount) {
   return event;
 }
 
-TEST(CameraFaults, OneThatEndsLeavesAnotherOfItsKindAsItIs) {
+TEST(CameraFaults, EndingOneFaultKeepsAnotherOfItsKind) {
   station::CameraFaults faults;
   EXPECT_TRUE(faults.handle(fault(EventKind::fault_started, "camera_delay", 0.2)));
   EXPECT_TRUE(faults.handle(fault(EventKind::fault_started, "camera_delay", 0.4)));
@@ -24,7 +24,7 @@ TEST(CameraFaults, OneThatEndsLeavesAnotherOfItsKindAsItIs) {
   EXPECT_EQ(faults.delay(), 0);
 }
 
-TEST(CameraFaults, LossesAddUpToWhatIsLeftOutByAny) {
+TEST(CameraFaults, LossProbabilitiesCombineIndependently) {
   station::CameraFaults faults;
   faults.handle(fault(EventKind::fault_started, "camera_loss", 0.5));
   faults.handle(fault(EventKind::fault_started, "camera_loss", 0.5));

@@ -39,7 +39,7 @@ TEST(ClientMessages, ReadAnAgentWithTheKeysOfAScenario) {
   EXPECT_FALSE(agent.behaviour.opens_doors);
 }
 
-TEST(ClientMessages, ReadADoorsOpeningAsTheCommandHasIt) {
+TEST(ClientMessages, ReadTheOpeningOfADoorCommand) {
   const ClientMessage message = read(R"({"type":"agent","action":"door","name":"door 1","opening":0.7})");
   EXPECT_EQ(std::get<DoorCommand>(message.command).opening, 0.7);
   const ClientMessage released = read(R"({"type":"agent","action":"door_unknown","name":"door 1"})");
@@ -83,7 +83,7 @@ TEST(ClientMessages, ReadScriptsAndFaultsAsServerCommands) {
   EXPECT_THAT(fault(R"({"type":"script"})"), HasSubstr("name"));
 }
 
-TEST(ClientMessages, WhatDoesNotFitIsRefusedByItsKey) {
+TEST(ClientMessages, InvalidValuesAreRefusedByTheirKey) {
   EXPECT_THAT(fault(R"({"type":"agent","action":"spawn","name":"a","x":0,"y":0,"colour":"red"})"),
               HasSubstr("colour"));
   EXPECT_THAT(fault(R"({"type":"agent","action":"explode"})"), HasSubstr("action"));
@@ -98,7 +98,7 @@ TEST(ClientMessages, WhatDoesNotFitIsRefusedByItsKey) {
   EXPECT_THAT(fault(R"({"type":"subscribe","world_hz":0})"), HasSubstr("world_hz"));
 }
 
-TEST(ClientMessages, BytesThatAreNoMessageAreRefused) {
+TEST(ClientMessages, InvalidMessagesAreRefused) {
   EXPECT_FALSE(fault("").empty());
   EXPECT_FALSE(fault("[]").empty());
   EXPECT_FALSE(fault("{\"type\":").empty());
@@ -108,7 +108,7 @@ TEST(ClientMessages, BytesThatAreNoMessageAreRefused) {
   EXPECT_THAT(fault(std::string(kMaxClientMessage + 1, ' ')), HasSubstr("bytes"));
 }
 
-TEST(ClientMessages, TheRequestOfARefusedMessageIsKnown) {
+TEST(ClientMessages, ARefusedMessageKeepsItsRequestId) {
   std::uint64_t request = 0;
   EXPECT_FALSE(read_client_message(R"({"type":"agent","request":12,"action":"explode"})", request));
   EXPECT_EQ(request, 12U);

@@ -25,7 +25,7 @@ render::DepthPixels wall(int width, int height) {
 
 std::uint32_t count(const std::string& bytes) { return number_at<std::uint32_t>(bytes, 4); }
 
-TEST(DepthFrames, ALensThatBendsIsTakenOut) {
+TEST(DepthFrames, LensDistortionIsCorrected) {
   auto bent = camera(101, 1);
   bent.intrinsics.distortion = {-0.16, 0.03, 0, 0, 0};
   const auto bytes = depth_bytes(wall(101, 1), bent, {}, 1.5);
@@ -38,7 +38,7 @@ TEST(DepthFrames, ALensThatBendsIsTakenOut) {
   EXPECT_NEAR(number_at<float>(bytes, 16 + 16 * 100 + 8), 2, 1e-6);
 }
 
-TEST(DepthFrames, NoMorePointsThanAskedForAreSpreadOverTheImage) {
+TEST(DepthFrames, TheRequestedNumberOfPointsIsSpreadOverTheImage) {
   for (const auto& [width, height] : {std::pair{320, 240}, {640, 480}, {5000, 1}, {3, 3}}) {
     const auto n = count(depth_bytes(wall(width, height), camera(width, height), {}, 0, 800));
     EXPECT_LE(n, 800U) << width;
@@ -54,7 +54,7 @@ TEST(DepthFrames, AnUnsetMaximumRangeExcludesNoPoints) {
   EXPECT_EQ(count(depth_bytes(wall(2, 1), far, {}, 0)), 0U);
 }
 
-TEST(DepthFrames, AnImageOfAnotherSizeIsNotTakenForTheCameras) {
+TEST(DepthFrames, AnImageOfAWrongSizeIsRefused) {
   EXPECT_EQ(count(depth_bytes(wall(4, 3), camera(3, 4), {}, 0)), 0U);
   EXPECT_EQ(count(depth_bytes(wall(4, 3), camera(8, 6), {}, 0)), 0U);
 }

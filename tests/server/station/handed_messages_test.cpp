@@ -13,7 +13,7 @@ Message numbered(std::uint32_t number, std::size_t size) {
   return message;
 }
 
-TEST(HandedMessages, AreTakenInOrderAndOnce) {
+TEST(HandedMessages, AreDeliveredOnceAndInOrder) {
   HandedMessages handed;
   std::vector<std::int64_t> taken;
   const auto take = [&] { handed.take_all([&](const Message& each) { taken.push_back(each.arrival.ns); }); };
@@ -25,7 +25,7 @@ TEST(HandedMessages, AreTakenInOrderAndOnce) {
   EXPECT_EQ(taken, (std::vector<std::int64_t>{1, 2, 3, 4, 5}));
 }
 
-TEST(HandedMessages, NoneIsLostOrMixedUpHoweverTheThreadsRace) {
+TEST(HandedMessages, NoneIsLostOrReorderedUnderRaces) {
   constexpr std::uint32_t total = 20'000;
   HandedMessages handed;
   std::jthread sender([&] {
@@ -46,7 +46,7 @@ TEST(HandedMessages, NoneIsLostOrMixedUpHoweverTheThreadsRace) {
   EXPECT_EQ(handed.dropped(), 0U);
 }
 
-TEST(HandedMessages, WhatNobodyTakesIsDroppedAndCountedFromABoundOn) {
+TEST(HandedMessages, MessagesBeyondTheLimitAreDroppedAndCounted) {
   HandedMessages handed;
   const Message picture = numbered(1, std::size_t{1} << 20U);
   for (int i = 0; i < 100; ++i) handed.put(picture);

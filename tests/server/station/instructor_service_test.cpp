@@ -54,7 +54,7 @@ class InstructorServiceTest : public FeedTest {
   std::vector<std::string> audit_;
 };
 
-TEST_F(InstructorServiceTest, ACommandGoesToTheBusAndItsAnswerToThePageThatAsked) {
+TEST_F(InstructorServiceTest, PublishesCommandsAndReturnsReplies) {
   begin(configuration({}));
   const auto client = open(1), other = open(2);
   service_->receive(*client, R"({"type":"agent","request":5,"action":"spawn","name":"box_1","x":1,"y":2})",
@@ -101,7 +101,7 @@ TEST_F(InstructorServiceTest, ScriptsAndFaultsAreSentToTheServerAndAnswered) {
                                            "ada: fault camera_delay: done"));
 }
 
-TEST_F(InstructorServiceTest, AServerThatDoesNotAnswerIsReportedAsSilent) {
+TEST_F(InstructorServiceTest, AServerThatDoesNotAnswerIsReported) {
   begin(configuration({}));
   const auto client = open();
   service_->receive(*client, R"({"type":"agent","request":7,"action":"freeze"})", now());
@@ -114,7 +114,7 @@ TEST_F(InstructorServiceTest, AServerThatDoesNotAnswerIsReportedAsSilent) {
   EXPECT_EQ(client->newest("reply")["request"], 7);
 }
 
-TEST_F(InstructorServiceTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) {
+TEST_F(InstructorServiceTest, TraineesMayReportButNotCommandAndBothAreLogged) {
   begin(configuration({}));
   const auto trainee = open(1, station::Role::trainee, "tom");
   for (const char* text :
@@ -135,7 +135,7 @@ TEST_F(InstructorServiceTest, ATraineeMayReportButNotCommandAndBothAreWrittenDow
   EXPECT_EQ(std::get<ObjectReport>(sent[0]).position, Eigen::Vector2d(1, 2));
 }
 
-TEST_F(InstructorServiceTest, AnObserverOnlyLooks) {
+TEST_F(InstructorServiceTest, AnObserverCannotSendCommands) {
   for (int kind = 0; kind <= static_cast<int>(station::ClientMessage::Kind::estop_reset); ++kind) {
     const auto each = static_cast<station::ClientMessage::Kind>(kind);
     EXPECT_EQ(station::may(station::Role::observer, each, false),
@@ -149,7 +149,7 @@ TEST_F(InstructorServiceTest, AnObserverOnlyLooks) {
   }
 }
 
-TEST_F(InstructorServiceTest, ARealRobotIsNotPaused) {
+TEST_F(InstructorServiceTest, ASessionWithARealRobotCannotBePaused) {
   begin(configuration({}));
   const auto client = open();
   service_->receive(*client, R"({"type":"control","request":3,"action":"pause"})", now());
@@ -157,7 +157,7 @@ TEST_F(InstructorServiceTest, ARealRobotIsNotPaused) {
   EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("real robot"));
 }
 
-TEST_F(InstructorServiceTest, NothingIsPlacedInARecording) {
+TEST_F(InstructorServiceTest, NothingCanBePlacedInARecording) {
   begin(configuration({}), {}, true);
   const auto client = open();
   service_->receive(*client, R"({"type":"agent","request":3,"action":"freeze"})", now());
@@ -165,7 +165,7 @@ TEST_F(InstructorServiceTest, NothingIsPlacedInARecording) {
   EXPECT_TRUE(commands().empty());
 }
 
-TEST_F(InstructorServiceTest, PauseRateSeekAndEndAreTheCommandsToDo) {
+TEST_F(InstructorServiceTest, PauseRateSeekAndEndBecomePlayerCommands) {
   std::vector<std::string> done;
   station::InstructorOptions options;
   options.controls.pause = [&](bool paused) { return done.push_back(paused ? "pause" : "resume"), Status(); };
@@ -210,7 +210,7 @@ TEST_F(InstructorServiceTest, MessagesReachTheirRecipientsAndAreKeptBesideTheSes
   EXPECT_TRUE(commands().empty());
 }
 
-TEST_F(InstructorServiceTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
+TEST_F(InstructorServiceTest, SavesPlacedEntitiesAsAReadableScenario) {
   station::InstructorOptions options;
   options.scenarios = folder_ / "scenarios";
   begin(configuration({agent("box_1", AgentKind::box, 1, 0)}), options);
@@ -236,7 +236,7 @@ TEST_F(InstructorServiceTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
   EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("exists already"));
 }
 
-TEST_F(InstructorServiceTest, APageThatTalksWithoutEndIsClosed) {
+TEST_F(InstructorServiceTest, AFloodingPageIsClosed) {
   begin(configuration({}));
   const auto client = open();
   for (int i = 0; i < 200 && !client->closed; ++i)

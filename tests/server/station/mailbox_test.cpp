@@ -8,14 +8,14 @@
 namespace parhelion::station {
 namespace {
 
-TEST(Mailbox, PagesThatSendTooMuchAreRefusedAndNeverWait) {
+TEST(Mailbox, FloodingPagesAreRefusedWithoutBlocking) {
   Mailbox mailbox;
   std::size_t taken = 0;
   while (taken < 10'000 && mailbox.put(ClientText{1, "{}"})) ++taken;
   EXPECT_EQ(taken, Mailbox::kMaxTexts);
 }
 
-TEST(Mailbox, TheBusWaitsOutsideUntilThereIsRoom) {
+TEST(Mailbox, TheBusBlocksUntilThereIsRoom) {
   Mailbox mailbox;
   for (std::size_t i = 0; i < Mailbox::kMaxMessages; ++i) ASSERT_TRUE(mailbox.put(Message{}));
   std::thread bus([&] { EXPECT_TRUE(mailbox.put(Message{"SCAN", {}, {}})); });

@@ -17,7 +17,7 @@ SensorState state_of(const std::vector<double>& stamps) {
   return watch.states(ArrivalTime{} + seconds(100 + stamps.back())).at(0);
 }
 
-TEST(SensorWatch, CountsAsLostWhatIsMissingBetweenStamps) {
+TEST(SensorWatch, CountsMissingStampsAsLost) {
   std::vector<double> stamps;
   for (int i = 0; i < 60; ++i) {
     if (i % 60 != 30) stamps.push_back(0.05 * i);
@@ -27,7 +27,7 @@ TEST(SensorWatch, CountsAsLostWhatIsMissingBetweenStamps) {
   EXPECT_NEAR(state.rate, 20, 0.5);
 }
 
-TEST(SensorWatch, AFixedRateReadAtTheBeatsOfAFasterClockLosesNothing) {
+TEST(SensorWatch, AFixedRateSampledByAFasterClockHasNoLoss) {
   for (const double beats : {60.0, 120.0, 150.0, 1000.0}) {
     std::vector<double> stamps;
     for (int i = 0; i < 200; ++i) stamps.push_back(std::ceil(0.02 * i * beats - 1e-9) / beats);
@@ -35,7 +35,7 @@ TEST(SensorWatch, AFixedRateReadAtTheBeatsOfAFasterClockLosesNothing) {
   }
 }
 
-TEST(SensorWatch, WhatIsLostByChanceIsNotTakenForARegularGap) {
+TEST(SensorWatch, RandomLossIsNotTakenForARegularGap) {
   for (const double fraction : {0.1, 0.2, 0.4}) {
     double mean_loss = 0;
     constexpr int runs = 40;
@@ -51,7 +51,7 @@ TEST(SensorWatch, WhatIsLostByChanceIsNotTakenForARegularGap) {
   }
 }
 
-TEST(SensorWatch, ASensorThatFallsSilentIsLateThenLost) {
+TEST(SensorWatch, ASilentSensorIsLateThenLost) {
   SensorWatch watch;
   watch.watch("SCAN", SensorWatch::Clock::server);
   const auto status = [&](double t) { return watch.states(ArrivalTime{} + seconds(t)).at(0).status; };

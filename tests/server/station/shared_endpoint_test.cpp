@@ -83,7 +83,7 @@ TEST_F(SharedEndpointTest, EachReceivesItsSubscriptionsInOrder) {
   EXPECT_FALSE(*scans->receive(none, at_once));
 }
 
-TEST_F(SharedEndpointTest, KeepsTheInstantOfArrival) {
+TEST_F(SharedEndpointTest, KeepsTheTimeOfArrival) {
   const auto bus = shared_->connect();
   ASSERT_TRUE(bus->subscribe("SCAN", 8).ok());
   come("SCAN", 7);
@@ -92,7 +92,7 @@ TEST_F(SharedEndpointTest, KeepsTheInstantOfArrival) {
   EXPECT_EQ(message.arrival.ns, 1007);
 }
 
-TEST_F(SharedEndpointTest, TheBusIsSubscribedOnceForAChannelWithSeveralReceivers) {
+TEST_F(SharedEndpointTest, SubscribesOncePerChannelForSeveralReceivers) {
   const auto one = shared_->connect(), two = shared_->connect();
   ASSERT_TRUE(one->subscribe("SCAN", 8).ok());
   ASSERT_TRUE(two->subscribe("SCAN", 8).ok());
@@ -100,7 +100,7 @@ TEST_F(SharedEndpointTest, TheBusIsSubscribedOnceForAChannelWithSeveralReceivers
   EXPECT_EQ(script_->subscribed, std::vector<std::string>{"SCAN"});
 }
 
-TEST_F(SharedEndpointTest, WhoDoesNotTakeItsMessagesLosesItsOldestAlone) {
+TEST_F(SharedEndpointTest, ASlowReceiverLosesOnlyItsOwnOldestMessages) {
   const auto slow = shared_->connect(), quick = shared_->connect();
   ASSERT_TRUE(slow->subscribe("SCAN", 2).ok());
   ASSERT_TRUE(quick->subscribe("SCAN", 8).ok());
@@ -142,7 +142,7 @@ TEST_F(SharedEndpointTest, ABusFailureReachesAllListenersAndReceptionResumes) {
   EXPECT_EQ(message.payload.at(0), 5);
 }
 
-TEST_F(SharedEndpointTest, RefusesPatternsThatAreNone) {
+TEST_F(SharedEndpointTest, RefusesInvalidPatterns) {
   const auto bus = shared_->connect();
   EXPECT_FALSE(bus->subscribe("SCAN(", 2).ok());
   EXPECT_FALSE(bus->subscribe("SCAN", 0).ok());

@@ -27,7 +27,7 @@ TEST_F(FeedTest, APageReceivesTheCurrentStateWhenItOpens) {
   EXPECT_FALSE(client->newest("status").is_null());
 }
 
-TEST_F(FeedTest, WhoDrivesGoesByTheNameOfTheAccountOnPagesAlone) {
+TEST_F(FeedTest, PagesShowTheAccountNameOfTheDriver) {
   start(configuration({}));
   const auto client = open(1, station::Role::trainee, "tess");
   OperatorStatus status;
@@ -67,7 +67,7 @@ TEST_F(FeedTest, PublishesEntitiesWithShapesAndFramesWithPoses) {
   EXPECT_FLOAT_EQ(number_at<float>(frame, 44), 1.0F);  // qw
 }
 
-TEST_F(FeedTest, PersonsShareTheirForms) {
+TEST_F(FeedTest, PersonsReuseTheSameShapes) {
   std::vector<AgentDefinition> persons;
   std::vector<WorldMessage::Entry> bodies;
   for (int i = 0; i < 20; ++i) {
@@ -116,7 +116,7 @@ TEST_F(FeedTest, APageGetsTheWorldAtItsOwnRate) {
   EXPECT_LE(slow->frames(1).size(), 22U);
 }
 
-TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
+TEST_F(FeedTest, DepthPointsAreSentInTheMapFrameOnRequest) {
   tick::Configuration configuration = test::configuration({});
   DepthCameraDescription camera;
   camera.intrinsics.width = 4;
@@ -173,7 +173,7 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   EXPECT_EQ(asks->frames(3).size(), 1U) << "a broken image shows nothing";
 }
 
-TEST_F(FeedTest, ScansCarryWhereTheLaserWasAndWhatTheBeamsHit) {
+TEST_F(FeedTest, ScansContainLaserPoseAndBeamHits) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
   const auto client = open();
   kWorld({body("box_1", "box", AgentKind::box, 1)});
@@ -214,7 +214,7 @@ TEST_F(FeedTest, AScanWithUnknownPoseReportsIt) {
   EXPECT_TRUE(std::isnan(number_at<float>(client->frames(2)[0], 16)));
 }
 
-TEST_F(FeedTest, AWorldOfAThousandAgentsIsEncodedOnceForAll) {
+TEST_F(FeedTest, AWorldOfAThousandAgentsIsEncodedOnce) {
   start(configuration({}));
   std::vector<std::shared_ptr<ListeningClient>> clients;
   for (std::uint64_t i = 1; i <= 22; ++i) clients.push_back(open(i));
@@ -252,7 +252,7 @@ TEST_F(FeedTest, SensorsAreReportedWithRateAgeAndLoss) {
   EXPECT_NEAR(odometry["rate_hz"].get<double>(), 15, 1);
 }
 
-TEST_F(FeedTest, TasksRunAgainstTheirTimeAndEnd) {
+TEST_F(FeedTest, TasksReportTheirRemainingTimeAndEnd) {
   tick::Configuration graded = configuration({});
   Training training;
   training.pass_mark = 0.5;
@@ -295,7 +295,7 @@ TEST_F(FeedTest, ANewSessionHeaderClearsEarlierEvents) {
   EXPECT_EQ(client->newest("events")["list"].size(), 0U);
 }
 
-TEST_F(FeedTest, WhatCannotBeReadChangesNothing) {
+TEST_F(FeedTest, UnreadableMessagesChangeNothing) {
   start(configuration({}));
   const auto client = open();
   const std::size_t before = client->sent.size();

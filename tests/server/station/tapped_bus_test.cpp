@@ -44,7 +44,7 @@ TEST_F(TappedBusTest, EachReceivesItsSubscribedMessagesOnce) {
   EXPECT_EQ(received(*tap_), (std::vector{1, 3}));
 }
 
-TEST_F(TappedBusTest, TapsThatDoNotListenCostTheOwnerNothingAndLoseTheirOldest) {
+TEST_F(TappedBusTest, SlowTapsLoseTheirOldestWithoutDelayingTheOwner) {
   ASSERT_TRUE(tap_->subscribe("SCAN", 2).ok());
   ASSERT_TRUE(bus_->subscribe("SCAN", 8).ok());
   for (const int i : {1, 2, 3, 4}) come("SCAN", static_cast<std::uint8_t>(i));
@@ -103,7 +103,7 @@ class SlowToSubscribe : public Bus {
   std::latch &asked_, &go_;
 };
 
-TEST_F(TappedBusTest, TheOwnerWaitsForNoLockThatAThreadOfTheTapHolds) {
+TEST_F(TappedBusTest, TheOwnerNeverWaitsForALockOfATap) {
   std::latch asked(1), go(1);
   TappedBus bus(std::make_unique<SlowToSubscribe>(hub_.connect(), asked, go), hub_.connect());
   const auto tap = bus.tap();
@@ -132,7 +132,7 @@ TEST_F(TappedBusTest, LaterSubscribersReceiveAKnownChannel) {
 
 TEST_F(TappedBusTest, HasOneTap) { EXPECT_THROW(bus_->tap(), std::logic_error); }
 
-TEST_F(TappedBusTest, RefusesPatternsThatAreNone) {
+TEST_F(TappedBusTest, RefusesInvalidPatterns) {
   EXPECT_FALSE(tap_->subscribe("SCAN(", 2).ok());
   EXPECT_FALSE(bus_->subscribe("SCAN", 0).ok());
 }

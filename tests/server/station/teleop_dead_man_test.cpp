@@ -4,7 +4,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopServiceTest, MovesNothingBeforeTheDeadManWasReleased) {
+TEST_F(TeleopServiceTest, DoesNotMoveBeforeADeadManRelease) {
   auto client = open("anna");
   send_text(*client, R"({"type":"drive","robot":"trainee"})");
   published();
@@ -16,7 +16,7 @@ TEST_F(TeleopServiceTest, MovesNothingBeforeTheDeadManWasReleased) {
   EXPECT_TRUE(moves(published()[channel::kTeleop]));
 }
 
-TEST_F(TeleopServiceTest, StopsAfterSilenceAndDoesNotStartAgainByItself) {
+TEST_F(TeleopServiceTest, StopsOnTimeoutAndDoesNotRestartByItself) {
   auto client = open("anna");
   drive(*client);
   twist(*client, 0.5);
@@ -60,7 +60,7 @@ TEST_F(TeleopServiceTest, StopsWhenTheConnectionIsLost) {
   EXPECT_TRUE(published().empty()) << "what comes of a closed page is nothing";
 }
 
-TEST_F(TeleopServiceTest, LosesAPageThatIsSilentThoughItIsOpen) {
+TEST_F(TeleopServiceTest, DisconnectsAnOpenButSilentPage) {
   auto client = open("anna");
   drive(*client);
   for (int i = 0; i < 10; ++i) {

@@ -6,7 +6,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopServiceTest, StopsAtAMessageThatCannotBeRead) {
+TEST_F(TeleopServiceTest, StopsOnAnUnreadableMessage) {
   for (const char* bad : {"",
                           "x",
                           "[]",
@@ -54,7 +54,7 @@ TEST_F(TeleopServiceTest, ClosesPagesThatSendInvalidOrTooManyMessages) {
   EXPECT_EQ(published()[channel::kTeleop].back(), 0);
 }
 
-TEST_F(TeleopServiceTest, KeepsWhatAPageMakesUpWithinWhatTheRobotMay) {
+TEST_F(TeleopServiceTest, KeepsRandomMessagesWithinTheRobotLimits) {
   const std::string model = R"({"type":"twist","seq":5,"at_ms":1000,"vx":0.5,"vy":0.1,"wz":-0.2})";
   std::uint64_t random = 7;
   int moved = 0;

@@ -6,7 +6,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopServiceTest, NeverReplaysWhatComesLate) {
+TEST_F(TeleopServiceTest, NeverReplaysLateCommands) {
   auto client = open("anna");
   drive(*client);
   for (int i = 0; i < 10; ++i) {
@@ -24,7 +24,7 @@ TEST_F(TeleopServiceTest, NeverReplaysWhatComesLate) {
   EXPECT_FALSE(moves(published()[channel::kTeleop])) << "held through the hang: must be let go first";
 }
 
-TEST_F(TeleopServiceTest, StopsAtOneLateCommandAmongPunctualOnes) {
+TEST_F(TeleopServiceTest, StopsOnALateCommandAmongPunctualOnes) {
   auto client = open("anna");
   drive(*client);
   twist(*client, 0.5);
@@ -35,7 +35,7 @@ TEST_F(TeleopServiceTest, StopsAtOneLateCommandAmongPunctualOnes) {
   EXPECT_FALSE(moves(speeds));
 }
 
-TEST_F(TeleopServiceTest, BelievesAPagesClockThatDrifts) {
+TEST_F(TeleopServiceTest, ToleratesADriftingPageClock) {
   auto client = open("anna");
   drive(*client);
   for (int i = 0; i < 5000; ++i) {  // 20 minutes, in which the page's clock loses 0.4 s
@@ -47,7 +47,7 @@ TEST_F(TeleopServiceTest, BelievesAPagesClockThatDrifts) {
   }
 }
 
-TEST(DeadManGate, KnowsFromEchoesThatALinkHasBecomeSlow) {
+TEST(DeadManGate, DetectsASlowLinkFromEchoes) {
   ClientClock clock;
   DeadManGate gate;
   const char* why = nullptr;
@@ -60,7 +60,7 @@ TEST(DeadManGate, KnowsFromEchoesThatALinkHasBecomeSlow) {
   EXPECT_TRUE(gate.pass({2, seconds(200 - 0.9)}, clock, WallTime{} + seconds(200), why));
 }
 
-TEST_F(TeleopServiceTest, LeavesOutWhatIsOutOfOrder) {
+TEST_F(TeleopServiceTest, DropsOutOfOrderCommands) {
   auto client = open("anna");
   drive(*client);
   twist(*client, 0.5);

@@ -4,7 +4,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopServiceTest, LetsOneOperatorDriveARobot) {
+TEST_F(TeleopServiceTest, AllowsOneOperatorPerRobot) {
   auto anna = open("anna"), bert = open("bert");
   drive(*anna);
   twist(*anna, 0.5);
@@ -37,7 +37,7 @@ TEST_F(TeleopServiceTest, LetsAnInstructorTakeOverAfterAStop) {
   EXPECT_NE(anna->texts("refused").back().find("'ines'"), std::string::npos);
 }
 
-TEST_F(TeleopServiceTest, DrivesFromTheNewerOfTwoPagesOfOneAccount) {
+TEST_F(TeleopServiceTest, TheNewerPageOfAnAccountDrives) {
   auto old = open("anna"), newer = open("anna");
   drive(*old);
   twist(*old, 0.5);

@@ -5,7 +5,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST_F(TeleopServiceTest, SendsWhatThePageAsksForTheRobotItDrives) {
+TEST_F(TeleopServiceTest, PublishesPageCommandsForTheDrivenRobot) {
   auto client = open("anna");
   EXPECT_EQ(client->texts(R"("type":"robots")").size(), 1U);
   EXPECT_NE(client->texts()[0].find(R"("name":"arm")"), std::string::npos);
@@ -21,7 +21,7 @@ TEST_F(TeleopServiceTest, SendsWhatThePageAsksForTheRobotItDrives) {
   EXPECT_EQ(audited_, std::vector<std::string>{"anna drives trainee"});
 }
 
-TEST_F(TeleopServiceTest, ScalesAsAWholeToWhatTheRobotMay) {
+TEST_F(TeleopServiceTest, ScalesTheWholeTwistToTheRobotLimits) {
   auto client = open("anna");
   drive(*client);
   twist(*client, 4, 2);
@@ -32,7 +32,7 @@ TEST_F(TeleopServiceTest, ScalesAsAWholeToWhatTheRobotMay) {
   EXPECT_NE(client->texts("refused").back().find("wz"), std::string::npos);
 }
 
-TEST_F(TeleopServiceTest, MovesJointsWithinTheirSpeedAndStopsThem) {
+TEST_F(TeleopServiceTest, MovesJointsWithinTheirSpeedLimitsAndStopsThem) {
   auto client = open("anna");
   drive(*client);
   const auto joint = [&](const char* name, double speed) {

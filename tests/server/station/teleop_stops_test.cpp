@@ -54,7 +54,7 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
             audited_.end());
 }
 
-TEST_F(TeleopServiceTest, KeepsAnEmergencyStopOfARobotThatWentAndCameBack) {
+TEST_F(TeleopServiceTest, KeepsTheEmergencyStopOfAReturningRobot) {
   ASSERT_TRUE(service_->stop("trainee", "anna").ok());
   service_->set_robots({robots()[1]});
   service_->set_robots(robots());

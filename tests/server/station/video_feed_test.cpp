@@ -96,7 +96,7 @@ class VideoFeedTest : public testing::Test {
   std::unique_ptr<VideoFeed> feed_;
 };
 
-TEST_F(VideoFeedTest, PassesJpegThroughUntouchedWithItsAge) {
+TEST_F(VideoFeedTest, ForwardsJpegUnchangedWithItsAge) {
   auto client = look("robot=trainee&codec=jpeg");
   const std::int64_t before = runtime::wall_now().utime();
   const Image image = show(channel::kMrCamera, 0.035);
@@ -112,7 +112,7 @@ TEST_F(VideoFeedTest, PassesJpegThroughUntouchedWithItsAge) {
   EXPECT_EQ(seen[0].height, 48);
 }
 
-TEST_F(VideoFeedTest, CodesOnceForAllWhoLookAndNotAtAllForNobody) {
+TEST_F(VideoFeedTest, EncodesOncePerStreamAndNeverWithoutViewers) {
   show();
   EXPECT_EQ(feed_->counts().pictures, 0U);
   auto anna = look("codec=h264"), bert = look("codec=h264");
@@ -132,7 +132,7 @@ TEST_F(VideoFeedTest, CodesOnceForAllWhoLookAndNotAtAllForNobody) {
   }
 }
 
-TEST_F(VideoFeedTest, BeginsALatecomerWithAKeyPictureThatIsAskedFor) {
+TEST_F(VideoFeedTest, StartsALateViewerWithARequestedKeyframe) {
   auto anna = look("codec=h264");
   show();
   pass(0.033);
@@ -153,7 +153,7 @@ TEST_F(VideoFeedTest, BeginsALatecomerWithAKeyPictureThatIsAskedFor) {
   EXPECT_FALSE(frames(*bert).back().key);
 }
 
-TEST_F(VideoFeedTest, LeavesALaggardOutOnlyUpToAKeyPicture) {
+TEST_F(VideoFeedTest, SkipsFramesForASlowViewerUntilAKeyframe) {
   auto fast = look("codec=h264"), slow = look("codec=h264");
   show();
   pass(0.4);
@@ -172,7 +172,7 @@ TEST_F(VideoFeedTest, LeavesALaggardOutOnlyUpToAKeyPicture) {
   for (const Seen& frame : frames(*fast)) EXPECT_EQ(frame.sequence, ++last) << "who follows loses nothing";
 }
 
-TEST_F(VideoFeedTest, LetsTheNewestPictureWin) {
+TEST_F(VideoFeedTest, ReplacesQueuedPicturesWithTheNewest) {
   auto client = look("codec=jpeg");
   std::vector<std::uint8_t> payload;
   Image newest = picture_;
@@ -207,7 +207,7 @@ TEST_F(VideoFeedTest, ReportsWhenAPictureIsStaleAndWhy) {
   EXPECT_NE(other->texts().back().find("no robot 'nobody'"), std::string::npos);
 }
 
-TEST_F(VideoFeedTest, CallsAPictureOriginalWhereNothingWasDrawnIn) {
+TEST_F(VideoFeedTest, MarksPicturesWithoutDrawnBodiesAsCameraOnly) {
   auto client = look("codec=jpeg");
   show(channel::kMrCamera, 0.02, "no pose: lost");
   EXPECT_EQ(frames(*client).back().state, PictureState::original);
@@ -235,7 +235,7 @@ TEST_F(VideoFeedTest, ShowsAnAgentsCamera) {
   EXPECT_NE(client->texts().back().find("no picture on MR_AGENT_robot_2_CAMERA"), std::string::npos);
 }
 
-TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {
+TEST_F(VideoFeedTest, StreamsAnAgentCameraFromItsRenamedChannel) {
   VideoOptions options;
   options.robot = "trainee";
   options.now = [this] { return now_; };
@@ -250,7 +250,7 @@ TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {
   EXPECT_EQ(frames(*client).size(), 1U);
 }
 
-TEST_F(VideoFeedTest, CodesRawImagesAndSizesThatChange) {
+TEST_F(VideoFeedTest, EncodesRawImagesAndChangingSizes) {
   auto video = look("codec=h264"), jpegs = look("codec=jpeg");
   for (const auto format : {PixelFormat::rgb, PixelFormat::bgr, PixelFormat::gray}) {
     const int bytes = format == PixelFormat::gray ? 1 : 3;
@@ -320,7 +320,7 @@ TEST_F(VideoFeedTest, StreamsJpegInPartsThatEndWithTheBoundary) {
   EXPECT_GE(stream->sent[1].slot, 0);
 }
 
-TEST_F(VideoFeedTest, AnswersClocksAndClosesWhoTalksNonsense) {
+TEST_F(VideoFeedTest, AnswersClockMessagesAndClosesInvalidClients) {
   auto client = look("codec=jpeg");
   send_text(*client, R"({"type":"clock","at_ms":12.5})");
   EXPECT_NE(client->texts("clock").back().find(R"("at_ms":12.5)"), std::string::npos);
@@ -334,7 +334,7 @@ TEST_F(VideoFeedTest, AnswersClocksAndClosesWhoTalksNonsense) {
 
 /// 10 s over a link that loses a tenth of its packets and retransmits like TCP: acknowledged late, never
 /// lost.
-TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
+TEST_F(VideoFeedTest, ContinuesOverALossyLink) {
   for (const double loss : {0.02, 0.1}) {
     auto client = look("codec=h264");
     struct Ack {

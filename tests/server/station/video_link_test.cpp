@@ -72,7 +72,7 @@ int run(VideoLink& link, Pipe& pipe, double from, double to, bool hidden = false
   return left_out;
 }
 
-TEST(VideoLink, ClimbsToTheMostOnAGoodLinkAndStaysThere) {
+TEST(VideoLink, ReachesAndKeepsTheMaximumOnAGoodLink) {
   VideoLink link;
   Pipe pipe(50e6);
   EXPECT_EQ(run(link, pipe, 0, 60), 0);
@@ -81,7 +81,7 @@ TEST(VideoLink, ClimbsToTheMostOnAGoodLinkAndStaysThere) {
   EXPECT_NEAR(link.round_trip()->seconds(), 0.02, 0.01);
 }
 
-TEST(VideoLink, SettlesBelowWhatANarrowLinkCarries) {
+TEST(VideoLink, SettlesBelowTheCapacityOfANarrowLink) {
   for (const bool hidden : {false, true}) {
     VideoLink link;
     Pipe pipe(600e3);
@@ -96,7 +96,7 @@ TEST(VideoLink, SettlesBelowWhatANarrowLinkCarries) {
   }
 }
 
-TEST(VideoLink, NeverGoesBelowTheFloorAndComesBack) {
+TEST(VideoLink, NeverGoesBelowTheMinimumAndRecovers) {
   VideoLink link;
   Pipe pipe(20e3);
   const int left_out = run(link, pipe, 0, 30);
@@ -132,14 +132,14 @@ TEST(VideoLink, JudgesAPageWithoutAcknowledgementsByItsQueue) {
 
 SensorTime stamp(double s) { return SensorTime{} + seconds(s + 1000); }
 
-TEST(PictureAge, BelievesAStampThatCanBeRight) {
+TEST(PictureAge, AcceptsAPlausibleStamp) {
   PictureAge age;
   for (int i = 0; i < 100; ++i) EXPECT_NEAR(age.add(stamp(i), stamp(i + 0.03), at(i)).seconds(), 0.03, 1e-9);
   EXPECT_NEAR(age.add(stamp(100), stamp(103), at(103)).seconds(), 3, 1e-9) << "a link that hung: no clock";
   EXPECT_EQ(age.clock_off().ns, 0);
 }
 
-TEST(PictureAge, CountsFromTheFastestWhereTheClockCannotBeRight) {
+TEST(PictureAge, UsesTheFastestArrivalForAnImplausibleClock) {
   for (const double off : {-5.0, 7200.0}) {
     PictureAge age;
     for (int i = 0; i < 100; ++i) {
@@ -150,7 +150,7 @@ TEST(PictureAge, CountsFromTheFastestWhereTheClockCannotBeRight) {
   }
 }
 
-TEST(PictureAge, BeginsAgainWhereStampsGoBack) {
+TEST(PictureAge, RestartsWhenStampsGoBack) {
   PictureAge age;
   age.add(stamp(500), stamp(10), at(0));
   EXPECT_NEAR(age.add(stamp(0), stamp(10), at(1)).seconds(), 0, 1e-9);

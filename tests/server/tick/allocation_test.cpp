@@ -8,7 +8,7 @@
 namespace parhelion::tick {
 namespace {
 
-TEST(ScanPath, AllocatesNothingOnceWarm) {
+TEST(ScanPath, AllocatesNothingAfterWarmUp) {
   const Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 2),
                                                            test::agent("barrel_1", AgentKind::barrel, 3, -2),
                                                            test::agent("robot_1", AgentKind::robot, 0, 0)});

@@ -37,7 +37,7 @@ std::vector<Message> uncertain_drive(double duration, const Sigma& sigma) {
   return log;
 }
 
-TEST_F(TickTest, AnAgentThatTheScanLeavesOutIsNotInTheVideoEither) {
+TEST_F(TickTest, AnAgentHiddenInTheScanIsHiddenInVideo) {
   Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});
   configuration.robot = test::robot_with_camera();
   start(configuration);
@@ -68,7 +68,7 @@ TEST_F(TickTest, AnAgentThatTheScanLeavesOutIsNotInTheVideoEither) {
   EXPECT_LE(changes, 1) << "it goes, and does not blink";
 }
 
-TEST_F(TickTest, AnAgentWhoseErrorIsClearlySmallAgainIsBackInScanAndVideo) {
+TEST_F(TickTest, AnAgentReturnsWhenTheErrorIsClearlySmall) {
   Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});
   configuration.robot = test::robot_with_camera();
   start(configuration);

@@ -8,7 +8,7 @@ namespace {
 ArrivalTime arrival(double s) { return {seconds(s).ns}; }
 SensorTime sensor(double s) { return {seconds(s).ns}; }
 
-TEST(ClockOffset, KeepsTheLeastLatency) {
+TEST(ClockOffset, KeepsTheMinimumLatency) {
   ClockOffset clock;
   EXPECT_TRUE(clock.add(arrival(100.010), sensor(0)));
   EXPECT_TRUE(clock.add(arrival(100.105), sensor(0.1)));
@@ -16,7 +16,7 @@ TEST(ClockOffset, KeepsTheLeastLatency) {
   EXPECT_NEAR(clock.offset().seconds(), 100.005, 2e-5);
 }
 
-TEST(ClockOffset, IsNeverLaterThanTheMessageInHand) {
+TEST(ClockOffset, IsNeverLaterThanTheCurrentMessage) {
   ClockOffset clock;
   for (int i = 0; i < 1000; ++i) {
     const double t = 0.1 * i;
@@ -35,7 +35,7 @@ TEST(ClockOffset, FollowsADriftingClock) {
   EXPECT_NEAR(clock.offset().seconds(), 0.004 + 1000 * 50e-6, 1e-4);
 }
 
-TEST(ClockOffset, DoesNotBelieveOneStampThatJumpsAnHour) {
+TEST(ClockOffset, RejectsASingleStampJumpOfAnHour) {
   ClockOffset clock;
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(clock.add(arrival(0.1 * i + 0.01), sensor(0.1 * i)));
   EXPECT_FALSE(clock.add(arrival(2.0), sensor(3602.0)));
@@ -44,7 +44,7 @@ TEST(ClockOffset, DoesNotBelieveOneStampThatJumpsAnHour) {
   EXPECT_NEAR(clock.offset().seconds(), 0.01, 1e-3);
 }
 
-TEST(ClockOffset, FollowsAClockThatWasSet) {
+TEST(ClockOffset, FollowsAnAdjustedClock) {
   ClockOffset clock;
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(clock.add(arrival(0.1 * i + 0.01), sensor(0.1 * i)));
   int refused = 0;

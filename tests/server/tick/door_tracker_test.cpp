@@ -95,7 +95,7 @@ class DoorTrackerTest : public test::TickTest {
   }
 };
 
-TEST_F(DoorTrackerTest, ARealDoorStandsAsTheScansShowItAndIsUnknownUnseen) {
+TEST_F(DoorTrackerTest, ARealDoorFollowsTheScansAndIsUnknownUnseen) {
   start_at_level_3();
   EXPECT_FALSE(door().known);
   look(0.0, 0.5);
@@ -128,7 +128,7 @@ TEST_F(DoorTrackerTest, TheSameScansGiveTheSameBytes) {
   EXPECT_EQ(out_, first);
 }
 
-TEST_F(DoorTrackerTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
+TEST_F(DoorTrackerTest, AVirtualRobotPassesADoorOnlyWhenOpen) {
   for (const double opening : {0.0, 85 * kDegree}) {
     AgentDefinition robot = test::agent("robot_1", AgentKind::robot, 3.5, 0.2, BehaviourKind::teleop);
     robot.T_map_base = Transform<Map, Base>::planar(3.5, 0.2, std::numbers::pi);
@@ -151,7 +151,7 @@ TEST_F(DoorTrackerTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
 }
 
 /// The camera image is rendered with the leaf at its angle, and its scan returns are explained.
-TEST_F(DoorTrackerTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
+TEST_F(DoorTrackerTest, ScanAndCameraSeeTheDoorAtItsMeasuredAngle) {
   start_at_level_3({}, test::robot_with_camera());
   look(0.0, 0.5);
   look(40 * kDegree, 1.5);
@@ -172,7 +172,7 @@ TEST_F(DoorTrackerTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
 }
 
 /// The rover stands at x = -2, heading towards the door.
-TEST_F(DoorTrackerTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
+TEST_F(DoorTrackerTest, AtLevel1ScanAndCameraSeeTheDoorAngle) {
   for (const double opening : {0.0, 80 * kDegree}) {
     Scenario scenario;
     scenario.doors.emplace_back().name = "door 1";

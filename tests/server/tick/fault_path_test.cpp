@@ -69,7 +69,7 @@ TEST_F(FaultPath, AFaultLastsForItsDurationOrUntilEnded) {
   EXPECT_THAT(end(Kind::camera_delay), HasSubstr("not active"));
 }
 
-TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {
+TEST_F(FaultPath, ARepeatedFaultReplacesTheOneOfItsKind) {
   start(test::level_1());
   begin(Kind::camera_delay, 0.2);
   wait(0.5);
@@ -81,7 +81,7 @@ TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {
   EXPECT_LE(state_->faults.faults.size(), 4U) << "there is no end to what may be begun";
 }
 
-TEST_F(FaultPath, TheTwoSidesOfADriveDieApart) {
+TEST_F(FaultPath, TheTwoDriveSidesFailIndependently) {
   start(test::level_1());
   kill_wheel(false);
   kill_wheel(true);
@@ -92,7 +92,7 @@ TEST_F(FaultPath, TheTwoSidesOfADriveDieApart) {
   EXPECT_EQ(fault_events().size(), 4U);
 }
 
-TEST_F(FaultPath, AFaultThatIsEndedAtOnceIsOver) {
+TEST_F(FaultPath, AFaultEndedAtOnceIsInactive) {
   start(test::level_1());
   EXPECT_EQ(begin(Kind::camera_delay, 0.2), "");
   EXPECT_EQ(end(Kind::camera_delay), "");
@@ -100,7 +100,7 @@ TEST_F(FaultPath, AFaultThatIsEndedAtOnceIsOver) {
   EXPECT_THAT(fault_events(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2"));
 }
 
-TEST_F(FaultPath, DropoutsThatAnInstructorBeginsTakeBeams) {
+TEST_F(FaultPath, DropoutsStartedByAnInstructorRemoveBeams) {
   start(test::level_1());
   wait(0.5);
   begin(Kind::laser_dropouts, 1);
@@ -110,7 +110,7 @@ TEST_F(FaultPath, DropoutsThatAnInstructorBeginsTakeBeams) {
   for (const float range : scan.ranges) EXPECT_EQ(convention.classify(range), BeamKind::no_return);
 }
 
-TEST_F(FaultPath, WhatCannotBeIsRefusedWithAReason) {
+TEST_F(FaultPath, InvalidFaultsAreRefusedWithAReason) {
   start(test::level_1());
   EXPECT_THAT(begin(Kind::camera_delay, 0.6), HasSubstr("0.5 s"));
   EXPECT_THAT(begin(Kind::camera_loss, -0.1), HasSubstr("0 to 1"));

@@ -50,7 +50,7 @@ class GradingPath : public test::TickTest {
   double time_ = 0;
 };
 
-TEST_F(GradingPath, AReportIsAnEventWithHowFarOffItsPlaceIsAndIsAnswered) {
+TEST_F(GradingPath, AReportIsPublishedWithPositionErrorAndReply) {
   start(level_1({test::agent("gauge", AgentKind::box, 1, 1)}));
   report("gauge");
   report("gauge", Eigen::Vector2d(1.3, 1.4));
@@ -66,7 +66,7 @@ TEST_F(GradingPath, AReportIsAnEventWithHowFarOffItsPlaceIsAndIsAnswered) {
   EXPECT_EQ(events(EventKind::command_accepted).size(), 3U);
 }
 
-TEST_F(GradingPath, ADeadManIsPressedWhileTeleopComesAndReleasedByItsSilence) {
+TEST_F(GradingPath, DeadManFollowsTeleopMessagesAndTheirTimeout) {
   start(level_1());
   drive(0.3, 0);
   EXPECT_TRUE(events(EventKind::dead_man_pressed).empty()) << "a stop is no beginning";
@@ -117,7 +117,7 @@ TEST_F(GradingPath, DropoutsRemoveTheirFractionOfBeamsWhileTheyLast) {
   EXPECT_EQ(events(EventKind::fault_ended).size(), 1U);
 }
 
-TEST_F(GradingPath, ADeadWheelTurnsTheRobotToItsSideAndLeavesTheCommandAlone) {
+TEST_F(GradingPath, ADeadWheelTurnsTheRobotButNotTheCommand) {
   for (const bool right : {false, true}) {
     Scenario scenario;
     scenario.faults = {fault(Fault::Kind::dead_wheel, 0)};
@@ -137,7 +137,7 @@ TEST_F(GradingPath, ADeadWheelTurnsTheRobotToItsSideAndLeavesTheCommandAlone) {
   }
 }
 
-TEST_F(GradingPath, WithBothSidesDeadTheRobotStands) {
+TEST_F(GradingPath, WithBothSidesDeadTheRobotStops) {
   Scenario scenario;
   scenario.faults = {fault(Fault::Kind::dead_wheel, 0), fault(Fault::Kind::dead_wheel, 0)};
   scenario.faults[1].right = true;
@@ -148,7 +148,7 @@ TEST_F(GradingPath, WithBothSidesDeadTheRobotStands) {
   EXPECT_LT((after - before).head<2>().norm(), 0.01);
 }
 
-TEST_F(GradingPath, ALowBatteryStartsWithWhatIsLeft) {
+TEST_F(GradingPath, ALowBatteryStartsWithTheGivenCharge) {
   Scenario scenario;
   scenario.faults = {fault(Fault::Kind::low_battery, 0.15)};
   start(level_1({}, scenario));
@@ -179,7 +179,7 @@ class ReachTest : public testing::Test {
   }
 };
 
-TEST_F(ReachTest, AZoneInTheRoomIsReachedOneInAWallOrBehindOneIsNot) {
+TEST_F(ReachTest, OnlyZonesInsideTheRoomAreReachable) {
   EXPECT_EQ(error_of(2, 0, 0.3), "");
   EXPECT_EQ(error_of(2, 0, 0.01), "") << "smaller than a cell of the search";
   EXPECT_THAT(error_of(2, 0, 0.3, true),
@@ -198,7 +198,7 @@ std::string training_error(Condition condition) {
   return known ? "" : known.error().message;
 }
 
-TEST(CheckTraining, WhatAConditionNamesMustBeThere) {
+TEST(CheckTraining, NamesInConditionsMustExist) {
   Condition condition;
   condition.kind = Condition::Kind::follow;
   condition.target = "guide";

@@ -47,7 +47,7 @@ TEST(HazardSensor, AnIdealSensorReportsTheTrueValue) {
   }
 }
 
-TEST(HazardSensor, ReachesNineTenthsOfAStepAfterItsLagTimesTheLogarithmOfTen) {
+TEST(HazardSensor, StepResponseReachesNineTenthsAfterLagTimesLogTen) {
   HazardSensor sensor = ideal();
   sensor.radiation_lag = 1.8;
   sensor.gas_lag = 6.5;
@@ -62,7 +62,7 @@ TEST(HazardSensor, ReachesNineTenthsOfAStepAfterItsLagTimesTheLogarithmOfTen) {
   }
 }
 
-TEST(HazardSensor, CountsScatterAsARatemeterDoes) {
+TEST(HazardSensor, CountsHaveTheVarianceOfARatemeter) {
   const HazardSensor sensor;
   for (const double dose_rate : {2.0, 50.0, 5000.0}) {
     const auto all = readings(sensor, HazardKind::radiation, 7, 20'000, [&](int) { return dose_rate; });
@@ -75,7 +75,7 @@ TEST(HazardSensor, CountsScatterAsARatemeterDoes) {
   }
 }
 
-TEST(HazardSensor, GasScattersByItsNoiseAndIsNeverNegative) {
+TEST(HazardSensor, GasNoiseHasItsSigmaAndIsNeverNegative) {
   HazardSensor sensor;
   sensor.gas_noise = 0.5;
   const auto [mean, sigma] = spread(readings(sensor, HazardKind::gas, 7, 20'000, [](int) { return 40.0; }));

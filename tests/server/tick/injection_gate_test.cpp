@@ -47,13 +47,13 @@ class InjectionGateTest : public testing::Test {
   InjectionGate gate_;
 };
 
-TEST_F(InjectionGateTest, GateLetsAnAgentPassUpToTheLimit) {
+TEST_F(InjectionGateTest, GateShowsAnAgentUpToTheLimit) {
   EXPECT_TRUE(scan(0.0));
   EXPECT_TRUE(scan(0.1));
   EXPECT_FALSE(scan(0.1001));
 }
 
-TEST_F(InjectionGateTest, GateDoesNotLetAnAgentBlinkAtTheLimit) {
+TEST_F(InjectionGateTest, GateHasHysteresisAtTheLimit) {
   int changes = 0;
   bool before = true;
   for (int i = 0; i < 200; ++i) {
@@ -67,7 +67,7 @@ TEST_F(InjectionGateTest, GateDoesNotLetAnAgentBlinkAtTheLimit) {
   EXPECT_TRUE(scan(0.095)) << "back, it stays up to the limit";
 }
 
-TEST_F(InjectionGateTest, GateTakesAnErrorThatIsNoNumberForTooLarge) {
+TEST_F(InjectionGateTest, GateTreatsNaNErrorAsTooLarge) {
   EXPECT_FALSE(scan(std::numeric_limits<double>::quiet_NaN()));
   EXPECT_FALSE(scan(std::numeric_limits<double>::infinity()));
   EXPECT_FALSE(scan(0.01));
@@ -76,7 +76,7 @@ TEST_F(InjectionGateTest, GateTakesAnErrorThatIsNoNumberForTooLarge) {
   EXPECT_TRUE(scan(0.01));
 }
 
-TEST_F(InjectionGateTest, GateShowsAnAgentAgainOnlyInMeasurementsAfterTheRoomWasMade) {
+TEST_F(InjectionGateTest, GateReshowsAgentsOnlyInLaterMeasurements) {
   EXPECT_FALSE(scan(0.2));
   const SimulationTime asked = state_->simulation.now();
   EXPECT_FALSE(scan(0.01));
@@ -104,7 +104,7 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
   EXPECT_GT(clear.distance, braking_distance) << "the robot can stop before it";
 }
 
-RC_GTEST_FIXTURE_PROP(InjectionGateTest, GateNeverShowsAboveTheLimitNorComesBackAtIt, ()) {
+RC_GTEST_FIXTURE_PROP(InjectionGateTest, GateNeverShowsAboveTheLimitNorReshowsAtIt, ()) {
   const auto errors = *rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 30));
   bool shown = true, was_clearly_below = true;
   for (const int hundredths : errors) {

@@ -62,7 +62,7 @@ class InjectionPath : public test::TickTest {
   }
 };
 
-TEST_F(InjectionPath, WithoutAScanItIsDegradedFromTheStart) {
+TEST_F(InjectionPath, WithoutScansInjectionIsSuspendedFromTheStart) {
   start_beside_a_person();
   stand(0, 2, false, 0.01);
   EXPECT_EQ(deductions(), 0U);
@@ -74,7 +74,7 @@ TEST_F(InjectionPath, WithoutAScanItIsDegradedFromTheStart) {
   EXPECT_EQ(deductions(), 1U) << "now it can be seen";
 }
 
-TEST_F(InjectionPath, AnAgentThatIsWithheldFromTheFirstScanIsNotNear) {
+TEST_F(InjectionPath, AnAgentHiddenFromTheFirstScanIsNotNear) {
   start_beside_a_person();
   stand(0, 2, true, 0.5);
   EXPECT_EQ(deductions(), 0U);

@@ -13,7 +13,7 @@ using test::LevelsTest;
 using test::teleop_at;
 using testing::HasSubstr;
 
-TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThemIn) {
+TEST_F(LevelsTest, SimulatedSensorsPublishAtTheirRatesAndAreReceived) {
   start(level_1());
   run(2);
   EXPECT_NEAR(static_cast<double>(out_[channel::kScan].size()), 2 * 40, 2) << "of a UTM-30LX";
@@ -36,7 +36,7 @@ TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThe
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
 }
 
-TEST_F(LevelsTest, TheCameraAsksForAPictureOfWhereItIsAtItsRate) {
+TEST_F(LevelsTest, TheCameraRequestsPicturesAtItsPoseAndRate) {
   start(level_1({test::agent("box_1", AgentKind::box, 0, 0)}));
   std::vector<Outputs::Frame> frames;
   for (int step = 1; step <= 480; ++step) {
@@ -62,7 +62,7 @@ TEST_F(LevelsTest, TheCameraAsksForAPictureOfWhereItIsAtItsRate) {
   EXPECT_NEAR(forwards.x(), 1, 1e-3);
 }
 
-TEST_F(LevelsTest, ScansAreOfTheBuildingWithTheLasersNoise) {
+TEST_F(LevelsTest, ScansShowTheBuildingWithLaserNoise) {
   start(level_1());
   run(1);
   const LaserDescription& laser = *configuration_.robot.laser;
@@ -87,7 +87,7 @@ TEST_F(LevelsTest, ScansAreOfTheBuildingWithTheLasersNoise) {
   EXPECT_NEAR(std::sqrt(squares / hits), laser.noise_sigma, 0.3 * laser.noise_sigma);
 }
 
-TEST_F(LevelsTest, TeleopDrivesTheSimulatedRobotAndItsSilenceStopsIt) {
+TEST_F(LevelsTest, TeleopDrivesTheSimulatedRobotUntilItsTimeout) {
   start(level_1());
   run(0.5);
   run(4.5, Twist2{0.4, 0, 0});
@@ -105,7 +105,7 @@ TEST_F(LevelsTest, TeleopDrivesTheSimulatedRobotAndItsSilenceStopsIt) {
   EXPECT_EQ(events(EventKind::movement_stopped).size(), 1U);
 }
 
-TEST_F(LevelsTest, ACommandOfAHundredMetresASecondIsDrivenAsFastAsTheRobotCan) {
+TEST_F(LevelsTest, AnExcessiveCommandIsLimitedToTheRobotsSpeed) {
   start(level_1());
   run(0.5);
   double fastest = 0;
@@ -141,7 +141,7 @@ TEST_F(LevelsTest, ScansAndEventsNameAnObstacleAndBumperDetectsIt) {
   EXPECT_TRUE(bumped);
 }
 
-TEST_F(LevelsTest, ARobotThatFallsIsNotLost) {
+TEST_F(LevelsTest, AFallenRobotIsStillLocalized) {
   Configuration configuration = level_1();
   ModelEntity ledge;
   ledge.name = "ledge";
@@ -160,7 +160,7 @@ TEST_F(LevelsTest, ARobotThatFallsIsNotLost) {
   EXPECT_TRUE(events(EventKind::relocalized).empty());
 }
 
-TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) {
+TEST_F(LevelsTest, AgentsKeepOffTheTraineesRobotWhichCanBeMoved) {
   start(level_1());
   run(0.2);
   const SensorTime stamp = SensorTime::from_utime(test::kStartUs);
@@ -178,7 +178,7 @@ TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) 
   EXPECT_THAT(state_->tally.last_refusal, HasSubstr("send TELEOP"));
 }
 
-TEST(Levels, AScenarioOfLevel1SaysItsRobotAndNothingOfARealOne) {
+TEST(Levels, Level1RequiresATraineeAndRefusesRealRobotKeys) {
   const auto error_of = [](const std::string& yaml) {
     const auto scenario = parse_scenario("name: x\n" + yaml, "s.yaml");
     if (!scenario) return scenario.error().message;

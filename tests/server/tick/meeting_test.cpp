@@ -166,7 +166,7 @@ class Meetings : public TickTest {
   }
 };
 
-TEST_F(Meetings, ARobotThatStopsOrGoesRoundReachesItsGoalAndTouchesNoVirtualOneInAHundred) {
+TEST_F(Meetings, AvoidingRobotsReachTheirGoalsWithoutContact) {
   const unsigned meetings = test::long_run() ? kLongMeetings : kMeetings;
   unsigned met = 0;
   double closest[4] = {10, 10, 10, 10}, longest = 0;
@@ -188,7 +188,7 @@ TEST_F(Meetings, ARobotThatStopsOrGoesRoundReachesItsGoalAndTouchesNoVirtualOneI
   EXPECT_GE(met, meetings * 8 / 10);
 }
 
-TEST_F(Meetings, OneThatDrivesOnItsOwnScanHitsThem) {
+TEST_F(Meetings, ARobotUsingItsRawScanHitsVirtualRobots) {
   int touched = 0;
   for (unsigned n = 0; n < 8; ++n) touched += hold(meeting(n), false).touched;
   EXPECT_GE(touched, 4);

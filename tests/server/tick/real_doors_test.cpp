@@ -189,7 +189,7 @@ TEST_F(RealDoors, SingleScansMeasureTheDoorAngleOfTheOthers) {
   }
 }
 
-TEST_F(RealDoors, AtLevel3TheDoorsStandInTheWorldAsTheRecordingShowsThem) {
+TEST_F(RealDoors, AtLevel3DoorsFollowTheRecording) {
   RobotDescription robot = test::robot();
   robot.laser = sick();
   robot.laser->T_base_laser = Transform<Base, Laser>::planar(0, 0, 0, 1);

@@ -26,7 +26,7 @@ double yaw_of(const Odometry& odometry) {
   return std::atan2(R(1, 0), R(0, 0));
 }
 
-TEST(WheelOdometry, WheelsWithoutErrorsCoverTwoPiRATurn) {
+TEST(WheelOdometry, IdealWheelsCoverTwoPiRPerTurn) {
   WheelOdometry wheels(kTrack, {}, 1);
   const double driven = 10 * 2 * std::numbers::pi * 0.0975;
   const Odometry end = roll(wheels, driven, driven, 500);
@@ -34,7 +34,7 @@ TEST(WheelOdometry, WheelsWithoutErrorsCoverTwoPiRATurn) {
   EXPECT_NEAR(end.T_odom_base.translation().y(), 0, 1e-9);
 }
 
-TEST(WheelOdometry, ACircleEndsWhereItBeganWhateverTheStep) {
+TEST(WheelOdometry, ACircleClosesForAnyTimeStep) {
   for (const int samples : {7, 50, 1000}) {
     WheelOdometry wheels(kTrack, {}, 1);
     const double radius = 1;
@@ -69,7 +69,7 @@ TEST(WheelOdometry, DriftOverManySeedsMatchesTheDescription) {
   EXPECT_LT(sigma_turned, 1.2 * rotation * std::numbers::pi / 2);
 }
 
-TEST(WheelOdometry, TheSameSeedHasTheSameWheelsAndAnotherOthers) {
+TEST(WheelOdometry, OnlyTheSameSeedGivesTheSameWheelErrors) {
   const auto end = [](std::uint64_t seed) {
     WheelOdometry wheels(kTrack, draw_wheel_errors(seed, 0.03, 0.05, kTrack), seed);
     return roll(wheels, 5, 5.2, 200).T_odom_base.translation().eval();
@@ -78,13 +78,13 @@ TEST(WheelOdometry, TheSameSeedHasTheSameWheelsAndAnotherOthers) {
   EXPECT_NE(end(1), end(2));
 }
 
-TEST(WheelOdometry, SlipShowsBecauseOnlyTheEncodersAreRead) {
+TEST(WheelOdometry, SlipCausesOdometryError) {
   // One side slips on the spot: the robot did not turn, but its odometry did.
   WheelOdometry wheels(kTrack, {}, 1);
   EXPECT_NEAR(yaw_of(roll(wheels, 0, 0.2, 20)), 0.2 / kTrack, 1e-9);
 }
 
-TEST(WheelOdometry, StandingStillNoNoiseMovesIt) {
+TEST(WheelOdometry, NoiseDoesNotMoveOdometryAtStandstill) {
   const WheelOdometryErrors errors = draw_wheel_errors(3, 0.05, 0.05, kTrack);
   WheelOdometry wheels(kTrack, errors, 3);
   const auto before = roll(wheels, 1, 1, 50).T_odom_base.translation().eval();
@@ -93,7 +93,7 @@ TEST(WheelOdometry, StandingStillNoNoiseMovesIt) {
   EXPECT_EQ(after.T_odom_base.translation(), before);
 }
 
-TEST(WheelOdometry, ARobotThatWasPutElsewhereGoesOnFromWhereItsOdometryWas) {
+TEST(WheelOdometry, OdometryContinuesAfterATeleport) {
   WheelOdometry wheels(kTrack, {}, 1);
   roll(wheels, 2, 2, 10);
   const Odometry moved = wheels.add(at(11), 0, 0, 1);
@@ -107,7 +107,7 @@ ImuDescription mounted(double x = 0, double yaw = 0) {
 
 const ImuErrors kNoErrors{0, 0, 0, 0, 0, 0, 0, 0};
 
-TEST(ImuModel, AtRestItFeelsGravityUpwardsHoweverItIsTilted) {
+TEST(ImuModel, AtRestItMeasuresGravityUpwardsAtAnyTilt) {
   ImuModel imu(mounted(), kNoErrors, 1);
   BaseMotion rest;
   ImuSample sample = imu.add(at(0), rest, false);
@@ -123,7 +123,7 @@ TEST(ImuModel, AtRestItFeelsGravityUpwardsHoweverItIsTilted) {
   EXPECT_NEAR(sample.orientation->angularDistance(Eigen::Quaterniond(rest.T_map_base.rotation())), 0, 1e-9);
 }
 
-TEST(ImuModel, ALeverArmFeelsTheTurn) {
+TEST(ImuModel, ALeverArmMeasuresCentripetalAcceleration) {
   const double arm = 0.5, rate = 2;
   ImuModel imu(mounted(arm), kNoErrors, 1);
   BaseMotion turning;
@@ -134,7 +134,7 @@ TEST(ImuModel, ALeverArmFeelsTheTurn) {
   EXPECT_NEAR(sample.rotation_rate.z(), rate, 1e-12);
 }
 
-TEST(ImuModel, SpeedingUpIsFeltAlongTheSensorsOwnAxes) {
+TEST(ImuModel, AccelerationIsMeasuredAlongTheSensorAxes) {
   ImuModel imu(mounted(0, std::numbers::pi / 2), kNoErrors, 1);
   BaseMotion motion;
   imu.add(at(0), motion, false);
@@ -143,7 +143,7 @@ TEST(ImuModel, SpeedingUpIsFeltAlongTheSensorsOwnAxes) {
   EXPECT_NEAR(sample.acceleration.y(), -1, 1e-6) << "the sensor's y axis points along -x of the base";
 }
 
-TEST(ImuModel, ATeleportIsNotFelt) {
+TEST(ImuModel, ATeleportIsNotMeasured) {
   ImuModel imu(mounted(), kNoErrors, 1);
   BaseMotion motion;
   motion.velocity = {1, 0, 0};

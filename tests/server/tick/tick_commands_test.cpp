@@ -11,7 +11,7 @@ namespace {
 using test::agent;
 using test::TickTest;
 
-TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
+TEST_F(TickTest, TickPublishesAnEventForEachAgentCommand) {
   start(test::configuration({}));
   feed(test::drive(2));
   AgentSpawn command{.request = 42, .agent = agent("box_1", AgentKind::box, 3, 2)};
@@ -86,7 +86,7 @@ TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
   EXPECT_GT(reduced, 0) << "the box stands on the way";
 }
 
-TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
+TEST_F(TickTest, TickStopsTheRobotOnTeleopTimeout) {
   start(test::configuration({}));
   auto log = test::drive(4);
   TwistCommand command;
@@ -104,7 +104,7 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
 
 /// A robot in emergency stop stands, whatever is commanded, until the stop is released and the dead-man was
 /// released.
-TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
+TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstAnyDriver) {
   start(test::configuration({}));
   auto log = test::drive(8);
   const auto add = [&](double s, double vx) {
@@ -145,7 +145,7 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   EXPECT_GT(moved[3], 0);
 }
 
-TEST_F(TickTest, TickStopsTheTraineesRobotByAnEmergencyStopAloneAndAgentsByEither) {
+TEST_F(TickTest, TickFreezesAgentsButNotTheTraineesRobot) {
   start(test::configuration({agent("robot_1", AgentKind::robot, 3, 2)}));
   feed(test::drive(1));
   std::int64_t utime = test::kStartUs + 1'000'000;

@@ -58,7 +58,7 @@ class TimedTick {
   Sent sent_;
 };
 
-TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicks) {
+TEST_F(TickTest, TickIsIdenticalForAnyTimerRate) {
   const auto run = [](bool with_timer) {
     StageObserver observer;
     TimedTick ticks(agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander), observer);
@@ -96,7 +96,7 @@ TimedTick::Sent sent_by_a_late_loop(bool live) {
   return ticks.sent();
 }
 
-TEST_F(TickTest, TickSkipsTheStepsThatALateLoopSkippedAndDoesThoseThatItsTimerDid) {
+TEST_F(TickTest, TickReplaysSkippedAndTimerStepsOfALateLoop) {
   const auto live = sent_by_a_late_loop(true);
   EXPECT_TRUE(sent_by_a_late_loop(false) == live);
   EXPECT_TRUE(live.contains(channel::kMrWorld));
@@ -129,7 +129,7 @@ class FaultyPhysics : public StageObserver {
   int steps_ = 0;
 };
 
-TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicksWherePhysicsIsFaulty) {
+TEST_F(TickTest, TickIsIdenticalForAnyTimerRateWithFaultyPhysics) {
   const auto run = [](bool with_timer) {
     FaultyPhysics observer;
     TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);

@@ -15,7 +15,7 @@ namespace {
 using test::agent;
 using test::TickTest;
 
-TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
+TEST_F(TickTest, TickInjectsABarrelAndKeepsTheOtherBeams) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
   const auto log = test::drive(3);
   feed(log);
@@ -70,7 +70,7 @@ class KeptScans : public ScanSink {
   const std::unique_ptr<State>& state_;
 };
 
-TEST_F(TickTest, TickPublishesEachScanBeforeItLearnsFromThatScan) {
+TEST_F(TickTest, TickPublishesEachScanBeforeProcessingItFurther) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
   KeptScans sink(state_);
   std::vector<std::vector<std::uint8_t>> sent;
@@ -98,7 +98,7 @@ class LateSink : public ScanSink {
   }
 };
 
-TEST_F(TickTest, TickLogsTheRawScanAndWhyWhereTheGuardWasFirst) {
+TEST_F(TickTest, TickLogsRawScansOfTheGuardWithTheReason) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
   LateSink guard;
   const auto log = test::drive(3);
@@ -127,7 +127,7 @@ TEST_F(TickTest, TickLogsTheRawScanAndWhyWhereTheGuardWasFirst) {
       << "a scan that was degraded anyway counts once";
 }
 
-TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {
+TEST_F(TickTest, TickPassesScansThroughUntilThereIsAPose) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 0)}));
   const Message first = test::message(channel::kScan, test::kStartUs + 100, test::scan_at(0));
   feed(first);
@@ -138,7 +138,7 @@ TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {
   EXPECT_FALSE(info[0].reason.empty());
 }
 
-TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
+TEST_F(TickTest, TickPublishesOneScanPerScanForAnyInput) {
   start(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
                              agent("person_1", AgentKind::person, -3, 0, BehaviourKind::wander)}));
   std::mt19937 random(7);
@@ -160,7 +160,7 @@ TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
   EXPECT_GT(state_->tally.refused_inputs, 0U);
 }
 
-TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
+TEST_F(TickTest, TickForwardsUnreadableScansWithTheReason) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
   const Message whole = test::message(channel::kScan, test::kStartUs + 2'006'000, test::scan_at(2.0));
@@ -217,7 +217,7 @@ TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
   EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live);
 }
 
-TEST_F(TickTest, TickAnswersFlippedScansOneForOneAndNeverSendsOnWhatIsNoScan) {
+TEST_F(TickTest, TickPublishesOneScanPerCorruptedScan) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
   std::mt19937 random(5);
@@ -268,7 +268,7 @@ TEST_F(TickTest, TickPassesScansThroughWhileSlamIsLost) {
   EXPECT_FALSE(decoded<ScanInfo>(channel::kMrScanInfo).back().live);
 }
 
-TEST_F(TickTest, TickPassesScansThroughWhereTheMapIsAnother) {
+TEST_F(TickTest, TickPassesScansThroughForADifferentMap) {
   Configuration other = test::configuration({agent("box_1", AgentKind::box, 3, 2)});
   other.model.map_id = "another map";
   start(std::move(other));
@@ -276,7 +276,7 @@ TEST_F(TickTest, TickPassesScansThroughWhereTheMapIsAnother) {
   for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) EXPECT_FALSE(info.live);
 }
 
-TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
+TEST_F(TickTest, TickPassesThroughAScanWithAnHourStampError) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
   Scan late = test::scan_at(2.0);

@@ -81,7 +81,7 @@ TEST(Briefing, DescribesANearMissByDistanceAndTime) {
   EXPECT_EQ(condition_text(condition), "almost driving into anything, less than 0.8 s from it");
 }
 
-TEST(Briefing, WithoutATrainingThereIsNone) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
+TEST(Briefing, WithoutATrainingThereIsNoBriefing) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
 
 }  // namespace
 }  // namespace parhelion::training

@@ -48,7 +48,7 @@ class ConditionKinds : public test::GraderTest {
   }
 };
 
-TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
+TEST_F(ConditionKinds, AReportCountsForItsNamedObjectAndPlace) {
   training_.in_order = false;
   training_.tasks = {task("found", 10, of(Kind::report, "gauge")),
                      task("and where", 10, of(Kind::report, "gauge", 1))};
@@ -65,7 +65,7 @@ TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
   EXPECT_EQ(grader_->grade().tasks[1].cause->value, 1);
 }
 
-TEST_F(ConditionKinds, AWrongReportCanBeChargedFor) {
+TEST_F(ConditionKinds, AWrongReportCanBePenalized) {
   training_.tasks = {task("found", 10, of(Kind::report, "gauge"))};
   training_.penalties = {penalty("wrong", 3, on(EventKind::object_reported, "valve"))};
   start();
@@ -74,7 +74,7 @@ TEST_F(ConditionKinds, AWrongReportCanBeChargedFor) {
   EXPECT_EQ(grader_->grade().score, 7);
 }
 
-TEST_F(ConditionKinds, FollowingIsStayingNearForTheTimeOnEnd) {
+TEST_F(ConditionKinds, FollowingRequiresContinuousNearness) {
   training_.tasks = {task("follow", 10, of(Kind::follow, "guide", 2, 3))};
   start();
   stand(0, 0, 0, 0, {{"guide", {1, 0}}});
@@ -86,7 +86,7 @@ TEST_F(ConditionKinds, FollowingIsStayingNearForTheTimeOnEnd) {
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
-TEST_F(ConditionKinds, AvoidingFailsAtTheFirstNearnessAndHoldsWhenItsTimeIsOver) {
+TEST_F(ConditionKinds, AvoidingFailsOnNearnessAndSucceedsAfterItsTime) {
   training_.in_order = false;
   training_.tasks = {task("far", 10, of(Kind::avoid, "robot_2", 1, 10)),
                      task("untouched", 10, of(Kind::avoid, "robot_2", 0, 10))};
@@ -109,7 +109,7 @@ TEST_F(ConditionKinds, AvoidingFailsAtTheFirstNearnessAndHoldsWhenItsTimeIsOver)
   EXPECT_EQ(outcome(1), TaskOutcome::failed) << "it touched already when this began";
 }
 
-TEST_F(ConditionKinds, HandlingIsOfTheNamedThingAndContainer) {
+TEST_F(ConditionKinds, HandlingRequiresTheNamedObjectAndContainer) {
   Condition into = of(Kind::place, "cube");
   into.into = "box";
   training_.tasks = {
@@ -129,7 +129,7 @@ TEST_F(ConditionKinds, HandlingIsOfTheNamedThingAndContainer) {
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
-TEST_F(ConditionKinds, LeaningAndSpeedAreChargedEachTimeTheyPassTheAmount) {
+TEST_F(ConditionKinds, TiltAndSpeedArePenalizedAtEachExceedance) {
   training_.tasks = {task("t", 100, of(Kind::reach, "hall"))};
   training_.penalties = {
       penalty("pitch", 1, amount(Kind::pitch, 0.3)), penalty("roll", 10, amount(Kind::roll, 0.2)),
@@ -150,7 +150,7 @@ TEST_F(ConditionKinds, LeaningAndSpeedAreChargedEachTimeTheyPassTheAmount) {
   EXPECT_EQ(grader_->grade().deducted, 1112);
 }
 
-TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
+TEST_F(ConditionKinds, HiddenVirtualAgentsAreNotNear) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
   training_.penalties = {penalty("person", 3, of(Kind::near, "person_1", 1)),
                          penalty("wall", 2, of(Kind::near, "wall 1", 1))};
@@ -163,7 +163,7 @@ TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
   EXPECT_EQ(grader_->grade().deducted, 5);
 }
 
-TEST_F(ConditionKinds, AnAgentThatIsWithheldAloneIsNotNearWhileOthersAre) {
+TEST_F(ConditionKinds, OnlyTheHiddenAgentIsNotNear) {
   training_.tasks = {task("t", 10, of(Kind::avoid, "person_1", 1, 5))};
   training_.penalties = {penalty("person 1", 3, of(Kind::near, "person_1", 1)),
                          penalty("person 2", 2, of(Kind::near, "person_2", 1))};

@@ -8,7 +8,7 @@ namespace {
 using enum EventKind;
 using test::SyntheticSession;
 
-TEST(ConditionsByHand, ACountIsReachedWithTheLastOfItsEvents) {
+TEST(ConditionsByHand, ACountIsReachedAtItsLastEvent) {
   SyntheticSession session("  tasks: [{name: t, points: 8, done: {event: gripped, count: 3}}]\n");
   session.add_event(1, gripped, {.object = "a"}).add_event(2, gripped, {.object = "b"});
   EXPECT_EQ(session.score(), 0);
@@ -17,7 +17,7 @@ TEST(ConditionsByHand, ACountIsReachedWithTheLastOfItsEvents) {
   EXPECT_EQ(session.grade().tasks[0].ended, SyntheticSession::at(3));
 }
 
-TEST(ConditionsByHand, AnImpulseCountsFromTheLeastOn) {
+TEST(ConditionsByHand, AnImpulseCountsFromItsMinimum) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {event: contact_started, impulse: 2 N s}}]\n");
   session.add_event(1, contact_started, {.object = "wall 1", .impulse = 1.75});
@@ -26,7 +26,7 @@ TEST(ConditionsByHand, AnImpulseCountsFromTheLeastOn) {
   EXPECT_EQ(session.score(), 4);
 }
 
-TEST(ConditionsByHand, AValueCountsFromLeastToMost) {
+TEST(ConditionsByHand, AValueCountsFromMinimumToMaximum) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {event: fell, min: 0.5, max: 1, count: 3}}]\n");
   session.add_event(1, fell, {.value = 0.25})
@@ -38,13 +38,13 @@ TEST(ConditionsByHand, AValueCountsFromLeastToMost) {
   EXPECT_EQ(session.score(), 4);
 }
 
-TEST(ConditionsByHand, AnObjectThatIsNamedIsTheOnlyOneThatCounts) {
+TEST(ConditionsByHand, OnlyTheNamedObjectCounts) {
   SyntheticSession session("  tasks: [{name: t, points: 4, done: {event: lifted, object: crate}}]\n");
   EXPECT_EQ(session.add_event(1, lifted, {.object = "barrel"}).score(), 0);
   EXPECT_EQ(session.add_event(2, lifted, {.object = "crate"}).score(), 4);
 }
 
-TEST(ConditionsByHand, ASubjectIsTheRobotUnlessAnotherOrAnybodyIsNamed) {
+TEST(ConditionsByHand, TheSubjectDefaultsToTheRobot) {
   SyntheticSession session(
       "  order: free\n"
       "  tasks:\n"
@@ -56,7 +56,7 @@ TEST(ConditionsByHand, ASubjectIsTheRobotUnlessAnotherOrAnybodyIsNamed) {
   EXPECT_EQ(session.add_event(3, fell).score(), 4 + 2 + 1);
 }
 
-TEST(ConditionsByHand, WhatHappenedBeforeATasksTurnDoesNotCount) {
+TEST(ConditionsByHand, EventsBeforeATaskStartsDoNotCount) {
   SyntheticSession session(
       "  tasks:\n"
       "    - {name: first, points: 2, done: {reach: hall}}\n"
@@ -66,7 +66,7 @@ TEST(ConditionsByHand, WhatHappenedBeforeATasksTurnDoesNotCount) {
   EXPECT_EQ(session.add_event(3, gripped).score(), 2 + 4);
 }
 
-TEST(ConditionsByHand, AZoneIsReachedByTheRobotAloneAndStaysReached) {
+TEST(ConditionsByHand, OnlyTheRobotReachesAZoneAndItStaysReached) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {reach: hall}}, {name: u, points: 1, done: {event: fell}}]\n");
   session.add_event(1, zone_entered, {.object = "hall", .subject = "robot_2"});
@@ -76,7 +76,7 @@ TEST(ConditionsByHand, AZoneIsReachedByTheRobotAloneAndStaysReached) {
   EXPECT_EQ(session.score(), 4);
 }
 
-TEST(ConditionsByHand, ADoorIsPassedThereAndBack) {
+TEST(ConditionsByHand, ADoorIsPassedInBothDirections) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 6, done: {then: [{pass: door 1}, {pass: door 1}]}}]\n");
   const auto crosses = [&](double t, double from, double to, const std::string& who) {
@@ -91,7 +91,7 @@ TEST(ConditionsByHand, ADoorIsPassedThereAndBack) {
   EXPECT_EQ(session.score(), 6);
 }
 
-TEST(ConditionsByHand, AFlightIsClimbedWithItsOwnHighestStep) {
+TEST(ConditionsByHand, AFlightIsClimbedAtItsOwnHighestStep) {
   SyntheticSession session("  tasks: [{name: t, points: 5, done: {climb: stairs 1}}]\n");
   session.add_event(1, step_climbed, {.object = "stairs 1 step 2"});
   session.add_event(2, step_climbed, {.object = "stairs 2 step 3"});
@@ -100,7 +100,7 @@ TEST(ConditionsByHand, AFlightIsClimbedWithItsOwnHighestStep) {
   EXPECT_EQ(session.add_event(4, step_climbed, {.object = "stairs 1 step 3"}).score(), 5);
 }
 
-TEST(ConditionsByHand, AClimbWithinPitchAndRollIsLostWithEither) {
+TEST(ConditionsByHand, AClimbFailsOnExcessivePitchOrRoll) {
   for (const EventKind kind : {pitch_warning, pitch_limit, roll_limit}) {
     SyntheticSession session(
         "  tasks:\n"
@@ -113,13 +113,13 @@ TEST(ConditionsByHand, AClimbWithinPitchAndRollIsLostWithEither) {
   }
 }
 
-TEST(ConditionsByHand, NearIsByTheDistanceOfOriginsInThePlane) {
+TEST(ConditionsByHand, NearnessIsThePlanarDistanceOfOrigins) {
   SyntheticSession session("  tasks: [{name: t, points: 4, done: {near: door 1, distance: 2.5 m}}]\n");
   EXPECT_EQ(session.world(1, {{"rover", -2, -2}}).score(), 0) << "2.83 m";
   EXPECT_EQ(session.world(2, {{"rover", -1.5, -2}}).score(), 4) << "2.5 m: 1.5, 2, 2.5";
 }
 
-TEST(ConditionsByHand, FollowingEndsWhereWhoIsFollowedIsTakenAway) {
+TEST(ConditionsByHand, FollowingEndsWhenItsTargetIsRemoved) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {near: person_1, distance: 2 m, for: 2 s}}]\n");
   session.world(0, {{"rover"}, {"person_1", 1}}).world(1, {{"rover"}, {"person_1", 1}}).world(1.5);
@@ -128,7 +128,7 @@ TEST(ConditionsByHand, FollowingEndsWhereWhoIsFollowedIsTakenAway) {
   EXPECT_EQ(session.world(4, {{"rover"}, {"person_1", 1}}).score(), 4);
 }
 
-TEST(ConditionsByHand, StandingStillCountsFromWhenItIsItsTurn) {
+TEST(ConditionsByHand, StandstillCountsFromTheStartOfItsTask) {
   SyntheticSession session("  tasks: [{name: t, points: 4, done: {then: [{reach: dock}, {still: 3 s}]}}]\n");
   session.world(1).world(9);  // no motion yet
   session.add_event(10, movement_started)
@@ -139,7 +139,7 @@ TEST(ConditionsByHand, StandingStillCountsFromWhenItIsItsTurn) {
   EXPECT_EQ(session.world(18).score(), 4);
 }
 
-TEST(ConditionsByHand, InspectingStartsAnewWhenItLookedAway) {
+TEST(ConditionsByHand, InspectingRestartsAfterLookingAway) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m, for: 2 s}}]\n");
   const auto looks = [&](double t, double yaw) {
@@ -155,7 +155,7 @@ TEST(ConditionsByHand, InspectingStartsAnewWhenItLookedAway) {
   EXPECT_EQ(session.score(), 4);
 }
 
-TEST(ConditionsByHand, InspectingGoesThroughWindowsAndNotThroughWalls) {
+TEST(ConditionsByHand, InspectingWorksThroughWindowsButNotWalls) {
   for (const double y : {3.0, -2.0}) {
     SyntheticSession session("  tasks: [{name: t, points: 4, done: {inspect: gauge, distance: 3 m}}]\n");
     session.world(1, {{"rover", -1, y}, {"gauge", 1, y}});
@@ -163,7 +163,7 @@ TEST(ConditionsByHand, InspectingGoesThroughWindowsAndNotThroughWalls) {
   }
 }
 
-TEST(ConditionsByHand, AllAreDoneInAnyOrderAndTheLastIsTheCause) {
+TEST(ConditionsByHand, AllHoldsInAnyOrderAndItsLastEventIsTheCause) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 9, done: {all: [{reach: a}, {event: gripped}, {climb: stairs 1}]}}]\n");
   session.add_event(1, step_climbed, {.object = "stairs 1 step 3"})
@@ -174,7 +174,7 @@ TEST(ConditionsByHand, AllAreDoneInAnyOrderAndTheLastIsTheCause) {
   EXPECT_EQ(session.grade().tasks[0].cause->object, "a");
 }
 
-TEST(ConditionsByHand, OneEventMayServeTwoPartsOfAllButOnlyOneOfThen) {
+TEST(ConditionsByHand, OneEventMayCountTwiceInAllButOnceInThen) {
   SyntheticSession session(
       "  order: free\n"
       "  tasks:\n"
@@ -184,7 +184,7 @@ TEST(ConditionsByHand, OneEventMayServeTwoPartsOfAllButOnlyOneOfThen) {
   EXPECT_EQ(session.add_event(2, gripped, {.object = "crate"}).score(), 1 + 2);
 }
 
-TEST(ConditionsByHand, AnyIsLostOnlyWithItsLastAlternative) {
+TEST(ConditionsByHand, AnyFailsOnlyWithItsLastAlternative) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {any: [{reach: a, within: 5 s}, {reach: b, within: 10 s}]}}]\n");
   EXPECT_EQ(session.world(6).outcome(), TaskOutcome::open);
@@ -192,7 +192,7 @@ TEST(ConditionsByHand, AnyIsLostOnlyWithItsLastAlternative) {
   EXPECT_EQ(session.add_event(12, zone_entered, {.object = "b"}).score(), 0);
 }
 
-TEST(ConditionsByHand, ANeverOfOneAlternativeLosesThatOneAlone) {
+TEST(ConditionsByHand, NeverInOneAlternativeFailsOnlyThatAlternative) {
   SyntheticSession session(
       "  tasks:\n"
       "    - name: t\n"
@@ -216,14 +216,14 @@ TEST(ConditionsByHand, ASequenceWithinASetWaitsForItsOwnOrder) {
   EXPECT_EQ(session.add_event(4, placed, {.object = "tub"}).score(), 4);
 }
 
-TEST(ConditionsByHand, WithinHoldsAtItsInstantAndNotAfterIt) {
+TEST(ConditionsByHand, WithinIncludesItsTimeLimit) {
   for (const double t : {4.0, 4.25}) {
     SyntheticSession session("  tasks: [{name: t, points: 4, done: {event: gripped, within: 4 s}}]\n");
     EXPECT_EQ(session.add_event(t, gripped).score(), t > 4 ? 0 : 4);
   }
 }
 
-TEST(ConditionsByHand, WithinOfALaterPartBeginsWithThatPart) {
+TEST(ConditionsByHand, WithinOfALaterPartStartsWithThatPart) {
   SyntheticSession session(
       "  tasks: [{name: t, points: 4, done: {then: [{event: lifted}, {event: placed, within: 5 s}]}}]\n");
   session.world(30).add_event(31, lifted).add_event(36, placed);

@@ -6,7 +6,7 @@
 namespace parhelion::training {
 namespace {
 
-TEST(CourseAdvice, ATaskThatWasNeverBegunIsNoFailure) {
+TEST(CourseAdvice, AnUnstartedTaskIsNoFailure) {
   const std::vector<TaskOffer> offers{{"lesson", "first", {"doors"}, 1, 0},
                                       {"lesson", "second", {"stairs"}, 1, 0},
                                       {"lesson", "third", {"stairs"}, 1, 0}};

@@ -30,13 +30,13 @@ std::string text_of(const std::vector<TraineeHistory>& trainees) {
   return text;
 }
 
-TEST(Exchange, JsonReadsBackToTheBit) {
+TEST(Exchange, JsonRoundTripsExactly) {
   const auto read = histories_from(to_json(group()), "a.json");
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(text_of(read->trainees), text_of(group()));
 }
 
-TEST(Exchange, CsvReadsBackAllButTasksAndCharges) {
+TEST(Exchange, CsvRoundTripsAllButTasksAndDeductions) {
   auto expected = group();
   for (TraineeHistory& history : expected)
     for (SessionRecord& session : history.sessions) {
@@ -51,7 +51,7 @@ TEST(Exchange, CsvReadsBackAllButTasksAndCharges) {
   EXPECT_EQ(to_csv(read->trainees), csv);
 }
 
-TEST(Exchange, CsvOfOtherProgramsMayHaveOtherOrderAndLineEnds) {
+TEST(Exchange, CsvMayHaveAnyColumnOrderAndLineEnds) {
   const auto read = histories_from_csv(
       "identity,trainee,scenario,programme,level,robot,log,damaged_bytes,begin_ns,end_ns,score,awarded,"
       "deducted,"
@@ -83,7 +83,7 @@ TEST(Exchange, BadCsvIsRefusedWithItsLineAndColumn) {
   EXPECT_THAT(error(csv.replace(passed, 2, ",2")), HasSubstr("ended '2'; expected 0 or 1"));
 }
 
-TEST(Exchange, CsvOfASpreadsheetIsRead) {
+TEST(Exchange, ReadsCsvFromASpreadsheet) {
   std::string csv = "\xEF\xBB\xBF" + to_csv(group());
   csv += std::string(20, ',') + "\r\n";
   const auto read = histories_from(csv, "a.csv");
@@ -144,7 +144,7 @@ TEST(Exchange, AStatementContainsWhatTheSpecificationRequires) {
   EXPECT_THAT(to_xapi(group(), "x"), Not(HasSubstr("Schmidt")));
 }
 
-TEST(Exchange, EachTaskThatWasBegunHasAStatementOfItsOwn) {
+TEST(Exchange, EachStartedTaskHasItsOwnStatement) {
   const json statements = json::parse(to_xapi(group(), "https://school.example"));
   const json &session = statements[0], &done = statements[1], &failed = statements[2];
   EXPECT_EQ(done["verb"]["id"], "http://adlnet.gov/expapi/verbs/completed");
@@ -163,7 +163,7 @@ TEST(Exchange, EachTaskThatWasBegunHasAStatementOfItsOwn) {
   }
 }
 
-TEST(Exchange, ATaskWithoutItsSessionIsLeftOut) {
+TEST(Exchange, ATaskWithoutItsSessionIsOmitted) {
   json statements = json::parse(to_xapi(group(), "https://school.example"));
   statements.erase(0);
   const auto read = histories_from_xapi(statements.dump(), "a.json");
@@ -173,7 +173,7 @@ TEST(Exchange, ATaskWithoutItsSessionIsLeftOut) {
   EXPECT_EQ(read->trainees[0].sessions.size(), 1U);
 }
 
-TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
+TEST(Exchange, AScoreOutsideTheSpecificationIsOmitted) {
   for (const auto& [score, fraction] :
        {std::pair(130.0, 130.0 / 120), {-5.0, 0.0}, {60.0, 1.5}, {60.0, -0.5}}) {
     auto trainees = group();
@@ -185,7 +185,7 @@ TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
   }
 }
 
-TEST(Exchange, OurStatementsReadBackAsTheSameSessions) {
+TEST(Exchange, StatementsRoundTripToTheSameSessions) {
   auto expected = group();
   expected.pop_back();
   expected[0].trainee.name = "";

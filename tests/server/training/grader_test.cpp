@@ -8,7 +8,7 @@ using test::at, test::join, test::never, test::of, test::on, test::penalty, test
 using Kind = Condition::Kind;
 using GraderTest = test::GraderTest;
 
-TEST_F(GraderTest, PointsAreThoseOfTasksDoneLessPenalties) {
+TEST_F(GraderTest, ScoreIsPointsOfDoneTasksMinusPenalties) {
   training_.tasks = {task("into the hall", 60, of(Kind::reach, "hall")),
                      task("up", 40, of(Kind::climb, "stairs 1"))};
   training_.penalties = {penalty("collision", 5, on(EventKind::contact_started))};
@@ -41,7 +41,7 @@ TEST_F(GraderTest, PointsAreThoseOfTasksDoneLessPenalties) {
   EXPECT_EQ(grade.tasks[1].cause->object, "step 3");
 }
 
-TEST_F(GraderTest, WhatIsUnsensedIsNeverScored) {
+TEST_F(GraderTest, UnsensedEventsAreNeverScored) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
   training_.penalties = {penalty("collision", 5, on(EventKind::contact_started))};
   start();
@@ -54,7 +54,7 @@ TEST_F(GraderTest, WhatIsUnsensedIsNeverScored) {
   EXPECT_TRUE(grader_->grade().deductions.empty());
 }
 
-TEST_F(GraderTest, AContactIsOfBothWhoeverIsNamedFirst) {
+TEST_F(GraderTest, AContactCountsForBothBodies) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
   training_.penalties = {penalty("person", 20, on(EventKind::contact_started, "person_1"))};
   start();
@@ -64,7 +64,7 @@ TEST_F(GraderTest, AContactIsOfBothWhoeverIsNamedFirst) {
   EXPECT_EQ(grader_->grade().deductions[0].at, at(1));
 }
 
-TEST_F(GraderTest, APenaltyTakesNoMoreThanItsMost) {
+TEST_F(GraderTest, APenaltyIsLimitedToItsMaximum) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
   training_.penalties = {penalty("bump", 4, on(EventKind::contact_started))};
   training_.penalties[0].max = 10;
@@ -88,7 +88,7 @@ TEST_F(GraderTest, ADoorIsPassedFromOneSideToTheOther) {
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
-TEST_F(GraderTest, PassingWithoutTouchingTheFrameFailsAtTheTouch) {
+TEST_F(GraderTest, PassingWithoutContactFailsOnFrameContact) {
   training_.tasks = {
       task("clean", 10, never(of(Kind::pass, "door 1"), on(EventKind::contact_started, "door 1")))};
   start();
@@ -101,7 +101,7 @@ TEST_F(GraderTest, PassingWithoutTouchingTheFrameFailsAtTheTouch) {
   EXPECT_EQ(grader_->grade().awarded, 0);
 }
 
-TEST_F(GraderTest, TimeIsUpAfterTheLimitNotAtIt) {
+TEST_F(GraderTest, TimeExpiresAfterTheLimitNotAtIt) {
   for (const double t : {10.0, 10.001}) {
     training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
     training_.tasks[0].limit = 10;
@@ -111,7 +111,7 @@ TEST_F(GraderTest, TimeIsUpAfterTheLimitNotAtIt) {
   }
 }
 
-TEST_F(GraderTest, TheWholeEndsAtItsLimitAndWhatComesLaterChangesNothing) {
+TEST_F(GraderTest, EventsAfterTheTimeLimitChangeNothing) {
   training_.limit = 30;
   training_.tasks = {task("a", 10, of(Kind::reach, "a")), task("b", 10, of(Kind::reach, "b"))};
   training_.penalties = {penalty("bump", 4, on(EventKind::contact_started))};
@@ -127,7 +127,7 @@ TEST_F(GraderTest, TheWholeEndsAtItsLimitAndWhatComesLaterChangesNothing) {
   EXPECT_TRUE(grade.complete);
 }
 
-TEST_F(GraderTest, FreeTasksAreDoneInAnyOrderListedOnesWait) {
+TEST_F(GraderTest, FreeTasksHaveAnyOrderAndOrderedTasksWait) {
   for (const bool in_order : {true, false}) {
     training_.in_order = in_order;
     training_.tasks = {task("a", 10, of(Kind::reach, "a")), task("b", 10, on(EventKind::gripped, "crate"))};
@@ -138,7 +138,7 @@ TEST_F(GraderTest, FreeTasksAreDoneInAnyOrderListedOnesWait) {
   }
 }
 
-TEST_F(GraderTest, OneAfterTheOtherWithinATime) {
+TEST_F(GraderTest, ASequenceMustCompleteWithinItsTime) {
   training_.tasks = {
       task("lift and place", 10,
            join(Kind::then, {on(EventKind::lifted, "crate"), within(on(EventKind::placed), 20)}))};
@@ -166,7 +166,7 @@ TEST_F(GraderTest, AllNeedsEachAndAnyNeedsOne) {
   EXPECT_EQ(outcome(1), TaskOutcome::done);
 }
 
-TEST_F(GraderTest, FollowingIsBeingNearForLongEnoughOnEnd) {
+TEST_F(GraderTest, FollowingRequiresContinuousNearness) {
   training_.tasks = {task("follow", 10, of(Kind::near, "person_1", 2, 3))};
   start();
   stand(0, 0, 0, 0, {{"person_1", {1.9, 0}}});
@@ -178,7 +178,7 @@ TEST_F(GraderTest, FollowingIsBeingNearForLongEnoughOnEnd) {
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
-TEST_F(GraderTest, BeingTooNearIsChargedOnceForEachTime) {
+TEST_F(GraderTest, EachApproachThatIsTooCloseIsPenalizedOnce) {
   training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
   training_.penalties = {penalty("too near", 3, of(Kind::near, "person_1", 1))};
   start();
@@ -189,7 +189,7 @@ TEST_F(GraderTest, BeingTooNearIsChargedOnceForEachTime) {
   EXPECT_EQ(grader_->grade().deductions.size(), 2U);
 }
 
-TEST_F(GraderTest, HoldingStillStartsAnewWithEachMovement) {
+TEST_F(GraderTest, StandingStillRestartsWithEachMovement) {
   training_.tasks = {task("hold still", 10, of(Kind::still, "", 0, 5))};
   start();
   add_event(0, EventKind::movement_started);
@@ -202,7 +202,7 @@ TEST_F(GraderTest, HoldingStillStartsAnewWithEachMovement) {
   EXPECT_EQ(outcome(), TaskOutcome::done);
 }
 
-TEST_F(GraderTest, InspectingNeedsItInThePictureNearEnoughAndNotHidden) {
+TEST_F(GraderTest, InspectingNeedsTheObjectVisibleAndNear) {
   training_.tasks = {task("inspect", 10, of(Kind::inspect, "gauge", 3, 1))};
   const auto seen_from = [&](double x, double y, double yaw, Eigen::Vector2d gauge) {
     start();
@@ -234,7 +234,7 @@ TEST_F(GraderTest, ALogThatStopsInTheMiddleIsGradedAsFarAsItGoes) {
   EXPECT_FALSE(grade.ended);
 }
 
-TEST_F(GraderTest, WhoIsInTheZoneAlreadyHasReachedIt) {
+TEST_F(GraderTest, AZoneIsReachedIfTheRobotStartsInside) {
   training_.tasks = {task("first", 10, on(EventKind::gripped)),
                      task("be in the hall", 10, of(Kind::reach, "hall"))};
   start();

@@ -32,7 +32,7 @@ Skills after(const std::vector<Tried>& tries, const std::string& skill = "doors"
   return skills;
 }
 
-RC_GTEST_PROP(Skills, EstimatesAreBoundedWhateverWasTried, ()) {
+RC_GTEST_PROP(Skills, EstimatesAreBoundedForAnyHistory, ()) {
   const Skills skills = after(drawn());
   const SkillBelief& belief = skills.belief("doors");
   RC_ASSERT(belief.mean() >= SkillBelief::kLowest && belief.mean() <= -SkillBelief::kLowest);
@@ -49,7 +49,7 @@ RC_GTEST_PROP(Skills, EstimatesAreBoundedWhateverWasTried, ()) {
   }
 }
 
-RC_GTEST_PROP(Skills, ASuccessInPlaceOfAFailureNeverLowersTheEstimate, ()) {
+RC_GTEST_PROP(Skills, ReplacingAFailureBySuccessNeverLowersTheEstimate, ()) {
   std::vector<Tried> tries = drawn();
   RC_PRE(!tries.empty());
   const auto which = *rc::gen::inRange<std::size_t>(0, tries.size());
@@ -62,7 +62,7 @@ RC_GTEST_PROP(Skills, ASuccessInPlaceOfAFailureNeverLowersTheEstimate, ()) {
     RC_ASSERT(done.at_least(ability) >= failed.at_least(ability) - 1e-9);
 }
 
-RC_GTEST_PROP(Skills, OneMoreSuccessNeverLowersTheEstimate, ()) {
+RC_GTEST_PROP(Skills, AnAdditionalSuccessNeverLowersTheEstimate, ()) {
   const std::vector<Tried> tries = drawn();
   Skills skills = after(tries);
   const SkillBelief before = skills.belief("doors");
@@ -83,7 +83,7 @@ RC_GTEST_PROP(Skills, TheOrderOfIndependentSkillsDoesNotMatter, ()) {
     RC_ASSERT(one.belief(skill).ability() == other.belief(skill).ability());
 }
 
-RC_GTEST_PROP(Skills, AHarderTaskOrOneMoreSkillIsNoMoreLikely, ()) {
+RC_GTEST_PROP(Skills, HarderTasksAndMoreSkillsAreNoMoreLikely, ()) {
   const Skills skills = after(drawn());
   const double difficulty = *rc::gen::inRange(-300, 301) / 100.0;
   RC_ASSERT(skills.success({"doors"}, difficulty + 0.5) <= skills.success({"doors"}, difficulty) + 1e-12);
@@ -108,14 +108,14 @@ TEST(NextTask, ABeginnerGetsAnEasyTaskAndTheReason) {
   EXPECT_THAT(next.reason, HasSubstr("should succeed with"));
 }
 
-TEST(NextTask, WhatIsMasteredIsNotGivenAgain) {
+TEST(NextTask, MasteredTasksAreNotGivenAgain) {
   Skills skills;
   for (int i = 0; i < 40; ++i) skills.observe({"doors"}, 1, true);
   const auto all = offers();
   EXPECT_EQ(all[next_task(skills, all, 1).offer].skills, std::vector<std::string>{"stairs"});
 }
 
-TEST(NextTask, WhoMastersAllIsCompleteWithAStatedConfidence) {
+TEST(NextTask, MasteringAllCompletesTheCourseWithConfidence) {
   Skills skills;
   for (int i = 0; i < 40; ++i)
     for (const char* skill : {"doors", "stairs"}) skills.observe({skill}, 1.5, true);
@@ -126,7 +126,7 @@ TEST(NextTask, WhoMastersAllIsCompleteWithAStatedConfidence) {
   EXPECT_THAT(next.reason, HasSubstr("Training is complete: all 2 skills"));
 }
 
-TEST(NextTask, WhoFailsAtALevelStepsBack) {
+TEST(NextTask, FailingALevelStepsBack) {
   Skills skills;
   for (int i = 0; i < 12; ++i)
     for (const char* skill : {"doors", "stairs"}) skills.observe({skill}, 1.5, false);
@@ -138,7 +138,7 @@ TEST(NextTask, WhoFailsAtALevelStepsBack) {
   EXPECT_THAT(next.reason, HasSubstr("Step back to level 1"));
 }
 
-TEST(NextTask, HarderThanItsPlaceIsLearntFromTheGroup) {
+TEST(NextTask, TaskDifficultyIsLearntFromTheGroup) {
   auto all = offers();
   std::vector<std::vector<Attempt>> group(40);
   for (auto& attempts : group) attempts = {{0, false}, {1, true}, {0, false}, {1, true}};
@@ -149,7 +149,7 @@ TEST(NextTask, HarderThanItsPlaceIsLearntFromTheGroup) {
   EXPECT_GT(fit_parameters(offers(), {{{4, true}, {5, true}, {4, true}}}).prior_mean, -1);
 }
 
-TEST(NextTask, SimulatedLearnersMasterInFewerTasksThanInTheFixedOrder) {
+TEST(NextTask, SimulatedLearnersNeedFewerTasksThanInFixedOrder) {
   const test::Population population;
   const test::Curriculum curriculum(5);
   const auto others = test::history(curriculum, population, 900, 20);

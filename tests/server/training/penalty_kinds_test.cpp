@@ -31,7 +31,7 @@ TEST_F(PenaltyKinds, AConditionCanSelectAnEventByItsText) {
   EXPECT_EQ(grader_->grade().deductions[0].at, at(2));
 }
 
-TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
+TEST_F(PenaltyKinds, ANearMissIsPenalizedByDistanceAndTime) {
   training_.tasks = {task("t", 100, of(Kind::reach, "hall"))};
   const auto miss = [](const char* by, double max) {
     Condition condition = on(EventKind::near_miss);
@@ -63,7 +63,7 @@ TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
 }
 
 /// Each as an event of its own kind, as published by the server.
-TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
+TEST_F(PenaltyKinds, EveryRequiredPenaltyIsExpressible) {
   const EventKind kinds[] = {
       EventKind::collision_predicted, EventKind::near_miss,      EventKind::pitch_limit,
       EventKind::roll_warning,        EventKind::yaw_rate_limit, EventKind::fell,

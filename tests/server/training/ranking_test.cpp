@@ -34,7 +34,7 @@ class Ranking : public test::OpenRecordsTest {
   int sessions_ = 0;
 };
 
-TEST_F(Ranking, OfAProgrammeIsByTheBestSessionOfEach) {
+TEST_F(Ranking, ProgrammesRankByEachTraineesBestSession) {
   drove(0, "doors", 0.95, false);  // a required task failed
   drove(0, "doors", 0.7, true);
   drove(1, "doors", 0.8, true, 100);
@@ -48,7 +48,7 @@ TEST_F(Ranking, OfAProgrammeIsByTheBestSessionOfEach) {
   EXPECT_TRUE(programme_ranking(*records_, "unheard of")->empty());
 }
 
-TEST_F(Ranking, OfACourseIsByProgrammesPassedAndThenByPoints) {
+TEST_F(Ranking, CoursesRankByPassedProgrammesThenPoints) {
   Course course;
   course.ranking = {{"operator", 2, 0.8}, {"beginner", 1, 0}};
   for (const char* name : {"doors", "stairs"}) {

@@ -36,7 +36,7 @@ void pass_time(unsigned calls, pid_t child) {
   }
 }
 
-TEST_F(RecordsTest, WhoIsErasedLeavesNoByteInAnyFile) {
+TEST_F(RecordsTest, AnErasedTraineeLeavesNoByteInAnyFile) {
   const std::string name = "Wilhelmina Featherstonehaugh";
   Records records = open();
   const std::string ben = add(records, "Ben").pseudonym;
@@ -57,7 +57,7 @@ TEST_F(RecordsTest, WhoIsErasedLeavesNoByteInAnyFile) {
   EXPECT_EQ(records.sessions(ben)->size(), 30U) << "others are untouched";
 }
 
-TEST_F(RecordsTest, AnErasureThatAReaderHoldsUpIsFinishedByTheNext) {
+TEST_F(RecordsTest, AnErasureBlockedByAReaderIsCompletedLater) {
   const std::string name = "Wilhelmina Featherstonehaugh";
   Records records = open();
   const std::string erased = add(records, name).pseudonym;
@@ -82,7 +82,7 @@ TEST_F(RecordsTest, AnErasureThatAReaderHoldsUpIsFinishedByTheNext) {
   EXPECT_THAT(bytes(), Not(HasSubstr(name)));
 }
 
-TEST_F(RecordsTest, AnErasureThatIsKilledIsWholeOrNotBegun) {
+TEST_F(RecordsTest, AKilledErasureIsCompleteOrNotStarted) {
   const std::string name = "Wilhelmina Featherstonehaugh";
   std::mt19937 random(5);
   int erased = 0, kept = 0, cut_off = 0;
@@ -141,7 +141,7 @@ TEST_F(RecordsTest, AnErasureThatIsKilledIsWholeOrNotBegun) {
   }
 }
 
-TEST_F(RecordsTest, AKillAtAnyMomentLosesNothingAcknowledged) {
+TEST_F(RecordsTest, AKillAtAnyMomentLosesNoAcknowledgedData) {
   const int kills = test::long_run() ? 1000 : 50;
   std::mt19937 random(23);
   const std::string anna = add(*std::make_unique<Records>(open()), "Anna").pseudonym;
@@ -211,7 +211,7 @@ TEST_F(RecordsTest, TwoProcessesMakeAndWriteTheSameRecordsAtOnce) {
   EXPECT_EQ(records.sessions("t-1")->size(), 50U);
 }
 
-TEST_F(RecordsTest, ReportsWhenItWaitsTooLongForAnotherProgram) {
+TEST_F(RecordsTest, ReportsATimeoutWaitingForAnotherProgram) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym;
   auto impatient = Records::open(path_, false, 1);
@@ -247,7 +247,7 @@ void fill_up(Records& records, const std::string& pseudonym, const std::string& 
             test::text_of(test::recorded_session(stored)));
 }
 
-TEST_F(RecordsTest, AFullDiskLosesNothingAndIsUsedAgainOnceThereIsRoom) {
+TEST_F(RecordsTest, AFullDiskLosesNothingAndIsUsedAgainLater) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
   if (mount("parhelion-test", disk.c_str(), "tmpfs", 0, "size=1m") != 0)
@@ -262,7 +262,7 @@ TEST_F(RecordsTest, AFullDiskLosesNothingAndIsUsedAgainOnceThereIsRoom) {
   EXPECT_EQ(umount2(disk.c_str(), MNT_DETACH), 0);
 }
 
-TEST_F(RecordsTest, AFileThatMayNotGrowLosesNothing) {
+TEST_F(RecordsTest, AFileSizeLimitLosesNothing) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = signal(SIGXFSZ, SIG_IGN);

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::Not;
 using Stored = Records::Stored;
 
-TEST_F(RecordsTest, ASessionComesBackToTheBit) {
+TEST_F(RecordsTest, ASessionRoundTripsExactly) {
   const SessionRecord session = test::recorded_session(1);
   std::string pseudonym;
   {
@@ -31,7 +31,7 @@ TEST_F(RecordsTest, ASessionComesBackToTheBit) {
   EXPECT_EQ(test::text_of(sessions->front()), test::text_of(session));
 }
 
-TEST_F(RecordsTest, TheSameSessionTwiceIsThereAlready) {
+TEST_F(RecordsTest, ARepeatedSessionIsStoredOnce) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym;
   SessionRecord session = test::recorded_session(1);
@@ -59,7 +59,7 @@ TEST_F(RecordsTest, RefusesASessionOfAnotherTraineeAndNamesThem) {
   EXPECT_EQ(records.sessions(anna)->size(), 1U);
 }
 
-TEST_F(RecordsTest, WhatIsDrawnIsAPseudonymAndANameIsNone) {
+TEST_F(RecordsTest, OnlyGeneratedNamesArePseudonyms) {
   Records records = open();
   EXPECT_TRUE(is_pseudonym(add(records, "Anna").pseudonym));
   for (const char* other : {"", "Anna", "t-7", "t-0123456789aB", "t-0123456789abc", "x-0123456789ab"})
@@ -79,7 +79,7 @@ TEST_F(RecordsTest, TraineesAreFoundByAnyOfTheirNames) {
   EXPECT_EQ(records.trainees()->size(), 2U);
 }
 
-TEST_F(RecordsTest, WhatCannotBeATraineeIsRefused) {
+TEST_F(RecordsTest, InvalidTraineesAreRefused) {
   Records records = open();
   const TraineeRecord anna = add(records, "Anna");
   EXPECT_THAT(records.add({"", "Anna", ""}).error().message, HasSubstr("there is a trainee 'Anna' already"));
@@ -92,7 +92,7 @@ TEST_F(RecordsTest, WhatCannotBeATraineeIsRefused) {
   EXPECT_FALSE(records.erase("t-0").ok());
 }
 
-TEST_F(RecordsTest, WhatCannotBeASessionIsRefused) {
+TEST_F(RecordsTest, InvalidSessionsAreRefused) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym;
   const auto refused = [&](auto change) {
@@ -109,7 +109,7 @@ TEST_F(RecordsTest, WhatCannotBeASessionIsRefused) {
   EXPECT_TRUE(records.sessions(anna)->empty());
 }
 
-TEST_F(RecordsTest, TheFileIsItsOwnersAlone) {
+TEST_F(RecordsTest, TheFileIsReadableOnlyByItsOwner) {
   Records records = open();
   add(records, "Anna");
   for (const auto& entry : fs::directory_iterator(folder_)) {
@@ -119,7 +119,7 @@ TEST_F(RecordsTest, TheFileIsItsOwnersAlone) {
   }
 }
 
-TEST_F(RecordsTest, AClockThatWasSetBackDisordersNothing) {
+TEST_F(RecordsTest, AClockSetBackKeepsTheOrder) {
   Records records = open();
   const std::string anna = add(records, "Anna").pseudonym;
   SessionRecord late = test::recorded_session(1), early = test::recorded_session(2);
@@ -131,7 +131,7 @@ TEST_F(RecordsTest, AClockThatWasSetBackDisordersNothing) {
   EXPECT_EQ(sessions->at(1).grade.begin, early.grade.begin);
 }
 
-TEST_F(RecordsTest, TogetherIsAllOrNothing) {
+TEST_F(RecordsTest, BatchesAreAllOrNothing) {
   Records records = open();
   const Status failed = records.together([&]() -> Status {
     add(records, "Anna");
@@ -141,7 +141,7 @@ TEST_F(RecordsTest, TogetherIsAllOrNothing) {
   EXPECT_TRUE(records.trainees()->empty());
 }
 
-TEST_F(RecordsTest, WhatIsNoRecordsIsRefusedAndLeftAlone) {
+TEST_F(RecordsTest, AFileThatIsNoRecordsFileIsRefusedUnchanged) {
   EXPECT_THAT(Records::open(path_, false).error().message, HasSubstr("there are no records"));
   EXPECT_FALSE(fs::exists(path_));
   const std::string text(5000, 'x');
@@ -184,7 +184,7 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
   }
 }
 
-TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
+TEST_F(RecordsTest, ConsequencesOfAnEventAreFoundByIndex) {
   open();
   auto database = Database::open(path_, false, 0);
   for (const std::string table : {"tasks", "deductions"}) {
@@ -199,7 +199,7 @@ TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
   }
 }
 
-TEST_F(RecordsTest, AMigrationThatFailsChangesNothing) {
+TEST_F(RecordsTest, AFailedMigrationChangesNothing) {
   auto old = Database::open(path_, true, 0);
   ASSERT_TRUE(migrate(*old, 1));
   ASSERT_TRUE(old->execute("CREATE TABLE skills(mine TEXT)"));  // blocks the next migration step

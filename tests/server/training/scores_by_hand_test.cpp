@@ -10,7 +10,7 @@ using test::SyntheticSession;
 
 const std::string kHall = "  tasks: [{name: hall, points: 100, done: {reach: hall}}]\n";
 
-TEST(ScoresByHand, PointsOfAPenaltyAreThoseOfEachTimeAndOfItsImpulse) {
+TEST(ScoresByHand, PenaltyPointsArePerEventPlusPerImpulse) {
   SyntheticSession session(
       kHall + "  penalties: [{name: hit, points: 3, per_impulse: 0.5, when: {event: contact_started}}]\n");
   session.add_event(1, contact_started, {.object = "wall 1", .impulse = 4});
@@ -22,7 +22,7 @@ TEST(ScoresByHand, PointsOfAPenaltyAreThoseOfEachTimeAndOfItsImpulse) {
   EXPECT_EQ(session.score(), 100 - 8.25);
 }
 
-TEST(ScoresByHand, TheMostOfAPenaltyCutsTheChargeThatReachesIt) {
+TEST(ScoresByHand, TheMaximumOfAPenaltyLimitsItsLastDeduction) {
   SyntheticSession session(
       kHall +
       "  penalties: [{name: hit, points: 3, per_impulse: 1, max: 10, when: {event: contact_started}}]\n");
@@ -35,7 +35,7 @@ TEST(ScoresByHand, TheMostOfAPenaltyCutsTheChargeThatReachesIt) {
   EXPECT_EQ(session.score(), 90);
 }
 
-TEST(ScoresByHand, APenaltyByImpulseAloneCostsNothingForATouchWithoutOne) {
+TEST(ScoresByHand, AContactWithoutImpulseHasNoImpulsePenalty) {
   SyntheticSession session(kHall +
                            "  penalties: [{name: hit, per_impulse: 2, when: {event: contact_started}}]\n");
   session.add_event(1, contact_started, {.object = "wall 1"});
@@ -45,7 +45,7 @@ TEST(ScoresByHand, APenaltyByImpulseAloneCostsNothingForATouchWithoutOne) {
   EXPECT_EQ(session.score(), 100 - 3);
 }
 
-TEST(ScoresByHand, TwoRulesMayChargeForOneEvent) {
+TEST(ScoresByHand, TwoPenaltiesMayApplyToOneEvent) {
   SyntheticSession session(
       kHall +
       "  penalties:\n"
@@ -57,7 +57,7 @@ TEST(ScoresByHand, TwoRulesMayChargeForOneEvent) {
   EXPECT_EQ(session.score(), 100 - (5 + 30) - 5);
 }
 
-TEST(ScoresByHand, AContactThatGoesOnIsAnotherEventThanItsBegin) {
+TEST(ScoresByHand, AContinuingContactIsASeparateEvent) {
   SyntheticSession session(
       kHall +
       "  penalties:\n"
@@ -70,7 +70,7 @@ TEST(ScoresByHand, AContactThatGoesOnIsAnotherEventThanItsBegin) {
   EXPECT_EQ(session.score(), 100 - 5 - 2 * 1);
 }
 
-TEST(ScoresByHand, WhatTheRobotCouldNotSenseNeitherCostsNorFailsNorCounts) {
+TEST(ScoresByHand, UnsensedEventsAreIgnored) {
   SyntheticSession session(
       "  order: free\n"
       "  tasks:\n"
@@ -85,7 +85,7 @@ TEST(ScoresByHand, WhatTheRobotCouldNotSenseNeitherCostsNorFailsNorCounts) {
   EXPECT_EQ(session.score(), 50 - 5) << "one of two";
 }
 
-TEST(ScoresByHand, ACountIsCountedAnewEachTimeThatItWasReached) {
+TEST(ScoresByHand, ACountRestartsWhenItIsReached) {
   SyntheticSession session(
       kHall + "  penalties: [{name: bumps, points: 4, when: {event: contact_started, count: 3}}]\n");
   for (int i = 1; i <= 7; ++i) session.add_event(i, contact_started, {.object = "wall 1"});
@@ -93,7 +93,7 @@ TEST(ScoresByHand, ACountIsCountedAnewEachTimeThatItWasReached) {
   EXPECT_EQ(session.score(), 100 - 2 * 4) << "3 + 3 + 1 bumps";
 }
 
-TEST(ScoresByHand, ASequenceCostsEachTimeThatItIsWhole) {
+TEST(ScoresByHand, ASequenceIsPenalizedEachTimeItCompletes) {
   SyntheticSession session(
       kHall + "  penalties: [{name: lost, points: 6, when: {then: [{event: lifted}, {event: dropped}]}}]\n");
   session.add_event(1, dropped)
@@ -106,7 +106,7 @@ TEST(ScoresByHand, ASequenceCostsEachTimeThatItIsWhole) {
   EXPECT_EQ(session.score(), 100 - 2 * 6) << "lifted and dropped at 3 and at 6";
 }
 
-TEST(ScoresByHand, ASequenceThatCameTooLateIsWatchedForAnew) {
+TEST(ScoresByHand, ASequenceRestartsAfterItsTimeLimit) {
   SyntheticSession session(
       kHall +
       "  penalties: [{name: lost, points: 6, when: {then: [{event: lifted}, {event: dropped, "
@@ -116,7 +116,7 @@ TEST(ScoresByHand, ASequenceThatCameTooLateIsWatchedForAnew) {
   EXPECT_EQ(session.score(), 100 - 6) << "4 s, then 1 s";
 }
 
-TEST(ScoresByHand, IdlingCostsOnceForEachPause) {
+TEST(ScoresByHand, EachIdlePauseIsPenalizedOnce) {
   SyntheticSession session(kHall + "  penalties: [{name: idle, points: 2, when: {still: 5 s}}]\n");
   session.add_event(0, movement_started).add_event(1, movement_stopped).world(6).world(20).world(40);
   session.add_event(41, movement_started).add_event(42, movement_stopped).world(46.75);
@@ -124,7 +124,7 @@ TEST(ScoresByHand, IdlingCostsOnceForEachPause) {
   EXPECT_EQ(session.score(), 100 - 2 * 2) << "from 1 s to 41 s, and from 42 s to 47 s";
 }
 
-TEST(ScoresByHand, EnteringAZoneAgainCostsAgainStayingDoesNot) {
+TEST(ScoresByHand, OnlyEnteringAZoneIsPenalized) {
   SyntheticSession session(kHall + "  penalties: [{name: danger, points: 7, when: {reach: danger}}]\n");
   session.add_event(1, zone_entered, {.object = "danger"})
       .world(2)
@@ -135,7 +135,7 @@ TEST(ScoresByHand, EnteringAZoneAgainCostsAgainStayingDoesNot) {
   EXPECT_EQ(session.score(), 100 - 2 * 7);
 }
 
-TEST(ScoresByHand, NothingIsChargedOnceAllIsDone) {
+TEST(ScoresByHand, NothingIsDeductedAfterAllTasksAreDone) {
   SyntheticSession session(kHall + "  penalties: [{name: hit, points: 5, when: {event: contact_started}}]\n");
   session.add_event(1, contact_started, {.object = "wall 1"}).add_event(2, zone_entered, {.object = "hall"});
   session.add_event(3, contact_started, {.object = "wall 1"});
@@ -143,7 +143,7 @@ TEST(ScoresByHand, NothingIsChargedOnceAllIsDone) {
   EXPECT_EQ(session.grade().end, SyntheticSession::at(2));
 }
 
-TEST(ScoresByHand, AScoreIsNeverBelowNothing) {
+TEST(ScoresByHand, AScoreIsNeverNegative) {
   SyntheticSession session(kHall +
                            "  grades: [{name: A, from: 0.5}]\n"
                            "  penalties: [{name: hit, points: 70, when: {event: contact_started}}]\n");
@@ -158,7 +158,7 @@ TEST(ScoresByHand, AScoreIsNeverBelowNothing) {
   EXPECT_EQ(grade.grade, "");
 }
 
-TEST(ScoresByHand, TheLimitOfATaskIsFromItsOwnBegin) {
+TEST(ScoresByHand, TheTimeLimitOfATaskStartsWithTheTask) {
   for (const bool in_order : {true, false}) {
     SyntheticSession session(std::string("  order: ") + (in_order ? "listed" : "free") +
                              "\n"
@@ -170,7 +170,7 @@ TEST(ScoresByHand, TheLimitOfATaskIsFromItsOwnBegin) {
   }
 }
 
-TEST(ScoresByHand, WhoRunsOutOfTimeInOneTaskGoesOnToTheNext) {
+TEST(ScoresByHand, ATimedOutTaskIsFollowedByTheNext) {
   SyntheticSession session(
       "  tasks:\n"
       "    - {name: a, points: 1, limit: 10 s, done: {reach: a}}\n"
@@ -180,7 +180,7 @@ TEST(ScoresByHand, WhoRunsOutOfTimeInOneTaskGoesOnToTheNext) {
   EXPECT_EQ(session.score(), 2) << "b began at 12 s";
 }
 
-TEST(ScoresByHand, TheLimitOfTheWholeTakesWhatHasNotBeenDone) {
+TEST(ScoresByHand, TheTotalTimeLimitFailsUnfinishedTasks) {
   SyntheticSession session(
       "  limit: 60 s\n"
       "  tasks:\n"
@@ -206,7 +206,7 @@ TEST(ScoresByHand, TheNextTaskStartsAfterAFailedOne) {
   EXPECT_EQ(session.score(), 2);
 }
 
-TEST(ScoresByHand, FailingAndDoingAtOnceIsFailing) {
+TEST(ScoresByHand, SimultaneousSuccessAndFailureIsFailure) {
   SyntheticSession session(
       "  tasks: [{name: a, points: 1, done: {event: placed}, failed: {event: placed, object: bin}}]\n");
   session.add_event(1, placed, {.object = "bin"});
@@ -243,7 +243,7 @@ TEST(ScoresByHand, PassesAtTheFractionOfThePassMark) {
   }
 }
 
-TEST(ScoresByHand, ATaskOfNoPointsIsDoneForItsOwnSake) {
+TEST(ScoresByHand, ATaskMayHaveZeroPoints) {
   SyntheticSession session("  tasks: [{name: a, points: 0, required: true, done: {reach: a}}]\n");
   EXPECT_FALSE(session.grade().passed);
   session.add_event(1, zone_entered, {.object = "a"});
@@ -252,7 +252,7 @@ TEST(ScoresByHand, ATaskOfNoPointsIsDoneForItsOwnSake) {
   EXPECT_TRUE(session.grade().passed);
 }
 
-TEST(ScoresByHand, TheRobotThatIsNamedIsGraded) {
+TEST(ScoresByHand, TheNamedRobotIsGraded) {
   SyntheticSession session("  robot: robot_2\n" + kHall +
                            "  penalties: [{name: hit, points: 5, when: {event: contact_started}}]\n");
   session.add_event(1, contact_started, {.object = "wall 1"});
@@ -263,7 +263,7 @@ TEST(ScoresByHand, TheRobotThatIsNamedIsGraded) {
   EXPECT_EQ(session.score(), 100 - 5) << "the first was the rover's own affair";
 }
 
-TEST(ScoresByHand, ALogThatStopsKeepsWhatWasDoneAndCharged) {
+TEST(ScoresByHand, ATruncatedLogKeepsTasksAndDeductions) {
   SyntheticSession session(
       "  pass_mark: 0.25\n"
       "  tasks:\n"
@@ -281,7 +281,7 @@ TEST(ScoresByHand, ALogThatStopsKeepsWhatWasDoneAndCharged) {
   EXPECT_EQ(grade.end, SyntheticSession::at(7.75));
 }
 
-TEST(ScoresByHand, ASessionThatWasStoppedOnPurposeIsWholeWithoutBeingDone) {
+TEST(ScoresByHand, AStoppedSessionIsCompleteWithUnfinishedTasks) {
   SyntheticSession session(
       "  tasks:\n"
       "    - {name: a, points: 40, done: {reach: a}}\n"
@@ -294,7 +294,7 @@ TEST(ScoresByHand, ASessionThatWasStoppedOnPurposeIsWholeWithoutBeingDone) {
   EXPECT_EQ(grade.end, SyntheticSession::at(30));
 }
 
-TEST(ScoresByHand, BeforeAnythingHappensThereIsNothingAndNothingIsOver) {
+TEST(ScoresByHand, ANewSessionHasNoPointsAndIsNotOver) {
   SyntheticSession session("  pass_mark: 0.5\n" + kHall);
   const Grade grade = session.grade();
   EXPECT_EQ(grade.score, 0);

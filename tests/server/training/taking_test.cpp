@@ -12,7 +12,7 @@ using testing::HasSubstr;
 
 class Taking : public test::OpenRecordsTest {};
 
-TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
+TEST_F(Taking, ARepeatedImportAddsOnceAndAFailedOneNothing) {
   Histories histories{group(), 0};
   histories.trainees[1].trainee.mbox_sha1sum = "none";
   EXPECT_FALSE(take(*records_, histories).ok());
@@ -30,7 +30,7 @@ TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
   EXPECT_EQ(take(*records_, *statements)->present, 3U);
 }
 
-TEST_F(Taking, ANameInThePlaceOfAPseudonymIsKeptAsAName) {
+TEST_F(Taking, ANameGivenAsPseudonymIsStoredAsAName) {
   const std::vector<TraineeHistory> called{{{"Anna Schmidt", "", ""}, {test::recorded_session(1)}},
                                            {{"4711", "Ben", ""}, {}}};
   for (const std::string& text : {to_csv(called), to_json(called)}) {
@@ -44,7 +44,7 @@ TEST_F(Taking, ANameInThePlaceOfAPseudonymIsKeptAsAName) {
   EXPECT_EQ(trainees->at(1).name, "Ben");
 }
 
-TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
+TEST_F(Taking, ASessionOfAnotherTraineeImportsNothing) {
   ASSERT_TRUE(take(*records_, {group(), 0}).ok());
   auto trainees = group();
   trainees[0].trainee = {"t-999999999999", "", ""};

@@ -56,7 +56,7 @@ class ExportMcapTest : public ::testing::Test {
   ExportOptions options_;
 };
 
-TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema) {
+TEST_F(ExportMcapTest, TheFoxgloveReaderFindsMessagesByIndexAndSchema) {
   if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   const ExportReport report = exported();
   const json found = read_back();
@@ -77,7 +77,7 @@ TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema)
   EXPECT_EQ(report.unreadable, 0U) << report.first_unreadable;
 }
 
-TEST_F(ExportMcapTest, TheLayoutForFoxgloveShowsWhatThereIs) {
+TEST_F(ExportMcapTest, TheFoxgloveLayoutShowsTheExportedTopics) {
   const ExportReport report = exported();
   const json layout =
       json::parse(test::text_of(std::string(PARHELION_SOURCE_DIR) + "/server/station/foxglove/layout.json"),
@@ -101,7 +101,7 @@ TEST_F(ExportMcapTest, TheLayoutForFoxgloveShowsWhatThereIs) {
   }
 }
 
-TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
+TEST_F(ExportMcapTest, ScansBodiesAndContactsMatchTheLog) {
   if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   exported();
   const json found = read_back();
@@ -129,7 +129,7 @@ TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
   EXPECT_GT(found["/building"]["first"]["entities"].size(), 3U);
 }
 
-TEST_F(ExportMcapTest, EachCompressionHoldsTheSame) {
+TEST_F(ExportMcapTest, EachCompressionHasTheSameContent) {
   if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   const std::uint64_t zstd = exported().bytes_out;
   const json expected = read_back();
@@ -141,7 +141,7 @@ TEST_F(ExportMcapTest, EachCompressionHoldsTheSame) {
   }
 }
 
-TEST_F(ExportMcapTest, RawMessagesGoAlongAsTheyAreOfAnyLog) {
+TEST_F(ExportMcapTest, RawMessagesOfAnyLogAreExportedUnchanged) {
   if (!can_read_back()) GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   options_.raw = true;
   exported();
@@ -157,7 +157,7 @@ TEST_F(ExportMcapTest, RawMessagesGoAlongAsTheyAreOfAnyLog) {
   EXPECT_EQ(found["lcm/MR_SCAN"]["bytes"], bytes);
 }
 
-TEST_F(ExportMcapTest, WhatIsNoSessionIsRefusedAndLeavesNothing) {
+TEST_F(ExportMcapTest, AFileThatIsNoSessionLeavesNoOutput) {
   options_.log = folder_ / "nothing.lcm";
   EXPECT_NE(refusal().find("nothing.lcm"), std::string::npos);
   {
@@ -173,7 +173,7 @@ TEST_F(ExportMcapTest, WhatIsNoSessionIsRefusedAndLeavesNothing) {
   EXPECT_EQ(test::text_of(options_.output), "mine");
 }
 
-TEST_F(ExportMcapTest, ADamagedLogIsExportedAsFarAsItGoesAndCounted) {
+TEST_F(ExportMcapTest, ADamagedLogIsExportedAndItsErrorsCounted) {
   const std::uint64_t whole = exported().messages.at("/scene");
   std::filesystem::resize_file(log_, std::filesystem::file_size(log_) * 2 / 3);
   options_.overwrite = true;
@@ -183,7 +183,7 @@ TEST_F(ExportMcapTest, ADamagedLogIsExportedAsFarAsItGoesAndCounted) {
   EXPECT_GT(report.messages.at("/scene"), whole / 2);
 }
 
-TEST_F(ExportMcapTest, AScanThatBreaksOffIsLeftOutAndNamed) {
+TEST_F(ExportMcapTest, ATruncatedScanIsOmittedAndReported) {
   const std::uint64_t whole = exported().messages.at("/scan");
   session_.broken_scan = 2;
   session_.write(log_);

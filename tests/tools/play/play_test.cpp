@@ -37,7 +37,7 @@ class PlayKeysTest : public ::testing::Test {
   std::unique_ptr<PlayKeys> keys_;
 };
 
-TEST_F(PlayKeysTest, SpacePausesAndTheRightArrowThenGoesOneMessageOn) {
+TEST_F(PlayKeysTest, SpacePausesAndRightArrowStepsOneMessage) {
   press(" ");
   EXPECT_TRUE(player_->state().paused);
   const std::size_t before = sent_;
@@ -49,7 +49,7 @@ TEST_F(PlayKeysTest, SpacePausesAndTheRightArrowThenGoesOneMessageOn) {
   EXPECT_FALSE(player_->state().paused);
 }
 
-TEST_F(PlayKeysTest, ArrowsGoFasterAndSlowerOnAndBack) {
+TEST_F(PlayKeysTest, ArrowsChangeSpeedAndSeek) {
   press("\x1b[A");
   EXPECT_NEAR(player_->state().rate, 1.1, 1e-12);
   press("\x1b[B\x1b[B");
@@ -62,7 +62,7 @@ TEST_F(PlayKeysTest, ArrowsGoFasterAndSlowerOnAndBack) {
   EXPECT_EQ(player_->state().rate, runtime::Player::kSlowest);
 }
 
-TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
+TEST_F(PlayKeysTest, BracketsJumpBetweenMarks) {
   const auto& marks = player_->recording().marks();
   ASSERT_GT(marks.size(), 2U);
   double expected = 0;
@@ -81,7 +81,7 @@ TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
   EXPECT_EQ(position(), 0);
 }
 
-TEST_F(PlayKeysTest, OtherKeysDoNothingAndXEndsIt) {
+TEST_F(PlayKeysTest, OtherKeysDoNothingAndXQuits) {
   press("\x1b[5~pPk\x1b[1;5Q");
   EXPECT_EQ(position(), 0);
   EXPECT_FALSE(keys_->quit());
@@ -125,14 +125,14 @@ class PlayedBusTest : public ::testing::Test {
   std::unique_ptr<Bus> bus_ = hub_.connect(), robot_ = hub_.connect();
 };
 
-TEST_F(PlayedBusTest, NoOldCommandReachesARobot) {
+TEST_F(PlayedBusTest, RecordedCommandsNeverReachARobot) {
   PlayedBus bare = played("");
   publish_all(bare);
   EXPECT_EQ(received_channels(), (std::set<std::string>{"MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"}));
   EXPECT_EQ(bare.suppressed_commands(), 8U);
 }
 
-TEST_F(PlayedBusTest, WithAPrefixEverythingGoesOutUnderNamesThatNobodyObeys) {
+TEST_F(PlayedBusTest, WithAPrefixAllChannelsAreRenamed) {
   PlayedBus prefixed = played("PLAY_");
   publish_all(prefixed);
   const auto names = received_channels();

@@ -148,7 +148,7 @@ class AttackTest : public ::testing::Test {
   int commands_ = 0;                          ///< on all channels with commands
 };
 
-TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswered) {
+TEST_F(AttackTest, AttacksAreRefusedAndLoggedWhileScansArePublished) {
   attack::Cookies cookies{cookie("admin"), cookie("instructor"), cookie("trainee"), cookie("observer"),
                           cookie("trainee")};
   ASSERT_EQ(RawClient(port_).post("/api/v1/logout", "", cookies.over).status, 204);

@@ -33,19 +33,19 @@ void play(const std::string& script, std::vector<std::string> options) {
     GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;                                      \
   }
 
-TEST(StationBrowserTest, EachRoleDoesItsWorkFromLogInToTheGradedSession) {
+TEST(StationBrowserTest, EachRoleWorksFromLogInToTheGradedSession) {
   PARHELION_NEEDS_BROWSER_PACKAGES();
   play("station.mjs", {test::program(), PARHELION_SOURCE_DIR});
 }
 
-TEST(StationBrowserTest, ACrawlersArmAndHeadAreMovedAmongTheLayersOfARealRoom) {
+TEST(StationBrowserTest, ArmAndHeadOfACrawlerMoveInARealRoom) {
   PARHELION_NEEDS_BROWSER_PACKAGES();
   const auto scans = test::recording("3d-room-scan");
   PARHELION_NEEDS_RECORDING(scans);
   play("crawler.mjs", {test::program(), PARHELION_SOURCE_DIR, scans});
 }
 
-TEST(StationBrowserTest, ADemoIsDrivenInjectedAndGradedByWhoeverOpensItsLinks) {
+TEST(StationBrowserTest, LinkUsersDriveInjectAndGradeADemo) {
   PARHELION_NEEDS_BROWSER_PACKAGES();
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   play("demo.mjs", {test::program()});

@@ -60,7 +60,7 @@ class PlayerTest : public ::testing::Test {
   WallTime now_{5'000'000'000};
 };
 
-TEST_F(PlayerTest, SeekingToAPlaceLeadsToTheSameAsPlayingToIt) {
+TEST_F(PlayerTest, SeekingEqualsPlayingToTheSamePosition) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     write(seed);
     Listener seeking;
@@ -80,7 +80,7 @@ TEST_F(PlayerTest, SeekingToAPlaceLeadsToTheSameAsPlayingToIt) {
   }
 }
 
-TEST_F(PlayerTest, EverythingRecordedIsSentOnceAndInItsTime) {
+TEST_F(PlayerTest, EachRecordedMessageIsSentOnceAtItsTime) {
   write(3);
   const Recording all = recording();
   std::vector<std::pair<double, std::vector<std::uint8_t>>> sent;
@@ -101,7 +101,7 @@ TEST_F(PlayerTest, EverythingRecordedIsSentOnceAndInItsTime) {
   EXPECT_EQ(player.state().position, all.duration());
 }
 
-TEST_F(PlayerTest, PausedItStandsAndGoesOnMessageByMessage) {
+TEST_F(PlayerTest, WhilePausedItStepsMessageByMessage) {
   write(4);
   Listener listener;
   const auto paused = player({.paused = true}, listener);
@@ -137,7 +137,7 @@ TEST_F(PlayerTest, ItsRateCanBeChangedWhileItPlays) {
   EXPECT_TRUE(plays->state().ended);
 }
 
-TEST_F(PlayerTest, ALoopBeginsAgainAndAgain) {
+TEST_F(PlayerTest, LoopingRestartsRepeatedly) {
   write(6, 50);
   Listener listener;
   const auto loops = player({.loop = true}, listener);

@@ -20,7 +20,7 @@ std::string values_of(const JoystickMapping& mapping) {
   return text.str();
 }
 
-TEST(JoystickSchema, ItsDefaultsAreThoseOfTheProgram) {
+TEST(JoystickSchema, DefaultsMatchTheProgram) {
   SchemaDefaults defaults("joystick", [](const std::string& yaml) -> std::optional<std::string> {
     const auto mapping = parse_joystick_mapping(yaml, "document");
     if (!mapping) return std::nullopt;

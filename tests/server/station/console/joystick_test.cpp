@@ -52,7 +52,7 @@ RC_GTEST_PROP(Joystick, ShapeIsOddMonotonicAndBounded, ()) {
   RC_ASSERT(shaped(std::numeric_limits<double>::quiet_NaN(), zone, curve) == 0);
 }
 
-TEST(Joystick, DrivesOnlyWhileTheDeadManIsHeldAfterItWasSeenReleased) {
+TEST(Joystick, DrivesOnlyWithDeadManHeldAfterARelease) {
   JoystickDrive drive(mapping());
   JoystickState state = centred();
   state.axes["axis 1"] = -1;
@@ -71,7 +71,7 @@ TEST(Joystick, DrivesOnlyWhileTheDeadManIsHeldAfterItWasSeenReleased) {
   EXPECT_FALSE(drive.command(state).armed);
 }
 
-TEST(Joystick, MovesJointsSlowsAndSwitchesOncePerPress) {
+TEST(Joystick, MovesJointsLimitsSpeedAndSwitchesOncePerPress) {
   JoystickDrive drive(mapping());
   JoystickState state = centred();
   (void)drive.command(state);
@@ -86,7 +86,7 @@ TEST(Joystick, MovesJointsSlowsAndSwitchesOncePerPress) {
   EXPECT_FALSE(drive.command(state).next_robot) << "still down";
 }
 
-TEST(Joystick, MappingErrorsNameLineAndWhatIsThere) {
+TEST(Joystick, MappingErrorsReportLineAndValue) {
   const auto unknown = parse_joystick_mapping("dead_man: a\naxes: {}\ndead_zoen: 0.1\n", "j.yaml");
   ASSERT_FALSE(unknown.ok());
   EXPECT_NE(unknown.error().message.find("j.yaml:3"), std::string::npos) << unknown.error().message;
@@ -105,7 +105,7 @@ TEST(Joystick, MappingErrorsNameLineAndWhatIsThere) {
   EXPECT_TRUE(check_mapping(mapping(), centred()).ok());
 }
 
-TEST(Joystick, IsReadPluggedInAndOutThroughSdl) {
+TEST(Joystick, ReadsAndHotplugsThroughSdl) {
   SDL_SetMainReady();
   auto port = JoystickPort::open();
   ASSERT_TRUE(port.ok()) << port.error().message;

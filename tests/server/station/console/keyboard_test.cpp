@@ -21,7 +21,7 @@ TEST(Keyboard, ReadsLettersAndArrowsOfBothModes) {
   EXPECT_EQ(reader.feed("\x1b[3~\x1b[15~y"), Keys{}) << "Delete, F5 and a letter without meaning";
 }
 
-TEST(Keyboard, ReadsASequenceThatComesInPiecesAndTakesAnEscAloneForQuit) {
+TEST(Keyboard, ReadsSplitSequencesAndTakesASingleEscForQuit) {
   KeyReader reader;
   EXPECT_EQ(reader.feed("\x1b"), Keys{});
   EXPECT_EQ(reader.feed("["), Keys{});
@@ -32,7 +32,7 @@ TEST(Keyboard, ReadsASequenceThatComesInPiecesAndTakesAnEscAloneForQuit) {
   EXPECT_EQ(reader.feed("\x03"), Keys{Key::quit});
 }
 
-RC_GTEST_PROP(Keyboard, SurvivesAnyBytesInAnyPieces, ()) {
+RC_GTEST_PROP(Keyboard, SurvivesRandomBytesInRandomPieces, ()) {
   const auto bytes = *rc::gen::container<std::string>(rc::gen::arbitrary<char>());
   KeyReader whole, pieces;
   Keys at_once = whole.feed(bytes), one_by_one;
@@ -42,7 +42,7 @@ RC_GTEST_PROP(Keyboard, SurvivesAnyBytesInAnyPieces, ()) {
   RC_ASSERT(at_once == one_by_one);
 }
 
-TEST(Keyboard, DrivesWhileAKeyRepeatsAndStopsOnceItIsReleased) {
+TEST(Keyboard, DrivesWhileAKeyRepeatsAndStopsOnRelease) {
   KeyboardDrive drive({});
   drive.press(Key::forward, at(1));
   EXPECT_GT(drive.twist(at(1.65)).vx, 0) << "until a terminal begins to repeat";

@@ -65,7 +65,7 @@ TEST_F(OperatorConsoleTest, PublishesNothingBeforeARobotIsChosenAndNamesKnownRob
   EXPECT_NE(wrong.error().message.find("trainee, robot_2"), std::string::npos) << wrong.error().message;
 }
 
-TEST_F(OperatorConsoleTest, StopsTheOneRobotBeforeItDrivesTheOther) {
+TEST_F(OperatorConsoleTest, StopsOneRobotBeforeDrivingAnother) {
   ASSERT_TRUE(console_.drive("trainee", at(0)).ok());
   ASSERT_TRUE(console_.command({0.5, 0, 0.1}, at(0.1)).ok());
   auto messages = published();
@@ -85,7 +85,7 @@ TEST_F(OperatorConsoleTest, StopsTheOneRobotBeforeItDrivesTheOther) {
   EXPECT_FALSE(console_.joints({"arm"}, {1}, at(0.4)).ok());
 }
 
-TEST_F(OperatorConsoleTest, BeatsWhileItStandsStillAndStopsWhenItIsLostOrEnds) {
+TEST_F(OperatorConsoleTest, SendsHeartbeatsAtStandstillAndStopsOnLossOrExit) {
   ASSERT_TRUE(console_.drive("trainee", at(0)).ok());
   int statuses = 0;
   for (int i = 1; i <= 40; ++i) ASSERT_TRUE(console_.beat(at(0.05 * i)).ok());

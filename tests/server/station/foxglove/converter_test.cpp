@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(FoxgloveConverter, WhatAnAgentSeesIsAnImageOfItsOwn) {
+TEST(FoxgloveConverter, EachAgentCameraHasItsOwnImageTopic) {
   std::map<std::string, json> messages;
   Converter converter([&](const Converted& each) { messages[each.channel.topic] = json::parse(each.json); });
   converter.begin(test::WrittenSession().configuration(), ArrivalTime{1'000'000'000});

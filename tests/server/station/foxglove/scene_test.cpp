@@ -39,7 +39,7 @@ TEST_F(WorldSceneTest, AClientThatMissesAMessageStillReceivesDeletions) {
   EXPECT_TRUE(deleted_in({"person_2"}).empty());
 }
 
-TEST_F(WorldSceneTest, WhoComesBackIsDeletedNoMore) {
+TEST_F(WorldSceneTest, AReturningEntityIsNotDeletedAgain) {
   deleted_in({"barrel_1"});
   EXPECT_EQ(deleted_in({}), std::vector<std::string>{"barrel_1"});
   EXPECT_TRUE(deleted_in({"barrel_1"}).empty());

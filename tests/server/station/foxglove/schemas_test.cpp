@@ -58,7 +58,7 @@ void expect_conforms(const JsonText& message, const char* schema) {
   expect_conforms(json::parse(message.text()), json::parse(schema_text(schema)), schema);
 }
 
-TEST(FoxgloveSchemas, EveryObjectNamesItsMembersAndEveryListWhatIsInIt) {
+TEST(FoxgloveSchemas, ObjectsListTheirMembersAndListsTheirItemTypes) {
   for (const char* name :
        {"foxglove.LaserScan", "foxglove.PoseInFrame", "foxglove.FrameTransforms", "foxglove.CompressedImage",
         "foxglove.RawImage", "foxglove.CameraCalibration", "foxglove.SceneUpdate", "foxglove.Log",

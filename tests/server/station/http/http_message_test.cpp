@@ -5,7 +5,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST(Query, HasDecodedValuesAndKnowsWhatIsNotThere) {
+TEST(Query, HasDecodedValuesAndReportsMissingKeys) {
   const std::string query = "robot=big%20rover&codec=h264&empty=&flag";
   EXPECT_EQ(query_value(query, "robot"), "big rover");
   EXPECT_EQ(query_value(query, "codec"), "h264");
@@ -15,7 +15,7 @@ TEST(Query, HasDecodedValuesAndKnowsWhatIsNotThere) {
   EXPECT_EQ(query_value("", "robot"), std::nullopt);
 }
 
-TEST(Query, RefusesHalfAnEncodedCharacter) {
+TEST(Query, RefusesIncompletePercentEncoding) {
   for (const char* bad : {"a=%", "a=%2", "a=%zz", "a=x%4"})
     EXPECT_EQ(query_value(bad, "a"), std::nullopt) << bad;
   EXPECT_EQ(query_value("a=%41", "a"), "A");
@@ -30,13 +30,13 @@ TEST(Cookie, IsFoundByItsWholeNameOnly) {
   EXPECT_EQ(cookie_value(";;=;", "k"), "");
 }
 
-TEST(JsonText, EscapesWhatAnotherWrote) {
+TEST(JsonText, EscapesUntrustedText) {
   EXPECT_EQ(json_text("a\"b\\\n"), R"("a\"b\\\n")");
   EXPECT_EQ(json_text("\xff"), "\"\xef\xbf\xbd\"");
   EXPECT_EQ(refusal(404, "no \"x\"").body, R"({"error":"no \"x\""})");
 }
 
-TEST(Access, IsByRole) {
+TEST(Access, DependsOnTheRole) {
   const Identity trainee{"anna", Role::trainee}, admin{"root", Role::admin};
   const Access instructors = Access::only({Role::instructor, Role::admin});
   EXPECT_FALSE(instructors.allows(&trainee, true));

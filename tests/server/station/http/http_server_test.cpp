@@ -31,7 +31,7 @@ TEST_F(Server, SendsSecurityHeadersWithEachAnswer) {
   }
 }
 
-TEST_F(Server, AnswersOneRequestAfterTheOtherOnOneConnection) {
+TEST_F(Server, AnswersSeveralRequestsOnOneConnection) {
   open();
   RawClient client(port());
   for (int i = 0; i < 3; ++i) EXPECT_EQ(client.get("/healthz").body, R"({"ok":true})");
@@ -45,7 +45,7 @@ TEST_F(Server, AnswersOneRequestAfterTheOtherOnOneConnection) {
   EXPECT_EQ(head.get("/healthz").status, 200) << "no body came after the head";
 }
 
-TEST_F(Server, TakesNothingLongerThanItsLimits) {
+TEST_F(Server, RefusesRequestsBeyondItsLimits) {
   open({.body_bytes = 1000});
   RawClient header(port());
   EXPECT_EQ(header.get("/healthz", "", "X-Long: " + std::string(20'000, 'x') + "\r\n").status, 431);
@@ -59,7 +59,7 @@ TEST_F(Server, TakesNothingLongerThanItsLimits) {
   EXPECT_NE(audit().find("longer than 1000 bytes"), std::string::npos);
 }
 
-TEST_F(Server, RefusesWhatIsNoRequest) {
+TEST_F(Server, RefusesInvalidRequests) {
   open();
   const std::vector<std::string> rubbish = {
       "GET\r\n\r\n",
@@ -80,7 +80,7 @@ TEST_F(Server, RefusesWhatIsNoRequest) {
   EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
 }
 
-TEST_F(Server, HasNoPathOutOfItsOwn) {
+TEST_F(Server, RefusesPathsOutsideItsFolder) {
   open();
   for (const char* path : {"/../etc/passwd", "/assets/../../accounts.json", "/%2e%2e/accounts.json",
                            "/%2E%2E%2faccounts.json", "/..%5caccounts.json", "/a%00b", "/a%0d%0aSet-Cookie:x",
@@ -93,7 +93,7 @@ TEST_F(Server, HasNoPathOutOfItsOwn) {
   EXPECT_EQ(RawClient(port()).get("/accounts.json").status, 404);
 }
 
-TEST_F(Server, ClosesWhoSendsARequestLittleByLittle) {
+TEST_F(Server, ClosesConnectionsThatSendTooSlowly) {
   open({.request_time = milliseconds(300)});
   RawClient slow(port());
   slow.send("GET /healthz HTTP/1.1\r\n");
@@ -113,7 +113,7 @@ TEST_F(Server, ClosesWhoSendsARequestLittleByLittle) {
   EXPECT_NE(audit().find("a request"), std::string::npos);
 }
 
-TEST_F(Server, TakesNoMoreConnectionsThanItMayAndTakesOthersAfterwards) {
+TEST_F(Server, LimitsConnectionsAndAcceptsNewOnesAfterwards) {
   open({.connections = 4});
   {
     std::vector<std::unique_ptr<RawClient>> clients;
@@ -131,7 +131,7 @@ TEST_F(Server, TakesNoMoreConnectionsThanItMayAndTakesOthersAfterwards) {
   EXPECT_EQ(answer.status, 200);
 }
 
-TEST_F(Server, IsNotHeldUpByAnAnswerThatTakesLong) {
+TEST_F(Server, IsNotBlockedByASlowAnswer) {
   station::WebSiteOptions options{.folder = folder_, .plain = true};
   auto site = station::WebSite::open(std::move(options));
   ASSERT_TRUE(site);
@@ -156,7 +156,7 @@ TEST_F(Server, IsNotHeldUpByAnAnswerThatTakesLong) {
   EXPECT_EQ(waiting.get("/never").status, 503);
 }
 
-TEST_F(Server, EndsWhileAnAnswerIsStillToCome) {
+TEST_F(Server, StopsWhileAnAnswerIsPending) {
   station::WebSiteOptions options{.folder = folder_, .plain = true};
   site_ = *station::WebSite::open(std::move(options));
   std::promise<station::HttpServer::Answer> asked;
@@ -173,7 +173,7 @@ TEST_F(Server, EndsWhileAnAnswerIsStillToCome) {
   EXPECT_EQ(waiting.answer().status, 0);
 }
 
-TEST_F(Server, IsEncryptedWithACertificateOfItsOwn) {
+TEST_F(Server, UsesTlsWithItsOwnCertificate) {
   open({}, false);
   EXPECT_EQ(site_->fingerprint().size(), 95U);
   EXPECT_EQ(site_->address().rfind("https://127.0.0.1:", 0), 0U);
@@ -190,7 +190,7 @@ TEST_F(Server, IsEncryptedWithACertificateOfItsOwn) {
   EXPECT_EQ(socket.frame()->payload, "over TLS");
 }
 
-TEST_F(Server, RedirectsPlainHttpOnItsEncryptedPortAndAnswersNothingElse) {
+TEST_F(Server, RedirectsPlainHttpOnItsTlsPort) {
   open({}, false);
   RawClient client(port());
   const RawAnswer answer = client.get("/setup?token=x");
@@ -200,7 +200,7 @@ TEST_F(Server, RedirectsPlainHttpOnItsEncryptedPortAndAnswersNothingElse) {
             308);
 }
 
-TEST_F(Server, KeepsItsCertificate) {
+TEST_F(Server, ReusesItsCertificateAfterARestart) {
   open({}, false);
   const std::string fingerprint = site_->fingerprint();
   site_.reset();
@@ -223,7 +223,7 @@ TEST(ServerOptions, InvalidOptionsAreReported) {
   EXPECT_NE(open_error({.port = (*first)->port()}).find("cannot listen"), std::string::npos);
 }
 
-TEST_F(Server, OutlivesAHandlerThatThrows) {
+TEST_F(Server, SurvivesAHandlerThatThrows) {
   auto server = station::HttpServer::open({.address = "localhost"});
   ASSERT_TRUE(server);
   const auto fail = [] { throw std::runtime_error("a fault"); };
@@ -246,7 +246,7 @@ TEST_F(Server, OutlivesAHandlerThatThrows) {
   EXPECT_EQ((*server)->counts().refused, 2U);
 }
 
-TEST_F(Server, HasFiguresForThisMachineAndWhoIsLoggedIn) {
+TEST_F(Server, ServesMetricsToLocalAndLoggedInClients) {
   open();
   const RawAnswer figures = RawClient(port()).get("/metrics");
   EXPECT_EQ(figures.status, 200);

@@ -8,7 +8,7 @@ namespace {
 
 using LogIn = SiteTest;
 
-TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
+TEST_F(LogIn, SetsAnHttpOnlySameSiteCookie) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const RawAnswer answer = log_in("anna", kPassword);
@@ -24,7 +24,7 @@ TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
             std::string::npos);
 }
 
-TEST_F(LogIn, RefusesWrongPasswordAndUnknownNameAlike) {
+TEST_F(LogIn, RefusesWrongPasswordsAndUnknownNamesIdentically) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const RawAnswer wrong = log_in("anna", "not that one"), unknown = log_in("nobody", "not that one");
@@ -35,7 +35,7 @@ TEST_F(LogIn, RefusesWrongPasswordAndUnknownNameAlike) {
   EXPECT_NE(audit().find("log in as nobody"), std::string::npos);
 }
 
-TEST_F(LogIn, IsNeededForAllThatIsNotPublic) {
+TEST_F(LogIn, IsRequiredForAllNonPublicPages) {
   make_accounts({});
   open();
   for (const char* path : {"/desk", "/api/v1/accounts", "/api/v1/audit"}) {
@@ -51,7 +51,7 @@ TEST_F(LogIn, IsNeededForAllThatIsNotPublic) {
   EXPECT_EQ(opened, 0);
 }
 
-TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
+TEST_F(LogIn, OneRoleCannotOpenPagesOfAnother) {
   make_accounts({{"anna", station::Role::trainee},
                  {"olga", station::Role::observer},
                  {"ivan", station::Role::instructor}});
@@ -73,7 +73,7 @@ TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
   EXPECT_NE(audit().find("not with the role trainee"), std::string::npos);
 }
 
-TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
+TEST_F(LogIn, LogOutInvalidatesTheCookie) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
@@ -91,7 +91,7 @@ TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
   EXPECT_EQ(frame->code(), 1008);
 }
 
-TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
+TEST_F(LogIn, ExpiresWhenUnusedAndAlwaysAfterADay) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
@@ -109,7 +109,7 @@ TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
   EXPECT_NE(audit().find("the session has ended; log in again"), std::string::npos);
 }
 
-TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
+TEST_F(LogIn, EndsWhenItsAccountChanges) {
   make_accounts({{"ivan", station::Role::instructor}});
   open();
   const std::string root = cookie_of("root"), instructor = cookie_of("ivan");
@@ -128,7 +128,7 @@ TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
       409);
 }
 
-TEST_F(LogIn, OfOthersPagesIsRefused) {
+TEST_F(LogIn, CrossOriginRequestsAreRefused) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
@@ -153,7 +153,7 @@ TEST_F(LogIn, OfOthersPagesIsRefused) {
   EXPECT_NE(audit().find("another site's"), std::string::npos);
 }
 
-TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
+TEST_F(LogIn, TenThousandAttemptsAreRefusedCheaply) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   RawClient attacker(port());
@@ -184,7 +184,7 @@ TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
   EXPECT_TRUE(summed) << "9,995 and one held, five wrong: thirty in full";
 }
 
-TEST_F(LogIn, WithManyNamesFromOneAddressIsHeldUp) {
+TEST_F(LogIn, ManyNamesFromOneAddressAreRateLimited) {
   make_accounts({});
   open();
   RawClient attacker(port());
@@ -197,7 +197,7 @@ TEST_F(LogIn, WithManyNamesFromOneAddressIsHeldUp) {
   EXPECT_EQ(tried, 30);
 }
 
-TEST_F(LogIn, RefusesWhatIsNoLogInMessage) {
+TEST_F(LogIn, RefusesInvalidLogInMessages) {
   make_accounts({});
   open();
   const std::string long_text(2000, 'x');
@@ -214,7 +214,7 @@ TEST_F(LogIn, RefusesWhatIsNoLogInMessage) {
   EXPECT_EQ(form.answer().status, 415);
 }
 
-TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
+TEST_F(LogIn, EscapesScriptsInNamesInPagesAndLogs) {
   make_accounts({});
   open();
   const std::string root = cookie_of("root");
@@ -231,7 +231,7 @@ TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
   EXPECT_NE(seen.body.find(R"(\n{\"who\":\"root\"})"), std::string::npos) << "as text within its line";
 }
 
-TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
+TEST_F(LogIn, ChangingThePasswordEndsAllOtherSessions) {
   make_accounts({{"anna", station::Role::trainee}, {"tom", station::Role::trainee}});
   open();
   const std::string here = cookie_of("anna"), elsewhere = cookie_of("anna"), other = cookie_of("tom");
@@ -264,7 +264,7 @@ TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
   EXPECT_EQ(log.find("better"), std::string::npos) << "no password is written down";
 }
 
-TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
+TEST_F(LogIn, PasswordChangesAreRateLimited) {
   make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
@@ -287,7 +287,7 @@ std::string body(const std::string& with, const std::string& name, const std::st
   return R"({"token":")" + with + R"(","name":")" + name + R"(","password":")" + secret + "\"}";
 }
 
-TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
+TEST_F(FirstStart, ASingleUseLinkCreatesTheFirstAdmin) {
   open();
   const std::string link = site_->setup_link();
   const std::string token = link.substr(link.find("token=") + 6);
@@ -301,7 +301,7 @@ TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
   EXPECT_EQ(site_->setup_link(), "");
 }
 
-TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
+TEST_F(FirstStart, LogInLinksWorkUntilTheProcessEnds) {
   open();
   const std::string link = site_->link(station::Role::instructor, "demo");
   const std::string target = link.substr(link.find("/enter"));

@@ -25,7 +25,7 @@ class Folder : public SiteTest {
   }
 };
 
-TEST_F(Folder, KeepsAccountsForItsOwnerAlone) {
+TEST_F(Folder, AccountsFileIsReadableOnlyByItsOwner) {
   const fs::path file = folder_ / "accounts.json";
   {
     auto accounts = station::Accounts::open(file);
@@ -67,7 +67,7 @@ TEST_F(Folder, ReportsErrorsInAnAccountsFile) {
   EXPECT_NE(open_to_others.error().message.find("chmod 600"), std::string::npos);
 }
 
-TEST_F(Folder, AddsToTheAuditLogAndLeavesWhatIsThere) {
+TEST_F(Folder, AppendsToTheAuditLog) {
   const auto clock = [] { return WallTime{1'700'000'000'123'000'000}; };
   for (int start = 0; start < 2; ++start) {
     auto audit = station::Audit::open(folder_ / "audit.jsonl", clock);
@@ -81,7 +81,7 @@ TEST_F(Folder, AddsToTheAuditLogAndLeavesWhatIsThere) {
   EXPECT_FALSE(station::Audit::open(folder_ / "no" / "audit.jsonl", clock));
 }
 
-TEST_F(Folder, MakesACertificateThatIsReplacedOnlyWhenItEnds) {
+TEST_F(Folder, ReplacesItsCertificateOnlyWhenItExpires) {
   const fs::path certificate = folder_ / "c.pem", key = folder_ / "k.pem";
   const WallTime now{1'800'000'000'000'000'000};
   ASSERT_TRUE(station::make_certificate(certificate, key, {"localhost", "127.0.0.1", "::1", "base"}, now));
@@ -108,7 +108,7 @@ TEST(RequestTargets, AreDecodedOnceAndStayInside) {
     EXPECT_FALSE(station::parse_target(bad)) << bad;
 }
 
-TEST(Hosts, AreAddressesAndTheNamesThatAreGiven) {
+TEST(Hosts, AcceptAddressesAndConfiguredNames) {
   const station::HostNames names({"Base.Example"});
   for (const char* known : {"localhost", "localhost:8443", "127.0.0.1:1", "[::1]:8443", "192.168.1.5",
                             "base.example:80", "BASE.EXAMPLE"}) {
@@ -124,7 +124,7 @@ TEST(Hosts, AreAddressesAndTheNamesThatAreGiven) {
   EXPECT_NE(station::network_of("2001:db8:1:2::1"), station::network_of("2001:db8:1:3::1"));
 }
 
-TEST(LoginGuard, DoublesTheWaitAndForgets) {
+TEST(LoginGuard, DoublesTheDelayAndResetsLater) {
   station::LoginGuard guard;
   WallTime now{1'000'000'000'000};
   for (int i = 0; i < 5; ++i) EXPECT_EQ(guard.admit("a", "anna", now).ns, 0) << i;
@@ -141,7 +141,7 @@ TEST(LoginGuard, DoublesTheWaitAndForgets) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(guard.admit("a", "anna", now).ns, 0) << i;
 }
 
-TEST(LoginGuard, IsNotWornOutByNamesWithoutEnd) {
+TEST(LoginGuard, IsBoundedForUnlimitedNames) {
   station::LoginGuard guard;
   WallTime now{1'000'000'000'000};
   for (int i = 0; i < 6; ++i) (void)guard.admit("x", "anna", now);
@@ -149,7 +149,7 @@ TEST(LoginGuard, IsNotWornOutByNamesWithoutEnd) {
   EXPECT_GT(guard.admit("y", "anna", now).ns, 0) << "who is held up is not forgotten for others";
 }
 
-TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
+TEST(ClientQueue, ReplacesQueuedMessagesOfASlotInPlace) {
   int woken = 0;
   station::ClientQueue queue({}, 1000, [&] { ++woken; });
   const auto send = [&](const char* text, int slot) {
@@ -170,7 +170,7 @@ TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
   EXPECT_EQ(woken, 2);
 }
 
-TEST(ClientQueue, ClosesOnceAndKeepsNothingAfterwards) {
+TEST(ClientQueue, ClosesOnceAndDropsLaterMessages) {
   station::ClientQueue queue({}, 200, [] {});
   for (int i = 0; i < 5; ++i)
     queue.send(std::make_shared<const std::string>("0123456789"), false, station::WebClient::kInOrder);
@@ -183,7 +183,7 @@ TEST(ClientQueue, ClosesOnceAndKeepsNothingAfterwards) {
   EXPECT_EQ(queue.waiting_bytes(), 0U);
 }
 
-TEST(KeptContent, IsPackedOnceAndNotSentAgain) {
+TEST(KeptContent, IsCompressedOnceAndNotResent) {
   const station::KeptContent content = station::keep_content("text/plain", std::string(10'000, 'x'));
   station::HttpRequest request;
   const station::HttpResponse plain = station::answer_with(request, content);
@@ -198,7 +198,7 @@ TEST(KeptContent, IsPackedOnceAndNotSentAgain) {
   EXPECT_NE(station::keep_content("text/plain", "x").etag, content.etag);
 }
 
-TEST(MetricsText, PutsValuesOfANameUnderOneHeading) {
+TEST(MetricsText, GroupsValuesByName) {
   station::MetricsText text;
   text.gauge("a_seconds", "How long\nit takes.", 0.5, {{"stage", "x\"y\\"}});
   text.counter("b_total", "Of b.", 3);

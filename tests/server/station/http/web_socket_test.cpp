@@ -79,7 +79,7 @@ TEST_F(Socket, ClosesOnProtocolViolationsAndReportsTheReason) {
       std::string::npos);
 }
 
-TEST_F(Socket, IsOnlyOpenedByAHandshake) {
+TEST_F(Socket, OpensOnlyAfterAHandshake) {
   open_logged_in();
   EXPECT_EQ(RawClient(port())
                 .get("/ws/echo", cookie_, "Origin: http://127.0.0.1:" + std::to_string(port()) + "\r\n")
@@ -90,7 +90,7 @@ TEST_F(Socket, IsOnlyOpenedByAHandshake) {
   EXPECT_EQ(opened, 0);
 }
 
-TEST_F(Socket, GivesAClientThatTakesNothingTheNewestOnly) {
+TEST_F(Socket, SendsASlowClientOnlyTheNewestMessage) {
   open_logged_in();
   const auto client = connect();
   client->send_text("here");
@@ -111,7 +111,7 @@ TEST_F(Socket, GivesAClientThatTakesNothingTheNewestOnly) {
   EXPECT_LT(pictures, last) << "those that waited were replaced";
 }
 
-TEST_F(Socket, ClosesAClientThatLetsTooMuchWait) {
+TEST_F(Socket, ClosesAClientWithTooManyQueuedMessages) {
   open_logged_in({.waiting_bytes = 100'000});
   const auto client = connect();
   client->send_text("here");
@@ -128,7 +128,7 @@ TEST_F(Socket, ClosesAClientThatLetsTooMuchWait) {
   EXPECT_EQ(client_->waiting_bytes(), 0U);
 }
 
-TEST_F(Socket, EndsWhenTheOtherEndTakesNothingAnyMore) {
+TEST_F(Socket, ClosesWhenThePeerStopsReading) {
   open_logged_in({.write_time = milliseconds(100)});
   const auto client = connect();
   client->send_text("here");
@@ -140,7 +140,7 @@ TEST_F(Socket, EndsWhenTheOtherEndTakesNothingAnyMore) {
   EXPECT_NE(audit().find("does not read any more"), std::string::npos);
 }
 
-TEST_F(Socket, MayBeSpokenToWhenItIsGoneAndWhenItsServerIs) {
+TEST_F(Socket, SendingAfterCloseOrServerEndIsSafe) {
   open_logged_in();
   {
     const auto client = connect();
@@ -159,7 +159,7 @@ TEST_F(Socket, MayBeSpokenToWhenItIsGoneAndWhenItsServerIs) {
   client_->close(1000, "bye");
 }
 
-TEST_F(Socket, IsClosedWithTheCodeAndReasonThatAreGiven) {
+TEST_F(Socket, ClosesWithTheGivenCodeAndReason) {
   open_logged_in();
   const auto client = connect();
   client->send_text("here");
@@ -187,7 +187,7 @@ TEST_F(Socket, SelectsACommonSubprotocolAndAllowsAnyOriginWhereConfigured) {
   EXPECT_EQ(ask("").status, 400);
 }
 
-TEST_F(Socket, OrStreamWritesWhatItIsGivenAsItIs) {
+TEST_F(Socket, StreamsWriteBytesUnchanged) {
   auto server = station::HttpServer::open({});
   ASSERT_TRUE(server);
   std::promise<std::shared_ptr<station::WebClient>> opened_stream;

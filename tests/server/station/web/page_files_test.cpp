@@ -23,7 +23,7 @@ std::string header(const HttpResponse& response, std::string_view name) {
   return "";
 }
 
-TEST(PageFiles, EveryBuiltFileIsServedAsItIs) {
+TEST(PageFiles, EveryBuiltFileIsServedUnchanged) {
   const std::filesystem::path dist = std::filesystem::path(PARHELION_SOURCE_DIR) / "server/station/web/dist";
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(dist)) {
@@ -39,7 +39,7 @@ TEST(PageFiles, EveryBuiltFileIsServedAsItIs) {
   EXPECT_GE(files, 3);
 }
 
-TEST(PageFiles, ABrowserGetsThemCompressed) {
+TEST(PageFiles, BrowsersReceiveCompressedFiles) {
   const HttpResponse plain = page_response(asks_for("/assets/index.js"));
   const HttpResponse compressed = page_response(asks_for("/assets/index.js", "gzip, deflate, br"));
   EXPECT_EQ(header(compressed, "Content-Encoding"), "gzip");
@@ -48,7 +48,7 @@ TEST(PageFiles, ABrowserGetsThemCompressed) {
   EXPECT_EQ(compressed.type, "text/javascript; charset=utf-8");
 }
 
-TEST(PageFiles, WhatTheBrowserHasIsNotSentAgain) {
+TEST(PageFiles, CachedFilesAreNotSentAgain) {
   HttpRequest request = asks_for("/");
   const HttpResponse first = page_response(request);
   EXPECT_EQ(first.type, "text/html; charset=utf-8");
@@ -63,7 +63,7 @@ TEST(PageFiles, TheFirstRunsLinkOpensThePage) {
   EXPECT_EQ(page_response(asks_for("/setup")).body, page_response(asks_for("/")).body);
 }
 
-TEST(PageFiles, WhatIsNotThereIsRefused) {
+TEST(PageFiles, MissingFilesAreRefused) {
   for (const char* path : {"/nothing", "/assets/", "", "/../index.html", "/index.html/"})
     EXPECT_EQ(page_response(asks_for(path)).status, 404) << path;
 }
