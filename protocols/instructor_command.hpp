@@ -70,7 +70,7 @@ struct FaultCommand {
   std::uint64_t request = 0;
   Fault::Kind kind = Fault::Kind::camera_delay;
   bool begins = true;                   ///< false: ends the faults of this kind that were started by commands
-  double amount = 0;                    ///< by kind, as Lesson::amount
+  double amount = 0;                    ///< by kind, as Fault::amount
   bool right = false;                   ///< side of dead_wheel
   std::optional<double> duration = {};  ///< s, above 0; none: until it is ended
 };

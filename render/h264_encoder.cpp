@@ -9,8 +9,8 @@
 namespace parhelion::render {
 namespace {
 
-constexpr int kMinSide = 16, max_side = 3840;                   // px; the maximum is OpenH264's own
-constexpr int kMinBitRate = 50'000, max_bit_rate = 50'000'000;  // bit/s
+constexpr int kMinSide = 16, kMaxSide = 3840;                  // px; the maximum is OpenH264's own
+constexpr int kMinBitRate = 50'000, kMaxBitRate = 50'000'000;  // bit/s
 
 Error openh264_error(const std::string& what, int code) {
   return Error{"H.264: OpenH264 " + what + " (code " + std::to_string(code) + ")"};
@@ -83,11 +83,11 @@ H264Encoder::H264Encoder(int width, int height, std::unique_ptr<Codec> codec)
 H264Encoder::~H264Encoder() = default;
 
 Result<std::unique_ptr<H264Encoder>> H264Encoder::create(int width, int height, const H264Options& options) {
-  const auto fits = [](int side) { return side >= kMinSide && side <= max_side && side % 2 == 0; };
+  const auto fits = [](int side) { return side >= kMinSide && side <= kMaxSide && side % 2 == 0; };
   if (!fits(width) || !fits(height))
     return Error{"H.264: " + std::to_string(width) + "x" + std::to_string(height) +
                  " pixels, expected even sides from 16 to 3840; such video goes out as JPEG"};
-  if (options.bit_rate < kMinBitRate || options.bit_rate > max_bit_rate)
+  if (options.bit_rate < kMinBitRate || options.bit_rate > kMaxBitRate)
     return Error{"H.264: bit rate " + std::to_string(options.bit_rate) +
                  " bit/s, expected 50000 to 50000000"};
   if (!(options.rate >= 1 && options.rate <= 120))
@@ -139,7 +139,7 @@ Result<H264Picture> H264Encoder::encode(const I420Picture& picture, SensorTime s
 }
 
 Status H264Encoder::set_bit_rate(int bit_rate) {
-  SBitrateInfo wanted{SPATIAL_LAYER_ALL, std::clamp(bit_rate, kMinBitRate, max_bit_rate)};
+  SBitrateInfo wanted{SPATIAL_LAYER_ALL, std::clamp(bit_rate, kMinBitRate, kMaxBitRate)};
   if (const int code = codec_->encoder->SetOption(ENCODER_OPTION_BITRATE, &wanted); code != 0)
     return openh264_error("does not take the bit rate", code);
   return {};

@@ -8,7 +8,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 16, point_bytes = 16;
+constexpr std::size_t kHeaderBytes = 16, kPointBytes = 16;
 constexpr std::array<std::uint8_t, 3> kNone{};
 
 }  // namespace
@@ -20,7 +20,7 @@ Result<std::string> cloud_layer(const std::filesystem::path& path, const Transfo
   const auto& cloud = file->cloud;
   const std::size_t every = (cloud.size() + max_points - 1) / max_points;
   const std::size_t count = (cloud.size() + every - 1) / every;
-  station::ByteWriter bytes(kHeaderBytes + point_bytes * count);
+  station::ByteWriter bytes(kHeaderBytes + kPointBytes * count);
   bytes.put(std::uint8_t{3});
   bytes.put(std::uint8_t{1});  // a registered cloud
   bytes.put(static_cast<std::uint16_t>(cloud.colours.empty() ? 0 : 1));

@@ -142,7 +142,7 @@ void add_play(CLI::App& app, Exit& exit) {
   runtime::PlayOptions& options = arguments->options;
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("--rate", options.rate, "Times real time")
-      ->check(CLI::Range(runtime::Player::kSlowest, runtime::Player::fastest))
+      ->check(CLI::Range(runtime::Player::kSlowest, runtime::Player::kFastest))
       ->capture_default_str();
   command->add_option("--start-offset", options.start, "Start time in the session, s")
       ->check(CLI::NonNegativeNumber);

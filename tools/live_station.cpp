@@ -10,7 +10,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kMinPlaybackRate = 0.1, max_playback_rate = 4;  // times real time
+constexpr double kMinPlaybackRate = 0.1, kMaxPlaybackRate = 4;  // times real time
 
 /// Pause and rate of a fully simulated session. A pause keeps the rate.
 void put_pace(const std::shared_ptr<runtime::SessionClock>& clock, station::SessionControls& controls) {
@@ -20,7 +20,7 @@ void put_pace(const std::shared_ptr<runtime::SessionClock>& clock, station::Sess
     return Status();
   };
   controls.rate = [clock, rate](double wanted) -> Status {
-    if (!(wanted >= kMinPlaybackRate && wanted <= max_playback_rate))
+    if (!(wanted >= kMinPlaybackRate && wanted <= kMaxPlaybackRate))
       return Error{"a live session runs at 0.1 to 4 times real time"};
     *rate = wanted;
     if (clock->rate() > 0) clock->set_rate(wanted);

@@ -13,8 +13,8 @@ using Handle = void*;
 
 // Values from the Khronos registry (EGL 1.5, EGL_MESA_platform_surfaceless, OpenGL ES 3).
 constexpr unsigned kPlatformSurfaceless = 0x31DD;
-constexpr std::int32_t kSurfaceType = 0x3033, pbuffer_bit = 1, renderable_type = 0x3040, es3_bit = 0x40,
-                       none = 0x3038;
+constexpr std::int32_t kSurfaceType = 0x3033, kPbufferBit = 1, kRenderableType = 0x3040, kEs3Bit = 0x40,
+                       kNone = 0x3038;
 constexpr std::int32_t kContextVersion = 0x3098;
 constexpr unsigned kEsApi = 0x30A0;
 constexpr unsigned kGlRenderer = 0x1F01;
@@ -59,8 +59,8 @@ MachineCheck check_egl() {
   if (display == nullptr || initialize(display, &major, &minor) == 0) return failed("no surfaceless display");
 
   MachineCheck check = failed("no OpenGL ES 3 context");
-  const std::int32_t wanted[] = {kSurfaceType, pbuffer_bit, renderable_type, es3_bit, none};
-  const std::int32_t version[] = {kContextVersion, 3, none};
+  const std::int32_t wanted[] = {kSurfaceType, kPbufferBit, kRenderableType, kEs3Bit, kNone};
+  const std::int32_t version[] = {kContextVersion, 3, kNone};
   Handle config = nullptr, context = nullptr;
   std::int32_t configs = 0;
   if (bind_api(kEsApi) != 0 && choose(display, wanted, &config, 1, &configs) != 0 && configs == 1) {

@@ -15,7 +15,7 @@ namespace parhelion::cloud {
 namespace {
 
 constexpr double kWantedInBucket = 8;  // of 27, about nine lie on a surface: some seventy neighbours
-constexpr double kSmallestBucket = 0.01, largest_bucket = 0.5;  // m; beyond, neighbours share no surface
+constexpr double kSmallestBucket = 0.01, kLargestBucket = 0.5;  // m; beyond, neighbours share no surface
 Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
   Eigen::AlignedBox3f box;
   std::vector<float> values;
@@ -47,7 +47,7 @@ double fitted_bucket(std::span<const Eigen::Vector3f> points) {
     }
     const double in_bucket = std::max(1.0, median(counts) / 9.0);
     side = std::clamp(grid.bucket_size() * std::sqrt(kWantedInBucket / in_bucket), kSmallestBucket,
-                      largest_bucket);
+                      kLargestBucket);
   }
   return side;
 }

@@ -13,7 +13,7 @@ constexpr int kMinScans = 4;
 /// A candidate is accepted with this mean advantage per scan over the runner-up, or after the robot has moved
 /// so far that a wrong candidate would have been noticed.
 constexpr double kClearLead = 0.08;
-constexpr double kRevealingDistance = 1.0, revealing_turn = 1.0;  ///< m, rad
+constexpr double kRevealingDistance = 1.0, kRevealingTurn = 1.0;  ///< m, rad
 constexpr double kSlightLead = 0.03;
 constexpr int kMaxScans = 150;  ///< then the search restarts
 
@@ -77,7 +77,7 @@ std::optional<Pose2> GlobalSearch::add(const FrozenMap& map, const ScanPoints& s
   if (hypotheses_.empty()) return std::nullopt;
   const double best = hypotheses_.front().evidence / scans_;
   const double second = hypotheses_.size() > 1 ? hypotheses_[1].evidence / scans_ : 0;
-  const bool revealed = driven_ > kRevealingDistance || turn_ > revealing_turn;
+  const bool revealed = driven_ > kRevealingDistance || turn_ > kRevealingTurn;
   if (scans_ >= kMinScans && best < kMinExplained) {
     restart();
     return std::nullopt;

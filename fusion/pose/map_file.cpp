@@ -13,13 +13,13 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kOccupiedThreshold = 0.65, free_threshold = 0.196;  ///< map_server's defaults
-constexpr std::uint8_t kPgmOccupied = 0, pgm_unknown = 205, pgm_free = 254;
+constexpr double kOccupiedThreshold = 0.65, kFreeThreshold = 0.196;  ///< map_server's defaults
+constexpr std::uint8_t kPgmOccupied = 0, kPgmUnknown = 205, kPgmFree = 254;
 constexpr long kMaxCells = 400'000'000;
 
 std::uint8_t trinary(float occupied) {
   const auto p = static_cast<double>(occupied);
-  return p > kOccupiedThreshold ? kPgmOccupied : p < free_threshold ? pgm_free : pgm_unknown;
+  return p > kOccupiedThreshold ? kPgmOccupied : p < kFreeThreshold ? kPgmFree : kPgmUnknown;
 }
 
 std::string exact(double v) {
@@ -85,7 +85,7 @@ Result<Pgm> read_pgm(const std::string& path) {
 struct MapHeader {
   std::string image;
   double resolution = 0, x = 0, y = 0, yaw = 0;
-  double occupied = kOccupiedThreshold, free = free_threshold;
+  double occupied = kOccupiedThreshold, free = kFreeThreshold;
   bool negate = false;
 };
 
@@ -168,7 +168,7 @@ Status save_ros_map(const GridMap& map, const std::string& prefix) {
   yaml << "image: " << std::filesystem::path(prefix).filename().string()
        << ".pgm\nresolution: " << exact(map.resolution) << "\norigin: [" << exact(map.x_min) << ", "
        << exact(map.y_min) << ", 0]\nnegate: 0\noccupied_thresh: " << exact(kOccupiedThreshold)
-       << "\nfree_thresh: " << exact(free_threshold) << "\nmode: trinary\n";
+       << "\nfree_thresh: " << exact(kFreeThreshold) << "\nmode: trinary\n";
   if (!pgm.flush() || !yaml.flush()) {
     return Error{
         prefix +

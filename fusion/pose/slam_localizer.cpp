@@ -16,7 +16,7 @@ constexpr int kPatience = 10;           ///< consecutive scans without estimate 
 constexpr double kLostSigma = 0.3;      ///< m
 constexpr int kRetryEvery = 5;          ///< lost scans between two searches near the expected pose
 constexpr int kGiveUpAfter = 40;        ///< lost scans before a global search
-constexpr double kStartSigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: uncertainty of `start`
+constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t kMinPoints = 10;
 
 class Localizer final : public Slam {
@@ -99,10 +99,10 @@ class Localizer final : public Slam {
 
   void start(const ScanPoints& scan, const Pose2& step) {
     pose_ = pose_ * step;
-    covariance_ = Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma,
-                                  start_yaw_sigma * start_yaw_sigma)
-                      .asDiagonal();
-    if (search_near(scan, 3 * kStartSigma, 3 * start_yaw_sigma, kFoundAgain)) return;
+    covariance_ =
+        Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma, kStartYawSigma * kStartYawSigma)
+            .asDiagonal();
+    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, kFoundAgain)) return;
     if (++lost_scans_ >= kGiveUpAfter) mode_ = Mode::searching;
   }
 

@@ -9,8 +9,8 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kMaxTurn = 0.1;                         // rad, 6 degrees between neighbours
-constexpr double kMinSpacing = 0.15, max_spacing = 1.2;  // m; no tread is narrower, a landing is wider
-constexpr double kMinRise = 0.08, max_rise = 0.30;       // m, between the tops of neighbours
+constexpr double kMinSpacing = 0.15, kMaxSpacing = 1.2;  // m; no tread is narrower, a landing is wider
+constexpr double kMinRise = 0.08, kMaxRise = 0.30;       // m, between the tops of neighbours
 constexpr double kUnequal = 0.25;                        // of the median spacing
 constexpr double kMinOverlap = 0.5;                      // of the shorter segment
 constexpr std::size_t kMinMembers = 3;                   // fewer are parallel by chance
@@ -21,14 +21,14 @@ double step_across(const VerticalSurface& a, const VerticalSurface& b) {
   const Eigen::Vector2d e = (b.end - b.start).normalized();
   if (std::abs(d.x() * e.y() - d.y() * e.x()) > kMaxTurn) return 0;
   const double rise = b.z_high - a.z_high;
-  if (rise < kMinRise || rise > max_rise) return 0;
+  if (rise < kMinRise || rise > kMaxRise) return 0;
   const double length = (a.end - a.start).norm();
   const double t0 = d.dot(b.start - a.start), t1 = d.dot(b.end - a.start);
   const double overlap = std::min(length, std::max(t0, t1)) - std::max(0.0, std::min(t0, t1));
   if (overlap < kMinOverlap * std::min(length, std::abs(t1 - t0))) return 0;
   const Eigen::Vector2d offset = (b.start + b.end - a.start - a.end) / 2;
   const double across = d.x() * offset.y() - d.y() * offset.x();
-  return std::abs(across) >= kMinSpacing && std::abs(across) <= max_spacing ? across : 0;
+  return std::abs(across) >= kMinSpacing && std::abs(across) <= kMaxSpacing ? across : 0;
 }
 
 /// For each surface the nearest following riser, or kNoSurface.
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> next_risers(const std::vector<VerticalSurface>& verti
     middles.emplace_back(middle.x(), middle.y(), 0.0F);
   }
   constexpr double widest = 6;  // m of a flight; longer segments are walls
-  const PlanBlocks blocks(middles, widest / 2 + max_spacing);
+  const PlanBlocks blocks(middles, widest / 2 + kMaxSpacing);
   std::vector<std::uint32_t> next(verticals.size(), kNoSurface);
   for (std::uint32_t i = 0; i < verticals.size(); ++i) {
     if ((verticals[i].end - verticals[i].start).norm() > widest) continue;

@@ -13,14 +13,14 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kWidth = 1000, title_bar = 60;  // pixels
-constexpr double kPanelWidth = 440, panel_height = 210, margin = 40;
+constexpr int kWidth = 1000, kTitleBar = 60;  // pixels
+constexpr double kPanelWidth = 440, kPanelHeight = 210, kMargin = 40;
 constexpr double kBin = 0.01;  // m
 constexpr int kReach = 15;     // bins on either side of a level
 constexpr std::size_t kBins = 2 * kReach;
 
-const Colour kInk{32, 38, 46}, faint{110, 119, 129}, paper{255, 255, 255};
-const Colour kAnyPoint{205, 212, 220}, of_level{70, 120, 190}, mark{207, 34, 46};
+const Colour kInk{32, 38, 46}, kFaint{110, 119, 129}, kPaper{255, 255, 255};
+const Colour kAnyPoint{205, 212, 220}, kLevel{70, 120, 190}, kMark{207, 34, 46};
 
 struct Histogram {
   double low = 0;                               ///< m, lower edge of its first bin: a whole centimetre
@@ -52,18 +52,18 @@ std::string tick_text(double value) {
 /// `corner` is the panel's upper left corner; a red line marks `height`.
 void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& histogram,
           const std::string& title, std::optional<double> height) {
-  const double bottom = corner.y() + panel_height, step = kPanelWidth / static_cast<double>(kBins);
+  const double bottom = corner.y() + kPanelHeight, step = kPanelWidth / static_cast<double>(kBins);
   const auto max_count = static_cast<double>(
       std::max<std::size_t>(1, *std::max_element(histogram.all.begin(), histogram.all.end())));
   canvas.text({corner.x(), corner.y() - 10}, title, 12, kInk);
   for (std::size_t i = 0; i < kBins; ++i) {
     const double left = corner.x() + step * static_cast<double>(i);
     const auto bar = [&](std::size_t count, Colour colour) {
-      const double top = bottom - panel_height * static_cast<double>(count) / max_count;
+      const double top = bottom - kPanelHeight * static_cast<double>(count) / max_count;
       canvas.bar({Eigen::Vector2d(left + 1, top), Eigen::Vector2d(left + step - 1, bottom)}, colour);
     };
     bar(histogram.all[i], kAnyPoint);
-    bar(histogram.own[i], of_level);
+    bar(histogram.own[i], kLevel);
   }
   canvas.pixel_line({corner.x(), bottom}, {corner.x() + kPanelWidth, bottom}, kInk, 1.5);
   for (std::size_t i = 0; i <= kBins; ++i) {
@@ -77,8 +77,8 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
   }
   if (!height) return;
   const double x = corner.x() + step * (*height - histogram.low) / kBin;
-  canvas.pixel_line({x, corner.y()}, {x, bottom}, mark, 2);
-  canvas.text({x + 6, corner.y() + 12}, length_text(*height), 11, mark, true);
+  canvas.pixel_line({x, corner.y()}, {x, bottom}, kMark, 2);
+  canvas.text({x + 6, corner.y() + 12}, length_text(*height), 11, kMark, true);
 }
 
 }  // namespace
@@ -94,23 +94,23 @@ Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, C
   if (heights.ceiling) rows.push_back({"Ceiling", EntityLabel::ceiling, heights.ceiling->median});
   if (heights.floor) rows.push_back({"Floor", EntityLabel::floor, heights.floor->median});
   if (rows.empty()) return {};
-  const double row = panel_height + 90, tall = row * static_cast<double>(rows.size()) + 40;
-  PlanCanvas canvas(kWidth, {Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, tall)}, title_bar, 0);
-  canvas.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas.height())}, paper);
-  canvas.text({margin, 40}, "Points at each centimetre of height", 16, kInk);
+  const double row = kPanelHeight + 90, tall = row * static_cast<double>(rows.size()) + 40;
+  PlanCanvas canvas(kWidth, {Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, tall)}, kTitleBar, 0);
+  canvas.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas.height())}, kPaper);
+  canvas.text({kMargin, 40}, "Points at each centimetre of height", 16, kInk);
   const Transform<Cloud, Map> T_cloud_map = T_map_cloud.inverse();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double top = title_bar + 40 + row * static_cast<double>(i);
+    const double top = kTitleBar + 40 + row * static_cast<double>(i);
     for (const bool level : {false, true}) {
       const Histogram histogram = histogram_of(cloud, T_cloud_map, level, rows[i].label, rows[i].height);
-      const Eigen::Vector2d corner(level ? margin + kPanelWidth + margin : margin, top);
+      const Eigen::Vector2d corner(level ? kMargin + kPanelWidth + kMargin : kMargin, top);
       draw(canvas, corner, histogram,
            std::string(rows[i].name) + (level ? ", level" : ", as the first scan has it (its own z)"),
            level ? std::optional(rows[i].height) : std::nullopt);
     }
   }
-  canvas.text({margin, canvas.height() - 16.0},
-              "blue: points labelled so   grey: all others   red: median, m", 11, faint);
+  canvas.text({kMargin, canvas.height() - 16.0},
+              "blue: points labelled so   grey: all others   red: median, m", 11, kFaint);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   const std::string path = (std::filesystem::path(folder) / "heights.png").string();

@@ -26,7 +26,7 @@ const Colour kPaper{255, 255, 255};
 const Colour kRule{208, 215, 222};
 const Colour kHatchColour{196, 203, 211};
 const Colour kGridColour{236, 239, 242};
-const Colour kAxisX{207, 34, 46}, axis_y{26, 127, 55};
+const Colour kAxisX{207, 34, 46}, kAxisY{26, 127, 55};
 
 /// In drawing order.
 struct Layer {
@@ -256,7 +256,7 @@ class PlanRenderer {
       canvas_.text({at.x() - 4, at.y() + 5}, name, 12, colour);
     };
     arrow({1, 0}, kAxisX, "x");
-    arrow({0, -1}, axis_y, "y");
+    arrow({0, -1}, kAxisY, "y");
     canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, kFaint);
   }
 

@@ -72,7 +72,7 @@ class LayerImage {
 void threshold(const LayerImage& image, int layers, PixelSet& result);
 
 /// The same for pictures from the side, adapted to the local density: of the pixels in one column within
-/// `reach` rows, only those with at least the fraction `share` of the largest layer count (of a pixel with
+/// `reach` rows, only those with at least the given `fraction` of the largest layer count (of a pixel with
 /// its two neighbours in the row) are kept. A level surface is a ridge there, whatever its number of points.
 void threshold_ridges(const LayerImage& image, int layers, int reach, double fraction, PixelSet& result);
 

@@ -117,9 +117,8 @@ class ArcFitter {
  private:
   bool refine(PlanArc& arc, double smallest, double band) const {
     for (int round = 0; round < 12; ++round) {
-      const double kReach = 1.0, half_turn = std::numbers::pi * arc.radius;
-      const double low = std::max(arc.low - kReach, -half_turn),
-                   high = std::min(arc.high + kReach, half_turn);
+      const double reach = 1.0, half_turn = std::numbers::pi * arc.radius;
+      const double low = std::max(arc.low - reach, -half_turn), high = std::min(arc.high + reach, half_turn);
       const std::vector<Hit> hits = gather(arc, low, high, band);
       if (!grow(arc, hits) || !fit(arc, hits, band)) return false;
       if (arc.radius < smallest || arc.radius > kLargest) return false;
@@ -241,8 +240,8 @@ std::vector<Pair> neighbours(const std::vector<PlanLine>& lines) {
   std::vector<Pair> pairs;
   for (std::size_t a = 0; a < lines.size(); ++a) {
     for (std::size_t b = a + 1; b < lines.size(); ++b) {
-      const double kReach = lines[a].high - lines[a].low + lines[b].high - lines[b].low + kApart;
-      if ((middle_of(lines[a]) - middle_of(lines[b])).norm() > kReach) continue;
+      const double reach = lines[a].high - lines[a].low + lines[b].high - lines[b].low + kApart;
+      if ((middle_of(lines[a]) - middle_of(lines[b])).norm() > reach) continue;
       if (apart(lines[a], lines[b]) < kApart) pairs.push_back({lines[a].weight + lines[b].weight, a, b});
     }
   }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kMaxRows = 2;
 constexpr double kEdge = 8;  // pixels above the first row and below the last
-constexpr double kLargestText = 16, smallest_text = 6;
+constexpr double kLargestText = 16, kSmallestText = 6;
 
 const Colour kInk{32, 38, 46};
 const Colour kPaper{255, 255, 255};
@@ -40,7 +40,7 @@ void PlanLegend::paint(PlanCanvas& canvas) const {
   if (entries_.empty()) return;
   double size = kLargestText;
   auto at = places(canvas, left, size);
-  for (; size > smallest_text && at.back().row >= kMaxRows; size -= 0.5)
+  for (; size > kSmallestText && at.back().row >= kMaxRows; size -= 0.5)
     at = places(canvas, left, size - 0.5);
   const double row_height = (kHeight - 2 * kEdge) / (at.back().row + 1);
   for (std::size_t i = 0; i < entries_.size(); ++i) {

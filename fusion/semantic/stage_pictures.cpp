@@ -12,7 +12,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kWidth = 1200, title_bar = 64, legend_bar = 44;  // pixels
+constexpr int kWidth = 1200, kTitleBar = 64, kLegendBar = 44;  // pixels
 constexpr std::size_t kMaxCells = 16'000'000;  // of a picture; larger sites are shown at lower resolution
 
 const Colour kInk{32, 38, 46};
@@ -64,7 +64,7 @@ Eigen::AlignedBox2d view_of(const Site& site, const std::vector<StagePixel>& pix
 class StagePicture {
  public:
   StagePicture(const Site& site, Projection projection, const Eigen::AlignedBox2d& view)
-      : projection_(projection), view_(view), canvas_(kWidth, view, title_bar, legend_bar) {
+      : projection_(projection), view_(view), canvas_(kWidth, view, kTitleBar, kLegendBar) {
     origin_ = {0, projection == Projection::oxy ? 0 : site.z_low - site.options.pixel};
     pixel_ = site.options.pixel;
   }
@@ -98,7 +98,7 @@ class StagePicture {
   PlanCanvas& canvas() { return canvas_; }
 
   bool write(const std::string& path, const std::string& title, const std::string& legend) {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, title_bar)}, kPaper);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, kTitleBar)}, kPaper);
     canvas_.bar({Eigen::Vector2d(0, canvas_.plan_bottom()), Eigen::Vector2d(kWidth, canvas_.height())},
                 kPaper);
     const auto p = static_cast<std::size_t>(projection_);
@@ -122,7 +122,7 @@ class StagePicture {
     const Eigen::Vector2d middle = view_.center();
     for (const int axis : {0, 1}) {
       const double half =
-          axis == 0 ? span / 2 : (canvas_.plan_bottom() - title_bar) / canvas_.pixels_per_metre() / 2;
+          axis == 0 ? span / 2 : (canvas_.plan_bottom() - kTitleBar) / canvas_.pixels_per_metre() / 2;
       for (double v = std::ceil((middle[axis] - half) / step) * step; v < middle[axis] + half; v += step) {
         std::ostringstream number;
         number << (std::abs(v) < 1e-9 ? 0.0 : v);
@@ -135,7 +135,7 @@ class StagePicture {
           canvas_.text({at.x() - canvas_.text_width(number.str(), 10) / 2, bottom - 14}, number.str(), 10,
                        kInk, true);
         } else {
-          if (at.y() < title_bar + 20 || at.y() > canvas_.plan_bottom() - 30) continue;
+          if (at.y() < kTitleBar + 20 || at.y() > canvas_.plan_bottom() - 30) continue;
           canvas_.pixel_line({0, at.y()}, {9, at.y()}, kInk, 1.5);
           canvas_.text({14, at.y() + 5}, number.str(), 10, kInk, true);
         }

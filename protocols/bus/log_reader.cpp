@@ -10,20 +10,18 @@
 #include <vector>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/bus/log_format.hpp"
 #include "protocols/codec_wire.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr std::uint32_t kSyncBits = 0xEDA1DA01;
 constexpr std::uint8_t kSyncBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
-constexpr std::size_t kHeaderSize = 28;
 constexpr std::size_t kBufferSize = std::size_t{4} << 20;
 /// Events up to this size are read together with what follows; a quarter of the buffer, so that a file with
 /// wrong event lengths does not cause every byte to be read many times.
 constexpr std::uint64_t kPrefetchSize = kBufferSize / 4;
 constexpr std::int64_t kMaxChannel = 63;
-constexpr std::int64_t kMaxData = std::int64_t{1} << 28;  // liblcm's own limit of a message
 constexpr std::int64_t kUtimeOf2200 = 7'258'118'400'000'000;
 
 struct Header {

@@ -10,18 +10,11 @@
 #include <vector>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/bus/log_format.hpp"
 #include "protocols/bus/queues.hpp"
 #include "protocols/codec_wire.hpp"
 
 namespace parhelion {
-namespace {
-
-constexpr std::uint32_t kSyncBits = 0xEDA1DA01;
-constexpr std::size_t kHeaderSize = 28;
-constexpr std::size_t kMaxData = std::size_t{1}
-                                 << 28;  // liblcm's own limit of a message, also checked by LogReader
-
-}  // namespace
 
 struct LogWriter::State {
   int file = -1;
@@ -44,7 +37,7 @@ Status LogWriter::State::append(std::string_view channel, ArrivalTime stamp,
                                 std::span<const std::uint8_t> payload) {
   if (Status status = check_message(channel, payload.size()); !status)
     return Error{path + ": " + status.error().message};
-  if (payload.size() > kMaxData) {
+  if (payload.size() > std::size_t{kMaxData}) {
     return Error{path + ": channel " + std::string(channel) + ": " + std::to_string(payload.size()) +
                  " bytes, an event has at most 268435456"};
   }

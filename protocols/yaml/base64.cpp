@@ -8,11 +8,11 @@ namespace parhelion::yaml {
 namespace {
 
 constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-constexpr std::uint8_t kNotOfIt = 64;
+constexpr std::uint8_t kInvalid = 64;
 
 constexpr std::array<std::uint8_t, 256> value_of_character() {
   std::array<std::uint8_t, 256> values{};
-  for (std::uint8_t& value : values) value = kNotOfIt;
+  for (std::uint8_t& value : values) value = kInvalid;
   for (std::size_t i = 0; i < kAlphabet.size(); ++i)
     values[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::uint8_t>(i);
   return values;
@@ -44,7 +44,7 @@ Result<std::vector<std::uint8_t>> from_base64(std::string_view text) {
       ++padding;
     } else if (padding > 0) {
       return error_at(i, "text after the padding (=)");
-    } else if (value == kNotOfIt) {
+    } else if (value == kInvalid) {
       return error_at(i, "not one of A-Z, a-z, 0-9, + and /");
     }
     group = group << 6U | (text[i] == '=' ? 0U : value);

@@ -16,9 +16,9 @@ namespace parhelion::runtime {
 namespace {
 
 constexpr std::size_t kSmallCrowd = 300;  // simulated in real time by every supported machine
-constexpr std::size_t kProbed = 1000;    // agents: the cost per agent grows with their number, as caches fill
-constexpr int kWarmUp = 24, timed = 48;  // steps: a fifth of a second, in which each agent decides
-constexpr double kUsableFraction = 0.7;  // of real time; the rest is for sensors, scans and messages
+constexpr std::size_t kProbed = 1000;  // agents: the cost per agent grows with their number, as caches fill
+constexpr int kWarmUp = 24, kTimed = 48;  // steps: a fifth of a second, in which each agent decides
+constexpr double kUsableFraction = 0.7;   // of real time; the rest is for sensors, scans and messages
 
 std::size_t asked_for(const Scenario& scenario) {
   const auto limit = static_cast<std::size_t>(scenario.max_agents);
@@ -44,8 +44,8 @@ std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, st
   const auto state = make_session_state(part, ArrivalTime{});
   if (!state || agents.empty()) return std::nullopt;
   std::vector<simulation::LaserRequest> requests;
-  std::array<double, timed> seconds{};
-  for (int i = 0; i < kWarmUp + timed; ++i) {
+  std::array<double, kTimed> seconds{};
+  for (int i = 0; i < kWarmUp + kTimed; ++i) {
     requests.clear();
     const auto begun = std::chrono::steady_clock::now();
     (*state)->simulation.step(std::nullopt, requests);

@@ -20,7 +20,7 @@ struct CrowdStep {
 std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, std::size_t limit);
 
 /// A warning with a remedy, if all agents of the scenario (or its max_agents, if that is more than the
-/// default) need more than the fraction `share` of real time at the measured time per agent; nullopt if they
+/// default) need more than an allowed fraction of real time at the measured time per agent; nullopt if they
 /// fit.
 std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep& measured);
 

@@ -99,8 +99,8 @@ class ArticulatedRobot {
   void drive_joint(Physics& physics, std::size_t i, SimulationTime now, double dt);
   /// Motor speed for a commanded velocity, with correction of the position.
   static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
-  /// Fraction of its effort available to a geared joint: 0 where it would run ahead of the other. `way`: its
-  /// sign is the direction.
+  /// Fraction of its effort available to a geared joint: 0 where it would run ahead of the other. Of
+  /// `direction` only the sign counts.
   double geared_fraction(Physics& physics, std::size_t i, const JointState& state, double direction,
                          double dt) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);

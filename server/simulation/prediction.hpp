@@ -48,7 +48,7 @@ class CollisionPrediction {
   static constexpr double kRearm = 2.6;     // s; prediction horizon
   static constexpr double kHold = 0.5;      // s
   static constexpr double kPeriod = 0.016;  // s: other bodies may change their motion
-  /// Before the first check: the second follows after the fraction `share` of kPeriod. Spreads the checks of
+  /// Before the first check: the second follows after the `fraction` of kPeriod. Spreads the checks of
   /// robots that start together. turns.
   void stagger(double fraction) {
     if (!looked_) wait_ = fraction * kPeriod;

@@ -87,8 +87,8 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
 
 namespace {
 
-/// Distance of the nearest obstacle after `way` m in the direction (cos, sin); none if that leads closer to
-/// one that is too close.
+/// Distance of the nearest obstacle after `length` m in the direction (cos, sin); none if that leads closer
+/// to one that is too close.
 std::optional<double> room_after(const Pose2& pose, const SteeringLimits& limits,
                                  const Eigen::Vector2d& direction, double length, SteeringScratch& scratch) {
   Footprint& disc = scratch.disc;

@@ -22,7 +22,7 @@ struct Subscription {
 struct ClientMessage {
   enum class Kind : std::uint8_t {
     subscribe,
-    agent,  ///< `command`; also for script, lesson and report
+    agent,  ///< `command`; also for script, fault and report
     script,
     fault,
     end,

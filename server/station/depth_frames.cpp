@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 16, point_bytes = 16;
+constexpr std::size_t kHeaderBytes = 16, kPointBytes = 16;
 
 /// The smallest step that gives at most `max_points` points.
 int step_for(const render::DepthPixels& pixels, std::size_t max_points) {
@@ -36,7 +36,7 @@ std::vector<Eigen::Vector3f> points_of(const render::DepthPixels& pixels,
 std::string depth_bytes(const render::DepthPixels& pixels, const DepthCameraDescription& camera,
                         const Transform<Map, DepthOptical>& T_map_optical, double t, std::size_t max_points) {
   const auto points = points_of(pixels, camera, max_points);
-  ByteWriter bytes(kHeaderBytes + point_bytes * points.size());
+  ByteWriter bytes(kHeaderBytes + kPointBytes * points.size());
   bytes.put(std::uint8_t{3});
   bytes.put(std::uint8_t{0});   // of the depth camera
   bytes.put(std::uint16_t{0});  // without colours

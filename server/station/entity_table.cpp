@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 16, body_bytes = 32;
+constexpr std::size_t kHeaderBytes = 16, kBodyBytes = 32;
 
 void put_body(const WorldMessage::Entry& body, std::size_t part, bool attitude_known, bool unsensed,
               ByteWriter& bytes) {
@@ -67,7 +67,7 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool unsense
     part = static_cast<std::size_t>(found - parts_.begin());
     shown.emplace_back(part++, body);
   }
-  ByteWriter bytes(kHeaderBytes + body_bytes * shown.size());
+  ByteWriter bytes(kHeaderBytes + kBodyBytes * shown.size());
   bytes.put(std::uint8_t{1});
   bytes.put(std::uint8_t{0});
   bytes.put(number_);

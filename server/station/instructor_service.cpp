@@ -13,7 +13,7 @@ namespace {
 using Kind = ClientMessage::Kind;
 
 constexpr Duration kPatience = seconds(3.0);  // timeout of the server's reply
-constexpr double kMessagesPerSecond = 50, at_once = 100;
+constexpr double kMessagesPerSecond = 50, kAtOnce = 100;
 constexpr std::size_t kMaxUnanswered = 1000;
 
 /// Commands that the server replies to.
@@ -84,7 +84,7 @@ void InstructorService::note(const Identity& who, const std::string& remote, con
 Status InstructorService::check_rate(Subscriber& subscriber, WallTime now) const {
   if (subscriber.allowance_at.ns != 0)
     subscriber.allowance = std::min(
-        at_once, subscriber.allowance + kMessagesPerSecond * (now - subscriber.allowance_at).seconds());
+        kAtOnce, subscriber.allowance + kMessagesPerSecond * (now - subscriber.allowance_at).seconds());
   subscriber.allowance_at = now;
   if (subscriber.allowance < 1) return Error{"more than 50 messages a second"};
   subscriber.allowance -= 1;

@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::size_t kKeptEvents = 500;
 constexpr Duration kPointsPeriod = milliseconds(200);
-constexpr std::string_view kAgentPrefix = "MR_AGENT_", scan_suffix = "_SCAN";
+constexpr std::string_view kAgentPrefix = "MR_AGENT_", kScanSuffix = "_SCAN";
 
 /// The agent of a channel MR_AGENT_<name>_SCAN; empty: another channel.
 std::string agent_of(const std::string& channel) {
-  if (!channel.starts_with(kAgentPrefix) || !channel.ends_with(scan_suffix)) return {};
-  if (channel.size() <= kAgentPrefix.size() + scan_suffix.size()) return {};
-  return channel.substr(kAgentPrefix.size(), channel.size() - kAgentPrefix.size() - scan_suffix.size());
+  if (!channel.starts_with(kAgentPrefix) || !channel.ends_with(kScanSuffix)) return {};
+  if (channel.size() <= kAgentPrefix.size() + kScanSuffix.size()) return {};
+  return channel.substr(kAgentPrefix.size(), channel.size() - kAgentPrefix.size() - kScanSuffix.size());
 }
 
 }  // namespace
@@ -222,7 +222,7 @@ void StateFeed::handle_scan(const Message& message, ScanFrame::Source source) {
   frame.source = source;
   frame.t = t(sensors_.to_server(scan_.stamp));
   frame.T_map_laser = robot_.laser_at(scan_.stamp);
-  send_scan(scan_, frame, send_slot::real_scan);
+  send_scan(scan_, frame, send_slot::kRealScan);
 }
 
 void StateFeed::handle_scan_info(const Message& message) {
@@ -251,7 +251,7 @@ void StateFeed::send_mixed_scan(const ScanInfo* info) {
     for (const std::int16_t agent : info->beam_agent)
       frame.entities.push_back(agent < 0 ? std::int16_t{-1} : entities[static_cast<std::size_t>(agent)]);
   }
-  send_scan(*mixed_scan_, frame, send_slot::mixed_scan);
+  send_scan(*mixed_scan_, frame, send_slot::kMixedScan);
   mixed_scan_.reset();
 }
 
@@ -306,7 +306,7 @@ void StateFeed::handle_depth(const Message& message, WallTime now) {
   const SharedText bytes = shared_text(
       depth_bytes(*pixels, *camera, *place * camera->T_base_optical, t(sensors_.to_server(image.stamp))));
   for (const Subscriber& subscriber : all) {
-    if (subscriber.wants.points) subscriber.client->send(bytes, true, send_slot::points);
+    if (subscriber.wants.points) subscriber.client->send(bytes, true, send_slot::kPoints);
   }
 }
 

@@ -10,8 +10,8 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration kSecondPeriod = seconds(1.0), half_period = milliseconds(500),
-                   quarter_period = milliseconds(250);
+constexpr Duration kSecondPeriod = seconds(1.0), kHalfPeriod = milliseconds(500),
+                   kQuarterPeriod = milliseconds(250);
 constexpr double kShownAhead = 2.0;  // s of predicted motion
 constexpr int kPointsAhead = 8;
 constexpr std::size_t kMaxPlans = 200;  // more would be unreadable
@@ -60,11 +60,11 @@ void StateFeed::greet(Subscriber& subscriber) {
   if (table_.number() != 0 && !table_.parts().empty()) send(entities());
   const std::vector<Event> events(events_.begin(), events_.end());
   send(events_json(events, start()));
-  send(score_json(board_, start(), now()), send_slot::score);
-  send(status_text(), send_slot::status);
-  if (pose_known_) send(pose_json(pose_), send_slot::pose);
-  if (info_.stamp.ns != 0) send(injection_json(info_), send_slot::injection);
-  send(control_json(control()), send_slot::control);
+  send(score_json(board_, start(), now()), send_slot::kScore);
+  send(status_text(), send_slot::kStatus);
+  if (pose_known_) send(pose_json(pose_), send_slot::kPose);
+  if (info_.stamp.ns != 0) send(injection_json(info_), send_slot::kInjection);
+  send(control_json(control()), send_slot::kControl);
   subscriber.world_due = {};
   send_operators();
 }
@@ -112,7 +112,7 @@ void StateFeed::send_world(WallTime now) {
                    [&](const Subscriber& subscriber) { return now >= subscriber.world_due; }))
     return;
   if (!read_world()) return;
-  if (!table_.fits(world_) && due(table_due_, now, quarter_period)) {
+  if (!table_.fits(world_) && due(table_due_, now, kQuarterPeriod)) {
     table_.renew(world_);
     subscribers_.send_to_all(entities());
   }
@@ -146,7 +146,7 @@ void StateFeed::send_plans() {
     plans.push_back({body.entity, "path", agent->behaviour.waypoints});
     if (patrol) plans.back().points.push_back(agent->behaviour.waypoints.front());
   }
-  subscribers_.send_to_all(plans_json(plans), send_slot::plans);
+  subscribers_.send_to_all(plans_json(plans), send_slot::kPlans);
 }
 
 void StateFeed::forget_silent_operators(WallTime now) {
@@ -166,33 +166,35 @@ void StateFeed::send_operators() const {
         statuses.back().name = subscriber.client->who().name;
     }
   }
-  subscribers_.send_to_all(operators_json(statuses), send_slot::operators);
+  subscribers_.send_to_all(operators_json(statuses), send_slot::kOperators);
 }
 
 void StateFeed::look(WallTime now) {
   forget_silent_operators(now);
   if (subscribers_.empty()) return;
   if (!new_events_.empty()) subscribers_.send_to_all(events_json(std::exchange(new_events_, {}), start()));
-  const bool second = due(second_, now, kSecondPeriod), half = due(half_, now, half_period);
+  const bool second = due(second_, now, kSecondPeriod), half = due(half_, now, kHalfPeriod);
   if (std::exchange(operators_changed_, false)) send_operators();
   if (std::exchange(score_changed_, false) || (second && board_.graded()))
-    subscribers_.send_to_all(score_json(board_, start(), this->now()), send_slot::score);
+    subscribers_.send_to_all(score_json(board_, start(), this->now()), send_slot::kScore);
   if (std::exchange(injection_changed_, false) || (half && info_.stamp.ns != 0))
-    subscribers_.send_to_all(injection_json(info_), send_slot::injection);
+    subscribers_.send_to_all(injection_json(info_), send_slot::kInjection);
   if (std::exchange(pose_changed_, false) || (half && pose_known_))
-    subscribers_.send_to_all(pose_json(pose_), send_slot::pose);
-  if (second) subscribers_.send_to_all(status_text(), send_slot::status);
+    subscribers_.send_to_all(pose_json(pose_), send_slot::kPose);
+  if (second) subscribers_.send_to_all(status_text(), send_slot::kStatus);
   ControlState state = control();
   const std::string text = control_json(state);
   state.position = 0;
   std::string without_position = control_json(state);
-  if (half || without_position != sent_control_) subscribers_.send_to_all(text, send_slot::control);
+  if (half || without_position != sent_control_) subscribers_.send_to_all(text, send_slot::kControl);
   sent_control_ = std::move(without_position);
-  if (!due(quarter_, now, quarter_period)) return;
+  if (!due(quarter_, now, kQuarterPeriod)) return;
   send_plans();
-  if (joints_) subscribers_.send_to_all(joints_json(configuration_->robot.name, *joints_), send_slot::joints);
+  if (joints_)
+    subscribers_.send_to_all(joints_json(configuration_->robot.name, *joints_), send_slot::kJoints);
   if (hazard_)
-    subscribers_.send_to_all(hazard_json(*hazard_, t(sensors_.to_server(hazard_->stamp))), send_slot::hazard);
+    subscribers_.send_to_all(hazard_json(*hazard_, t(sensors_.to_server(hazard_->stamp))),
+                             send_slot::kHazard);
   joints_.reset();
   hazard_.reset();
 }

@@ -12,7 +12,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration kBusPoll = milliseconds(50), look_period = milliseconds(20), bus_again = milliseconds(500);
+constexpr Duration kBusPoll = milliseconds(50), kLookPeriod = milliseconds(20), kBusAgain = milliseconds(500);
 
 /// State for handlers on the server's thread.
 struct Published {
@@ -120,7 +120,7 @@ void Station::Running::receive(const std::stop_token& stop) {
     const auto received = bus->receive(message, kBusPoll);
     if (!received) {
       mailbox.put(BusFailed{received.error().message});
-      std::this_thread::sleep_for(std::chrono::nanoseconds(bus_again.ns));
+      std::this_thread::sleep_for(std::chrono::nanoseconds(kBusAgain.ns));
       continue;
     }
     if (*received && !mailbox.put(std::move(message))) return;
@@ -131,9 +131,9 @@ void Station::Running::work(const std::stop_token& stop) {
   WallTime looked;
   StationEvent event;
   while (!stop.stop_requested()) {
-    if (mailbox.take(event, look_period)) take(event);
+    if (mailbox.take(event, kLookPeriod)) take(event);
     const WallTime now = runtime::steady_now();
-    if (now - looked < look_period) continue;
+    if (now - looked < kLookPeriod) continue;
     looked = now;
     feed.look(now);
     instructor_service.look(now);

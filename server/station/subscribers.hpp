@@ -20,8 +20,9 @@ inline SharedText shared_text(std::string text) {
 
 /// Slots of WebClient::send for messages with a complete state, of which only the newest matters.
 namespace send_slot {
-inline constexpr int kWorld = 0, real_scan = 1, mixed_scan = 2, points = 3, status = 4, injection = 5,
-                     pose = 6, score = 7, operators = 8, control = 9, plans = 10, hazard = 11, joints = 12;
+inline constexpr int kWorld = 0, kRealScan = 1, kMixedScan = 2, kPoints = 3, kStatus = 4, kInjection = 5,
+                     kPose = 6, kScore = 7, kOperators = 8, kControl = 9, kPlans = 10, kHazard = 11,
+                     kJoints = 12;
 inline constexpr int kAgentScan = 64;  ///< first of a range: one slot for each agent scan that a page
                                        ///< subscribes to
 }  // namespace send_slot

@@ -1,4 +1,4 @@
-// Simulated faults of the trainee's simulated robot (called lessons on the wire).
+// Simulated faults of the trainee's simulated robot.
 #pragma once
 
 #include <cstdint>

@@ -35,7 +35,7 @@ namespace {
 using namespace parhelion;
 using Pixels = std::vector<std::uint8_t>;
 
-constexpr int kWidth = 640, height = 480, block = 16, bits = 24;
+constexpr int kWidth = 640, kHeight = 480, kBlock = 16, kBits = 24;
 
 std::vector<Pixels> pictures(const std::string& path) {
   std::vector<Pixels> all;
@@ -49,11 +49,11 @@ std::vector<Pixels> pictures(const std::string& path) {
       continue;
     Pixels bgr;
     const auto format = codec.decode(image.bytes, bgr);
-    if (format && format->width == kWidth && format->height == height) all.push_back(std::move(bgr));
+    if (format && format->width == kWidth && format->height == kHeight) all.push_back(std::move(bgr));
   }
   for (int k = 0; all.empty() || (path == "-" && k < 60); ++k) {
     Pixels bgr;
-    for (int i = 0; i < kWidth * height; ++i) {
+    for (int i = 0; i < kWidth * kHeight; ++i) {
       const int x = i % kWidth + 4 * k, y = i / kWidth;
       for (const int c : {x / 3, y / 2, ((x / 40 + y / 40) % 2) * 90 + (x * 7 + y * 13) % 23})
         bgr.push_back(static_cast<std::uint8_t>(c));
@@ -66,9 +66,9 @@ std::vector<Pixels> pictures(const std::string& path) {
 /// Tenths of a millisecond since the epoch, the lowest 24 bits; below them inverted.
 void paint(Pixels& bgr, std::int64_t us) {
   const auto value = static_cast<std::uint32_t>(us / 100);
-  for (int row = 0; row < 2 * block; ++row) {
-    for (int x = 0; x < bits * block; ++x) {
-      const bool one = ((value >> (bits - 1 - x / block)) & 1U) != (row < block ? 0U : 1U);
+  for (int row = 0; row < 2 * kBlock; ++row) {
+    for (int x = 0; x < kBits * kBlock; ++x) {
+      const bool one = ((value >> (kBits - 1 - x / kBlock)) & 1U) != (row < kBlock ? 0U : 1U);
       const std::size_t at = 3 * static_cast<std::size_t>(row * kWidth + x);
       for (std::size_t c = 0; c < 3; ++c) bgr[at + c] = one ? 255 : 0;
     }
@@ -101,8 +101,8 @@ class Camera {
       image.stamp = {runtime::wall_now().ns};
       paint(bgr, image.stamp.utime());
       image.width = kWidth;
-      image.height = height;
-      image.bytes = codec.encode(bgr, {kWidth, height, 85, render::JpegFormat::Subsampling::yuv420}).value();
+      image.height = kHeight;
+      image.bytes = codec.encode(bgr, {kWidth, kHeight, 85, render::JpegFormat::Subsampling::yuv420}).value();
       std::vector<std::uint8_t> payload;
       encode(image, payload);
       static_cast<void>(bus.publish(channel::kMrCamera, payload));

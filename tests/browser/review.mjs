@@ -133,10 +133,10 @@ try {
     assert.deepEqual(wrong, []);
   });
 
-  await step("the list of packages names no place but npm's own", () => {
+  await step("the list of packages holds no addresses, so that any registry serves them", () => {
     const lock = JSON.parse(readFileSync(new URL("package-lock.json", import.meta.url), "utf8"));
     for (const each of Object.values(lock.packages))
-      assert.ok(!each.resolved || each.resolved.startsWith("https://registry.npmjs.org/"), each.resolved);
+      assert.ok(!each.resolved, each.resolved);
   });
 } finally {
   await browser.close();

@@ -10,12 +10,12 @@
 namespace parhelion::render {
 namespace {
 
-constexpr int kWidth = 320, height = 120;
+constexpr int kWidth = 320, kHeight = 120;
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 
 DepthCameraDescription structured_light() {
   DepthCameraDescription camera;
-  camera.intrinsics.width = kWidth, camera.intrinsics.height = height;
+  camera.intrinsics.width = kWidth, camera.intrinsics.height = kHeight;
   camera.intrinsics.fx = camera.intrinsics.fy = 285;
   camera.range_min = 0.4, camera.range_max = 5;
   camera.baseline = 0.075;
@@ -26,12 +26,12 @@ DepthCameraDescription structured_light() {
 
 DepthPixels measure(const DepthCameraDescription& camera, const std::vector<float>& depths,
                     std::uint64_t seed = 1, std::uint64_t image = 1) {
-  DepthPixels pixels{kWidth, height, {}};
+  DepthPixels pixels{kWidth, kHeight, {}};
   DepthSensor().measure(camera, depths, seed, image, pixels);
   return pixels;
 }
 
-std::vector<float> plane(float depth) { return std::vector<float>(kWidth * height, depth); }
+std::vector<float> plane(float depth) { return std::vector<float>(kWidth * kHeight, depth); }
 
 struct Spread {
   double mean = 0, sigma = 0;
@@ -106,7 +106,7 @@ TEST(DepthSensor, TheStereoShadowIsTheDisparityDifferenceAtAnEdge) {
   DepthCameraDescription camera = structured_light();
   camera.disparity_noise = camera.disparity_step = 0;
   auto depths = plane(4);
-  for (int y = 0; y < height; ++y)
+  for (int y = 0; y < kHeight; ++y)
     for (int x = 150; x < 200; ++x) depths[static_cast<std::size_t>(y * kWidth + x)] = 1;
   const DepthPixels pixels = measure(camera, depths);
   const double wide = 285 * 0.075 * (1.0 / 1 - 1.0 / 4);
@@ -127,7 +127,7 @@ TEST(DepthSensor, TheStereoShadowIsTheDisparityDifferenceAtAnEdge) {
 TEST(DepthSensor, ASlantedSurfaceCastsNoStereoShadow) {
   DepthCameraDescription camera = structured_light();
   std::vector<float> depths;
-  for (int y = 0; y < height; ++y)
+  for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) depths.push_back(1.F + 0.01F * static_cast<float>(x));  // a slanted wall
   for (const auto mm : measure(camera, depths).millimetres) ASSERT_GT(mm, 0);
 }

@@ -41,9 +41,9 @@ inline std::vector<float> depth_of_other_frame(const Kitchen& kitchen, const ren
 
 enum class Seen : std::uint8_t { unknown, hidden, visible };
 
-/// Whether something real is in front of the bodies of `twin`. Unknown where fewer than three other frames
-/// measured there, where they disagree, where the real object is nearer than `margin` to the body, and close
-/// to such pixels.
+/// Whether something real is in front of the bodies of `reference`. Unknown where fewer than three other
+/// frames measured there, where they disagree, where the real object is nearer than `margin` to the body, and
+/// close to such pixels.
 inline std::vector<Seen> seen_by_others(const Kitchen& kitchen, const render::RenderJob& job,
                                         const ReferenceRendering& reference, const std::vector<int>& others,
                                         double margin) {

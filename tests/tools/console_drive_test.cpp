@@ -248,7 +248,7 @@ class JoystickDriveTest : public ConsoleDrive {
   void hold(SDL_GameControllerButton button, bool down) {
     SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
   }
-  /// Moves the stick to `share` of the speed, through the dead zone and along the curve.
+  /// Moves the stick to this `fraction` of the speed, through the dead zone and along the curve.
   void push(SDL_GameControllerAxis axis, double fraction) {
     const station::JoystickMapping usual;
     const double offset =

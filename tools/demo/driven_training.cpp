@@ -10,16 +10,16 @@ namespace parhelion::tools {
 namespace {
 
 constexpr int kHeadings = 32;
-constexpr double kStep = 0.05, shortest = 1.5, longest = 3;  // m
-constexpr double kBeside = 0.55;                             // m, clearance for a robot that does not drive
-                                                             // quite straight
-constexpr double kHalfZone = 0.6;                            // m
+constexpr double kStep = 0.05, kShortest = 1.5, kLongest = 3;  // m
+constexpr double kBeside = 0.55;                               // m, clearance for a robot that does not drive
+                                                               // quite straight
+constexpr double kHalfZone = 0.6;                              // m
 
 double free_run(const pose::GridMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
   double run = 0;
-  while (run + kStep <= longest + kHalfZone && is_free(map, from + (run + kStep) * along, kBeside))
+  while (run + kStep <= kLongest + kHalfZone && is_free(map, from + (run + kStep) * along, kBeside))
     run += kStep;
-  return std::min(run, longest);
+  return std::min(run, kLongest);
 }
 
 Zone zone_at(const Eigen::Vector2d& centre, double yaw) {
@@ -76,7 +76,7 @@ Status add_driven_training(const pose::GridMap& map, const std::string& robot, S
     const double run = free_run(map, from, {std::cos(yaw), std::sin(yaw)});
     if (run > best + kStep / 2) std::tie(best, best_yaw) = std::pair(run, yaw);
   }
-  if (best < shortest) return Error{"no free floor ahead of " + robot + " to be driven over"};
+  if (best < kShortest) return Error{"no free floor ahead of " + robot + " to be driven over"};
   agent->T_map_base = Transform<Map, Base>::planar(from.x(), from.y(), best_yaw);
   agent->behaviour.kind = BehaviourKind::teleop;
   scenario.zones.push_back(

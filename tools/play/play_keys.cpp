@@ -30,7 +30,7 @@ void PlayKeys::act(station::Key key) {
   const runtime::PlayState now = player_.state();
   const auto rate = [&](double factor) {
     (void)player_.set_rate(
-        std::clamp(now.rate * factor, runtime::Player::kSlowest, runtime::Player::fastest));
+        std::clamp(now.rate * factor, runtime::Player::kSlowest, runtime::Player::kFastest));
   };
   switch (key) {
     case station::Key::stop:

@@ -89,7 +89,7 @@ void Player::pause(bool paused) {
 }
 
 Status Player::set_rate(double rate) {
-  if (!(rate >= kSlowest && rate <= fastest))
+  if (!(rate >= kSlowest && rate <= kFastest))
     return Error{"a rate of " + std::to_string(rate) + "; expected 0.01 to 100 times real time"};
   const std::lock_guard lock(mutex_);
   rate_ = rate;

@@ -30,7 +30,7 @@ struct PlayOptions {
 /// the order of the log.
 class Player {
  public:
-  static constexpr double kSlowest = 0.01, fastest = 100;  // times real time
+  static constexpr double kSlowest = 0.01, kFastest = 100;  // times real time
 
   Player(Recording recording, const PlayOptions& options, std::function<void(const Message&)> send);
 

@@ -14,7 +14,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t kMaxKept = 1000, max_waiting = 10'000, max_spells = 1024, longest_text = 500;
+constexpr std::size_t kMaxKept = 1000, kMaxWaiting = 10'000, kMaxSpells = 1024, kLongestText = 500;
 constexpr std::uint64_t kRefusalsInFull = 30;
 constexpr std::uint64_t kFileBytes = 16 * 1024 * 1024;  ///< then the file is renamed to FILE.old
 constexpr Duration kSpell = seconds(60.0);
@@ -31,7 +31,7 @@ std::string iso_time(WallTime time) {
 
 std::string line(const AuditEntry& entry, WallTime now) {
   const auto member = [](const char* key, const std::string& text) {
-    return ",\"" + std::string(key) + "\":" + json_text(std::string_view(text).substr(0, longest_text));
+    return ",\"" + std::string(key) + "\":" + json_text(std::string_view(text).substr(0, kLongestText));
   };
   return "{\"time\":\"" + iso_time(now) + "\"" + member("who", entry.who) + member("from", entry.from) +
          member("what", entry.what) + member("outcome", entry.outcome) + member("detail", entry.detail) + "}";
@@ -78,7 +78,7 @@ void Audit::record(AuditEntry entry) {
   if (entry.outcome != "done") {
     // When the table is full, further networks share one entry.
     std::string key = network_of(entry.from);
-    if (spells_.size() >= max_spells && !spells_.contains(key)) key = "others";
+    if (spells_.size() >= kMaxSpells && !spells_.contains(key)) key = "others";
     Spell& running = spells_.try_emplace(key, Spell{now, 0}).first->second;
     if (++running.refusals > kRefusalsInFull) return;
   }
@@ -105,7 +105,7 @@ void Audit::put(const AuditEntry& entry, WallTime now) {
   std::string text = line(entry, now);
   newest_.push_back(text);
   if (newest_.size() > kMaxKept) newest_.pop_front();
-  if (waiting_.size() >= max_waiting) {
+  if (waiting_.size() >= kMaxWaiting) {
     ++lost_;
     return;
   }

@@ -14,7 +14,7 @@ Duration LoginGuard::admit(const std::string& network, const std::string& name, 
   const Duration left = std::max(wait(names_, name, now), wait(networks_, network, now));
   if (left.ns > 0) return left;
   count(names_, name, kNameRule, now);
-  count(networks_, network, network_rule, now);
+  count(networks_, network, kNetworkRule, now);
   return {};
 }
 

@@ -29,7 +29,7 @@ class LoginGuard {
     unsigned free;
     Duration longest;
   };
-  static constexpr Rule kNameRule{5, seconds(60.0)}, network_rule{30, seconds(900.0)};
+  static constexpr Rule kNameRule{5, seconds(60.0)}, kNetworkRule{30, seconds(900.0)};
 
   using Records = std::map<std::string, Record>;
   static Duration wait(const Records& records, const std::string& key, WallTime now);

@@ -9,8 +9,8 @@ namespace parhelion::station {
 namespace {
 
 // OWASP's password storage recommendation for argon2id.
-constexpr std::uint32_t kPasses = 2, memory_kib = 19 * 1024, lanes = 1;
-constexpr std::size_t kSaltBytes = 16, hash_bytes = 32;
+constexpr std::uint32_t kPasses = 2, kMemoryKib = 19 * 1024, kLanes = 1;
+constexpr std::size_t kSaltBytes = 16, kHashBytes = 32;
 
 }  // namespace
 
@@ -24,10 +24,11 @@ Result<std::string> hash_password(const std::string& password) {
   std::array<unsigned char, kSaltBytes> salt{};
   if (RAND_bytes(salt.data(), static_cast<int>(salt.size())) != 1)
     return Error{"no random numbers for a salt"};
-  std::string encoded(argon2_encodedlen(kPasses, memory_kib, lanes, kSaltBytes, hash_bytes, Argon2_id), '\0');
+  std::string encoded(argon2_encodedlen(kPasses, kMemoryKib, kLanes, kSaltBytes, kHashBytes, Argon2_id),
+                      '\0');
   const int failed =
-      argon2id_hash_encoded(kPasses, memory_kib, lanes, password.data(), password.size(), salt.data(),
-                            salt.size(), hash_bytes, encoded.data(), encoded.size());
+      argon2id_hash_encoded(kPasses, kMemoryKib, kLanes, password.data(), password.size(), salt.data(),
+                            salt.size(), kHashBytes, encoded.data(), encoded.size());
   if (failed != ARGON2_OK) return Error{std::string("argon2: ") + argon2_error_message(failed)};
   encoded.resize(encoded.find('\0'));
   return encoded;

@@ -7,12 +7,12 @@
 namespace parhelion::station {
 namespace {
 
-const std::string kLate = to_string(Fault::Kind::camera_delay), lost = to_string(Fault::Kind::camera_loss);
+const std::string kLate = to_string(Fault::Kind::camera_delay), kLost = to_string(Fault::Kind::camera_loss);
 
 }  // namespace
 
 bool CameraFaults::handle(const Event& event) {
-  if (event.object != kLate && event.object != lost) return false;
+  if (event.object != kLate && event.object != kLost) return false;
   const std::pair<std::string, double> fault{event.object, event.value};
   if (event.kind == EventKind::fault_started) {
     held_.push_back(fault);
@@ -35,7 +35,7 @@ double CameraFaults::delay() const {
 double CameraFaults::loss() const {
   double kept = 1;
   for (const auto& [kind, amount] : held_) {
-    if (kind == lost) kept *= 1 - amount;
+    if (kind == kLost) kept *= 1 - amount;
   }
   return 1 - kept;
 }

@@ -8,10 +8,10 @@ namespace {
 constexpr std::size_t kMaxInFlight = 256;      // frames; older ones are forgotten
 constexpr Duration kLate = milliseconds(120);  // beyond the minimum: a queue is growing
 constexpr Duration kMuchTooLate = milliseconds(400);
-constexpr Duration kDownPeriod = milliseconds(400);             // time until a lower rate takes effect
-constexpr Duration kUpPeriod = seconds(2.0);                    // without delay before a higher rate is tried
-constexpr Duration kGivenUp = seconds(3.0);                     // without an acknowledgement: start again
-constexpr double kWaitingTime = 0.15, much_waiting_time = 0.5;  // s of the bit rate
+constexpr Duration kDownPeriod = milliseconds(400);            // time until a lower rate takes effect
+constexpr Duration kUpPeriod = seconds(2.0);                   // without delay before a higher rate is tried
+constexpr Duration kGivenUp = seconds(3.0);                    // without an acknowledgement: start again
+constexpr double kWaitingTime = 0.15, kMuchWaitingTime = 0.5;  // s of the bit rate
 
 }  // namespace
 
@@ -38,7 +38,7 @@ void VideoLink::look(std::size_t waiting, WallTime now) {
   const double queued = static_cast<double>(waiting) * 8 / bit_rate_;  // s
   const Duration beyond = overdue(now);
   congested_ = queued > kWaitingTime || beyond > kLate;
-  const bool far_behind = queued > much_waiting_time || beyond > kMuchTooLate;
+  const bool far_behind = queued > kMuchWaitingTime || beyond > kMuchTooLate;
   lags_ = far_behind || (lags_ && congested_);
   if (lags_ && queued <= kWaitingTime && last_acknowledged_ && now - *last_acknowledged_ >= kGivenUp) {
     in_flight_.clear();

@@ -10,7 +10,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr Duration kMissing = milliseconds(500);  // without a picture: the camera's own is shown
-constexpr Duration kStaleAfter = milliseconds(500), longest_wait = seconds(3.0);
+constexpr Duration kStaleAfter = milliseconds(500), kLongestWait = seconds(3.0);
 constexpr int kPeriods = 3;  // periods of a slow camera until its picture is stale
 
 std::string text_of(const ImageMetadata& entry) { return {entry.value.begin(), entry.value.end()}; }
@@ -77,7 +77,7 @@ VideoStatus VideoSource::status(WallTime now) const {
     if (fault.empty()) status.why = "no picture on " + channel_ + " yet";
     return status;
   }
-  const Duration allowed = std::clamp(Duration{kPeriods * period_.ns}, kStaleAfter, longest_wait);
+  const Duration allowed = std::clamp(Duration{kPeriods * period_.ns}, kStaleAfter, kLongestWait);
   status.state = now - *shown_ < allowed ? VideoStatus::State::live : VideoStatus::State::stale;
   if (status.state == VideoStatus::State::stale && fault.empty())
     status.why = "no picture on " + channel_ + " any more";

@@ -36,7 +36,7 @@ void compare(std::span<const RangeHit> fast, std::span<const RangeHit> reference
   }
 }
 
-/// `fast` and `twin` are the buffers of the two casters.
+/// `fast` and `reference` are the buffers of the two casters.
 void compare_on_building(RayCaster& caster, const RandomScene& scene, std::span<RangeHit> fast,
                          std::span<RangeHit> reference, Comparison& sum) {
   caster.set_building(scene.building);

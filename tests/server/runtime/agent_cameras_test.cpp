@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int kWidth = 64, height = 48;
+constexpr int kWidth = 64, kHeight = 48;
 const std::string kPictures = "MR_AGENT_rover_1_CAMERA";
 
 /// The rover with small camera images, heading along x from `x` on the map's x axis.
@@ -28,7 +28,7 @@ AgentDefinition rover(double x, double rate = 5) {
 tick::Configuration with_rovers(std::vector<AgentDefinition> agents, Scenario scenario = {}) {
   scenario.agents = std::move(agents);
   auto made =
-      tick::configure(scenario, test::robot(), test::room(), {test::small_camera("rover", kWidth, height)});
+      tick::configure(scenario, test::robot(), test::room(), {test::small_camera("rover", kWidth, kHeight)});
   EXPECT_TRUE(made) << made.error().message;
   return *made;
 }
@@ -266,7 +266,7 @@ TEST(AgentCameraRenderThread, DrawsTheNewestJobOfEachCameraUnderLoad) {
   const SemanticModel room = test::room();
   RenderThread renderer(room, true, 0);
   ASSERT_EQ(renderer.fault(), "");
-  const auto model = test::small_camera("rover", kWidth, height);
+  const auto model = test::small_camera("rover", kWidth, kHeight);
   std::set<std::uint64_t> dropped;
   std::uint64_t sequence = 0;
   std::map<std::string, std::uint64_t> newest;

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-/// The slow twin: looks at every millisecond.
+/// The slow reference: checks every millisecond.
 double first_contact(const MovingFootprint& a, const MovingFootprint& b, double touch, double horizon) {
   Footprint placed_a, placed_b;
   for (double t = 0; t <= horizon; t += 0.001) {

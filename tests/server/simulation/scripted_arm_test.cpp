@@ -55,8 +55,8 @@ const RobotJoint& joint_of(const RobotModel& model, const std::string& name) {
                        [&](const RobotJoint& each) { return each.name == name; });
 }
 
-/// When a joint at rest that is commanded `speed` at `t` has moved by `way`: it accelerates evenly, and moves
-/// with each step's new speed.
+/// When a joint at rest that is commanded `speed` at `t` has moved by `travel`: it accelerates evenly, and
+/// moves with each step's new speed.
 double gone(const std::string& name, double t, double speed, double travel) {
   const double acceleration = joint_of(*shipped("crawler"), name).velocity / kSpeedUp;
   return t - kStep + travel / speed + speed / (2 * acceleration) - kStep / 2;
@@ -120,7 +120,7 @@ class LoadWitness {
     }
     return corners;
   }
-  /// m between the load and the face of a pad, which points along `way` times its finger's y axis.
+  /// m between the load and the face of a pad, which points along `travel` times its finger's y axis.
   static double gap(const BodyState& load, const BodyState& finger, double travel) {
     const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kLoad.z() / 2);
     const Eigen::Vector3d ahead = finger.T_map_body.inverse() * center;

@@ -10,7 +10,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration kSoon = seconds(5.0), at_once = Duration{0};
+constexpr Duration kSoon = seconds(5.0), kAtOnce = Duration{0};
 using Bytes = std::vector<std::uint8_t>;
 
 /// Delivers given messages with their stamps; records subscriptions and publications.
@@ -80,7 +80,7 @@ TEST_F(SharedEndpointTest, EachReceivesItsSubscriptionsInOrder) {
   EXPECT_EQ(received(*all, 3), (std::vector{1, 2, 3}));
   EXPECT_EQ(received(*scans, 2), (std::vector{1, 3}));
   Message none;
-  EXPECT_FALSE(*scans->receive(none, at_once));
+  EXPECT_FALSE(*scans->receive(none, kAtOnce));
 }
 
 TEST_F(SharedEndpointTest, KeepsTheTimeOfArrival) {

@@ -82,7 +82,7 @@ class SimulatedLearner {
     }
     return done;
   }
-  /// The hardest task of each skill would succeed with the probability `share`.
+  /// The hardest task of each skill would succeed with the probability `fraction`.
   bool mastered(double fraction) const {
     for (const auto& [skill, ability] : ability_) {
       double hardest = -10;
