@@ -212,7 +212,7 @@ std::string summarize(const Event& event) {
   return format("%s ", to_string(event.kind)) + quoted(event.subject) + " " + quoted(event.object) +
          format(" at %.3f %.3f %.3f m impulse %.3f N s value %.4g%s request %llu ", event.position.x(),
                 event.position.y(), event.position.z(), event.impulse, event.value,
-                event.unsensed ? " unsensed" : "", static_cast<unsigned long long>(event.request)) +
+                event.undetectable ? " undetectable" : "", static_cast<unsigned long long>(event.request)) +
          quoted(event.text);
 }
 

@@ -45,7 +45,7 @@ Status decode(std::string_view channel, Bytes bytes, Event& event) {
   event.position = reader.vector("position", wire::kMaxPosition);
   event.impulse = reader.bounded("impulse", 1e12);
   event.value = reader.bounded("value", 1e12);
-  event.unsensed = reader.boolean("unsensed");
+  event.undetectable = reader.boolean("undetectable");
   event.request = static_cast<std::uint64_t>(reader.number<std::int64_t>("request"));
   reader.text("text", event.text);
   return reader.status();
@@ -61,7 +61,7 @@ void encode(const Event& event, std::vector<std::uint8_t>& bytes) {
   writer.vector(event.position);
   writer.number(event.impulse);
   writer.number(event.value);
-  writer.boolean(event.unsensed);
+  writer.boolean(event.undetectable);
   writer.number(static_cast<std::int64_t>(event.request));
   writer.text(event.text);
 }

@@ -99,8 +99,8 @@ struct Event {
   PairKind pair = PairKind::none;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame, where it has a place
   double impulse = 0;                                  ///< N s, of a contact
-  double value = 0;       ///< measured value; unit and meaning depend on the kind
-  bool unsensed = false;  ///< while injection was degraded: never scored
+  double value = 0;           ///< measured value; unit and meaning depend on the kind
+  bool undetectable = false;  ///< while injection was degraded: never scored
   std::uint64_t request = 0;
   std::string text;
 };

@@ -224,7 +224,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   }
   if (const Node* faults = node.find("faults"))
     scenario.faults = yaml::read_faults(*faults, scenario.level, problems);
-  if (const Node* drawn = node.find("drawn")) scenario.drawn = yaml::read_drawn(*drawn);
+  if (const Node* drawn = node.find("drawn")) scenario.drawn_values = yaml::read_drawn(*drawn);
   if (Node* training = node.find("training")) scenario.training = yaml::read_training(*training, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
@@ -268,7 +268,7 @@ Result<Scenario> parse_scenario(const std::string& yaml, const std::string& orig
   Scenario scenario = read_scenario(*document, problems);
   if (!problems.empty()) return problems.error();
   if (seed) scenario.seed = *seed;
-  scenario.drawn.insert(scenario.drawn.end(), drawn.begin(), drawn.end());
+  scenario.drawn_values.insert(scenario.drawn_values.end(), drawn.begin(), drawn.end());
   return scenario;
 }
 
@@ -347,7 +347,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (scenario.battery) write(*scenario.battery, writer);
   yaml::write_faults(writer, scenario.faults);
   if (scenario.training) yaml::write_training(writer, *scenario.training);
-  yaml::write_drawn(writer, scenario.drawn);
+  yaml::write_drawn(writer, scenario.drawn_values);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

@@ -81,7 +81,7 @@ struct Scenario {
   std::optional<Battery> battery;               ///< none: unlimited
   std::vector<Fault> faults;                    ///< faults injected for training
   std::optional<Training> training;             ///< tasks and grading; none: no grading
-  std::vector<DrawnValue> drawn;                ///< values that were given as ranges
+  std::vector<DrawnValue> drawn_values;         ///< values that were given as ranges
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

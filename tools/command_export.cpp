@@ -40,11 +40,11 @@ Exit run(ExportOptions& options) {
                  "parhelion export: %llu messages cannot be decoded and are left out, the first: %s\n",
                  static_cast<unsigned long long>(report->unreadable), report->first_unreadable.c_str());
   }
-  if (report->damaged_bytes > 0) {
+  if (report->skipped_bytes > 0) {
     std::fprintf(stderr, "parhelion export: %llu bytes of %s are damaged; their content is missing\n",
-                 static_cast<unsigned long long>(report->damaged_bytes), options.log.c_str());
+                 static_cast<unsigned long long>(report->skipped_bytes), options.log.c_str());
   }
-  return report->unreadable > 0 || report->damaged_bytes > 0 ? Exit::failed : Exit::done;
+  return report->unreadable > 0 || report->skipped_bytes > 0 ? Exit::failed : Exit::done;
 }
 
 }  // namespace

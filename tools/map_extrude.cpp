@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "fusion/semantic/extrude.hpp"
-#include "fusion/semantic/plan_picture.hpp"
+#include "fusion/semantic/grid/extrude.hpp"
+#include "fusion/semantic/pictures/plan_picture.hpp"
 #include "tools/map_commands.hpp"
 #include "tools/text_file.hpp"
 

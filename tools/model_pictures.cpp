@@ -5,8 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "fusion/semantic/build_model.hpp"
-#include "fusion/semantic/model_plan.hpp"
-#include "fusion/semantic/plan_view.hpp"
+#include "fusion/semantic/pictures/model_plan.hpp"
+#include "fusion/semantic/pictures/plan_view.hpp"
 #include "protocols/length_text.hpp"
 #include "render/model_view.hpp"
 

@@ -17,21 +17,21 @@ constexpr int kSubBits = 4;       // corners lie between pixels
 
 using Box = Eigen::AlignedBox2d;
 
-const cv::Scalar floor_colour(228, 228, 228, 255), stairs_colour(190, 190, 190, 255),
-    door_colour(96, 150, 200, 255), window_colour(220, 190, 140, 255), solid_colour(60, 60, 60, 255);
+const cv::Scalar kFloorColour(228, 228, 228, 255), kStairsColour(190, 190, 190, 255),
+    kDoorColour(96, 150, 200, 255), kWindowColour(220, 190, 140, 255), kSolidColour(60, 60, 60, 255);
 
 const cv::Scalar& colour_of(EntityLabel label) {
   switch (label) {
     case EntityLabel::floor:
-      return floor_colour;
+      return kFloorColour;
     case EntityLabel::stairs:
-      return stairs_colour;
+      return kStairsColour;
     case EntityLabel::door:
-      return door_colour;
+      return kDoorColour;
     case EntityLabel::window:
-      return window_colour;
+      return kWindowColour;
     default:
-      return solid_colour;
+      return kSolidColour;
   }
 }
 
@@ -75,7 +75,7 @@ std::optional<station::StationMap> draw_site_map(const SemanticModel& model) {
   for (const review::PlanPart& part : plan.parts) fill(part.corners, colour_of(part.label));
   for (const review::PlanRow& row : plan.rows) {
     const double low = row.y - review::kPlanCell / 2, high = row.y + review::kPlanCell / 2;
-    fill({{{row.left, low}, {row.right, low}, {row.right, high}, {row.left, high}}}, solid_colour);
+    fill({{{row.left, low}, {row.right, low}, {row.right, high}, {row.left, high}}}, kSolidColour);
   }
   std::vector<std::uint8_t> png;
   if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 9})) return std::nullopt;

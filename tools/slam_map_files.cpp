@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "fusion/semantic/plan_picture.hpp"
+#include "fusion/semantic/pictures/plan_picture.hpp"
 #include "tools/import/gzip_file.hpp"
 #include "tools/slam_log.hpp"
 #include "tools/text_file.hpp"

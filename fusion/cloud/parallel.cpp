@@ -9,7 +9,7 @@
 namespace parhelion::cloud {
 namespace {
 
-bool are_here(int threads) {
+bool pool_running(int threads) {
   const int wanted = threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
   return tbb::this_task_arena::current_thread_index() != tbb::task_arena::not_initialized &&
          tbb::this_task_arena::max_concurrency() == wanted;
@@ -18,7 +18,7 @@ bool are_here(int threads) {
 }  // namespace
 
 void with_threads(int threads, const std::function<void()>& work) {
-  if (threads == 1 || are_here(threads)) {
+  if (threads == 1 || pool_running(threads)) {
     work();
   } else {
     tbb::task_arena(threads > 0 ? threads : tbb::task_arena::automatic).execute(work);
@@ -38,7 +38,7 @@ void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
   with_threads(threads, [&] { tbb::parallel_for(std::size_t{0}, chunks, one); });
 }
 
-void do_both(int threads, const std::function<void()>& a, const std::function<void()>& b) {
+void run_both(int threads, const std::function<void()>& a, const std::function<void()>& b) {
   if (threads == 1) {
     a();
     b();

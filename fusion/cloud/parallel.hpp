@@ -18,7 +18,7 @@ void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
 void with_threads(int threads, const std::function<void()>& work);
 
 /// Runs both, in parallel where there is more than one thread.
-void do_both(int threads, const std::function<void()>& a, const std::function<void()>& b);
+void run_both(int threads, const std::function<void()>& a, const std::function<void()>& b);
 
 /// The sum of part(begin, end) over all chunks, added in their order. Sum: default is zero, has +=.
 template <class Sum, class Part>

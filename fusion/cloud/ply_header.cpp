@@ -121,14 +121,14 @@ Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& na
   LineCursor lines(bytes);
   if (lines.next() != "ply") return error_at_line(name, 1, "expected \"ply\"");
   PlyHeader header;
-  HeaderLines taken(header);
+  HeaderLines parsed(header);
   std::optional<std::string_view> line;
   while ((line = lines.next()) && *line != "end_header") {
-    const std::string wrong = taken.take(*line);
+    const std::string wrong = parsed.take(*line);
     if (!wrong.empty()) return error_at_line(name, lines.number(), wrong);
   }
   if (!line) return error_at_line(name, lines.number(), "the header ends without end_header");
-  if (!taken.has_format()) return error_at_line(name, lines.number(), "the header has no format");
+  if (!parsed.has_format()) return error_at_line(name, lines.number(), "the header has no format");
   header.body = lines.offset();
   header.lines = lines.number();
   while (!header.elements.empty() && header.elements.back().name != "vertex") header.elements.pop_back();

@@ -37,7 +37,7 @@ void halve(std::span<Entry> entries, std::size_t leaf, int threads) {
                    [axis](const Entry& a, const Entry& b) { return a.p[axis] < b.p[axis]; });
   constexpr std::size_t worth_a_thread = 20000;
   const int inner = entries.size() > worth_a_thread ? threads : 1;
-  do_both(
+  run_both(
       inner, [&] { halve(entries.first(middle), leaf, inner); },
       [&] { halve(entries.subspan(middle), leaf, inner); });
 }

@@ -164,7 +164,7 @@ Result<Registration> register_pair(const PointCloud<Target>& target, const Point
     const auto surfels = [&](const auto& cloud) {
       return pyramid({cloud.points, size, cloud.scans, cloud.viewpoints}, options.threads);
     };
-    do_both(
+    run_both(
         options.threads, [&] { of_target = targets(surfels(target)); }, [&] { of_source = surfels(source); });
     result = best_registration({target, source, options, make_levels(of_target, of_source, options)},
                                guess.isometry());

@@ -136,7 +136,7 @@ Status Sequence::close_loop() {
   if (!found) return found.error();
   if (!found->converged) return {};
   connect(old.front(), *found, true);
-  poses_ = pose::optimized(poses_, edges_);
+  poses_ = pose::optimize_pose_graph(poses_, edges_);
   return {};
 }
 

@@ -117,7 +117,7 @@ double contradiction(const AlignedPair& pair) {
   // Along a grazing ray a surfel's neighbour is nearer by up to a few surfel sizes.
   const double margin = 3 * pair.source.size;
   FreeSpace sum, back;
-  do_both(
+  run_both(
       pair.options.threads,
       [&] {
         sum = free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source,

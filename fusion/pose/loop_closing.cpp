@@ -191,7 +191,7 @@ class LoopCloser {
   void optimize(int rounds) {
     std::vector<PoseGraphEdge> edges = chain_;
     edges.insert(edges.end(), loops_.begin(), loops_.end());
-    poses_ = optimized(poses_, edges, rounds);
+    poses_ = optimize_pose_graph(poses_, edges, rounds);
   }
 
   const std::vector<Keyframe>& keyframes_;

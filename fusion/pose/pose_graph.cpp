@@ -96,14 +96,15 @@ std::vector<Pose2> minimized(std::vector<Pose2> poses, const std::vector<PoseGra
 
 }  // namespace
 
-std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
-                             int rounds) {
+std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
+                                       const std::vector<PoseGraphEdge>& edges, int iterations) {
   std::vector<Pose2> result = poses;
   if (poses.size() < 2) return result;
-  for (int round = 0; round < rounds; ++round) {
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     // Wide at first: before a long loop is closed its own edges seem wrong too (graduated non-convexity, Yang
     // et al. 2020).
-    const double knee = 9 * std::pow(100.0, rounds > 1 ? 1 - static_cast<double>(round) / (rounds - 1) : 0);
+    const double knee =
+        9 * std::pow(100.0, iterations > 1 ? 1 - static_cast<double>(iteration) / (iterations - 1) : 0);
     std::vector<double> weights;
     for (const PoseGraphEdge& edge : edges)
       weights.push_back(edge.loop ? loop_weight(edge, result, knee) : 1);

@@ -20,7 +20,7 @@ struct PoseGraphEdge {
 /// Loop edges are weighted by Geman and McClure's kernel over a few iterations, so that a wrong loop does not
 /// distort the others. (MRPT 2.5.8's optimize_graph_spa_levmarq accepts or rejects its steps by the
 /// unweighted error, so a wrong loop keeps its influence.)
-std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
-                             int rounds);
+std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
+                                       const std::vector<PoseGraphEdge>& edges, int iterations);
 
 }  // namespace parhelion::pose

@@ -140,8 +140,8 @@ inline Poses minimized(Poses poses, const Edges& edges, const std::vector<double
 /// and all others are connected to it by edges. Loop edges are weighted by Geman and McClure's kernel, which
 /// starts at the width of the worst edge and narrows (graduated non-convexity, Yang et al. 2020): before a
 /// long loop is closed its own edges seem wrong too, and at the end a wrong loop does not distort the others.
-inline std::vector<Eigen::Isometry3d> optimized(const std::vector<Eigen::Isometry3d>& poses,
-                                                const std::vector<PoseGraph3Edge>& edges) {
+inline std::vector<Eigen::Isometry3d> optimize_pose_graph(const std::vector<Eigen::Isometry3d>& poses,
+                                                          const std::vector<PoseGraph3Edge>& edges) {
   constexpr double last_knee = 13, narrowing = 4;  // chi^2 of 6 dof exceeds 13 in 1 of 23 cases
   std::vector<Eigen::Isometry3d> result = poses;
   if (poses.size() < 2) return result;

@@ -25,7 +25,7 @@ double position_sigma(const PoseCovariance& covariance) {
 }
 
 /// Propagates the covariance of a pose over a motion `d_map` with the uncertain heading before it.
-PoseCovariance transported(const PoseCovariance& covariance, const Eigen::Vector3d& d_map) {
+PoseCovariance propagated(const PoseCovariance& covariance, const Eigen::Vector3d& d_map) {
   PoseCovariance F = PoseCovariance::Identity();
   F.topRightCorner<3, 3>() = -cross_matrix(d_map);
   return F * covariance * F.transpose();
@@ -85,7 +85,7 @@ void PoseTrack::add(const Odometry& odometry) {
     odometry_drift_.forget();
     provisional_ = lost_ = relocalizing_ = false;
   }
-  if (provisional_) place(estimates_.newest());
+  if (provisional_) align_odometry(estimates_.newest());
 }
 
 PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
@@ -118,7 +118,7 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
                     angle_between(expected, estimate.T_map_base) > options_.relocalization_angle;
     learn(sample, expected);
   }
-  if (!place(sample)) {
+  if (!align_odometry(sample)) {
     ++rejected_;
     return Correction::ignored;
   }
@@ -135,33 +135,33 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
 
 void PoseTrack::learn(const EstimateSample& estimate, const Transform<Map, Base>& expected) {
   if (!T_map_odom_ || provisional_) return;
-  const auto carried = odometry_.at(estimate.stamp);
-  if (!carried || carried->ahead > 0) return;
+  const auto odometry = odometry_.at(estimate.stamp);
+  if (!odometry || odometry->ahead > 0) return;
   const Pose2 there = planar(expected), here = planar(estimate.T_map_base);
   const PoseCovariance own = estimates_.newest().covariance + estimate.covariance;
   // A jump is a relocalization: odometry drift is updated only by the largest step that counts as a
   // correction.
   odometry_drift_.learn(
-      {.driven = std::abs(carried->driven - at_correction_.driven),
-       .turned = std::abs(carried->turned - at_correction_.turned),
+      {.driven = std::abs(odometry->driven - at_correction_.driven),
+       .turned = std::abs(odometry->turned - at_correction_.turned),
        .distance = std::min((here.position() - there.position()).norm(), options_.relocalization_distance),
        .angle = std::min(angle_between(expected, estimate.T_map_base), options_.relocalization_angle),
        .position_variance = (own(0, 0) + own(1, 1)) / 2,
        .yaw_variance = own(5, 5)});
 }
 
-bool PoseTrack::place(const EstimateSample& estimate) {
+bool PoseTrack::align_odometry(const EstimateSample& estimate) {
   provisional_ = false;
   if (odometry_.empty()) return true;
-  const auto carried = odometry_.at(estimate.stamp);
-  if (!carried) return false;
-  at_correction_ = *carried;
-  provisional_ = carried->ahead > 0;
-  T_map_odom_ = estimate.T_map_base * transform<Odom, Base>(carried->T_odom_base).inverse();
+  const auto odometry = odometry_.at(estimate.stamp);
+  if (!odometry) return false;
+  at_correction_ = *odometry;
+  provisional_ = odometry->ahead > 0;
+  T_map_odom_ = estimate.T_map_base * transform<Odom, Base>(odometry->T_odom_base).inverse();
   return true;
 }
 
-PoseCovariance PoseTrack::unsensed_growth(double dt) const {
+PoseCovariance PoseTrack::extrapolation_growth(double dt) const {
   // The twist may change as fast as the robot can brake: three sigma of its acceleration.
   const RobotLimits& limits = robot_.limits;
   const double position = 0.5 * limits.deceleration / 3 * dt * dt;
@@ -174,8 +174,8 @@ PoseCovariance PoseTrack::unsensed_growth(double dt) const {
 
 std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why) const {
   OdometryTrack::Missing missing{};
-  const auto carried = odometry_.at(t, &missing);
-  if (!carried) {
+  const auto odometry = odometry_.at(t, &missing);
+  if (!odometry) {
     why = reason(missing);
     return std::nullopt;
   }
@@ -185,19 +185,19 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
   }
   const EstimateSample& estimate = estimates_.newest();
   PoseAtInstant pose;
-  pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(carried->T_odom_base);
-  const double driven = std::abs(carried->driven - at_correction_.driven);
-  const double turned = std::abs(carried->turned - at_correction_.turned);
+  pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(odometry->T_odom_base);
+  const double driven = std::abs(odometry->driven - at_correction_.driven);
+  const double turned = std::abs(odometry->turned - at_correction_.turned);
   const double position_variance = odometry_drift_.position_variance(driven);
   // The heading error is applied at the start, so that it affects the whole path since the SLAM estimate.
   PoseCovariance covariance = estimate.covariance;
   covariance(5, 5) += odometry_drift_.yaw_variance(driven, turned);
-  covariance = transported(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
+  covariance = propagated(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
   covariance(0, 0) += position_variance;
   covariance(1, 1) += position_variance;
-  pose.covariance = covariance + unsensed_growth(carried->ahead);
+  pose.covariance = covariance + extrapolation_growth(odometry->ahead);
   pose.age = t - estimate.stamp;
-  pose.twist = carried->twist;
+  pose.twist = odometry->twist;
   return pose;
 }
 
@@ -242,7 +242,7 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
   pose.T_map_base = interpolate(a.T_map_base, b.T_map_base, s);
   pose.covariance = s <= 1 ? PoseCovariance((1 - s) * a.covariance + s * b.covariance)
                            : PoseCovariance(b.covariance + (s - 1) * (s - 1) * (a.covariance + b.covariance) +
-                                            unsensed_growth(ahead));
+                                            extrapolation_growth(ahead));
   pose.twist = twist_between(planar(a.T_map_base), planar(b.T_map_base), (b.stamp - a.stamp).seconds());
   return pose;
 }

@@ -84,8 +84,8 @@ class PoseTrack {
   std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> predict(SensorTime t, NoPose& why) const;
   Transform<Map, Base> expected_pose(SensorTime t) const;
-  PoseCovariance unsensed_growth(double dt) const;
-  bool place(const EstimateSample& estimate);
+  PoseCovariance extrapolation_growth(double dt) const;
+  bool align_odometry(const EstimateSample& estimate);
   void learn(const EstimateSample& estimate, const Transform<Map, Base>& expected);
   void restart();
 
@@ -96,7 +96,7 @@ class PoseTrack {
   Ring<EstimateSample> estimates_;
   std::optional<Transform<Map, Odom>> T_map_odom_;
   OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last SLAM estimate
-  bool provisional_ = false;         ///< at_correction_ was extrapolated: place again when odometry arrives
+  bool provisional_ = false;         ///< at_correction_ was extrapolated: aligned again when odometry arrives
   bool lost_ = false;
   bool relocalizing_ = false;
   bool mismatch_ = false;

@@ -48,7 +48,7 @@ struct BuildingTree::Scene {
   std::unique_ptr<RTCSceneTy, ReleaseScene> scene;
   std::vector<Box> boxes;
   std::vector<Triangle> triangles;     ///< primitives after the boxes
-  Vector3d middle = Vector3d::Zero();  ///< map, m: the tree's floats are relative to it
+  Vector3d center = Vector3d::Zero();  ///< map, m: the tree's floats are relative to it
 
   static void bounds(const RTCBoundsFunctionArguments* args);
   static void intersect(const RTCIntersectFunctionNArguments* args);
@@ -64,8 +64,8 @@ void BuildingTree::Scene::bounds(const RTCBoundsFunctionArguments* args) {
   self.extent(args->primID, low, high);
   // Floats have an error of 0.1 mm at a kilometre; boxes are grown by a millimetre so that no test misses
   // one.
-  low -= self.middle + Vector3d::Constant(1e-3);
-  high -= self.middle - Vector3d::Constant(1e-3);
+  low -= self.center + Vector3d::Constant(1e-3);
+  high -= self.center - Vector3d::Constant(1e-3);
   RTCBounds& out = *args->bounds_o;
   out.lower_x = static_cast<float>(low.x()), out.upper_x = static_cast<float>(high.x());
   out.lower_y = static_cast<float>(low.y()), out.upper_y = static_cast<float>(high.y());
@@ -134,7 +134,7 @@ void BuildingTree::Scene::build() {
     low = low.cwiseMin(from);
     high = high.cwiseMax(to);
   }
-  middle = (low + high) / 2;
+  center = (low + high) / 2;
   device.reset(rtcNewDevice("threads=1"));
   if (!device)
     throw std::runtime_error("Embree cannot create a device; is libembree3 complete for this CPU?");
@@ -173,7 +173,7 @@ BuildingTree::Hit BuildingTree::cast(const Vector3d& origin, const Vector3d& dir
   if (!scene_) return {};
   Query query{{}, origin, direction, std::numeric_limits<double>::infinity(), 0};
   rtcInitIntersectContext(&query.context);
-  const Eigen::Vector3f from = (origin - scene_->middle).cast<float>(), along = direction.cast<float>();
+  const Eigen::Vector3f from = (origin - scene_->center).cast<float>(), along = direction.cast<float>();
   RTCRayHit ray{};
   ray.ray.org_x = from.x(), ray.ray.org_y = from.y(), ray.ray.org_z = from.z();
   ray.ray.dir_x = along.x(), ray.ray.dir_y = along.y(), ray.ray.dir_z = along.z();

@@ -23,7 +23,7 @@ struct Ray {
   Vector3d at(double t) const { return origin + t * direction; }
 };
 
-void take(double t, bool on_surface, double& nearest) {
+void keep_nearer(double t, bool on_surface, double& nearest) {
   if (on_surface && t >= 0 && t < nearest) nearest = t;
 }
 
@@ -37,7 +37,7 @@ double box(const Ray& ray, const Vector3d& size) {
     for (const double face : {-half[axis], half[axis]}) {
       const double t = (face - ray.origin[axis]) / ray.direction[axis];
       const Vector3d p = ray.at(t);
-      take(t, std::abs(p[u]) <= half[u] && std::abs(p[v]) <= half[v], nearest);
+      keep_nearer(t, std::abs(p[u]) <= half[u] && std::abs(p[v]) <= half[v], nearest);
     }
   }
   return nearest;
@@ -78,7 +78,7 @@ double side(const Ray& ray, double radius, double half_height) {
   const double half_chord = std::sqrt((radius - miss) * (radius + miss) / a);
   double nearest = kNone;
   for (const double t : {nearest_to_axis - half_chord, nearest_to_axis + half_chord}) {
-    take(t, std::abs(ray.at(t).z()) <= half_height, nearest);
+    keep_nearer(t, std::abs(ray.at(t).z()) <= half_height, nearest);
   }
   return nearest;
 }
@@ -90,7 +90,7 @@ double cylinder(const Ray& ray, double radius, double height) {
   if (ray.direction.z() == 0) return nearest;
   for (const double cap : {-half, half}) {
     const double t = (cap - ray.origin.z()) / ray.direction.z();
-    take(t, ray.at(t).head<2>().norm() <= radius, nearest);
+    keep_nearer(t, ray.at(t).head<2>().norm() <= radius, nearest);
   }
   return nearest;
 }

@@ -262,7 +262,7 @@ void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams, do
   cast_building(laser, beams, {}, max_range, hits);
 }
 
-void RayCaster::cast_building_before(std::span<const RangeHit> nearer, const LaserMotion& laser,
+void RayCaster::cast_nearer_building(std::span<const RangeHit> nearer, const LaserMotion& laser,
                                      const BeamSet& beams, double max_range, std::span<RangeHit> hits) {
   assert(hits.size() == beams.time.size() && nearer.size() == hits.size());
   State& state = *state_;

@@ -75,7 +75,7 @@ class RayCaster {
                      std::span<RangeHit> hits);
   /// Only hits nearer than the ranges of `nearer` (hits of the same beams) are guaranteed to be found; faster
   /// where the rest is hidden.
-  void cast_building_before(std::span<const RangeHit> nearer, const LaserMotion& laser, const BeamSet& beams,
+  void cast_nearer_building(std::span<const RangeHit> nearer, const LaserMotion& laser, const BeamSet& beams,
                             double max_range, std::span<RangeHit> hits);
   /// The same with the moving parts of the building that are not in its tree: doors. They count as building:
   /// no hit reports a body.

@@ -4,10 +4,10 @@
 #include <array>
 #include <optional>
 
-#include "fusion/semantic/drop_doubles.hpp"
-#include "fusion/semantic/net_graph.hpp"
-#include "fusion/semantic/observed_floors.hpp"
-#include "fusion/semantic/sagging_floors.hpp"
+#include "fusion/semantic/net/drop_doubles.hpp"
+#include "fusion/semantic/net/net_graph.hpp"
+#include "fusion/semantic/net/observed_floors.hpp"
+#include "fusion/semantic/net/sagging_floors.hpp"
 #include "protocols/length_text.hpp"
 
 namespace parhelion::semantic {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
-#include "fusion/semantic/evidence.hpp"
-#include "fusion/semantic/segmentation.hpp"
-#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/net/evidence.hpp"
+#include "fusion/semantic/net/semantic_net.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 #include "fusion/semantic/site_heights.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "protocols/model.hpp"

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <unordered_map>
 
-#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 
 namespace parhelion::semantic {
 namespace {

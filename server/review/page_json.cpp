@@ -27,7 +27,7 @@ Json event_json(const Event& event, SimulationTime begin) {
           {"y", rounded(event.position.y())},
           {"impulse", rounded(event.impulse)},
           {"value", rounded(event.value)},
-          {"unsensed", event.unsensed},
+          {"undetectable", event.undetectable},
           {"text", event.text}};
 }
 
@@ -155,7 +155,7 @@ Json session_json(const SessionReview& review) {
             {"begin_us", review.begin.utime()},
             {"duration", rounded(review.duration)},
             {"cut_off", review.cut_off},
-            {"damaged_bytes", review.skipped_bytes},
+            {"skipped_bytes", review.skipped_bytes},
             {"footprint", outline_json(review.footprint)}};
   json["grade"] = review.grade ? grade_json(*review.grade) : Json();
   json["training"] = review.scenario.training ? training_json(*review.scenario.training) : Json();

@@ -52,7 +52,7 @@ BatchRow row_of(const std::string& log) {
     row.tasks_done += task.outcome == training::TaskOutcome::done ? 1 : 0;
   row.deductions = grade.deductions.size();
   row.duration = (grade.end - grade.begin).seconds();
-  row.damaged_bytes = session->damaged_bytes;
+  row.skipped_bytes = session->skipped_bytes;
   return row;
 }
 
@@ -108,7 +108,7 @@ std::string to_csv(const std::vector<BatchRow>& rows) {
   std::string text =
       "log,error,identity,scenario,level,robot,score,awarded,deducted,max,fraction,grade,passed,complete,"
       "tasks,"
-      "tasks_done,deductions,duration_s,damaged_bytes\r\n";
+      "tasks_done,deductions,duration_s,skipped_bytes\r\n";
   for (const BatchRow& row : rows) {
     text += training::csv_field(row.log) + "," + training::csv_field(row.error);
     if (!row.error.empty()) {
@@ -122,7 +122,7 @@ std::string to_csv(const std::vector<BatchRow>& rows) {
     text += "," + training::csv_field(row.grade) + (row.passed ? ",1" : ",0") + (row.complete ? ",1" : ",0");
     for (const std::size_t number : {row.tasks, row.tasks_done, row.deductions})
       text += "," + std::to_string(number);
-    text += "," + training::csv_number(row.duration) + "," + std::to_string(row.damaged_bytes) + "\r\n";
+    text += "," + training::csv_number(row.duration) + "," + std::to_string(row.skipped_bytes) + "\r\n";
   }
   return text;
 }
@@ -152,7 +152,7 @@ std::string to_json(const std::vector<BatchRow>& rows) {
                     {"tasks_done", row.tasks_done},
                     {"deductions", row.deductions},
                     {"duration_s", row.duration},
-                    {"damaged_bytes", row.damaged_bytes}});
+                    {"skipped_bytes", row.skipped_bytes}});
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -21,7 +21,7 @@ struct BatchRow {
   bool passed = false, complete = false;
   std::size_t tasks = 0, tasks_done = 0, deductions = 0;
   double duration = 0;  ///< s
-  std::uint64_t damaged_bytes = 0;
+  std::uint64_t skipped_bytes = 0;
 };
 
 /// The session logs (*.lcm) of each folder, recursively, and the named files; sorted, without duplicates.

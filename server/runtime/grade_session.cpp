@@ -129,7 +129,7 @@ std::string to_json(const GradedSession& session) {
   nlohmann::ordered_json json{{"log", session.log},
                               {"scenario", session.scenario},
                               {"robot", session.robot},
-                              {"damaged_bytes", session.skipped_bytes}};
+                              {"skipped_bytes", session.skipped_bytes}};
   training::put_grade(session.grade, json);
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

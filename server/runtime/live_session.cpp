@@ -60,7 +60,7 @@ Status LiveSession::start() {
 
 /// As a normal input, so that replay applies it, too.
 void LiveSession::keep_robot_stopped() {
-  const Message stop = tick::stop_of_robot(configuration_, inbox_.stamp());
+  const Message stop = tick::emergency_stop_message(configuration_, inbox_.stamp());
   last_ = stop.arrival;
   outputs_.clear();
   tick::tick(configuration_, stop, *state_, outputs_, stages_);

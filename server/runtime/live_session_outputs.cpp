@@ -68,7 +68,7 @@ void LiveSession::housekeeping() {
 /// Reports other publishers on our channels once, not each of their messages.
 void LiveSession::note_foreign_messages() {
   for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
-    if (channel == tick::another_server() && options_.notify) options_.notify(tick::kAnotherServerText);
+    if (channel == tick::status_channel_index() && options_.notify) options_.notify(tick::kOtherServerText);
     decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
   }
 }

@@ -8,9 +8,9 @@
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/sensor_cloud.hpp"
-#include "fusion/semantic/drop_doubles.hpp"
-#include "fusion/semantic/observed_floors.hpp"
-#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/net/drop_doubles.hpp"
+#include "fusion/semantic/net/observed_floors.hpp"
+#include "fusion/semantic/net/semantic_net.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "render/depth_image.hpp"
 

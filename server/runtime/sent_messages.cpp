@@ -20,7 +20,7 @@ std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> pa
 
 SentMessages::SentMessages(const tick::Configuration& configuration) {
   channels_.push_back(configuration.channels.bus(channel::kMrStatus));
-  indices_.push_back(tick::another_server());
+  indices_.push_back(tick::status_channel_index());
   if (!tick::simulates_trainee(configuration.scenario)) return;
   const std::vector<std::string>& names = sensor_channels();
   for (std::size_t i = 0; i < names.size(); ++i) {

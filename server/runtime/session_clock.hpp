@@ -24,17 +24,19 @@ class SessionClock {
   void set_rate(double rate) {
     const std::lock_guard lock(mutex_);
     const WallTime steady = steady_now();
-    anchor_ = at(steady);
-    anchored_ = steady;
+    arrival_at_change_ = at(steady);
+    steady_at_change_ = steady;
     rate_ = rate;
   }
 
  private:
-  ArrivalTime at(WallTime steady) const { return anchor_ + seconds(rate_ * (steady - anchored_).seconds()); }
+  ArrivalTime at(WallTime steady) const {
+    return arrival_at_change_ + seconds(rate_ * (steady - steady_at_change_).seconds());
+  }
 
   mutable std::mutex mutex_;
-  ArrivalTime anchor_{wall_now().ns};
-  WallTime anchored_ = steady_now();
+  ArrivalTime arrival_at_change_{wall_now().ns};
+  WallTime steady_at_change_ = steady_now();
   double rate_ = 1;
 };
 

@@ -55,7 +55,7 @@ Result<training::SessionRecord> session_record(
   record.robot = graded->robot;
   record.log = std::filesystem::path(path).filename().string();
   record.level = scenario->level;
-  record.damaged_bytes = graded->skipped_bytes;
+  record.skipped_bytes = graded->skipped_bytes;
   record.grade = std::move(graded->grade);
   for (const Task& task : scenario->training->tasks) {
     record.skills.push_back(task.skills);

@@ -115,12 +115,12 @@ std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const Doo
     parts_[i].id = states_[i].id += first_body;
     if (boxes_[i].door) {
       Door door = make_door(*boxes_[i].door, spaces_, rules);
-      door.place = net_.place(door.drawn.name);
+      door.place = net_.place(door.in_model.name);
       door.id = states_[i].id;
       door.body = i;
       door.obstacle = *boxes_[i].obstacle;
       hang_door(physics, door);
-      parts_[i].injectable = obstacles_[door.obstacle].is_virtual = door.drawn.is_virtual;
+      parts_[i].injectable = obstacles_[door.obstacle].is_virtual = door.in_model.is_virtual;
       parts_[i].shapes = leaf_shapes(door);
       states_[i].known = door.known;
       states_[i].T_map_body = door.rigid.T_map_body;
@@ -155,7 +155,7 @@ void Building::move_leaf(const Door& door) {
     place(door.outline, planar_pose(T_map_leaf), leaf.footprint);
     return;
   }
-  leaf.footprint = projection(T_map_leaf, door.drawn.size, leaf.bottom, leaf.top);
+  leaf.footprint = projection(T_map_leaf, door.in_model.size, leaf.bottom, leaf.top);
   const auto index = static_cast<std::uint32_t>(door.obstacle);
   if (std::find(loose_.begin(), loose_.end(), index) == loose_.end()) loose_.push_back(index);
 }

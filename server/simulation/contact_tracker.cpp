@@ -13,7 +13,7 @@ Event ContactTracker::event_of(EventKind kind, const Contact& contact, Simulatio
   event.pair = contact.newest.pair;
   event.position = contact.newest.position;
   event.impulse = impulse;
-  event.unsensed = contact.newest.unsensed;
+  event.undetectable = contact.newest.undetectable;
   event.text = contact.newest.relation;
   return event;
 }

@@ -17,7 +17,7 @@ struct TouchingPair {
   PairKind pair = PairKind::none;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map
   double impulse = 0;                                  ///< N s in this step
-  bool unsensed = false;
+  bool undetectable = false;
   std::string relation = {};  ///< of the object in the model: "in wall 7"
   bool rests = false;         ///< one body rests on the other without motion
 };

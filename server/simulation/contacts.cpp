@@ -68,12 +68,12 @@ void Contacts::collect_body_contacts(Agents& agents, const RealRobots& real_robo
                        physics.state(contact.b).velocity.norm() < kRests;
     // A simulated robot's sensors are never degraded.
     if (a.real != nullptr && !a.real->touchable) continue;
-    touching_.push_back({*a.name, *b.name,
-                         a.is_virtual == b.is_virtual
-                             ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
-                             : PairKind::real_virtual,
-                         contact.position, contact.impulse, a.real != nullptr && !(a.real->sensed && b.shown),
-                         b.relation != nullptr ? *b.relation : std::string(), rests});
+    touching_.push_back(
+        {*a.name, *b.name,
+         a.is_virtual == b.is_virtual ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
+                                      : PairKind::real_virtual,
+         contact.position, contact.impulse, a.real != nullptr && !(a.real->injection_live && b.shown),
+         b.relation != nullptr ? *b.relation : std::string(), rests});
   }
 }
 
@@ -100,7 +100,7 @@ void Contacts::collect_building_contacts(const RealRobot& robot, const Building&
                          obstacle->is_virtual ? PairKind::real_virtual : PairKind::real_real,
                          {touch.x(), touch.y(), z},
                          robot.mass * std::max(0.0, closing),
-                         !robot.sensed,
+                         !robot.injection_live,
                          obstacle->relation});
   }
 }

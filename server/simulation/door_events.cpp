@@ -19,10 +19,10 @@ Event door_event(EventKind kind, const Door& door, SimulationTime now, double va
   Event event;
   event.stamp = now;
   event.kind = kind;
-  event.subject = touched ? door.toucher.name : door.drawn.name;
-  event.object = door.drawn.name;
+  event.subject = touched ? door.toucher.name : door.in_model.name;
+  event.object = door.in_model.name;
   event.pair = touched ? door.toucher.pair : PairKind::none;
-  event.unsensed = touched && door.toucher.unsensed;
+  event.undetectable = touched && door.toucher.undetectable;
   event.position = door.rigid.T_map_body.translation();
   event.value = value;
   event.text = door.place;
@@ -30,7 +30,7 @@ Event door_event(EventKind kind, const Door& door, SimulationTime now, double va
 }
 
 /// Event of entering or leaving a door's opening.
-Event pass_space(Door& door, const std::string& who, bool enters, PairKind pair, bool unsensed,
+Event pass_space(Door& door, const std::string& who, bool enters, PairKind pair, bool undetectable,
                  const Eigen::Vector3d& position, SimulationTime now) {
   const auto at = std::lower_bound(door.inside.begin(), door.inside.end(), who);
   if (enters)
@@ -41,9 +41,9 @@ Event pass_space(Door& door, const std::string& who, bool enters, PairKind pair,
   event.stamp = now;
   event.kind = enters ? EventKind::door_space_entered : EventKind::door_space_left;
   event.subject = who;
-  event.object = door.drawn.name;
+  event.object = door.in_model.name;
   event.pair = pair;
-  event.unsensed = unsensed;
+  event.undetectable = undetectable;
   event.position = position;
   event.text = door.place;
   return event;
@@ -54,26 +54,27 @@ void watch_space(Door& door, const Surroundings& around, std::vector<Event>& eve
     return std::binary_search(door.inside.begin(), door.inside.end(), who);
   };
   const auto look = [&](const std::string& who, const Footprint& placed, double bottom, double top,
-                        PairKind pair, bool unsensed, const Eigen::Vector3d& position) {
+                        PairKind pair, bool undetectable, const Eigen::Vector3d& position) {
     const double bound = distance_bound(placed, door.space);
     if (bound > kLeaveGap && door.inside.empty()) return;
     const bool was = is_inside(who);
     const double gap = was ? kLeaveGap : 0;
     const bool level = bottom < door.space_top && top > door.space_bottom;
     const bool is = level && bound <= gap && signed_distance(placed, door.space) <= gap;
-    if (is != was) events.push_back(pass_space(door, who, is, pair, unsensed, position, around.clock.now()));
+    if (is != was)
+      events.push_back(pass_space(door, who, is, pair, undetectable, position, around.clock.now()));
   };
-  const bool drawn = door.drawn.is_virtual;
+  const bool is_virtual = door.in_model.is_virtual;
   for (const Agent& agent : around.agents) {
     look(agent.definition.name, agent.placed, agent.floor + 0.02, agent.floor + agent.form.size.z(),
-         drawn ? PairKind::virtual_virtual : PairKind::real_virtual, false,
+         is_virtual ? PairKind::virtual_virtual : PairKind::real_virtual, false,
          agent.rigid.T_map_body.translation());
   }
   for (const RealRobot& real : around.real_robots) {
     if (!real.present) continue;
     const Eigen::Vector3d p = real.last.T_map_base.translation();
     look(real.name, real.placed, p.z() + 0.02, p.z() + real.height,
-         drawn ? PairKind::real_virtual : PairKind::real_real, !real.sensed, p);
+         is_virtual ? PairKind::real_virtual : PairKind::real_real, !real.injection_live, p);
   }
 }
 
@@ -84,7 +85,8 @@ void watch_doors(DoorSet& doors, const std::vector<TouchingPair>& touching, cons
   if (doors.all().empty()) return;
   const SimulationTime now = around.clock.now();
   for (const TouchingPair& pair : touching) {
-    if (Door* door = doors.find(pair.object)) door->toucher = {pair.subject, pair.pair, pair.unsensed, now};
+    if (Door* door = doors.find(pair.object))
+      door->toucher = {pair.subject, pair.pair, pair.undetectable, now};
   }
   for (Door& door : doors.all()) {
     watch_space(door, around, events);

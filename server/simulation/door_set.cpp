@@ -18,10 +18,10 @@ constexpr double kShut = 0.002;       // rad
 constexpr double kPullWindow = 0.02;  // s over which the impulse on a hinge is summed for breaking
 
 bool same_make(const Door& a, const Door& b) {
-  return a.drawn.name == b.drawn.name && a.dynamic == b.dynamic &&
-         a.drawn.T_map_body.isometry().isApprox(b.drawn.T_map_body.isometry(), 0) &&
-         a.drawn.size == b.drawn.size && a.hinge.axis == b.hinge.axis && a.hinge.lower == b.hinge.lower &&
-         a.hinge.upper == b.hinge.upper && a.hinge.closed == b.hinge.closed;
+  return a.in_model.name == b.in_model.name && a.dynamic == b.dynamic &&
+         a.in_model.T_map_body.isometry().isApprox(b.in_model.T_map_body.isometry(), 0) &&
+         a.in_model.size == b.in_model.size && a.hinge.axis == b.hinge.axis &&
+         a.hinge.lower == b.hinge.lower && a.hinge.upper == b.hinge.upper && a.hinge.closed == b.hinge.closed;
 }
 
 std::string degrees(double angle) {
@@ -34,7 +34,7 @@ std::string degrees(double angle) {
 void put_leaf(Door& door, double angle, Building& building, Agents& agents, Physics& physics) {
   constrain_all(agents, physics);
   door.angle = angle;
-  door.rigid = {leaf_at(door.drawn, door.hinge, angle), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  door.rigid = {leaf_at(door.in_model, door.hinge, angle), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   door.open = door.is_turned_open();
   door.turning = false;
   door.moved = true;
@@ -77,7 +77,7 @@ void turn_leaf(Door& door, const std::optional<double>& target, Building& buildi
   door.moved = true;
   const Eigen::Vector3d axis(door.hinge.axis.x(), door.hinge.axis.y(), 0);
   RigidState& rigid = door.rigid;
-  rigid.T_map_body = leaf_at(door.drawn, door.hinge, door.angle);
+  rigid.T_map_body = leaf_at(door.in_model, door.hinge, door.angle);
   rigid.rotation_rate = rigid.T_map_body.rotation().col(2) * (turn / dt);
   rigid.velocity = rigid.rotation_rate.cross(-(rigid.T_map_body.rotation() * axis));
   physics.move_fixed(door.handle, rigid.T_map_body, rigid.velocity, rigid.rotation_rate);
@@ -105,8 +105,8 @@ void move_real_door(Door& door, Building& building, Agents& agents, Physics& phy
 }  // namespace
 
 Door* DoorSet::find(const std::string& name) {
-  const auto at =
-      std::find_if(doors_.begin(), doors_.end(), [&](const Door& door) { return door.drawn.name == name; });
+  const auto at = std::find_if(doors_.begin(), doors_.end(),
+                               [&](const Door& door) { return door.in_model.name == name; });
   return at == doors_.end() ? nullptr : &*at;
 }
 
@@ -120,7 +120,7 @@ bool DoorSet::opens_when_pushed(const Building& building, const FixedObstacle& l
 
 Status DoorSet::unknown(const std::string& name) const {
   std::vector<std::string> names;
-  for (const Door& door : doors_) names.push_back(door.drawn.name);
+  for (const Door& door : doors_) names.push_back(door.in_model.name);
   if (names.empty()) return Error{"no door '" + name + "': the model has none"};
   return Error{"no door '" + name + "'" + suggestion_or_known(name, names)};
 }
@@ -137,11 +137,12 @@ Status DoorSet::command(const DoorCommand& command, Building& building, Agents& 
   if (!(angle >= door->hinge.lower - kAngleSlack && angle <= door->hinge.upper + kAngleSlack)) {
     const double one = opening_of(door->hinge, door->hinge.lower);
     const double other = opening_of(door->hinge, door->hinge.upper);
-    return Error{"door '" + door->drawn.name + "' cannot be open by " + degrees(opening) + "; expected " +
+    return Error{"door '" + door->in_model.name + "' cannot be open by " + degrees(opening) + "; expected " +
                  degrees(std::min(one, other)) + " to " + degrees(std::max(one, other))};
   }
   const double within = std::clamp(angle, door->hinge.lower, door->hinge.upper);
-  if (door->unhinged) return Error{"door '" + door->drawn.name + "' is off its hinge: it cannot be turned"};
+  if (door->unhinged)
+    return Error{"door '" + door->in_model.name + "' is off its hinge: it cannot be turned"};
   if (door->dynamic) {
     put_leaf(*door, within, building, agents, physics);
   } else {

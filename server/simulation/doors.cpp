@@ -14,16 +14,16 @@ constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  
 constexpr double kPassable = 0.9;  // rad: from this angle a person can pass
 
 Eigen::Vector2d closed_center(const Door& door) {
-  return leaf_at(door.drawn, door.hinge, door.hinge.closed).translation().head<2>();
+  return leaf_at(door.in_model, door.hinge, door.hinge.closed).translation().head<2>();
 }
 
 /// The free space with the door's name, else the nearest at its closed leaf, else its opening.
 ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spaces) {
   const Eigen::Vector2d center = closed_center(door);
   const ModelEntity* nearest = nullptr;
-  double smallest = door.drawn.size.x() / 2;
+  double smallest = door.in_model.size.x() / 2;
   for (const ModelEntity& space : spaces) {
-    if (space.name == "free space of " + door.drawn.name) return space;
+    if (space.name == "free space of " + door.in_model.name) return space;
     const double distance = (space.T_map_body.translation().head<2>() - center).norm();
     if (distance < smallest) {
       smallest = distance;
@@ -31,8 +31,8 @@ ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spac
     }
   }
   if (nearest) return *nearest;
-  ModelEntity opening = door.drawn;
-  opening.T_map_body = leaf_at(door.drawn, door.hinge, door.hinge.closed);
+  ModelEntity opening = door.in_model;
+  opening.T_map_body = leaf_at(door.in_model, door.hinge, door.hinge.closed);
   opening.size.y() = std::max(opening.size.y(), kSpaceDepth);
   return opening;
 }
@@ -56,13 +56,13 @@ Footprint projection(const Transform<Map, Body>& T_map_body, const Eigen::Vector
 
 Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces, const DoorRules& rules) {
   Door door;
-  door.drawn = entity;
+  door.in_model = entity;
   door.hinge = hinge_of(entity);
   for (const DoorSettings& settings : rules.settings) {
     if (settings.name == entity.name) door.settings = settings;
   }
-  if (door.settings.is_virtual) door.drawn.is_virtual = *door.settings.is_virtual;
-  const bool simulated = rules.level < 3 || door.drawn.is_virtual;
+  if (door.settings.is_virtual) door.in_model.is_virtual = *door.settings.is_virtual;
+  const bool simulated = rules.level < 3 || door.in_model.is_virtual;
   door.dynamic = simulated && !door.settings.locked;
   door.outline = make_rectangle(entity.size.x(), entity.size.y());
   const ModelEntity space = free_space_of(door, spaces);
@@ -81,7 +81,7 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
 bool Door::opens_when_pushed_from(const Eigen::Vector2d& p) const {
   if (!dynamic || unhinged) return false;
   if (std::abs(opening()) > kPassable) return true;
-  const Transform<Map, Body> T_map_closed = leaf_at(drawn, hinge, hinge.closed);
+  const Transform<Map, Body> T_map_closed = leaf_at(in_model, hinge, hinge.closed);
   const double z = T_map_closed.translation().z();
   const double side = (T_map_closed.inverse() * Eigen::Vector3d(p.x(), p.y(), z)).y();
   // Pushed from its left, the leaf turns right if its hinge is behind.
@@ -90,8 +90,8 @@ bool Door::opens_when_pushed_from(const Eigen::Vector2d& p) const {
 }
 
 std::vector<Shape> leaf_shapes(const Door& door) {
-  const Eigen::Vector3d& size = door.drawn.size;
-  std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.drawn.material}};
+  const Eigen::Vector3d& size = door.in_model.size;
+  std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.in_model.material}};
   if (!door.dynamic || size.x() < 0.4 || size.z() < kHandleHeight + 0.1) return shapes;
   // A lever on each side, near the edge opposite the hinge.
   const Material metal{{0.55F, 0.56F, 0.58F}, 0.3F, 1, 0.6F};
@@ -107,13 +107,13 @@ std::vector<Shape> leaf_shapes(const Door& door) {
 }
 
 void hang_door(Physics& physics, Door& door) {
-  const Eigen::Vector3d& size = door.drawn.size;
+  const Eigen::Vector3d& size = door.in_model.size;
   if (!door.dynamic) {
     door.handle = physics.add_fixed_box(door.rigid.T_map_body, size, false);
     return;
   }
   const double mass = std::clamp(kLeafDensity * size.prod(), kMinMass, kMaxMass);
-  door.anchor = physics.add_anchor(door.drawn.T_map_body);
+  door.anchor = physics.add_anchor(door.in_model.T_map_body);
   door.handle = physics.add_leaf(size, mass, door.rigid.T_map_body);
   JointDefinition hinge;
   hinge.a = door.anchor;

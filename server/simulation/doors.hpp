@@ -30,12 +30,12 @@ struct DoorRules {
 struct DoorToucher {
   std::string name;
   PairKind pair = PairKind::none;
-  bool unsensed = false;
+  bool undetectable = false;
   SimulationTime at;
 };
 
 struct Door {
-  ModelEntity drawn;  ///< as in the model
+  ModelEntity in_model;  ///< as in the model
   Hinge hinge;
   DoorSettings settings;
   std::string place;         ///< in the semantic net: "in wall 7"

@@ -42,7 +42,7 @@ Crossing crossing(const Building& building, const std::vector<Door>& doors, cons
       if (shape.kind == ShapeKind::box) count(states[i].T_map_body, shape.size);
     }
   }
-  for (const Door& door : doors) count(door.rigid.T_map_body, door.drawn.size);
+  for (const Door& door : doors) count(door.rigid.T_map_body, door.in_model.size);
   return all;
 }
 

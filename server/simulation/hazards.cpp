@@ -55,16 +55,16 @@ Hazards::Trigger Hazards::approached(const Entry& entry, const Agent* own, const
   trigger.value = *entry.hazard.nearness;
   const Footprint at = own != nullptr ? own->placed : make_disc(place.head<2>(), 0);
   const auto consider = [&](const Footprint& placed, double z, const std::string& name, PairKind pair,
-                            bool unsensed) {
+                            bool undetectable) {
     if (std::abs(z - place.z()) > kSameStorey || distance_bound(placed, at) > trigger.value) return;
     const double distance = std::max(0.0, signed_distance(placed, at));
     if (distance > trigger.value || (!trigger.who.empty() && distance == trigger.value)) return;
-    trigger = {"nearness", distance, name, pair, unsensed};
+    trigger = {"nearness", distance, name, pair, undetectable};
   };
   for (const RealRobot& robot : around.real_robots) {
     if (robot.present)
       consider(robot.placed, robot.last.T_map_base.translation().z(), robot.name, PairKind::real_virtual,
-               !robot.sensed);
+               !robot.injection_live);
   }
   for (const Agent& agent : around.agents) {
     if (&agent == own || !agent.form.upright) continue;
@@ -97,7 +97,7 @@ void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
     event.subject = hazard.name;
     event.object = trigger.who;
     event.pair = trigger.pair;
-    event.unsensed = trigger.unsensed;
+    event.undetectable = trigger.undetectable;
     event.position = place;
     event.value = trigger.value;
     event.text = trigger.by;

@@ -42,7 +42,7 @@ class Hazards {
     double value = 0;
     std::string who = {};
     PairKind pair = PairKind::none;
-    bool unsensed = false;
+    bool undetectable = false;
   };
   static Trigger felt(Entry& entry, const Agent& agent);
   static Trigger approached(const Entry& entry, const Agent* own, const Eigen::Vector3d& place,

@@ -11,7 +11,7 @@ constexpr double kVerge = 0.05;  // m and s from the limits of kAway: may be exc
 
 bool NearMissWatch::leaving() const {
   return std::any_of(open_.begin(), open_.end(),
-                     [&](const auto& each) { return each.second.seen == looked_ && !each.second.stays; });
+                     [&](const auto& each) { return each.second.seen == checked_at_ && !each.second.stays; });
 }
 
 NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, SimulationTime now) {
@@ -19,7 +19,7 @@ NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, Simulation
   if (at == open_.end()) at = open_.emplace(std::string(thing.name), Encounter{}).first;
   Encounter& encounter = at->second;
   encounter.pair = thing.pair;
-  encounter.unsensed = encounter.unsensed || thing.unsensed;
+  encounter.undetectable = encounter.undetectable || thing.undetectable;
   encounter.stays = encounter.stays && encounter.seen == now;
   encounter.seen = now;
   return encounter;
@@ -47,7 +47,7 @@ void NearMissWatch::update(const Supervised& body, const ObservedMotion& motion,
     Event event = event_of(EventKind::near_miss, body, motion, closest.value);
     event.object = each.first;
     event.pair = each.second.pair;
-    event.unsensed = each.second.unsensed;
+    event.undetectable = each.second.undetectable;
     event.position = closest.position;
     event.text = by;
     events.push_back(std::move(event));

@@ -15,13 +15,13 @@ namespace parhelion::simulation {
 struct Neighbour {
   std::string_view name;
   PairKind pair = PairKind::none;
-  bool unsensed = false;
+  bool undetectable = false;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map: its point nearest to the robot
 };
 
 /// Reports near_miss at the end of an encounter without contact: by distance (text "gap", value: m, the
 /// smallest gap, at most kGap), by time (text "time", value: s, the shortest time to collision, at most
-/// kTime), or both. Only instants when the robot itself moves faster than kCareful count: passing at a crawl
+/// kTime), or both. Only instants when the robot itself moves faster than kMinSpeed count: passing at a crawl
 /// is deliberate, and a standing robot is passed by others. Where the encounter began within kGap, only the
 /// time counts. It ends when for kHold the robot stood, or the object was farther than kAway and not ahead
 /// within kTimeAway. One second as the limit of serious conflicts: Hayward, Near-miss determination through
@@ -30,7 +30,7 @@ class NearMissWatch {
  public:
   static constexpr double kGap = 0.20, kAway = 0.30;     // m
   static constexpr double kTime = 1.0, kTimeAway = 1.5;  // s
-  static constexpr double kCareful = 0.10;               // m/s, of its fastest point
+  static constexpr double kMinSpeed = 0.10;              // m/s, of its fastest point
   static constexpr double kHold = 0.5;                   // s
 
   /// An encounter is active: update at each step.
@@ -38,7 +38,7 @@ class NearMissWatch {
   /// An encounter may end at the next step: check it then.
   bool leaving() const;
   /// Starts a check.
-  void begin_check(SimulationTime now) { looked_ = now; }
+  void begin_check(SimulationTime now) { checked_at_ = now; }
   /// At each check, for objects within kAway: the gap (m).
   void near(const Neighbour& thing, double gap, bool moves, SimulationTime now);
   /// The first object on the path: s until contact.
@@ -61,7 +61,7 @@ class NearMissWatch {
   };
   struct Encounter {
     PairKind pair = PairKind::none;
-    bool unsensed = false, touched = false;
+    bool undetectable = false, touched = false;
     bool came = false;   ///< it was farther than kGap before
     bool stays = false;  ///< near at its newest check: not away before the next one
     Closest gap, time;
@@ -69,7 +69,7 @@ class NearMissWatch {
   };
   Encounter& meet(const Neighbour& thing, SimulationTime now);
   std::map<std::string, Encounter, std::less<>> open_;
-  SimulationTime looked_;
+  SimulationTime checked_at_;
 };
 
 }  // namespace parhelion::simulation

@@ -80,8 +80,8 @@ double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, doubl
 }
 
 bool CollisionPrediction::due(SimulationTime now, const Twist2& twist) const {
-  if (!looked_) return true;
-  const double since = (now - *looked_).seconds();
+  if (!checked_at_) return true;
+  const double since = (now - *checked_at_).seconds();
   const double change = std::max(
       {std::abs(twist.vx - twist_.vx), std::abs(twist.vy - twist_.vy), std::abs(twist.wz - twist_.wz)});
   return since >= wait_ || (!is_warned_ && (change > kSameTwist || time_ - since <= kWarn));
@@ -89,8 +89,8 @@ bool CollisionPrediction::due(SimulationTime now, const Twist2& twist) const {
 
 void CollisionPrediction::update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
                                  const std::optional<Ahead>& ahead, std::vector<Event>& events) {
-  if (looked_) wait_ = kPeriod;
-  looked_ = motion.stamp;
+  if (checked_at_) wait_ = kPeriod;
+  checked_at_ = motion.stamp;
   twist_ = twist;
   time_ = ahead ? ahead->time : kRearm;
   if (ahead) {
@@ -103,7 +103,7 @@ void CollisionPrediction::update(const Supervised& body, const ObservedMotion& m
       event.object = ahead->object;
       event.text = ahead->relation;
       event.pair = ahead->pair;
-      event.unsensed = ahead->unsensed;
+      event.undetectable = ahead->undetectable;
       event.position = ahead->position;
       events.push_back(std::move(event));
     }
@@ -114,7 +114,7 @@ void CollisionPrediction::update(const Supervised& body, const ObservedMotion& m
 
 void TippingPrediction::update(const Supervised& body, const ObservedMotion& motion, const Tipping& tipping,
                                std::vector<Event>& events) {
-  const bool threatened = tipping.fraction < kCareful && tipping.time <= kWarn;
+  const bool threatened = tipping.fraction < kSmallMargin && tipping.time <= kWarn;
   if (threatened) threatened_ = motion.stamp;
   if (threatened && !warned_)
     events.push_back(event_of(EventKind::tipping_predicted, body, motion, tipping.time));
@@ -176,7 +176,7 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
     nearest.fraction = std::min(nearest.fraction, left / level);
     if (left <= 0) nearest.time = 0;
     // It does not tip over an edge with a large margin.
-    if (rate > 0 && left / level < TippingPrediction::kCareful)
+    if (rate > 0 && left / level < TippingPrediction::kSmallMargin)
       nearest.time = std::min(nearest.time, std::max(0.0, left) / rate);
   }
   return nearest;

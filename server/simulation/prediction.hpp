@@ -35,7 +35,7 @@ inline constexpr double kMinAdvance = 0.004;  // s
 struct Ahead {
   std::string_view object, relation;  ///< names valid for this step
   PairKind pair = PairKind::none;
-  bool unsensed = false;
+  bool undetectable = false;
   double time = 0;                                     ///< s until contact
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map: the object's point nearest to the robot
 };
@@ -51,7 +51,7 @@ class CollisionPrediction {
   /// Before the first check: the second follows after the `fraction` of kPeriod. Spreads the checks of
   /// robots that start together. turns.
   void stagger(double fraction) {
-    if (!looked_) wait_ = fraction * kPeriod;
+    if (!checked_at_) wait_ = fraction * kPeriod;
   }
   /// Whether to search again: kPeriod is over; or a warning is possible because the motion changed or a far
   /// object may be near.
@@ -62,7 +62,7 @@ class CollisionPrediction {
  private:
   std::map<std::string, SimulationTime, std::less<>>
       warned_;  ///< object, and the last time it was ahead within kRearm
-  std::optional<SimulationTime> looked_;
+  std::optional<SimulationTime> checked_at_;
   Twist2 twist_;
   double time_ = 0;         ///< s, time to contact at the newest check; kRearm if nothing is ahead
   bool is_warned_ = false;  ///< warned
@@ -75,12 +75,12 @@ struct Tipping {
   double time = 0;  ///< s until tipping at the current rotation rate; infinity: no rotation in that direction
 };
 
-/// Reports tipping_predicted (value: s) when the margin is less than kCareful and would be used up within
+/// Reports tipping_predicted (value: s) when the margin is less than kSmallMargin and would be used up within
 /// kWarn; repeated after this was not so for kHold.
 class TippingPrediction {
  public:
   static constexpr double kWarn = 1.0;  // s
-  static constexpr double kCareful = 0.7;
+  static constexpr double kSmallMargin = 0.7;
   static constexpr double kHold = 0.5;  // s
   void update(const Supervised& body, const ObservedMotion& motion, const Tipping& tipping,
               std::vector<Event>& events);

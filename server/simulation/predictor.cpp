@@ -50,14 +50,14 @@ void predict_tipping(Agent& agent, const ObservedMotion& motion, const Eigen::Ma
 
 /// Objects close enough to become a near miss.
 void Predictor::check_passing_distance(const PredictionQuery& query, const Footprint& placed,
-                                       const std::string& name, PairKind pair, bool unsensed) {
+                                       const std::string& name, PairKind pair, bool undetectable) {
   if (distance_bound(query.placed, placed) > NearMissWatch::kAway) return;
   const double gap = signed_distance(query.placed, placed);
   if (gap > NearMissWatch::kAway) return;
   if (query.contacts.touch_each_other(*query.name, name)) return query.misses.touch(name, query.now());
   const Eigen::Vector2d at = nearest_point(query.placed, placed);
   const Eigen::Vector3d place(at.x(), at.y(), query.bottom - kUnderfoot);
-  query.misses.near({name, pair, unsensed, place}, gap, query.moves(), query.now());
+  query.misses.near({name, pair, undetectable, place}, gap, query.moves(), query.now());
 }
 
 /// The obstacle of the building that it would touch first.
@@ -77,14 +77,14 @@ void Predictor::predict_building_collision(const PredictionQuery& query, std::op
     });
     if (lost) continue;
     const PairKind pair = pair_of(query.is_virtual, obstacle->is_virtual);
-    check_passing_distance(query, obstacle->footprint, obstacle->name, pair, query.unsensed);
+    check_passing_distance(query, obstacle->footprint, obstacle->name, pair, query.undetectable);
     if (query.contacts.touched(*query.name, obstacle->name)) continue;
     const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
     const double time = time_to_contact(query.own, {&obstacle->footprint, {}, {}}, query.margin, horizon);
     if (time > horizon || (ahead && time >= ahead->time)) continue;
     const Eigen::Vector2d at = nearest_point(query.placed, obstacle->footprint);
     ahead = Ahead{obstacle->name, obstacle->relation,
-                  pair,           query.unsensed,
+                  pair,           query.undetectable,
                   time,           {at.x(), at.y(), query.bottom - kUnderfoot}};
   }
 }
@@ -93,7 +93,7 @@ void Predictor::predict_body_collision(const PredictionQuery& query, const Other
                                        std::optional<Ahead>& ahead) {
   const PairKind pair = pair_of(query.is_virtual, other.is_virtual);
   if (query.speed > kClosingSpeed)
-    check_passing_distance(query, other.placed, other.name, pair, other.unsensed);
+    check_passing_distance(query, other.placed, other.name, pair, other.undetectable);
   const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
   const double closing = query.speed + max_speed(other.moving);
   if (distance_bound(query.placed, other.placed) - kTouch > closing * horizon) return;
@@ -101,7 +101,7 @@ void Predictor::predict_body_collision(const PredictionQuery& query, const Other
   const double time = time_to_contact(query.own, other.moving, kTouch, horizon);
   if (time > horizon || (ahead && time >= ahead->time)) return;
   const Eigen::Vector2d at = nearest_point(query.placed, other.placed);
-  ahead = Ahead{other.name, {}, pair, other.unsensed, time, {at.x(), at.y(), query.bottom - kUnderfoot}};
+  ahead = Ahead{other.name, {}, pair, other.undetectable, time, {at.x(), at.y(), query.bottom - kUnderfoot}};
 }
 
 void Predictor::predict_agent_collision(const PredictionQuery& query, const Agent& other,
@@ -109,12 +109,13 @@ void Predictor::predict_agent_collision(const PredictionQuery& query, const Agen
   if (&other == query.agent) return;
   const double z = other.rigid.T_map_body.translation().z();
   if (z > query.top || z + other.form.size.z() < query.bottom) return;
-  const bool unsensed = query.real != nullptr && !(query.real->sensed && other.shown == AgentShown::shown);
+  const bool undetectable =
+      query.real != nullptr && !(query.real->injection_live && other.shown == AgentShown::shown);
   const bool leans = other.cable || other.rigid.T_map_body.isometry()(2, 2) <= 0.9999;
   const MovingFootprint moving =
       leans ? MovingFootprint{&other.placed, {}, {}}
             : MovingFootprint{&other.form.footprint, other.pose, twist_of(other.rigid)};
-  predict_body_collision(query, {moving, other.placed, other.definition.name, !other.trainee, unsensed},
+  predict_body_collision(query, {moving, other.placed, other.definition.name, !other.trainee, undetectable},
                          ahead);
 }
 
@@ -123,9 +124,9 @@ void Predictor::predict_real_collision(const PredictionQuery& query, const RealR
   if (!other.touchable || query.agent == nullptr || query.agent->trainee) return;
   const double z = other.last.T_map_base.translation().z();
   if (z > query.top || z + other.height < query.bottom) return;
-  const bool unsensed = !(other.sensed && query.agent->shown == AgentShown::shown);
+  const bool undetectable = !(other.injection_live && query.agent->shown == AgentShown::shown);
   const MovingFootprint moving{&other.footprint, planar_pose(other.last.T_map_base), other.last.twist};
-  predict_body_collision(query, {moving, other.placed, other.name, false, unsensed}, ahead);
+  predict_body_collision(query, {moving, other.placed, other.name, false, undetectable}, ahead);
 }
 
 std::optional<Ahead> Predictor::find_first_collision(const PredictionQuery& query) {
@@ -134,7 +135,7 @@ std::optional<Ahead> Predictor::find_first_collision(const PredictionQuery& quer
   for (const Agent& other : query.around.agents) predict_agent_collision(query, other, ahead);
   for (const RealRobot& other : query.around.real_robots) predict_real_collision(query, other, ahead);
   if (ahead)
-    query.misses.ahead({ahead->object, ahead->pair, ahead->unsensed, ahead->position}, ahead->time,
+    query.misses.ahead({ahead->object, ahead->pair, ahead->undetectable, ahead->position}, ahead->time,
                        query.moves(), query.now());
   return ahead;
 }
@@ -169,7 +170,7 @@ void Predictor::predict(RealRobot& robot, const ObservedMotion& motion, const Su
                                 .top = z + robot.height,
                                 .climb = 0,
                                 .is_virtual = false,
-                                .unsensed = !robot.sensed,
+                                .undetectable = !robot.injection_live,
                                 .speed = fastest_point_speed(robot.footprint, twist),
                                 .real = &robot,
                                 .agent = nullptr,
@@ -210,7 +211,7 @@ void Predictor::predict(Agent& agent, const ObservedMotion& motion, const Surrou
                                 .top = z + agent.form.size.z(),
                                 .climb = climbs ? kMaxClimb + lean * agent.form.footprint.bound : 0,
                                 .is_virtual = !agent.trainee,
-                                .unsensed = false,
+                                .undetectable = false,
                                 .speed = fastest_point_speed(agent.form.footprint, twist),
                                 .real = nullptr,
                                 .agent = &agent,

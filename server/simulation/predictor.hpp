@@ -33,7 +33,7 @@ class Predictor {
     double margin;       ///< m from the building that counts as contact
     double bottom, top;  ///< m, z range of possible obstacles
     double climb;        ///< m over `bottom`, maximum height of steps that are not obstacles
-    bool is_virtual, unsensed;
+    bool is_virtual, undetectable;
     double speed;           ///< m/s of its fastest point
     const RealRobot* real;  ///< the robot, if it is real; else nullptr...
     const Agent* agent;     ///< ...and the agent
@@ -42,14 +42,14 @@ class Predictor {
     const Contacts& contacts;
     SimulationTime now() const { return around.clock.now(); }
     /// Fast enough for a near miss of its own.
-    bool moves() const { return speed > NearMissWatch::kCareful; }
+    bool moves() const { return speed > NearMissWatch::kMinSpeed; }
   };
   /// Another body on the path.
   struct OtherBody {
     MovingFootprint moving;
     const Footprint& placed;
     const std::string& name;
-    bool is_virtual, unsensed;
+    bool is_virtual, undetectable;
   };
 
   void predict_collisions(const PredictionQuery& query, const Supervised& body, const ObservedMotion& motion,
@@ -63,7 +63,7 @@ class Predictor {
   static void predict_body_collision(const PredictionQuery& query, const OtherBody& other,
                                      std::optional<Ahead>& ahead);
   static void check_passing_distance(const PredictionQuery& query, const Footprint& placed,
-                                     const std::string& name, PairKind pair, bool unsensed);
+                                     const std::string& name, PairKind pair, bool undetectable);
 
   std::vector<const FixedObstacle*> near_;  // reused memory
 };

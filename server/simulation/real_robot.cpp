@@ -63,7 +63,7 @@ void place_real_robot(RealRobot& robot, const RealRobotState& now, bool jumped) 
   if (now.relocalized) robot.last.twist = {};
   robot.present = robot.ever_present = true;
   robot.touchable = !jumped;
-  robot.sensed = now.sensed;
+  robot.injection_live = now.injection_live;
   place(robot.footprint, planar_pose(now.T_map_base), robot.placed);
 }
 
@@ -76,7 +76,7 @@ void move_real_body(const RealRobot& robot, Physics& physics) {
 }
 
 void suspend_real_robot(RealRobot& robot, Physics& physics) {
-  robot.present = robot.touchable = robot.sensed = false;
+  robot.present = robot.touchable = robot.injection_live = false;
   physics.suspend(robot.handle, true);
 }
 

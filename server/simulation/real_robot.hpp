@@ -27,11 +27,11 @@ struct RealRobot {
   RobotLimits limits;
   Footprint footprint;  ///< in base_link
   std::shared_ptr<const BodyDefinition> definition;
-  std::uint32_t epoch = 0;  ///< counts appearances and relocalizations
-  bool present = false;     ///< at the newest step
-  bool touchable = false;   ///< has contacts: present, and not in the step of a relocalization
-  bool sensed = true;       ///< see RealRobotState
-  Footprint placed;         ///< last known
+  std::uint32_t epoch = 0;     ///< counts appearances and relocalizations
+  bool present = false;        ///< at the newest step
+  bool touchable = false;      ///< has contacts: present, and not in the step of a relocalization
+  bool injection_live = true;  ///< see RealRobotState
+  Footprint placed;            ///< last known
   bool ever_present = false;
   RealRobotState last;  ///< last known
   BodyWatch watch;

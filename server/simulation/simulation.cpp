@@ -155,7 +155,7 @@ std::vector<DoorState> Simulation::doors() const {
   std::vector<DoorState> states;
   for (const Door& door : parts_->environment.doors.all()) {
     states.push_back(
-        {door.drawn.name, door.opening(), door.known, door.dynamic, door.unhinged, door.rigid.T_map_body});
+        {door.in_model.name, door.opening(), door.known, door.dynamic, door.unhinged, door.rigid.T_map_body});
   }
   return states;
 }

@@ -34,10 +34,10 @@ struct RealRobotState {
   Twist2 twist;                 ///< body frame, from odometry, never differenced from corrections
   double sigma = 0;             ///< m, 1 sigma of its position: the margin of distance queries
   bool relocalized = false;     ///< teleport: no velocity, contacts suspended for this step
-  /// False while injection is degraded: contacts are flagged unsensed and agents nearby freeze. When it
+  /// False while injection is degraded: contacts are flagged undetectable and agents nearby freeze. When it
   /// becomes true again, an agent inside the stopping distance is moved to the nearest free place outside
   /// (event agent_moved).
-  bool sensed = true;
+  bool injection_live = true;
 };
 
 /// A short-lived real obstacle that the model does not explain (such as a person): a disc in the map.
@@ -47,8 +47,8 @@ struct RealObstacle {
 };
 
 /// Whether the real robot's sensors show an agent now. A withheld agent freezes near the robot and its
-/// contacts with the robot are unsensed; a returning one is also kept outside the stopping distance (event
-/// agent_moved) until it is shown.
+/// contacts with the robot are undetectable; a returning one is also kept outside the stopping distance
+/// (event agent_moved) until it is shown.
 enum class AgentShown : std::uint8_t { shown, withheld, returning };
 
 struct SimulationOptions {

@@ -49,7 +49,7 @@ void Simulation::Parts::move_real_robot(RealRobot& robot, const std::optional<Re
     contacts.forget(robot.name, clock.now(), events);
   }
   // Agents that its sensors show again must not be within its stopping distance.
-  clear_stop_zone(robot, *state, state->sensed && (jumped || !robot.sensed));
+  clear_stop_zone(robot, *state, state->injection_live && (jumped || !robot.injection_live));
   place_real_robot(robot, *state, jumped);
   if (jumped) constrain_near(robot.placed, agents, physics);
   move_real_body(robot, physics);

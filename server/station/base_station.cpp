@@ -100,7 +100,7 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   teleop_options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
   teleop_options.emergency_stops = options.station.configuration->channels.bus(channel::kMrEmergencyStop);
   teleop_options.robot = options.station.configuration->robot.name;
-  if (options.robot_stopped) teleop_options.held = {{teleop_options.robot, "the server that died"}};
+  if (options.robot_stopped) teleop_options.active_stops = {{teleop_options.robot, "the server that died"}};
   teleop_options.audit = [&audit = site->audit()](const std::string& who, const std::string& what) {
     audit.record({who, {}, what, "done"});
   };

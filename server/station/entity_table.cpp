@@ -9,10 +9,10 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 16, kBodyBytes = 32;
 
-void put_body(const WorldMessage::Entry& body, std::size_t part, bool attitude_known, bool unsensed,
+void put_body(const WorldMessage::Entry& body, std::size_t part, bool attitude_known, bool undetectable,
               ByteWriter& bytes) {
   const bool guessed = body.owner == BodyOwner::real_robot && !attitude_known;
-  const bool unseen = body.owner == BodyOwner::agent && unsensed;
+  const bool unseen = body.owner == BodyOwner::agent && undetectable;
   bytes.put(static_cast<std::uint16_t>(part));
   bytes.put(static_cast<std::uint16_t>((guessed ? 1 : 0) | (unseen ? 2 : 0)));
   for (const double coordinate : body.T_map_body.translation()) bytes.put(static_cast<float>(coordinate));
@@ -53,7 +53,7 @@ void EntityTable::clear() {
   entity_.clear();
 }
 
-std::string EntityTable::frame(const WorldMessage& world, double t, bool unsensed) const {
+std::string EntityTable::frame(const WorldMessage& world, double t, bool undetectable) const {
   std::vector<std::pair<std::size_t, std::size_t>> shown;  // part, body
   shown.reserve(parts_.size());
   std::size_t part = 0;
@@ -74,7 +74,7 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool unsense
   bytes.put(static_cast<std::uint32_t>(shown.size()));
   bytes.put(t);
   for (const auto& [number, body] : shown)
-    put_body(world.bodies[body], number, world.attitude_known, unsensed, bytes);
+    put_body(world.bodies[body], number, world.attitude_known, undetectable, bytes);
   return bytes.take();
 }
 

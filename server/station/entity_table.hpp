@@ -39,9 +39,9 @@ class EntityTable {
   /// For a new session; numbers are not reused.
   void clear();
 
-  /// Binary message 1: poses of the bodies in the table. `t`: s of the session; `unsensed`: agents are not
-  /// injected into the real robot's sensors now.
-  std::string frame(const WorldMessage& world, double t, bool unsensed) const;
+  /// Binary message 1: poses of the bodies in the table. `t`: s of the session; `undetectable`: agents are
+  /// not injected into the real robot's sensors now.
+  std::string frame(const WorldMessage& world, double t, bool undetectable) const;
 
  private:
   std::uint16_t number_ = 0;

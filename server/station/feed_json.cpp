@@ -55,7 +55,7 @@ Json event_json(const Event& event, SimulationTime start) {
           {"impulse", rounded(event.impulse)},
           {"value", rounded(event.value)},
           {"text", event.text},
-          {"unsensed", event.unsensed}};
+          {"undetectable", event.undetectable}};
 }
 
 }  // namespace

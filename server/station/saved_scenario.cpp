@@ -32,7 +32,7 @@ Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, 
   scenario.name = name;
   scenario.model = absolute(scenario.model);
   scenario.robot = absolute(scenario.robot);
-  scenario.drawn.clear();
+  scenario.drawn_values.clear();
   scenario.agents.clear();
   SavedScenario saved;
   saved.path = (std::filesystem::path(folder) / (name + ".yaml")).string();
@@ -46,7 +46,7 @@ Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, 
       scenario.agents.back().T_map_base = Transform<Map, Base>::planar(p.x(), p.y(), place->yaw(), p.z());
     }
   }
-  for (const std::string& agent : feed.agents_there()) {
+  for (const std::string& agent : feed.present_agents()) {
     if (feed.placed().find(agent) == nullptr) saved.left_out.push_back(agent);
   }
   saved.agents = scenario.agents.size();

@@ -185,7 +185,7 @@ std::optional<Transform<Map, Base>> StateFeed::place_of(const std::string& entit
   return simulation::base_of(body->T_map_body);
 }
 
-std::vector<std::string> StateFeed::agents_there() {
+std::vector<std::string> StateFeed::present_agents() {
   std::vector<std::string> names;
   if (!read_world()) return names;
   for (const WorldMessage::Entry& body : world_.bodies) {

@@ -61,7 +61,7 @@ class StateFeed {
   const HelloFields& hello_fields() const { return options_.hello_fields; }
   const PlacedAgents& placed() const { return placed_; }
   /// Names of the agents in the newest MR_WORLD, without the trainee's robot.
-  std::vector<std::string> agents_there();
+  std::vector<std::string> present_agents();
   const tick::Configuration& configuration() const { return *configuration_; }
   /// Of the newest MR_WORLD; none: no such entity.
   std::optional<Transform<Map, Base>> place_of(const std::string& entity);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "server/runtime/wall_clock.hpp"
-#include "server/station/http/kept_content.hpp"
+#include "server/station/http/cached_content.hpp"
 #include "server/station/mailbox.hpp"
 
 namespace parhelion::station {
@@ -18,7 +18,7 @@ constexpr Duration kBusPoll = milliseconds(50), kLookPeriod = milliseconds(20), 
 struct Published {
   std::mutex mutex;
   SimulationTime start;
-  KeptContent model, robots;
+  CachedContent model, robots;
   std::string report, report_page;
   bool ending = false;  ///< a report will follow
   std::vector<std::pair<std::string, double>> status;
@@ -59,7 +59,7 @@ struct Station::Running {
     };
     feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
     publish(site_json(options.configuration->model, 0));
-    published.robots = keep_content("application/json", robots_json(*options.configuration));
+    published.robots = cached_content("application/json", robots_json(*options.configuration));
   }
 
   /// Those of the options, with a flag that remembers the end of the session.
@@ -85,7 +85,7 @@ struct Station::Running {
     published.start = feed.begun();
   }
   void publish(std::string model) {
-    KeptContent kept = keep_content("application/json", std::move(model));
+    CachedContent kept = cached_content("application/json", std::move(model));
     const std::lock_guard lock(published.mutex);
     published.model = std::move(kept);
   }

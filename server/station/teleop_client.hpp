@@ -25,6 +25,7 @@ class TeleopClient {
   TeleopClient(Bus& bus, std::shared_ptr<WebClient> client, WallTime now);
 
   WebClient& client() { return *client_; }
+  const WebClient& client() const { return *client_; }
   const std::string& who() const { return client_->who().name; }
   /// Empty: drives no robot.
   const std::string& robot() const { return robot_.driven.name; }

@@ -19,9 +19,9 @@ bool outranks(Role one, Role other) {
 }  // namespace
 
 TeleopService::TeleopService(Bus& bus, TeleopOptions options) : bus_(bus), options_(std::move(options)) {
-  for (const auto& [robot, by] : options_.held) {
-    held_[robot] = by;
-    orders_[robot].request = next_request();
+  for (const auto& [robot, by] : options_.active_stops) {
+    stopped_by_[robot] = by;
+    stop_requests_[robot].number = next_request();
   }
 }
 
@@ -45,7 +45,7 @@ void TeleopService::opened(std::shared_ptr<WebClient> client) {
   for (const auto& [other, driver] : clients_) {
     if (!driver->robot().empty()) teleop_client.send(driven_text(driver->robot(), driver->who(), false));
   }
-  for (const auto& [robot, by] : held_) teleop_client.send(estop_text(robot, by, true));
+  for (const auto& [robot, by] : stopped_by_) teleop_client.send(estop_text(robot, by, true));
   teleop_client.send(robots_text(robots_));  // last, when it is known which robots are free
 }
 
@@ -88,7 +88,7 @@ Status TeleopService::act(TeleopClient& teleop_client, const TeleopRequest& requ
     case Kind::release:
       return teleop_client.release(now());
     case Kind::stop:
-      return hold(request.robot.empty() ? teleop_client.robot() : request.robot, teleop_client.who());
+      return stop_locked(request.robot.empty() ? teleop_client.robot() : request.robot, teleop_client.who());
     case Kind::ping:
       reply_to_ping(teleop_client, request);
       return {};
@@ -105,7 +105,7 @@ void TeleopService::reply_to_ping(TeleopClient& teleop_client, const TeleopReque
 }
 
 Status TeleopService::move(TeleopClient& teleop_client, const TeleopRequest& request) {
-  if (const auto stop = held_.find(teleop_client.robot()); stop != held_.end()) {
+  if (const auto stop = stopped_by_.find(teleop_client.robot()); stop != stopped_by_.end()) {
     if (Status halted = teleop_client.halt(now()); !halted) return halted;
     return Error{"emergency stop by " + stop->second + ": the instructor resets it"};
   }
@@ -119,13 +119,13 @@ Status TeleopService::move(TeleopClient& teleop_client, const TeleopRequest& req
 
 Result<TeleopClient*> TeleopService::client_to_replace(const TeleopClient& teleop_client,
                                                        const std::string& robot) const {
-  for (const auto& [name, other] : foreign_) {
+  for (const auto& [name, other] : other_consoles_) {
     if (other.robot == robot)
       return Error{"robot '" + robot + "' is driven by '" + name + "' from another console"};
   }
   for (const auto& [id, other] : clients_) {
     if (other.get() == &teleop_client || other->robot() != robot) continue;
-    const auto& mine = const_cast<TeleopClient&>(teleop_client).client().who();
+    const auto& mine = teleop_client.client().who();
     if (other->who() == mine.name || outranks(mine.role, other->client().who().role)) return other.get();
     return Error{"robot '" + robot + "' is driven by '" + other->who() + "'"};
   }
@@ -194,16 +194,16 @@ void TeleopService::handle(const OperatorStatus& status) {
   const std::lock_guard lock(mutex_);
   if (status.text == kBrowser) return;  // our own messages come back, too
   if (status.state == OperatorStatus::State::drives) {
-    foreign_[status.name] = {status.robot, options_.now()};
+    other_consoles_[status.name] = {status.robot, options_.now()};
   } else {
-    foreign_.erase(status.name);
+    other_consoles_.erase(status.name);
   }
 }
 
 void TeleopService::turn() {
   const std::lock_guard lock(mutex_);
   const WallTime steady = options_.now();
-  std::erase_if(foreign_, [&](const auto& each) {
+  std::erase_if(other_consoles_, [&](const auto& each) {
     return steady - each.second.last_status >= driving_timing::kConsoleSilence;
   });
   for (auto& [id, teleop_client] : clients_) {
@@ -213,7 +213,7 @@ void TeleopService::turn() {
     audit(teleop_client->who(), "drives " + robot + " no more: no message from the page");
     send_driver(robot, true);
   }
-  repeat_orders(steady);
+  repeat_stop_requests(steady);
 }
 
 std::vector<Driving> TeleopService::driving() const {

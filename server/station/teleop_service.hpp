@@ -28,9 +28,9 @@ struct TeleopOptions {
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
   std::string emergency_stops = channel::kMrEmergencyStop;  ///< channel on the bus
-  std::string robot = {};                ///< the trainee's, which others may also stop and release; empty:
-                                         ///< none
-  std::vector<EmergencyStop> held = {};  ///< active at the start: of an earlier server process
+  std::string robot = {};  ///< the trainee's, which others may also stop and release; empty:
+                           ///< none
+  std::vector<EmergencyStop> active_stops = {};  ///< active at the start: of an earlier server process
 };
 
 /// Thread-safe: the web server's thread delivers messages of pages, the station's thread the rest. If one of
@@ -70,14 +70,14 @@ class TeleopService {
 
  private:
   /// An emergency stop or its reset, sent to the server until it replies.
-  struct Order {
+  struct StopRequest {
     bool stop = true;
-    std::uint64_t request = 0;
+    std::uint64_t number = 0;
     WallTime sent;
     int times = 0;
     bool answered = false;
   };
-  struct Foreign {
+  struct OtherConsole {
     std::string robot;
     WallTime last_status;
   };
@@ -90,11 +90,11 @@ class TeleopService {
   Status drive(TeleopClient& teleop_client, const std::string& robot);
   Status move(TeleopClient& teleop_client, const TeleopRequest& request);
   void reply_to_ping(TeleopClient& teleop_client, const TeleopRequest& request);
-  Status hold(const std::string& robot, const std::string& by);
+  Status stop_locked(const std::string& robot, const std::string& by);
   void apply_emergency_stop(const EmergencyStopCommand& command);
   Status send_stop(const TeleopRobot& robot);
-  Status send_order(const std::string& robot, Order& order);
-  void repeat_orders(WallTime now);
+  Status send_stop_request(const std::string& robot, StopRequest& request);
+  void repeat_stop_requests(WallTime now);
   std::uint64_t next_request();
   void refuse(TeleopClient& teleop_client, const Status& why);
   void release_control(TeleopClient& teleop_client, bool lost, const std::string& why);
@@ -107,19 +107,20 @@ class TeleopService {
   void send_driver(const std::string& robot, bool silent = false);
   void audit(const std::string& who, const std::string& what) const;
   TeleopInstant now() const { return {options_.now(), options_.stamp()}; }
-  std::vector<EmergencyStop> held() const;
+  std::vector<EmergencyStop> active_stops() const;
 
   Bus& bus_;
   const TeleopOptions options_;
   mutable std::mutex mutex_;
   std::vector<TeleopRobot> robots_;
-  std::map<std::uint64_t, std::unique_ptr<TeleopClient>> clients_;  // by client
-  std::map<std::string, std::string> held_;                         // by robot: who stopped it
-  std::map<std::string, Order> orders_;                             // by robot: the last order
-  std::map<std::uint64_t, EmergencyStopCommand> others_;            // orders of other consoles, by request
-  std::set<std::uint64_t> own_;                                     // our own newest requests
+  std::map<std::uint64_t, std::unique_ptr<TeleopClient>> clients_;    // by client
+  std::map<std::string, std::string> stopped_by_;                     // by robot: who stopped it
+  std::map<std::string, StopRequest> stop_requests_;                  // by robot: the last
+  std::map<std::uint64_t, EmergencyStopCommand> requests_of_others_;  // by request
+  std::set<std::uint64_t> own_requests_;                              // our own newest requests
   std::uint64_t requests_ = 0;
-  std::map<std::string, Foreign> foreign_;  // by operator: driving consoles other than this service
+  std::map<std::string, OtherConsole>
+      other_consoles_;  // by operator: driving consoles other than this service
   std::vector<std::uint8_t> payload_;
 };
 

@@ -8,7 +8,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr int kMaxAttempts = 10;  // times that the server is asked at that pace: then for a stop each tenth
-constexpr std::size_t kMaxUnanswered = 100;  // orders of others
+constexpr std::size_t kMaxUnanswered = 100;  // requests of others
 constexpr const char* kElsewhere = "another console";
 
 }  // namespace
@@ -16,38 +16,39 @@ constexpr const char* kElsewhere = "another console";
 void TeleopService::handle(const EmergencyStopCommand& command) {
   const std::lock_guard lock(mutex_);
   if (options_.robot.empty() || (!command.robot.empty() && command.robot != options_.robot)) return;
-  if (own_.contains(command.request)) return;
-  if (others_.size() >= kMaxUnanswered) others_.clear();  // the server does not reply
-  others_[command.request] = command;
+  if (own_requests_.contains(command.request)) return;
+  if (requests_of_others_.size() >= kMaxUnanswered) requests_of_others_.clear();  // the server does not reply
+  requests_of_others_[command.request] = command;
 }
 
 void TeleopService::handle(const Event& event) {
   const std::lock_guard lock(mutex_);
   if (event.kind != EventKind::command_accepted) return;
-  for (auto& [robot, order] : orders_) order.answered = order.answered || order.request == event.request;
-  const auto other = others_.find(event.request);
-  if (other == others_.end()) return;
+  for (auto& [robot, request] : stop_requests_)
+    request.answered = request.answered || request.number == event.request;
+  const auto other = requests_of_others_.find(event.request);
+  if (other == requests_of_others_.end()) return;
   apply_emergency_stop(other->second);
-  others_.erase(other);
+  requests_of_others_.erase(other);
 }
 
 /// The server has stopped or released the robot at somebody else's request: follow it here.
 void TeleopService::apply_emergency_stop(const EmergencyStopCommand& command) {
   const std::string& robot = options_.robot;
   const bool stop = command.engaged;
-  if (stop == (held_.count(robot) > 0)) return;
+  if (stop == (stopped_by_.count(robot) > 0)) return;
   if (stop) {
-    held_[robot] = kElsewhere;
+    stopped_by_[robot] = kElsewhere;
     for (auto& [id, teleop_client] : clients_) {
       if (teleop_client->robot() == robot) refuse(*teleop_client, teleop_client->halt(now()));
     }
   } else {
-    held_.erase(robot);
+    stopped_by_.erase(robot);
   }
-  orders_.erase(robot);  // done as requested
+  stop_requests_.erase(robot);  // done as requested
   send_to_all(estop_text(robot, kElsewhere, stop));
   audit(kElsewhere, (stop ? "emergency stop of " : "resets the emergency stop of ") + robot);
-  if (options_.stops_changed) options_.stops_changed(held());
+  if (options_.stops_changed) options_.stops_changed(active_stops());
 }
 
 Status TeleopService::send_stop(const TeleopRobot& robot) {
@@ -60,31 +61,31 @@ Status TeleopService::send_stop(const TeleopRobot& robot) {
   return bus_.publish(robot.driven.joints, payload_);
 }
 
-Status TeleopService::send_order(const std::string& robot, Order& order) {
-  order.sent = options_.now();
-  const bool seldom = ++order.times > kMaxAttempts && order.times % kMaxAttempts != 0;
+Status TeleopService::send_stop_request(const std::string& robot, StopRequest& request) {
+  request.sent = options_.now();
+  const bool seldom = ++request.times > kMaxAttempts && request.times % kMaxAttempts != 0;
   EmergencyStopCommand command;
   command.stamp = options_.stamp();
-  command.request = order.request;
+  command.request = request.number;
   command.robot = robot;
-  command.engaged = order.stop;
+  command.engaged = request.stop;
   encode(command, payload_);
   const Status asked = seldom ? Status{} : bus_.publish(options_.emergency_stops, payload_);
   const TeleopRobot* known = find(robot);
-  if (!order.stop || known == nullptr) return asked;
+  if (!request.stop || known == nullptr) return asked;
   const Status stopped = send_stop(*known);
   return asked ? stopped : asked;
 }
 
-void TeleopService::repeat_orders(WallTime now) {
-  for (auto& [robot, order] : orders_) {
-    if (order.answered || (!order.stop && order.times >= kMaxAttempts)) continue;
-    if (now - order.sent < driving_timing::kEmergencyStopPeriod) continue;
-    static_cast<void>(send_order(robot, order));  // repeated soon
+void TeleopService::repeat_stop_requests(WallTime now) {
+  for (auto& [robot, request] : stop_requests_) {
+    if (request.answered || (!request.stop && request.times >= kMaxAttempts)) continue;
+    if (now - request.sent < driving_timing::kEmergencyStopPeriod) continue;
+    static_cast<void>(send_stop_request(robot, request));  // repeated soon
   }
 }
 
-Status TeleopService::hold(const std::string& robot, const std::string& by) {
+Status TeleopService::stop_locked(const std::string& robot, const std::string& by) {
   if (!robot.empty() && find(robot) == nullptr) return Error{"emergency stop: no robot '" + robot + "'"};
   if (robots_.empty()) return Error{"emergency stop: there is no robot yet"};
   Status all;
@@ -96,61 +97,61 @@ Status TeleopService::hold(const std::string& robot, const std::string& by) {
       if (teleop_client->robot() != name) continue;
       if (Status halted = teleop_client->halt(now()); !halted) all = halted;
     }
-    if (held_.insert({name, by}).second) {
+    if (stopped_by_.insert({name, by}).second) {
       news = true;
-      orders_[name] = {true, next_request(), {}, 0, false};
+      stop_requests_[name] = {true, next_request(), {}, 0, false};
       send_to_all(estop_text(name, by, true));
     }
-    if (Status sent = send_order(name, orders_[name]); !sent) all = sent;
+    if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
   }
   if (news) audit(by, "emergency stop" + (robot.empty() ? " of all" : " of " + robot));
-  if (news && options_.stops_changed) options_.stops_changed(held());
+  if (news && options_.stops_changed) options_.stops_changed(active_stops());
   return all;
 }
 
 Status TeleopService::stop(const std::string& robot, const std::string& by) {
   const std::lock_guard lock(mutex_);
-  return hold(robot, by);
+  return stop_locked(robot, by);
 }
 
 Status TeleopService::reset(const std::string& robot, const std::string& by) {
   const std::lock_guard lock(mutex_);
-  if (!robot.empty() && held_.count(robot) == 0)
+  if (!robot.empty() && stopped_by_.count(robot) == 0)
     return Error{"no emergency stop of '" + robot + "' is active"};
   Status all;
-  for (auto stop = held_.begin(); stop != held_.end();) {
+  for (auto stop = stopped_by_.begin(); stop != stopped_by_.end();) {
     if (!robot.empty() && stop->first != robot) {
       ++stop;
       continue;
     }
     const std::string name = stop->first;
-    stop = held_.erase(stop);
-    orders_[name] = {false, next_request(), {}, 0, false};
-    if (Status sent = send_order(name, orders_[name]); !sent) all = sent;
+    stop = stopped_by_.erase(stop);
+    stop_requests_[name] = {false, next_request(), {}, 0, false};
+    if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
     send_to_all(estop_text(name, by, false));
     audit(by, "resets the emergency stop of " + name);
   }
-  if (options_.stops_changed) options_.stops_changed(held());
+  if (options_.stops_changed) options_.stops_changed(active_stops());
   return all;
 }
 
 std::uint64_t TeleopService::next_request() {
   // Far from the counters of others: the server's reply must be to this request.
   const std::uint64_t request = static_cast<std::uint64_t>(options_.stamp().ns) + ++requests_;
-  own_.insert(request);
-  if (own_.size() > kMaxUnanswered) own_.erase(own_.begin());
+  own_requests_.insert(request);
+  if (own_requests_.size() > kMaxUnanswered) own_requests_.erase(own_requests_.begin());
   return request;
 }
 
-std::vector<EmergencyStop> TeleopService::held() const {
+std::vector<EmergencyStop> TeleopService::active_stops() const {
   std::vector<EmergencyStop> all;
-  for (const auto& [robot, by] : held_) all.push_back({robot, by});
+  for (const auto& [robot, by] : stopped_by_) all.push_back({robot, by});
   return all;
 }
 
 std::vector<EmergencyStop> TeleopService::stops() const {
   const std::lock_guard lock(mutex_);
-  return held();
+  return active_stops();
 }
 
 }  // namespace parhelion::station

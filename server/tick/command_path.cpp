@@ -16,9 +16,9 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
   simulation::VirtualContactInput input;
   input.teleop = command.teleop;
   input.teleop_age = context.now - simulation_time(command.teleop_arrival);
-  input.pose_known = path.pose.at_step.has_value();
+  input.pose_known = path.pose.at_this_step.has_value();
   input.emergency_stop = command.emergency_stop;
-  if (command.teleop && path.pose.at_step) {
+  if (command.teleop && path.pose.at_this_step) {
     const Twist2& twist = command.teleop->twist;
     const double lookahead =
         simulation::contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
@@ -26,7 +26,7 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
     if (simulates_trainee(configuration.scenario)) {
       input.clearance.distance = lookahead;
     } else {
-      input.clearance = path.simulation.clearance(path.pose.at_step->T_map_base, twist, lookahead);
+      input.clearance = path.simulation.clearance(path.pose.at_this_step->T_map_base, twist, lookahead);
     }
   }
   return simulation::limit(configuration.scenario.contact, configuration.robot, input, path.command.contact);

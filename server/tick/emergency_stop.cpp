@@ -12,7 +12,7 @@ bool stops_robot(const Configuration& configuration, const Message& message) {
          is_for_trainee(configuration, command);
 }
 
-Message stop_of_robot(const Configuration& configuration, ArrivalTime now) {
+Message emergency_stop_message(const Configuration& configuration, ArrivalTime now) {
   EmergencyStopCommand command;
   command.stamp = {now.ns};
   command.robot = configuration.robot.name;

@@ -16,6 +16,6 @@ inline bool is_for_trainee(const Configuration& configuration, const EmergencySt
 bool stops_robot(const Configuration& configuration, const Message& message);
 
 /// The message that stops it, as if it had come at `now`.
-Message stop_of_robot(const Configuration& configuration, ArrivalTime now);
+Message emergency_stop_message(const Configuration& configuration, ArrivalTime now);
 
 }  // namespace parhelion::tick

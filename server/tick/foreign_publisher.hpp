@@ -8,8 +8,8 @@
 namespace parhelion::tick {
 
 /// Represents the channel on which servers publish their status, beside the indices in sensor_channels().
-inline std::int64_t another_server() { return static_cast<std::int64_t>(sensor_channels().size()); }
-inline constexpr const char* kAnotherServerText =
+inline std::int64_t status_channel_index() { return static_cast<std::int64_t>(sensor_channels().size()); }
+inline constexpr const char* kOtherServerText =
     "another server (serve, demo or play --publish) is on this bus: both process the same scans and "
     "commands, and their events are interleaved; stop one of them, or give it its own bus (--url)";
 

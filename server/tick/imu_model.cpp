@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::uint64_t kStartStream = 0x696D7530ULL << 32;  // independent of all other draws of a seed
 constexpr std::uint64_t kSampleStream = 0x696D7573ULL << 32;
-const Eigen::Vector3d up_force(0, 0, 9.81);  // m/s^2, specific force at rest
+const Eigen::Vector3d kUpForce(0, 0, 9.81);  // m/s^2, specific force at rest
 
 }  // namespace
 
@@ -50,7 +50,7 @@ ImuSample ImuModel::add(SensorTime stamp, const BaseMotion& motion, bool restart
   ImuSample sample;
   sample.stamp = stamp;
   sample.rotation_rate = R_map_imu.transpose() * w + rate_bias_ + errors_.rate_noise * draws(0);
-  sample.acceleration = R_map_imu.transpose() * (acceleration + up_force) + acceleration_bias_ +
+  sample.acceleration = R_map_imu.transpose() * (acceleration + kUpForce) + acceleration_bias_ +
                         errors_.acceleration_noise * draws(3);
   const Eigen::Vector3d off(attitude_bias_.x() + errors_.attitude_noise * draw(12),
                             attitude_bias_.y() + errors_.attitude_noise * draw(13), 0);

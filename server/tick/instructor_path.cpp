@@ -55,7 +55,7 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
 /// robot itself.
 std::optional<simulation::RealRobotState> robot_to_avoid(const Configuration& configuration,
                                                          const AgentCommand& command, const AgentPath& path) {
-  if (!simulates_trainee(configuration.scenario)) return path.pose.at_step;
+  if (!simulates_trainee(configuration.scenario)) return path.pose.at_this_step;
   const auto* move = std::get_if<AgentMove>(&command);
   if (move != nullptr && move->agent == configuration.robot.name) return std::nullopt;
   return trainee_state(configuration, path.simulation);

@@ -77,7 +77,7 @@ void cast(const LaserJob& job, const SweptWorld& sweep, const scan::RayCaster& b
   scratch.caster.share_building(building);
   const double range_max = laser.convention.range_max;
   scratch.caster.cast_groups(job.laser, set, sweep.motions, scratch.groups, range_max, scratch.body_hits);
-  scratch.caster.cast_building_before(scratch.body_hits, job.laser, set, range_max, scratch.building_hits);
+  scratch.caster.cast_nearer_building(scratch.body_hits, job.laser, set, range_max, scratch.building_hits);
   scan::simulate_scan(laser, job.key, scratch.body_hits, scratch.building_hits, job.stamp, scan);
 }
 

@@ -77,9 +77,9 @@ void watch_operators(const TickContext& context, const CommandPath& path, Operat
 void report_foreign_message(const TickContext& context, std::int64_t channel) {
   const Configuration& configuration = context.configuration;
   const std::string& robot = configuration.robot.name;
-  if (channel == another_server())
+  if (channel == status_channel_index())
     return publish(context, EventKind::foreign_publisher, robot,
-                   configuration.channels.bus(channel::kMrStatus), kAnotherServerText);
+                   configuration.channels.bus(channel::kMrStatus), kOtherServerText);
   const auto& names = sensor_channels();
   if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
   const std::string name = configuration.channels.bus(names[static_cast<std::size_t>(channel)]);

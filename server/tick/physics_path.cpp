@@ -22,19 +22,19 @@ std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, const 
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> position(at_t->covariance.topLeftCorner<2, 2>());
   real.sigma = std::sqrt(std::max(0.0, position.eigenvalues()(1)));
   real.relocalized = pose.relocalized;
-  real.sensed = injection_is_live(injection, t);
+  real.injection_live = injection_is_live(injection, t);
   return real;
 }
 
 void report_pose_changes(const TickContext& context, PoseState& pose) {
-  const bool known = pose.at_step.has_value();
+  const bool known = pose.at_this_step.has_value();
   if (known == pose.known) return;
   pose.known = known;
   Event event;
   event.stamp = context.now;
   event.kind = known ? EventKind::localized : EventKind::localization_lost;
   event.subject = context.configuration.robot.name;
-  if (known) event.position = pose.at_step->T_map_base.translation();
+  if (known) event.position = pose.at_this_step->T_map_base.translation();
   publish_event(context, event);
 }
 
@@ -43,12 +43,12 @@ void step_physics(const TickContext& context, RobotState& robot, State& state) {
   const Configuration& configuration = context.configuration;
   const bool simulated = simulates_trainee(configuration.scenario);
   const bool exact = simulated && !configuration.scenario.trainee->slam;
-  robot.pose.at_step = exact ? trainee_state(configuration, state.simulation)
-                             : real_robot_at(context.now, robot.pose, robot.injection);
+  robot.pose.at_this_step = exact ? trainee_state(configuration, state.simulation)
+                                  : real_robot_at(context.now, robot.pose, robot.injection);
   report_pose_changes(context, robot.pose);
   forget_old_obstacles(context.now, robot.scan, state.simulation);
   state.lasers.requests.clear();
-  state.simulation.step(simulated ? std::nullopt : robot.pose.at_step, state.lasers.requests);
+  state.simulation.step(simulated ? std::nullopt : robot.pose.at_this_step, state.lasers.requests);
   robot.pose.relocalized = false;
   ++state.world.steps;
 }

@@ -33,9 +33,10 @@ struct PoseState {
   JointPositions joint_positions;
   Joints joint_state;  ///< scratch of JOINT_STATE
 
-  std::optional<simulation::RealRobotState> at_step;  ///< at the last physics step; none: the pose is lost
-  bool known = false;                                 ///< as in the newest event
-  bool relocalized = false;                           ///< since the last physics step
+  std::optional<simulation::RealRobotState>
+      at_this_step;          ///< at the last physics step; none: the pose is lost
+  bool known = false;        ///< as in the newest event
+  bool relocalized = false;  ///< since the last physics step
 };
 
 /// The robot's pose at t: position and heading from SLAM and odometry, roll and pitch from the inertial

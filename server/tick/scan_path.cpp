@@ -15,20 +15,22 @@ namespace {
 
 constexpr Duration kObstacleLife = seconds(1.0);  // people move: obstacles not seen for longer are removed
 
-struct Verdict {
-  Degraded why = Degraded::no;
-  std::string text;  // empty where live
+/// Of a scan: injected, or why it goes out as it came.
+struct Outcome {
+  Degraded cause = Degraded::none;
+  std::string text;  // empty where injected
 };
 
 /// The robot and the world at the first and last beam.
-struct Moment {
+struct SweepPoses {
   pose::PoseAtInstant start, end;
   scan::LaserMotion laser;
 };
 
-Verdict no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
+Outcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
 
-Verdict find_moment(const TickContext& context, const Message& input, const ScanPath& path, Moment& moment) {
+Outcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
+                         SweepPoses& poses) {
   const LaserDescription& laser = *context.configuration.robot.laser;
   ScanState& scan = path.scan;
   const scan::Sweep sweep = scan::beam_times(laser, scan.real.ranges.size(), scan.beam_time);
@@ -46,7 +48,7 @@ Verdict find_moment(const TickContext& context, const Message& input, const Scan
       !path.simulation.at(path.pose.clock.to_server(last), scan.world_end)) {
     return {Degraded::history, "the world at the scan's stamp is older than the history or ahead of it"};
   }
-  moment = {*start, *end, {start->T_map_base * laser.T_base_laser, end->T_map_base * laser.T_base_laser}};
+  poses = {*start, *end, {start->T_map_base * laser.T_base_laser, end->T_map_base * laser.T_base_laser}};
   return {};
 }
 
@@ -61,12 +63,12 @@ double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMo
 }
 
 /// Selects agents to inject: within range and with a sufficiently known position. Always complete agents.
-Verdict select_bodies(const Configuration& configuration, const Moment& moment, const ScanPath& path) {
+Outcome select_bodies(const Configuration& configuration, const SweepPoses& poses, const ScanPath& path) {
   ScanState& scan = path.scan;
   const double range_max = configuration.robot.laser->convention.range_max;
-  const Eigen::Vector3d eye = moment.laser.T_map_laser_end.translation();
+  const Eigen::Vector3d laser_origin = poses.laser.T_map_laser_end.translation();
   const auto distance = [&](const Transform<Map, Body>& T_map_body) {
-    return (T_map_body.translation() - eye).norm();
+    return (T_map_body.translation() - laser_origin).norm();
   };
   bodies_in_sweep(scan.world_start, scan.world_end, scan.motions,
                   [&](const BodyDefinition& body, const BodyState& at) {
@@ -75,14 +77,14 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
   bodies_in_sweep(scan.world_start, scan.world_end, scan.doors,
                   [](const BodyDefinition& body, const BodyState&) { return is_real_door(body); });
   double nearest = std::numeric_limits<double>::infinity();
-  scan.info.predicted_error = pose::predicted_error(moment.end, eye);
+  scan.info.predicted_error = pose::predicted_error(poses.end, laser_origin);
   auto kept = scan.motions.begin();
   bool left_out = false;
   for (auto agent = scan.motions.begin(); agent != scan.motions.end();) {
     const auto end = std::find_if(agent, scan.motions.end(), [&](const scan::BodyMotion& each) {
       return each.body->entity != agent->body->entity;
     });
-    const double error = worst_error(moment.end, {agent, end});
+    const double error = worst_error(poses.end, {agent, end});
     if (distance(agent->T_map_body_end) < nearest) {
       nearest = distance(agent->T_map_body_end);
       scan.info.predicted_error = error;
@@ -101,16 +103,17 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
   return {};
 }
 
-void cast(const RangeConvention& convention, const Moment& moment, ScanState& scan, scan::RayCaster& caster) {
+void cast(const RangeConvention& convention, const SweepPoses& poses, ScanState& scan,
+          scan::RayCaster& caster) {
   const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
   scan.virtual_hits.resize(scan.beam_time.size());
   scan.building_hits.assign(scan.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
   scan.building_cast = false;
-  caster.cast_bodies(moment.laser, beams, scan.motions, convention.range_max, scan.virtual_hits);
+  caster.cast_bodies(poses.laser, beams, scan.motions, convention.range_max, scan.virtual_hits);
   // The wall matters only where a beam without return might be replaced.
   for (std::size_t i = 0; i < scan.virtual_hits.size(); ++i) {
     if (scan.virtual_hits[i].body >= 0 && convention.classify(scan.real.ranges[i]) == BeamKind::no_return) {
-      caster.cast_building(moment.laser, beams, scan.doors, convention.range_max, scan.building_hits);
+      caster.cast_building(poses.laser, beams, scan.doors, convention.range_max, scan.building_hits);
       scan.building_cast = true;
       return;
     }
@@ -130,20 +133,20 @@ void name_agents(ScanState& scan) {
   }
 }
 
-Verdict inject(const TickContext& context, const Message& input, const ScanPath& path, Moment& moment,
+Outcome inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
                StageObserver& stages) {
   const Configuration& configuration = context.configuration;
   ScanState& scan = path.scan;
-  const Verdict known = find_moment(context, input, path, moment);
+  const Outcome known = find_sweep_poses(context, input, path, poses);
   stages.ended(Stage::pose);
-  if (known.why != Degraded::no) return known;
-  context.tally.pose_age_us.add(moment.end.age.microseconds());
+  if (known.cause != Degraded::none) return known;
+  context.tally.pose_age_us.add(poses.end.age.microseconds());
 
-  const Verdict selected = select_bodies(configuration, moment, path);
+  const Outcome selected = select_bodies(configuration, poses, path);
   stages.ended(Stage::world);
-  if (selected.why != Degraded::no) return selected;
+  if (selected.cause != Degraded::none) return selected;
 
-  cast(configuration.robot.laser->convention, moment, scan, path.site.caster);
+  cast(configuration.robot.laser->convention, poses, scan, path.site.caster);
   stages.ended(Stage::cast);
   const scan::NoiseKey key{configuration.scenario.seed, scan.sequence};
   context.tally.beams_replaced +=
@@ -154,16 +157,16 @@ Verdict inject(const TickContext& context, const Message& input, const ScanPath&
   return {};
 }
 
-Verdict try_inject(const TickContext& context, const Message& input, const ScanPath& path, Moment& moment,
+Outcome try_inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
                    StageObserver& stages) try {
-  return inject(context, input, path, moment, stages);
+  return inject(context, input, path, poses, stages);
 } catch (const std::exception& fault) {
   return {Degraded::fault, fault.what()};
 }
 
 /// An unreadable scan is published unchanged, like all unusable ones: with the server the robot receives no
 /// less than without it. If even its stamp cannot be read, its arrival is used.
-Verdict read_scan(const TickContext& context, const Message& input, ScanState& scan) {
+Outcome read_scan(const TickContext& context, const Message& input, ScanState& scan) {
   scan.have_real = false;  // a partly decoded scan is not an occluder
   const Status read = decode(input.channel, input.payload, scan.real);
   scan.info.stamp =
@@ -188,33 +191,33 @@ void pass_raw_scan(const Message& input, const std::string& reason, ScanState& s
 }
 
 /// Computes MR_SCAN and MR_SCAN_INFO.
-Verdict compute_scan(const TickContext& context, const Message& input, const ScanPath& path, Moment& moment,
-                     StageObserver& stages) {
+Outcome compute_scan(const TickContext& context, const Message& input, const ScanPath& path,
+                     SweepPoses& poses, StageObserver& stages) {
   ScanState& scan = path.scan;
-  Verdict verdict = read_scan(context, input, scan);
+  Outcome outcome = read_scan(context, input, scan);
   stages.ended(Stage::decode);
   scan.info.live = true;
   scan.info.reason.clear();
   scan.info.predicted_error = std::numeric_limits<double>::infinity();
-  if (scan.have_real) verdict = try_inject(context, input, path, moment, stages);
-  if (verdict.why == Degraded::no) {
+  if (scan.have_real) outcome = try_inject(context, input, path, poses, stages);
+  if (outcome.cause == Degraded::none) {
     encode(scan.out, scan.mr_scan);
   } else {
-    pass_raw_scan(input, verdict.text, scan);
-    ++context.tally.scans_degraded[static_cast<std::size_t>(verdict.why)];
+    pass_raw_scan(input, outcome.text, scan);
+    ++context.tally.scans_degraded[static_cast<std::size_t>(outcome.cause)];
   }
   ++context.tally.scans_out;
   stages.ended(Stage::encode);
-  return verdict;
+  return outcome;
 }
 
 /// To the sink first, then to the outputs, for the log.
-void publish_scan(const TickContext& context, const Message& input, const Verdict& verdict, ScanState& scan,
+void publish_scan(const TickContext& context, const Message& input, const Outcome& outcome, ScanState& scan,
                   ScanSink& sink) {
   const ScanSink::Receipt receipt = sink.publish(scan.sequence, scan.mr_scan);
   if (receipt.raw) {
     pass_raw_scan(input, "guard: no answer in time", scan);
-    if (verdict.why == Degraded::no)
+    if (outcome.cause == Degraded::none)
       ++context.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
   }
   const ChannelMap& channels = context.configuration.channels;
@@ -224,32 +227,33 @@ void publish_scan(const TickContext& context, const Message& input, const Verdic
 }
 
 /// Real returns that the model does not explain become obstacles for agents, such as people.
-void update_obstacles(const TickContext& context, const Moment& moment, double sigma, const ScanPath& path) {
+void update_obstacles(const TickContext& context, const SweepPoses& poses, double sigma,
+                      const ScanPath& path) {
   ScanState& scan = path.scan;
   const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
   const LaserDescription& laser = *context.configuration.robot.laser;
   if (!scan.building_cast)
-    path.site.caster.cast_building(moment.laser, beams, scan.doors, laser.convention.range_max,
+    path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
   scan.obstacles.clear();
   for (const scan::UnexplainedDisc& disc :
-       scan.unexplained.find(scan.real, laser, moment.laser, scan.beam_time, scan.building_hits, sigma)) {
+       scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {
     scan.obstacles.push_back({disc.center, disc.radius});
   }
   scan.obstacles_seen = context.now;
   path.simulation.set_real_obstacles(scan.obstacles);
 }
 
-void learn_from_scan(const TickContext& context, const Verdict& verdict, const Moment& moment,
+void learn_from_scan(const TickContext& context, const Outcome& outcome, const SweepPoses& poses,
                      const ScanPath& path) {
-  report_injection(context, verdict.text, path.injection);
+  report_injection(context, outcome.text, path.injection);
   // The pose may be known although no agent can be injected.
-  if (verdict.why != Degraded::no && verdict.why != Degraded::error) return;
-  const double sigma = pose::predicted_error(moment.end, moment.laser.T_map_laser_end.translation());
+  if (outcome.cause != Degraded::none && outcome.cause != Degraded::error) return;
+  const double sigma = pose::predicted_error(poses.end, poses.laser.T_map_laser_end.translation());
   // Without a model everything real is unexplained, and people cannot be told from walls.
-  if (verdict.why == Degraded::no && !current_model(context.configuration, path.site).entities.empty())
-    update_obstacles(context, moment, sigma, path);
-  update_door_angles(context, {path.scan.real, path.scan.beam_time, moment.laser, sigma}, path.doors,
+  if (outcome.cause == Degraded::none && !current_model(context.configuration, path.site).entities.empty())
+    update_obstacles(context, poses, sigma, path);
+  update_door_angles(context, {path.scan.real, path.scan.beam_time, poses.laser, sigma}, path.doors,
                      path.simulation);
 }
 
@@ -275,10 +279,10 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
   ++path.scan.sequence;
   ++context.tally.scans_in;
   path.injection.last_scan = context.now;
-  Moment moment;
-  const Verdict verdict = compute_scan(context, input, path, moment, stages);
-  publish_scan(context, input, verdict, path.scan, sink);
-  learn_from_scan(context, verdict, moment, path);
+  SweepPoses poses;
+  const Outcome outcome = compute_scan(context, input, path, poses, stages);
+  publish_scan(context, input, outcome, path.scan, sink);
+  learn_from_scan(context, outcome, poses, path);
 }
 
 void handle_line(const TickContext& context, const Message& input, ScanState& scan) {

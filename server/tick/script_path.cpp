@@ -9,7 +9,7 @@ std::optional<Eigen::Vector3d> place_of(const std::string& who, const Configurat
   const bool is_trainee = who == kTrainee || who == configuration.robot.name;
   const auto pose = path.simulation.pose_of(is_trainee && trainee ? trainee->name : who);
   if (pose) return pose->translation();
-  if (is_trainee && path.pose.at_step) return path.pose.at_step->T_map_base.translation();
+  if (is_trainee && path.pose.at_this_step) return path.pose.at_this_step->T_map_base.translation();
   return std::nullopt;
 }
 

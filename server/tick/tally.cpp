@@ -4,7 +4,7 @@ namespace parhelion::tick {
 
 const char* to_string(Degraded why) {
   switch (why) {
-    case Degraded::no:
+    case Degraded::none:
       return "none";
     case Degraded::pose:
       return "pose";

@@ -13,7 +13,7 @@ namespace parhelion::tick {
 
 /// Why a scan was published unchanged.
 enum class Degraded : std::uint8_t {
-  no,
+  none,
   pose,        ///< the pose track has none; the reason gives the cause
   error,       ///< predicted error above the scenario's limit for every agent in range
   clock,       ///< the stamp disagrees with the robot's clock

@@ -160,7 +160,7 @@ std::string briefing(const Scenario& scenario, const std::string& robot) {
   text += scale_text(training);
   if (!training.penalties.empty()) text += "Penalties, each time:\n";
   for (const Penalty& penalty : training.penalties) text += penalty_text(penalty);
-  for (const DrawnValue& drawn : scenario.drawn)
+  for (const DrawnValue& drawn : scenario.drawn_values)
     text += "Drawn this time: " + drawn.key + " = " + drawn.value + "\n";
   return text;
 }

@@ -17,7 +17,7 @@ bool is_contact(EventKind kind) {
 bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_triggered; }
 
 bool matches(const Condition& condition, const Event& event, const std::string& robot) {
-  if (event.kind != condition.event || event.unsensed) return false;
+  if (event.kind != condition.event || event.undetectable) return false;
   if (!condition.text.empty() && event.text != condition.text) return false;
   const bool anybody = condition.subject == kAnybody;
   const std::string& subject = condition.subject.empty() ? robot : condition.subject;

@@ -20,7 +20,7 @@ struct Moment {
 
 enum class Verdict : std::uint8_t { open, held, failed };
 
-/// `condition` must outlive it. Events flagged unsensed do not count, and no virtual agent is near while
+/// `condition` must outlive it. Events flagged undetectable do not count, and no virtual agent is near while
 /// injection is degraded: only what the trainee could see is scored.
 class ConditionWatch {
  public:

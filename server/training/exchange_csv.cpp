@@ -74,7 +74,7 @@ const std::vector<Column>& columns() {
       text_column(
           "log", [](auto& line) -> auto& { return line.session.log; }),
       number_column(
-          "damaged_bytes", "bytes", [](auto& line) -> auto& { return line.session.damaged_bytes; }),
+          "skipped_bytes", "bytes", [](auto& line) -> auto& { return line.session.skipped_bytes; }),
       number_column(
           "begin_ns", "ns since the epoch", [](auto& line) -> auto& { return line.session.grade.begin.ns; }),
       number_column(

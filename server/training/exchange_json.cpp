@@ -22,7 +22,7 @@ Json session_json(const SessionRecord& session) {
             {"level", session.level},
             {"robot", session.robot},
             {"log", session.log},
-            {"damaged_bytes", session.damaged_bytes}};
+            {"skipped_bytes", session.skipped_bytes}};
   put_grade(session.grade, json);
   for (std::size_t i = 0; i < session.grade.tasks.size(); ++i)
     json["tasks"][i]["skills"] = i < session.skills.size() ? Json(session.skills[i]) : Json::array();
@@ -64,7 +64,7 @@ std::optional<Event> event_of(const Json& json) {
   for (int i = 0; i < 3; ++i) event.position[i] = json.at("position").at(i).get<double>();
   event.impulse = json.at("impulse").get<double>();
   event.value = json.at("value").get<double>();
-  event.unsensed = json.at("unsensed").get<bool>();
+  event.undetectable = json.at("undetectable").get<bool>();
   event.request = json.at("request").get<std::uint64_t>();
   event.text = json.at("text").get<std::string>();
   return event;
@@ -90,7 +90,7 @@ SessionRecord session_of(const Json& json) {
   session.level = static_cast<int>(integer(json, "level"));
   session.robot = json.at("robot").get<std::string>();
   session.log = json.at("log").get<std::string>();
-  session.damaged_bytes = json.at("damaged_bytes").get<std::uint64_t>();
+  session.skipped_bytes = json.at("skipped_bytes").get<std::uint64_t>();
   Grade& grade = session.grade;
   grade.score = json.at("score").get<double>();
   grade.awarded = json.at("awarded").get<double>();

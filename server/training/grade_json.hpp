@@ -24,7 +24,7 @@ Json event_json(const std::optional<Event>& event) {
           {"position", {event->position.x(), event->position.y(), event->position.z()}},
           {"impulse", event->impulse},
           {"value", event->value},
-          {"unsensed", event->unsensed},
+          {"undetectable", event->undetectable},
           {"request", event->request},
           {"text", event->text}};
 }

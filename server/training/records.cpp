@@ -87,10 +87,10 @@ struct Records::State {
 
   Status insert(std::int64_t trainee, const SessionRecord& session) {
     const Status inserted = database.run(
-        "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, damaged_bytes, "
+        "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, skipped_bytes, "
         "begin_ns, end_ns) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
         {trainee, session.identity, session.scenario, session.programme, std::int64_t{session.level},
-         session.robot, session.log, static_cast<std::int64_t>(session.damaged_bytes), session.grade.begin.ns,
+         session.robot, session.log, static_cast<std::int64_t>(session.skipped_bytes), session.grade.begin.ns,
          session.grade.end.ns});
     if (!inserted) return inserted;
     const std::int64_t row = database.inserted_id();
@@ -143,13 +143,13 @@ struct Records::State {
 
   Status read_sessions(std::int64_t trainee, std::vector<SessionRecord>& sessions) {
     return database.each(
-        "SELECT identity, scenario, programme, robot, log, level, damaged_bytes, id FROM sessions "
+        "SELECT identity, scenario, programme, robot, log, level, skipped_bytes, id FROM sessions "
         "WHERE trainee = ? ORDER BY id",
         {trainee}, [&](const SqlRow& row) -> Status {
           SessionRecord& session = sessions.emplace_back();
           session = {row.text(0), row.text(1), row.text(2), row.text(3), row.text(4), 0, 0, {}, {}};
           session.level = static_cast<int>(row.integer(5));
-          session.damaged_bytes = static_cast<std::uint64_t>(row.integer(6));
+          session.skipped_bytes = static_cast<std::uint64_t>(row.integer(6));
           auto grade = read_grade(database, row.integer(7));
           if (!grade) return grade.error();
           session.grade = std::move(*grade);

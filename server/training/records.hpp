@@ -25,7 +25,7 @@ struct SessionRecord {
   std::string scenario, programme, robot;  ///< an empty programme: none
   std::string log;                         ///< file name without its folder
   int level = 0;                           ///< 1 to 3; 0: not known
-  std::uint64_t damaged_bytes = 0;         ///< of the log
+  std::uint64_t skipped_bytes = 0;         ///< of the log
   Grade grade;
   std::vector<std::vector<std::string>> skills;  ///< skills of each of grade.tasks, sorted; or empty
 };

@@ -25,12 +25,13 @@ std::optional<SimulationTime> instant(const SqlRow& row, int column) {
 Result<SqlValue> insert_event(Database& database, std::int64_t session, const std::optional<Event>& event) {
   if (!event) return SqlValue();
   const Status inserted = database.run(
-      "INSERT INTO events(session, at_ns, kind, subject, object, pair, x, y, z, impulse, value, unsensed, "
+      "INSERT INTO events(session, at_ns, kind, subject, object, pair, x, y, z, impulse, value, "
+      "undetectable, "
       "request, text) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       {session, event->stamp.ns, to_string(event->kind), event->subject, event->object,
        static_cast<std::int64_t>(event->pair), event->position.x(), event->position.y(), event->position.z(),
-       event->impulse, event->value, std::int64_t{event->unsensed}, static_cast<std::int64_t>(event->request),
-       event->text});
+       event->impulse, event->value, std::int64_t{event->undetectable},
+       static_cast<std::int64_t>(event->request), event->text});
   if (!inserted) return inserted.error();
   return SqlValue(database.inserted_id());
 }
@@ -47,7 +48,7 @@ Result<Event> event_of(const SqlRow& row) {
   event.position = {row.real(5), row.real(6), row.real(7)};
   event.impulse = row.real(8);
   event.value = row.real(9);
-  event.unsensed = row.integer(10) != 0;
+  event.undetectable = row.integer(10) != 0;
   event.request = static_cast<std::uint64_t>(row.integer(11));
   event.text = row.text(12);
   return event;
@@ -56,7 +57,7 @@ Result<Event> event_of(const SqlRow& row) {
 Status read_event(Database& database, const SqlRow& row, int column, std::optional<Event>& event) {
   if (row.null(column)) return {};
   return database.each(
-      "SELECT at_ns, kind, subject, object, pair, x, y, z, impulse, value, unsensed, request, text FROM "
+      "SELECT at_ns, kind, subject, object, pair, x, y, z, impulse, value, undetectable, request, text FROM "
       "events "
       "WHERE id = ?",
       {row.integer(column)}, [&](const SqlRow& found) -> Status {

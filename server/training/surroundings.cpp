@@ -26,10 +26,10 @@ void Surroundings::take(const Event& event) {
       moves_ = false;
       break;
     case EventKind::injection_suspended:
-      sensed_ = false;
+      injection_live_ = false;
       break;
     case EventKind::injection_active:
-      sensed_ = true;
+      injection_live_ = true;
       break;
     case EventKind::agent_hidden:
       withheld_.insert(event.object);
@@ -90,7 +90,7 @@ std::optional<double> Surroundings::distance_to(const std::string& entity) const
 
 bool Surroundings::is_near(const std::string& entity, double max_distance) const {
   const auto distance = distance_to(entity);
-  const bool seen = sensed_ && !withheld_.contains(entity);
+  const bool seen = injection_live_ && !withheld_.contains(entity);
   return distance && *distance <= max_distance && (seen || find_entity(entity));
 }
 

@@ -57,7 +57,7 @@ class Surroundings {
   std::map<std::string, std::size_t, std::less<>> first_;  // index of each entity's first body in...
   std::vector<WorldMessage::Entry> bodies_;
   std::set<std::string> zones_;
-  bool moves_ = false, sensed_ = true;
+  bool moves_ = false, injection_live_ = true;
   std::set<std::string, std::less<>> withheld_;  // agents not shown to the robot's sensors
 };
 

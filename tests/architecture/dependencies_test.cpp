@@ -34,7 +34,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"tbb/", {"fusion/"}},
     {"oneapi/", {"fusion/"}},
     {"immintrin.h", {"fusion/"}},
-    {"opencv2/", {"fusion/semantic/", "render/", "tools/"}},
+    {"opencv2/", {"fusion/semantic/pictures/", "render/", "tools/"}},
     {"EGL/", {"render/"}},
     {"GLES", {"render/"}},
     {"turbojpeg.h", {"render/"}},

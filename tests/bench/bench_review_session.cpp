@@ -4,6 +4,7 @@
 
 #include "server/review/page.hpp"
 #include "tests/server/review/written_session.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion {
 namespace {
@@ -16,7 +17,7 @@ void hour(benchmark::State& state) {
   session.picture_width = 640;
   session.touches.clear();
   for (int i = 0; i < 120; ++i) session.touches.push_back(10 + 29.0 * i);
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   session.write(folder / "hour.lcm");
   std::size_t bytes = 0;
   for (auto _ : state) {

@@ -1,7 +1,7 @@
 // Extruding a scanned building: time, and how well the boxes represent the cells.
 #include <benchmark/benchmark.h>
 
-#include "fusion/semantic/extrude.hpp"
+#include "fusion/semantic/grid/extrude.hpp"
 #include "tests/fusion/semantic/rooms.hpp"
 
 namespace parhelion {

@@ -11,7 +11,7 @@
 
 #include "fusion/cloud/normals.hpp"
 #include "fusion/cloud/read_cloud.hpp"
-#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
 namespace parhelion {

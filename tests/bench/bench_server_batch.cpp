@@ -10,6 +10,7 @@
 
 #include "server/runtime/grade_batch.hpp"
 #include "tests/server/tick/graded_log.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion {
 namespace {
@@ -21,7 +22,7 @@ double peak_megabytes() {
 }
 
 /// One file and hard links to it: after the first session the input is in memory.
-std::vector<std::string> make_sessions(const test::Folder& folder, std::size_t count) {
+std::vector<std::string> make_sessions(const test::TemporaryFolder& folder, std::size_t count) {
   constexpr double kDuration = 600;
   auto log = test::lesson(1, 3, true, static_cast<int>(30 * kDuration));
   const Message end = log.back();
@@ -63,7 +64,7 @@ int main(int argc, char** argv) {
   using namespace parhelion;
   const std::size_t count = argc > 1 ? static_cast<std::size_t>(std::atoi(argv[1])) : 1000;
   const unsigned threads = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 2;
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const auto logs = make_sessions(folder, count);
   const std::vector<std::string> few(logs.begin(),
                                      logs.begin() + static_cast<long>(std::min<std::size_t>(50, count)));

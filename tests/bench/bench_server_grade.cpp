@@ -9,6 +9,7 @@
 #include "server/runtime/replay.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace {
 
@@ -70,7 +71,7 @@ bool write_hour(const std::filesystem::path& minute, const std::filesystem::path
 }  // namespace
 
 int main() {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   std::ofstream(folder / "model.yaml") << to_yaml(test::room());
   std::ofstream(folder / "scenario.yaml")
       << to_yaml(lesson(std::filesystem::path(folder / "x").parent_path()));

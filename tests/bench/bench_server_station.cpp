@@ -27,6 +27,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "tests/bench/plain_web_socket.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace {
 
@@ -303,7 +304,7 @@ int main(int argc, char** argv) {
   const double duration = argc > 3 ? std::stod(argv[3]) : 12;
   const int agents = argc > 4 ? std::stoi(argv[4]) : 50;
   const std::string which = argc > 5 ? argv[5] : "both";
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const fs::path path = folder / "";
   write_files(path, agents);
   std::vector<double> p50[2], p99[2];

@@ -116,7 +116,7 @@
       this.give(hello);
       this.give({ type: "entities", table: 1, forms, list: entities });
       this.give({ type: "zones", list: [{ name: "goal", points: [[2.7, 4.9], [4.5, 4.9], [4.5, 6.1], [2.7, 6.1]], bottom: 0, top: 2 }] });
-      this.give({ type: "events", list: [{ t: 3, kind: "contact_started", subject: "rover", object: "pillar 1", pair: "real_real", position: [6, 2.4, 0.2], impulse: 2, value: 0, text: "", unsensed: false, request: 0 }] });
+      this.give({ type: "events", list: [{ t: 3, kind: "contact_started", subject: "rover", object: "pillar 1", pair: "real_real", position: [6, 2.4, 0.2], impulse: 2, value: 0, text: "", undetectable: false, request: 0 }] });
       this.give({ type: "score", score: 12, possible: 20, passed: null, left_s: 95, tasks: [{ name: "a", title: "Reach the platform", state: "running", points: 4, of: 10, left_s: 95 }] });
       const sendStatus = () => {
         this.give({ type: "status", values: {}, notes: {}, sensors: [{ name: "SCAN", rate_hz: 20, age_ms: 12, loss: 0, state: "ok" }] });

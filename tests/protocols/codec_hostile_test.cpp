@@ -15,12 +15,12 @@ namespace {
 
 using test::Sample;
 
-class EveryType : public ::testing::TestWithParam<Sample> {};
+class EveryMessageType : public ::testing::TestWithParam<Sample> {};
 
-INSTANTIATE_TEST_SUITE_P(Codec, EveryType, ::testing::ValuesIn(test::samples()),
+INSTANTIATE_TEST_SUITE_P(Codec, EveryMessageType, ::testing::ValuesIn(test::samples()),
                          [](const auto& instance) { return instance.param.type; });
 
-TEST_P(EveryType, DecodesToTheEncodedMessage) {
+TEST_P(EveryMessageType, DecodesToTheEncodedMessage) {
   const Status status = GetParam().decode(GetParam().bytes);
   ASSERT_TRUE(status) << status.error().message;
   EXPECT_EQ(type_name(GetParam().bytes), GetParam().type);
@@ -28,7 +28,7 @@ TEST_P(EveryType, DecodesToTheEncodedMessage) {
       << describe("CHANNEL", GetParam().bytes);
 }
 
-TEST_P(EveryType, IsRefusedWhenTruncatedOrWithSurplusBytes) {
+TEST_P(EveryMessageType, IsRefusedWhenTruncatedOrWithSurplusBytes) {
   auto bytes = GetParam().bytes;
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     const Status status = GetParam().decode(Bytes(bytes).first(n));
@@ -40,7 +40,7 @@ TEST_P(EveryType, IsRefusedWhenTruncatedOrWithSurplusBytes) {
   EXPECT_FALSE(GetParam().decode(bytes));
 }
 
-TEST_P(EveryType, AStampOutside1970To2200IsRefused) {
+TEST_P(EveryMessageType, AStampOutside1970To2200IsRefused) {
   for (const std::int64_t utime :
        {std::int64_t{-1}, std::int64_t{7'258'118'400'000'000}, INT64_MIN, INT64_MAX}) {
     auto bytes = GetParam().bytes;
@@ -51,7 +51,7 @@ TEST_P(EveryType, AStampOutside1970To2200IsRefused) {
   }
 }
 
-TEST_P(EveryType, BitFlipsAreRefusedOrGiveAnEncodableMessage) {
+TEST_P(EveryMessageType, BitFlipsAreRefusedOrGiveAnEncodableMessage) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 3000; ++trial) {
     auto bytes = GetParam().bytes;
@@ -69,7 +69,7 @@ TEST_P(EveryType, BitFlipsAreRefusedOrGiveAnEncodableMessage) {
   }
 }
 
-TEST_P(EveryType, AFalseCountAllocatesNoMoreThanTheMessage) {
+TEST_P(EveryMessageType, AFalseCountAllocatesNoMoreThanTheMessage) {
   for (std::size_t at = 8; at + 4 <= GetParam().bytes.size(); ++at) {
     for (const std::int32_t count : {INT32_MAX, INT32_MIN, -1, 0x00FF'FFFF, 90'000}) {
       auto bytes = GetParam().bytes;
@@ -81,7 +81,7 @@ TEST_P(EveryType, AFalseCountAllocatesNoMoreThanTheMessage) {
   }
 }
 
-TEST_P(EveryType, NonFiniteNumbersAreRefusedOrKept) {
+TEST_P(EveryMessageType, NonFiniteNumbersAreRefusedOrKept) {
   for (std::size_t at = 8; at + 8 <= GetParam().bytes.size(); ++at) {
     for (const double value :
          {std::nan(""), static_cast<double>(INFINITY), -static_cast<double>(INFINITY), 1e300}) {
@@ -104,7 +104,7 @@ std::string refusal(const T& message) {
   return status ? "taken" : status.error().message;
 }
 
-TEST(Refused, ImpossibleScans) {
+TEST(MalformedMessages, ImpossibleScans) {
   Scan scan = test::sample_scan();
   scan.angle_increment = 0;
   EXPECT_EQ(refusal(scan),
@@ -127,7 +127,7 @@ TEST(Refused, ImpossibleScans) {
   EXPECT_NE(refusal(scan).find("nranges: 100001, expected 0..100000"), std::string::npos);
 }
 
-TEST(Refused, ImagesWithAWrongSize) {
+TEST(MalformedMessages, ImagesWithAWrongSize) {
   Image image = test::sample_depth();
   image.bytes.pop_back();
   EXPECT_NE(refusal(image).find("size: 17, expected 18..18"), std::string::npos) << refusal(image);
@@ -145,7 +145,7 @@ TEST(Refused, ImagesWithAWrongSize) {
   EXPECT_NE(refusal(image).find("width: 0"), std::string::npos);
 }
 
-TEST(Refused, InvalidPoses) {
+TEST(MalformedMessages, InvalidPoses) {
   const Eigen::Isometry3d nowhere = [] {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().x() = NAN;
@@ -172,7 +172,7 @@ TEST(Refused, InvalidPoses) {
   EXPECT_NE(status.error().message.find("orientation: 0, expected a quaternion"), std::string::npos);
 }
 
-TEST(Refused, InvalidOrientations) {
+TEST(MalformedMessages, InvalidOrientations) {
   ImuSample sample{test::kSampleStamp, Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}, {0, 0, 0}};
   EXPECT_NE(refusal(sample).find("orientation: 0, expected a quaternion"), std::string::npos);
   sample.orientation = Eigen::Quaterniond(NAN, 0, 0, 0);
@@ -194,7 +194,7 @@ TEST(Refused, InvalidOrientations) {
       << status.error().message;
 }
 
-TEST(Refused, RefusesInvalidJoints) {
+TEST(MalformedMessages, RefusesInvalidJoints) {
   Joints joints = test::sample_joints();
   joints.names[1] = "pan";
   EXPECT_NE(refusal(joints).find("names: a duplicate joint name"), std::string::npos);
@@ -232,7 +232,7 @@ TEST(Imu, MBotSamplesAreMappedToTheSameUnits) {
   EXPECT_NEAR(std::atan2(R(1, 0), R(0, 0)), 1.5, 1e-6);
 }
 
-TEST(Refused, CommandsWithoutAnAgent) {
+TEST(MalformedMessages, CommandsWithoutAnAgent) {
   AgentSpawn spawn = test::sample_spawn();
   AgentMove move{.agent = "guide-1"};
   AgentRemove remove;
@@ -253,14 +253,14 @@ TEST(Refused, CommandsWithoutAnAgent) {
   EXPECT_NE(refusal(spawn).find("size: 0"), std::string::npos);
 }
 
-TEST(Refused, AnAgentNameInACommandForAllAgents) {
+TEST(MalformedMessages, AnAgentNameInACommandForAllAgents) {
   EXPECT_EQ(refusal(AgentRemove{.all = true}), "taken");
   EXPECT_NE(refusal(AgentRemove{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
   EXPECT_EQ(refusal(AgentFreeze{.all = true}), "taken");
   EXPECT_NE(refusal(AgentFreeze{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
 }
 
-TEST(Refused, CommandValuesOutOfRange) {
+TEST(MalformedMessages, CommandValuesOutOfRange) {
   EXPECT_NE(refusal(CameraRate{.agent = "a", .rate = -1}).find("rate: -1"), std::string::npos);
   EXPECT_NE(refusal(FaultCommand{.duration = -3}).find("duration: -3"), std::string::npos);
   EXPECT_NE(refusal(FaultCommand{.amount = NAN}).find("amount: "), std::string::npos);
@@ -270,7 +270,7 @@ TEST(Refused, CommandValuesOutOfRange) {
   EXPECT_NE(refusal(ObjectReport{.object = std::string(201, 'x')}).find("name: "), std::string::npos);
 }
 
-TEST(Refused, ABeamOfAnUnlistedAgent) {
+TEST(MalformedMessages, ABeamOfAnUnlistedAgent) {
   EXPECT_NE(
       refusal(ScanInfo{test::kSampleStamp, true, "", 0, {"a"}, {0, 1}}).find("beam_agent: 1, expected -1..0"),
       std::string::npos);

@@ -412,8 +412,8 @@ RC_GTEST_PROP(CodecReference, Event, ()) {
   const auto reference = through_liblcm<event_t>(event, back);
   RC_ASSERT(back.stamp == event.stamp && back.kind == event.kind && back.subject == event.subject);
   RC_ASSERT(back.object == event.object && back.pair == event.pair && back.position == event.position);
-  RC_ASSERT(back.impulse == event.impulse && back.value == event.value && back.unsensed == event.unsensed &&
-            back.request == event.request);
+  RC_ASSERT(back.impulse == event.impulse && back.value == event.value &&
+            back.undetectable == event.undetectable && back.request == event.request);
   RC_ASSERT(back.text == event.text && reference.text == event.text &&
             reference.utime * 1000 + reference.ns == event.stamp.ns);
   RC_ASSERT(reference.subject == event.subject && reference.object == event.object);

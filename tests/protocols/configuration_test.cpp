@@ -289,7 +289,7 @@ TEST(Robot, RefusesInvalidValues) {
     EXPECT_THAT(robot_error(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;
 }
 
-TEST(Document, KindOfAFileIsGuessedFromItsKeys) {
+TEST(YamlDocument, KindOfAFileIsGuessedFromItsKeys) {
   const auto kind = [](const std::string& yaml) {
     return yaml::guess_schema(*yaml::read_document(yaml, "f"));
   };

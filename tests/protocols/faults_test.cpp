@@ -27,7 +27,7 @@ agents:
 max_agents: {from: 5, to: 7}
 )";
 
-TEST(Ranges, AreDrawnFromTheSeedAndRecordedInTheScenario) {
+TEST(RandomFaultValues, AreDrawnFromTheSeedAndRecordedInTheScenario) {
   const auto scenario = parse_scenario(kRanges, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   const AgentDefinition& person = scenario->agents[0];
@@ -35,16 +35,16 @@ TEST(Ranges, AreDrawnFromTheSeedAndRecordedInTheScenario) {
   EXPECT_LT(person.T_map_base.translation().x(), 3);
   EXPECT_GE(person.behaviour.speed, 0.3);
   EXPECT_LT(person.behaviour.speed, 0.8);
-  ASSERT_EQ(scenario->drawn.size(), 3U);
-  EXPECT_EQ(scenario->drawn[0].key, "agents.0.pose.x");
-  EXPECT_EQ(scenario->drawn[1].key, "agents.0.behaviour.speed");
-  EXPECT_EQ(scenario->drawn[1].from, "0.3 m/s");
-  EXPECT_EQ(scenario->drawn[1].to, "0.8 m/s");
+  ASSERT_EQ(scenario->drawn_values.size(), 3U);
+  EXPECT_EQ(scenario->drawn_values[0].key, "agents.0.pose.x");
+  EXPECT_EQ(scenario->drawn_values[1].key, "agents.0.behaviour.speed");
+  EXPECT_EQ(scenario->drawn_values[1].from, "0.3 m/s");
+  EXPECT_EQ(scenario->drawn_values[1].to, "0.8 m/s");
   const auto again = parse_scenario(kRanges, "s.yaml");
   EXPECT_EQ(to_yaml(*again), to_yaml(*scenario)) << "the same each time";
 }
 
-TEST(Ranges, DrawnValuesAreSavedExactlyAndNotDrawnAgain) {
+TEST(RandomFaultValues, DrawnValuesAreSavedExactlyAndNotDrawnAgain) {
   const auto scenario = parse_scenario(kRanges, "s.yaml");
   ASSERT_TRUE(scenario.ok());
   const std::string written = to_yaml(*scenario);
@@ -52,11 +52,11 @@ TEST(Ranges, DrawnValuesAreSavedExactlyAndNotDrawnAgain) {
   ASSERT_TRUE(again.ok()) << again.error().message << "\n" << written;
   EXPECT_EQ(again->agents[0].behaviour.speed, scenario->agents[0].behaviour.speed);
   EXPECT_EQ(again->agents[0].T_map_base.translation(), scenario->agents[0].T_map_base.translation());
-  ASSERT_EQ(again->drawn.size(), 3U);
-  EXPECT_EQ(again->drawn[2].value, scenario->drawn[2].value);
+  ASSERT_EQ(again->drawn_values.size(), 3U);
+  EXPECT_EQ(again->drawn_values[2].value, scenario->drawn_values[2].value);
 }
 
-TEST(Ranges, SeedsChangeTheValuesAndIntegersReachBothEnds) {
+TEST(RandomFaultValues, SeedsChangeTheValuesAndIntegersReachBothEnds) {
   std::set<double> speeds;
   std::set<std::uint64_t> counts;
   for (std::uint64_t seed = 0; seed < 64; ++seed) {
@@ -70,13 +70,13 @@ TEST(Ranges, SeedsChangeTheValuesAndIntegersReachBothEnds) {
   EXPECT_EQ(counts, (std::set<std::uint64_t>{5, 6, 7}));
 }
 
-TEST(Ranges, ARangeElsewhereDoesNotChangeOtherValues) {
+TEST(RandomFaultValues, ARangeElsewhereDoesNotChangeOtherValues) {
   const auto more = parse_scenario(kRanges + "physics_rate: {from: 200 Hz, to: 300 Hz}\n", "s.yaml");
   ASSERT_TRUE(more.ok()) << more.error().message;
   EXPECT_EQ(more->agents[0].behaviour.speed, parse_scenario(kRanges, "s.yaml")->agents[0].behaviour.speed);
 }
 
-TEST(Ranges, InvalidRangesAreReportedWithTheirLine) {
+TEST(RandomFaultValues, InvalidRangesAreReportedWithTheirLine) {
   EXPECT_THAT(error_of("physics_rate: {from: 300 Hz, to: 200 Hz}\n"), HasSubstr("s.yaml:1: 'physics_rate'"));
   EXPECT_THAT(error_of("name: x\nphysics_rate: {from: 300 Hz, to: 1 kHz}\n"), HasSubstr("s.yaml:2"));
   EXPECT_THAT(error_of("physics_rate: {from: fast, to: faster}\n"),

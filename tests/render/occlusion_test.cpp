@@ -223,7 +223,7 @@ TEST(SimulatedCamera, ShowsItsOwnRobotAndHasNoise) {
   EXPECT_NE(picture({}, {true, 2, 1, 1}), picture({}, {true, 2, 1, 2}));
 }
 
-TEST(Sameness, TheSameJobGivesTheSameBytesFromEveryCompositor) {
+TEST(CompositorRepeatability, TheSameJobGivesTheSameBytesFromEveryCompositor) {
   for (const bool distorted : {false, true}) {
     RenderJob job = depth_job(4);
     if (distorted) job.camera.intrinsics.distortion = {-0.3, 0.1, 0, 0, 0};

@@ -8,6 +8,7 @@
 #include <array>
 #include <random>
 
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/rosbag_reader.hpp"
 

@@ -7,6 +7,7 @@
 
 #include "tests/number_at.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 using test::number_at;
 
 TEST(CloudLayer, PointsAreTransformedToTheMapFrame) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   std::ofstream(folder / "room.xyz") << "1 0 0 10 20 30\n2 0 0 10 20 30\n3 0 0 10 20 30\n4 0 0 10 20 30\n";
   const auto T_map_cloud = Transform<Map, Cloud>(
       Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())), {5, 0, 0.5});
@@ -35,7 +36,7 @@ TEST(CloudLayer, PointsAreTransformedToTheMapFrame) {
 }
 
 TEST(CloudLayer, MarksACloudWithoutColours) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   std::ofstream(folder / "room.xyz") << "1 0 0\n2 0 0\n";
   const auto made = cloud_layer(folder / "room.xyz", {});
   ASSERT_TRUE(made.ok()) << made.error().message;
@@ -43,7 +44,7 @@ TEST(CloudLayer, MarksACloudWithoutColours) {
 }
 
 TEST(CloudLayer, ReportsAFileThatIsNoCloud) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   std::ofstream(folder / "room.ply") << "no cloud";
   const auto made = cloud_layer(folder / "room.ply", {});
   ASSERT_FALSE(made.ok());

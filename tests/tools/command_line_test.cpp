@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/place_argument.hpp"
 
@@ -17,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 test::Ran run_command(const std::vector<std::string>& arguments) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   return test::run(arguments, folder / "said.txt");
 }
 
@@ -55,7 +56,7 @@ TEST(CommandLine, FullHelpContainsTheHelpOfEachCommand) {
 }
 
 TEST(CommandLine, ParseOnlyChecksTheArgumentsAndRunsNothing) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string log = folder / "session.lcm";
   const auto right = run_command({"--parse-only", "import", "missing.bag", "-o", log});
   EXPECT_EQ(right.exit, 0);

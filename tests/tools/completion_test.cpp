@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -38,7 +39,7 @@ class CompletionTest : public testing::Test {
     for (std::string word; text >> word;) all.insert(word);
     return all;
   }
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(CompletionTest, OffersSubcommandsOptionsAndTheValuesOfAnOption) {

@@ -9,6 +9,7 @@
 #include "server/review/review.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -33,7 +34,7 @@ std::string with_barrel(std::string scenario, const review::SessionReview& revie
 }
 
 /// Replays the recorded log with other agents, graded by the same rules, and compares the two runs.
-void ask_what_if(const test::Folder& folder) {
+void ask_what_if(const test::TemporaryFolder& folder) {
   const auto again = [&](const std::string& name, const std::string& scenario) {
     std::ofstream(folder / ("demo/" + name + ".yaml")) << scenario;
     const auto ran = test::run({"replay", folder / "demo/localized.lcm", "--scenario",
@@ -91,7 +92,7 @@ std::size_t changed_pictures(const std::string& log) {
 
 TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder / "demo", "-o",
                               folder / "session.lcm", "--report", folder / "report.json"},
                              folder / "demo.txt");
@@ -118,7 +119,7 @@ TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
 }
 
 TEST(Demo, EveryCommandExplainsItselfWithAnExample) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   for (const char* name : {"demo", "import", "slam", "map", "serve", "replay", "grade", "report", "inject",
                            "drive", "joystick", "topic", "validate", "doctor"}) {
     const auto ran = test::run({name, "--help"}, folder / "help.txt");

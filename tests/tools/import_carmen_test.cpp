@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/carmen_line.hpp"
 

@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "protocols/quantile.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 
 namespace parhelion::tools {

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "protocols/quantile.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 
 namespace parhelion::tools {
@@ -259,7 +260,7 @@ cv::Mat floor_and_wall(double pitch, double wall, double units) {
 
 TEST(ImportRgbd, TumLayoutGivesCorrectFloorAndWall) {
   TemporaryFolder folder;
-  const auto place = folder / "tum";
+  const std::filesystem::path place = folder / "tum";
   std::filesystem::create_directories(place / "depth");
   const double pitch = 0.4;
   cv::imwrite((place / "depth" / "1.png").string(), floor_and_wall(pitch, 2, 5000));
@@ -360,7 +361,7 @@ TEST(ImportRgbd, OmittedStreamsAreNeitherWrittenNorDescribed) {
 TEST(ImportRgbd, DamagedFilesAreRefusedWithTheirName) {
   PARHELION_NEEDS_RECORDING(kitchen());
   TemporaryFolder folder;
-  const auto place = folder / "damaged";
+  const std::filesystem::path place = folder / "damaged";
   std::filesystem::create_directories(place);
   for (const char* name : {"camera-intrinsics.txt", "gravity-direction.txt"}) {
     std::filesystem::copy(kitchen() / name, place / name);

@@ -3,6 +3,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/written_bag.hpp"
 
 namespace parhelion::tools {

@@ -3,6 +3,7 @@
 
 #include "protocols/frames.hpp"
 #include "protocols/quantile.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/rosbag_reader.hpp"
 

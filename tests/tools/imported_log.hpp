@@ -23,25 +23,6 @@
 
 namespace parhelion::test {
 
-/// A temporary folder that the destructor removes.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    path_ = std::filesystem::temp_directory_path() /
-            ("parhelion-" + std::to_string(getpid()) + "-" +
-             ::testing::UnitTest::GetInstance()->current_test_info()->name() + std::to_string(count_++));
-    std::filesystem::create_directories(path_);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  static inline int count_ = 0;
-  std::filesystem::path path_;
-};
-
 struct ImportedLog {
   std::vector<Message> events;
 

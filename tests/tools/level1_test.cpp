@@ -7,6 +7,7 @@
 
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -58,7 +59,7 @@ class Level1Test : public testing::Test {
     });
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   std::unique_ptr<Bus> bus_;
   std::map<std::string, int> count_;
   std::vector<Event> events_;

@@ -12,6 +12,7 @@
 #include "protocols/model.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/synthetic_site.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -45,7 +46,7 @@ class MapModelInput : public ::testing::Test {
     EXPECT_THAT(ran.output, HasSubstr("parhelion map model: "));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "model.yaml"));
   }
-  const test::Folder folder_;
+  const test::TemporaryFolder folder_;
 };
 
 /// Points on a rectangle around `centre` with half sides `u` and `v`, and 4 mm of noise along `w`.

@@ -14,6 +14,7 @@
 #include "server/runtime/replay.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/synthetic_site.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -65,7 +66,7 @@ TEST(MapModel, ModelYamlRoundTripsWithItsMesh) {
 
 /// Replays in the model with `agent`; returns all messages of the session.
 std::vector<Message> replayed(AgentDefinition agent, const std::vector<Message>& log) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   SemanticModel model = built().model;
   model.map_id = "synthetic";
   std::ofstream(folder / "model.yaml") << to_yaml(model);
@@ -205,7 +206,7 @@ TEST(MapModel, AModelWallHidesAVirtualBody) {
 
 class MapModelCommand : public ::testing::Test {
  protected:
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(MapModelCommand, WritesAllRequestedOutputsAndKeepsCorrections) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fusion/cloud/read_cloud.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/process.hpp"
 

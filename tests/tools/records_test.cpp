@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/server/tick/graded_log.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -29,7 +30,7 @@ class RecordsCommand : public testing::Test {
     test::write_log(path, test::lesson(number, 1, true));
     return path;
   }
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {

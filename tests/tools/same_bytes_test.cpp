@@ -8,6 +8,7 @@
 #include "tests/long_run.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -65,7 +66,7 @@ class SameBytesTest : public testing::Test {
     }
   }
 
-  const test::Folder folder_;
+  const test::TemporaryFolder folder_;
 };
 
 TEST_F(SameBytesTest, ASyntheticDriveIsIdenticalAtAnySpeedAndBuild) {

@@ -10,6 +10,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/scan_guess.hpp"

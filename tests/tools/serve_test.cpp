@@ -8,6 +8,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "tests/long_run.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -127,7 +128,7 @@ class ServeTest : public testing::Test {
     return requests;
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   std::unique_ptr<Bus> bus_;
 };
 

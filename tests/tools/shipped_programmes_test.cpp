@@ -5,6 +5,7 @@
 #include "server/runtime/replay.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -41,7 +42,7 @@ class Level3Programmes : public testing::Test {
     return runtime::grade_session(options.session);
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   runtime::Report report_;
 };
 
@@ -61,7 +62,7 @@ TEST_F(Level3Programmes, TouchingAnInjectedRobotIsPenalized) {
   EXPECT_EQ(touch.rule, "touched the virtual robot");
   EXPECT_EQ(touch.cause->pair, PairKind::real_virtual);
   EXPECT_EQ(touch.cause->object, "robot_1");
-  EXPECT_FALSE(touch.cause->unsensed);
+  EXPECT_FALSE(touch.cause->undetectable);
   EXPECT_GT(report_.tally.beams_replaced, 50U) << "the laser saw it";
   EXPECT_FALSE(grade.passed);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/server/runtime/scripted_drive.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::test {
@@ -35,7 +36,7 @@ class SiteDrive : public ScriptedDrive {
     load(folder_ / (site + ".yaml"));
   }
 
-  Folder folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace parhelion::test

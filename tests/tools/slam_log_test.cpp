@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "tests/fusion/pose/room.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/command.hpp"
 
@@ -160,7 +161,7 @@ TEST(SlamLog, ReportsMissingInputAndLeavesNoPartialOutput) {
   EXPECT_FALSE(map_log(options(folder / "in.lcm", folder / "there.lcm")).ok());
   EXPECT_EQ(bytes_of(folder / "there.lcm"), "mine");
   EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm"));
-  EXPECT_FALSE(std::filesystem::exists((folder / "out.lcm").string() + ".part"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm" + ".part"));
 }
 
 TEST(SlamLog, CountsDamagedEventsAndContinues) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/fusion/pose/trajectory_error.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/slam_log.hpp"
 

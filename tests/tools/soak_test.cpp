@@ -6,6 +6,7 @@
 #include "tests/long_run.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
@@ -13,7 +14,7 @@ namespace {
 
 TEST(Soak, MemoryStaysFlatOverManyLapsOfARealRecording) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder / "demo"},
                              folder / "demo.txt");
   ASSERT_EQ(ran.exit, 0) << ran.output;

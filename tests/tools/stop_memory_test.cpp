@@ -6,13 +6,14 @@
 #include <fstream>
 
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::tools {
 namespace {
 
 class StopMemoryTest : public testing::Test {
  protected:
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   const std::filesystem::path state_ = folder_ / "state";
 };
 

@@ -11,6 +11,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/text_file.hpp"
 #include "tools/topic_text.hpp"
@@ -42,7 +43,7 @@ class SmallDisk {
   void (*signal_)(int);
 };
 
-std::string write_drive(const test::Folder& folder) {
+std::string write_drive(const test::TemporaryFolder& folder) {
   const std::string path = folder / "drive.lcm";
   auto writer = LogWriter::create(path, false);
   EXPECT_TRUE(writer);
@@ -58,7 +59,7 @@ std::set<std::string> names_in(const std::string& folder) {
 }
 
 TEST(WrittenFiles, SavedMapsAreNotOverwrittenWithoutForce) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string log = write_drive(folder);
   const std::string site = folder / "site";
   std::ofstream(site + ".pgm") << "mine";
@@ -75,7 +76,7 @@ TEST(WrittenFiles, SavedMapsAreNotOverwrittenWithoutForce) {
 }
 
 TEST(WrittenFiles, AFullDiskLeavesTheOldMapIntact) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string log = write_drive(folder);
   std::filesystem::create_directory(folder / "maps");
   const std::string site = folder / "maps/site";
@@ -103,7 +104,7 @@ TEST(WrittenFiles, AFullDiskLeavesTheOldMapIntact) {
 }
 
 TEST(WrittenFiles, ExtrudeChecksThePictureNameBeforeWriting) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string site = folder / "site", model = folder / "model.yaml";
   ASSERT_EQ(test::run({"slam", "--log", write_drive(folder), "--save-map", site}, folder / "said.txt").exit,
             0);
@@ -123,7 +124,7 @@ TEST(WrittenFiles, ExtrudeChecksThePictureNameBeforeWriting) {
 }
 
 TEST(WrittenFiles, WriteBesideIsAllOrNothing) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "x";
   const auto write_one = [](const std::filesystem::path& into) -> Status {
     std::ofstream(into / "x.a") << "a";
@@ -136,7 +137,7 @@ TEST(WrittenFiles, WriteBesideIsAllOrNothing) {
 }
 
 TEST(WrittenFiles, AnExistingReportIsRefusedBeforeTheReplay) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string log = write_drive(folder), scenario = folder / "s.yaml", report = folder / "r.json";
   std::ofstream(scenario) << "name: x\n";
   std::ofstream(report) << "mine";
@@ -150,7 +151,7 @@ TEST(WrittenFiles, AnExistingReportIsRefusedBeforeTheReplay) {
 }
 
 TEST(Replay, ALogWithoutUsableScansFails) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   auto messages = test::drive(1);
   for (Message& message : messages) {
     if (message.channel == "SCAN") message.payload[0] ^= 0x55;  // of its fingerprint
@@ -172,7 +173,7 @@ TEST(TopicEcho, ARobotDescriptionIsPrintedAsItsYaml) {
 
 TEST(DemoWithoutEgl, ContinuesWithoutTheCameraAndReportsWhy) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/none.json", 1);
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder / "demo",
                               "--report", folder / "report.json"},

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "fusion/semantic/extrude.hpp"
+#include "fusion/semantic/grid/extrude.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"

@@ -1,6 +1,6 @@
 #include "tools/demo/pictures.hpp"
 
-#include "fusion/semantic/plan_picture.hpp"
+#include "fusion/semantic/pictures/plan_picture.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -99,7 +99,7 @@ Status Export::run(LogReader& log) {
                  (report_.unreadable > 0 ? " that can be read (" + report_.first_unreadable + ")" : "") +
                  "; expected a session log, as serve and replay -o write it; --raw exports any LCM log"};
   }
-  report_.damaged_bytes = log.skipped_bytes();
+  report_.skipped_bytes = log.skipped_bytes();
   report_.bytes_in = log.size();
   report_.omissions = converter_.omissions();
   const std::string name = std::filesystem::path(options_.log).filename().string();

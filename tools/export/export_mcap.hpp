@@ -28,7 +28,7 @@ struct ExportReport {
   std::map<std::string, std::uint64_t> messages;  ///< by topic
   std::uint64_t unreadable = 0;                   ///< messages that could not be decoded
   std::string first_unreadable;                   ///< the reason for the first one
-  std::uint64_t damaged_bytes = 0;                ///< of the log
+  std::uint64_t skipped_bytes = 0;                ///< of the log
   std::vector<std::string> omissions;             ///< content that could not be shown
 };
 

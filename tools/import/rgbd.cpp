@@ -204,8 +204,8 @@ class Copy {
       writer_.leave_out("scan of a depth frame without pose");
       return {};
     }
-    const Scan scan = cut_scan(*depth, folder_.cameras.depth, placement_.map_base(*pose),
-                               placement_.map_optical(*pose), band_, file.stamp);
+    const Scan scan = scan_from_depth(*depth, folder_.cameras.depth, placement_.map_base(*pose),
+                                      placement_.map_optical(*pose), band_, file.stamp);
     return writer_.put(channel::kScan, scan, file.number);
   }
 

@@ -44,9 +44,10 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
   return laser;
 }
 
-Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
-              const Transform<Map, Base>& T_map_base, const Transform<Map, DepthOptical>& T_map_optical,
-              const DepthScanOptions& options, SensorTime stamp) {
+Scan scan_from_depth(const DepthMillimetres& depth, const CameraIntrinsics& camera,
+                     const Transform<Map, Base>& T_map_base,
+                     const Transform<Map, DepthOptical>& T_map_optical, const DepthScanOptions& options,
+                     SensorTime stamp) {
   constexpr std::size_t against_flying_pixels = 5;
   const int half = half_beams(camera, options.step);
   const auto n = static_cast<std::size_t>(2 * half + 1);

@@ -18,8 +18,9 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
 /// For each bearing the nearest point of the band (the fifth nearest, to suppress single flying pixels), seen
 /// from base_link in the horizontal plane. +inf if a pixel of that bearing looked through the band without a
 /// hit, NaN if unknown.
-Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
-              const Transform<Map, Base>& T_map_base, const Transform<Map, DepthOptical>& T_map_optical,
-              const DepthScanOptions& options, SensorTime stamp);
+Scan scan_from_depth(const DepthMillimetres& depth, const CameraIntrinsics& camera,
+                     const Transform<Map, Base>& T_map_base,
+                     const Transform<Map, DepthOptical>& T_map_optical, const DepthScanOptions& options,
+                     SensorTime stamp);
 
 }  // namespace parhelion::tools

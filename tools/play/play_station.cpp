@@ -55,7 +55,7 @@ std::string marks_json(const std::vector<runtime::RecordedMark>& marks) {
   station::foxglove::JsonText json;
   json.open('[');
   for (const runtime::RecordedMark& mark : marks) {
-    json.open('{').key("t").number(mark.t).key("kind").plain(mark.kind).key("text").string(mark.text);
+    json.open('{').key("t").number(mark.t).key("kind").unescaped(mark.kind).key("text").string(mark.text);
     json.key("bad").boolean(mark.bad).close('}');
   }
   return std::string(json.close(']').text());

@@ -81,7 +81,7 @@ const TEXT = {
     else if (e.text) words += ` (${e.text})`;
     if (e.kind === "score_changed" || e.kind === "grading_ended") words += `: ${figure(e.value, 2)}`;
     if (e.impulse > 0) words += `, ${figure(e.impulse, 2)} N s`;
-    if (e.unsensed) words += ", not scored: not detectable by the sensors";
+    if (e.undetectable) words += ", not scored: not detectable by the sensors";
     return words;
   },
   comparison: "Comparison",

@@ -78,7 +78,7 @@ JsonText& JsonText::string(std::string_view value) {
   return *this;
 }
 
-JsonText& JsonText::plain(std::string_view value) {
+JsonText& JsonText::unescaped(std::string_view value) {
   separate();
   text_ += '"';
   text_ += value;

@@ -33,7 +33,7 @@ class JsonText {
   /// A complete JSON value.
   JsonText& raw(std::string_view json);
   /// Text that needs no escapes.
-  JsonText& plain(std::string_view value);
+  JsonText& unescaped(std::string_view value);
 
   /// {"sec", "nsec"} of nanoseconds since the epoch.
   JsonText& time(std::int64_t ns);

@@ -78,16 +78,16 @@ std::string sentence(const Event& event) {
     text += figure;
   }
   if (!event.text.empty()) text += ": " + event.text;
-  return event.unsensed ? text + " (unsensed)" : text;
+  return event.undetectable ? text + " (undetectable)" : text;
 }
 
 void write_raw_image(const Image& image, int width, int height, std::string_view encoding, std::size_t step,
                      std::span<const std::uint8_t> bytes, std::string_view frame, JsonText& out) {
   out.clear();
   out.open('{').key("timestamp").time(image.stamp.ns).key("frame_id").string(frame);
-  out.key("width").integer(width).key("height").integer(height).key("encoding").plain(encoding);
+  out.key("width").integer(width).key("height").integer(height).key("encoding").unescaped(encoding);
   out.key("step").integer(static_cast<std::int64_t>(step));
-  out.key("data").plain(yaml::to_base64(bytes)).close('}');
+  out.key("data").unescaped(yaml::to_base64(bytes)).close('}');
 }
 
 }  // namespace
@@ -126,14 +126,14 @@ void write_transforms(std::int64_t stamp, const std::vector<NamedTransform>& tra
 
 void write_pose(std::int64_t stamp, const Eigen::Isometry3d& T_map_base, JsonText& out) {
   out.clear();
-  out.open('{').key("timestamp").time(stamp).key("frame_id").plain("map");
+  out.open('{').key("timestamp").time(stamp).key("frame_id").unescaped("map");
   out.key("pose").pose(T_map_base).close('}');
 }
 
 void write_jpeg(const Image& image, std::string_view frame, JsonText& out) {
   out.clear();
   out.open('{').key("timestamp").time(image.stamp.ns).key("frame_id").string(frame);
-  out.key("data").plain(yaml::to_base64(image.bytes)).key("format").plain("jpeg").close('}');
+  out.key("data").unescaped(yaml::to_base64(image.bytes)).key("format").unescaped("jpeg").close('}');
 }
 
 void write_pixels(const Image& image, std::string_view frame, JsonText& out) {
@@ -169,7 +169,7 @@ void write_calibration(std::int64_t stamp, const CameraIntrinsics& camera, std::
   out.clear();
   out.open('{').key("timestamp").time(stamp).key("frame_id").string(frame);
   out.key("width").integer(camera.width).key("height").integer(camera.height);
-  out.key("distortion_model").plain(fisheye ? "kannala_brandt" : "plumb_bob");
+  out.key("distortion_model").unescaped(fisheye ? "kannala_brandt" : "plumb_bob");
   out.key("D").open('[');
   for (std::size_t i = 0; i < (fisheye ? 4U : 5U); ++i) out.number(camera.distortion[i]);
   out.close(']').key("K");
@@ -186,7 +186,7 @@ void write_event(const Event& event, JsonText& out) {
   out.open('{').key("timestamp").time(event.stamp.ns);
   out.key("level").integer(static_cast<std::int64_t>(level_of(event.kind)));
   out.key("message").string(sentence(event)).key("name").string(event.subject);
-  out.key("file").plain("").key("line").integer(0).close('}');
+  out.key("file").unescaped("").key("line").integer(0).close('}');
 }
 
 void write_score(const Event& event, JsonText& out) {

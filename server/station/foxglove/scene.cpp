@@ -76,10 +76,10 @@ void add_shape(const Shape& shape, const Eigen::Isometry3d& T_map_body, Primitiv
 void write_entity(std::int64_t stamp, std::string_view id,
                   std::initializer_list<std::pair<const char*, std::string_view>> notes, Primitives& what,
                   JsonText& out) {
-  out.open('{').key("timestamp").time(stamp).key("frame_id").plain("map").key("id").string(id);
+  out.open('{').key("timestamp").time(stamp).key("frame_id").unescaped("map").key("id").string(id);
   out.key("lifetime").time(0).key("frame_locked").boolean(false).key("metadata").open('[');
   for (const auto& [key, value] : notes)
-    out.open('{').key("key").plain(key).key("value").string(value).close('}');
+    out.open('{').key("key").unescaped(key).key("value").string(value).close('}');
   out.close(']');
   const std::pair<const char*, JsonText*> lists[] = {{"cubes", &what.cubes},
                                                      {"spheres", &what.spheres},
@@ -191,7 +191,7 @@ void WorldScene::write_names(const WorldMessage& world, JsonText& out) {
   constexpr int all = 1;
   out.clear();
   out.open('{').key("deletions").open('[').open('{').key("timestamp").time(world.stamp.ns);
-  out.key("type").integer(all).key("id").plain("").close('}').close(']').key("entities").open('[');
+  out.key("type").integer(all).key("id").unescaped("").close('}').close(']').key("entities").open('[');
   for_each_entity(world, [&](auto first, auto) {
     if (first->owner == BodyOwner::building) return;
     Primitives what;

@@ -25,9 +25,9 @@ float nearest_slow(const std::vector<Eigen::Vector3f>& target, const Eigen::Vect
   return nearest;
 }
 
-class Grids : public testing::TestWithParam<bool> {};
+class BucketGrids : public testing::TestWithParam<bool> {};
 
-TEST_P(Grids, FindTheSameNearestPointsAsBruteForce) {
+TEST_P(BucketGrids, FindTheSameNearestPointsAsBruteForce) {
   const Clouds clouds;
   PointIcpOptions options;
   options.paper_grid = GetParam();
@@ -52,7 +52,7 @@ TEST_P(Grids, FindTheSameNearestPointsAsBruteForce) {
   EXPECT_LT(icp.searched(), clouds.source.size());
 }
 
-TEST_P(Grids, AreBitIdenticalForAvx2AndAnyThreadCount) {
+TEST_P(BucketGrids, AreBitIdenticalForAvx2AndAnyThreadCount) {
   const Clouds clouds;
   const auto run = [&](bool portable, int threads) {
     PointIcp icp(clouds.target, clouds.source,
@@ -67,7 +67,7 @@ TEST_P(Grids, AreBitIdenticalForAvx2AndAnyThreadCount) {
   EXPECT_EQ(run(true, 5), expected);
 }
 
-INSTANTIATE_TEST_SUITE_P(TreeAndPaper, Grids, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(TreeAndPaper, BucketGrids, testing::Bool());
 
 TEST(PointIcp, ConvergesOnTheKnownMotion) {
   const Clouds clouds;

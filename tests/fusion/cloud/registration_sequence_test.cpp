@@ -194,7 +194,7 @@ TEST(PoseGraph3, ClosesALoopAndDownweightsAFalseOne) {
   const Eigen::Matrix<double, 6, 6> sure = 1e6 * Eigen::Matrix<double, 6, 6>::Identity();
   edges.push_back({0, 29, truth[0].inverse() * truth[29], sure, true});
   edges.push_back({3, 20, truth[3].inverse() * truth[20] * pose(5, -3, 1, 1), sure, true});
-  const std::vector<Eigen::Isometry3d> found = pose::optimized(drifted, edges);
+  const std::vector<Eigen::Isometry3d> found = pose::optimize_pose_graph(drifted, edges);
   double worst = 0;
   for (std::size_t i = 0; i < truth.size(); ++i)
     worst = std::max(worst, (found[i].translation() - truth[i].translation()).norm());

@@ -65,9 +65,9 @@ RegistrationOptions options(IcpMethod method, int threads) {
   return result;
 }
 
-class EachMethod : public testing::TestWithParam<IcpMethod> {};
+class RegistrationMethods : public testing::TestWithParam<IcpMethod> {};
 
-TEST_P(EachMethod, FindsTheKnownPoseOfAScanInARoom) {
+TEST_P(RegistrationMethods, FindsTheKnownPoseOfAScanInARoom) {
   const RoomPair& pair = room_pair();
   const auto found =
       register_pair(pair.target, pair.source, pair.guess(pose(0.3, -0.25, 0.1, 0.2)), options(GetParam(), 2));
@@ -80,7 +80,7 @@ TEST_P(EachMethod, FindsTheKnownPoseOfAScanInARoom) {
   EXPECT_GT(found->overlap, 0.6);
 }
 
-TEST_P(EachMethod, GivesTheSameBitsOnAnyNumberOfThreads) {
+TEST_P(RegistrationMethods, GivesTheSameBitsOnAnyNumberOfThreads) {
   const RoomPair& pair = room_pair();
   const auto with = [&](int threads) {
     return register_pair(pair.target, pair.source, pair.guess(pose(0.2, 0.2, 0, -0.1)),
@@ -98,7 +98,7 @@ TEST_P(EachMethod, GivesTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, EachMethod,
+INSTANTIATE_TEST_SUITE_P(Methods, RegistrationMethods,
                          testing::Values(IcpMethod::point_to_point, IcpMethod::point_to_plane,
                                          IcpMethod::generalised, IcpMethod::paper));
 
@@ -217,9 +217,9 @@ TEST(Registration, NeverReportsAWrongAlignmentAsValid) {
 
 // Reference values of the attribution file, which gives only yaw; a hundred starts within 0.5 m and 20
 // degrees. With one attempt each more of them fail, but no wrong result may be accepted.
-class Starts : public testing::TestWithParam<bool> {};
+class RegistrationStarts : public testing::TestWithParam<bool> {};
 
-TEST_P(Starts, FindTheRoomFromAHundredStarts) {
+TEST_P(RegistrationStarts, FindTheRoomFromAHundredStarts) {
   const auto folder = test::recording("3d-room-scan");
   PARHELION_NEEDS_RECORDING(folder);
   const auto first = read_scan(folder / "room_scan1.pcd"), second = read_scan(folder / "room_scan2.pcd");
@@ -261,7 +261,7 @@ TEST_P(Starts, FindTheRoomFromAHundredStarts) {
   EXPECT_GE(right, starts * 95 / 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(OneAttemptAndMore, Starts, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(OneAttemptAndMore, RegistrationStarts, testing::Bool());
 
 }  // namespace
 }  // namespace parhelion::cloud

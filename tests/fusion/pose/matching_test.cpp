@@ -170,7 +170,7 @@ TEST(PoseGraph, DistributesLoopErrorAndIgnoresFalseLoops) {
   edges.push_back({0, 39, truth[0].inverse() * truth[39], information, true});
   edges.push_back({1, 38, truth[1].inverse() * truth[38], information, true});
   edges.push_back({5, 20, Pose2{0.1, 0.1, 2}, information, true});
-  const auto found = optimized(drifted, edges, 8);
+  const auto found = optimize_pose_graph(drifted, edges, 8);
   double worst_before = 0, worst = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     worst_before = std::max(worst_before, (drifted[i].position() - truth[i].position()).norm());

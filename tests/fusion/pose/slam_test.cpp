@@ -6,19 +6,12 @@
 #include <filesystem>
 
 #include "tests/fusion/pose/room.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::pose {
 namespace {
 
 using test::Sample;
-
-struct Folder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("parhelion_slam_" + std::to_string(::getpid()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string operator/(const char* name) const { return (path / name).string(); }
-};
 
 /// Error of an estimate; both poses relative to the start of the drive.
 double error(const PoseEstimate& estimate, const Sample& sample, const Pose2& T_true_map) {
@@ -93,10 +86,10 @@ TEST(Mapper, RefusesARobotWithoutALaser) {
   EXPECT_NE(mapper.error().message.find("laser"), std::string::npos);
 }
 
-class InAMap : public ::testing::TestWithParam<const char*> {
+class SlamInAMap : public ::testing::TestWithParam<const char*> {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new Folder;
+    folder_ = new test::TemporaryFolder;
     std::vector<PoseEstimate> causal, final;
     const auto mapper = mapped(shared_drive(), causal, final);
     ASSERT_TRUE(mapper->save_simplemap(*folder_ / "map.simplemap").ok());
@@ -117,11 +110,11 @@ class InAMap : public ::testing::TestWithParam<const char*> {
     return test::drive(shared_drive().walls, shared_drive().robot, 0.6, -0.04, 99);
   }
 
-  static inline Folder* folder_ = nullptr;
+  static inline test::TemporaryFolder* folder_ = nullptr;
   static inline std::string* id_ = nullptr;
 };
 
-TEST_P(InAMap, TracksFromAStart) {
+TEST_P(SlamInAMap, TracksFromAStart) {
   SlamOptions options;
   options.start = Eigen::Vector3d(0.1, -0.1, 0.05);
   const auto slam = localizer(options);
@@ -147,7 +140,7 @@ TEST_P(InAMap, TracksFromAStart) {
   EXPECT_GT(inside, words * 8 / 10) << "the covariance must be honest";
 }
 
-TEST_P(InAMap, LocalizesAnywhereAndPublishesNothingBefore) {
+TEST_P(SlamInAMap, LocalizesAnywhereAndPublishesNothingBefore) {
   const auto slam = localizer({});
   const auto samples = other_drive();
   int tracking = 0;
@@ -166,7 +159,7 @@ TEST_P(InAMap, LocalizesAnywhereAndPublishesNothingBefore) {
   EXPECT_GT(tracking, 60);
 }
 
-TEST_P(InAMap, LosesThePoseOnGarbageScansAndRecovers) {
+TEST_P(SlamInAMap, LosesThePoseOnGarbageScansAndRecovers) {
   SlamOptions options;
   options.start = Eigen::Vector3d::Zero();
   const auto slam = localizer(options);
@@ -194,7 +187,7 @@ TEST_P(InAMap, LosesThePoseOnGarbageScansAndRecovers) {
   EXPECT_EQ(last, SlamState::tracking);
 }
 
-TEST_P(InAMap, PeopleAroundTheRobotDoNotMoveIt) {
+TEST_P(SlamInAMap, PeopleAroundTheRobotDoNotMoveIt) {
   SlamOptions options;
   options.start = Eigen::Vector3d::Zero();
   const auto slam = localizer(options);
@@ -213,7 +206,7 @@ TEST_P(InAMap, PeopleAroundTheRobotDoNotMoveIt) {
   }
 }
 
-TEST_P(InAMap, RejectsAWrongStart) {
+TEST_P(SlamInAMap, RejectsAWrongStart) {
   SlamOptions options;
   options.start = Eigen::Vector3d(5, 5, 2);
   const auto slam = localizer(options);
@@ -226,7 +219,7 @@ TEST_P(InAMap, RejectsAWrongStart) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, InAMap, ::testing::Values("map.simplemap", "map.yaml"),
+INSTANTIATE_TEST_SUITE_P(Kinds, SlamInAMap, ::testing::Values("map.simplemap", "map.yaml"),
                          [](const auto& param) {
                            return std::string(param.param) == "map.yaml" ? "RosMap" : "Simplemap";
                          });

@@ -74,7 +74,7 @@ TEST(Noise, depends_only_on_seed_scan_and_beam) {
   EXPECT_NE(standard_normal({1, 1ULL << 40}, 3), standard_normal({1, 0}, 3));
 }
 
-TEST(Measure, quantises_to_the_step_of_the_protocol) {
+TEST(LidarNoise, quantises_to_the_step_of_the_protocol) {
   LaserDescription laser = plain_laser();
   laser.quantization = 0.01;
   EXPECT_EQ(measure_range(laser, {}, 0, 3.4749F), 3.47F);
@@ -83,7 +83,7 @@ TEST(Measure, quantises_to_the_step_of_the_protocol) {
   EXPECT_EQ(measure_range(laser, {}, 0, 3.4751F), 3.4751F);
 }
 
-TEST(Measure, has_the_specified_sigma) {
+TEST(LidarNoise, has_the_specified_sigma) {
   LaserDescription laser = plain_laser();
   laser.noise_sigma = 0.03;
   double sum = 0, squares = 0;
@@ -97,7 +97,7 @@ TEST(Measure, has_the_specified_sigma) {
   EXPECT_NEAR(std::sqrt(squares / n), 0.03, 5e-4);
 }
 
-TEST(Measure, writes_limits_in_the_sensors_own_convention) {
+TEST(LidarNoise, writes_limits_in_the_sensors_own_convention) {
   LaserDescription laser = plain_laser();
   EXPECT_EQ(measure(laser, {}, 0, 0.05F).kind, BeamKind::too_close);
   EXPECT_EQ(measure_range(laser, {}, 0, 0.05F), 0.0F);
@@ -114,7 +114,7 @@ TEST(Measure, writes_limits_in_the_sensors_own_convention) {
   EXPECT_EQ(measure(laser, {}, 0, std::nanf("")).kind, BeamKind::invalid);
 }
 
-TEST(Measure, never_writes_a_hit_as_a_sentinel) {
+TEST(LidarNoise, never_writes_a_hit_as_a_sentinel) {
   LaserDescription laser = plain_laser();
   laser.quantization = 0.5;
   laser.convention.no_return = Sentinel::value;

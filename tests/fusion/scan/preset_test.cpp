@@ -18,9 +18,9 @@ struct Expected {
   double scan_period;
 };
 
-class Preset : public testing::TestWithParam<Expected> {};
+class LidarPreset : public testing::TestWithParam<Expected> {};
 
-TEST_P(Preset, matches_the_data_sheet) {
+TEST_P(LidarPreset, matches_the_data_sheet) {
   const Expected& expected = GetParam();
   const auto laser = load_laser_preset(expected.name);
   ASSERT_TRUE(laser.ok()) << laser.error().message;
@@ -34,7 +34,7 @@ TEST_P(Preset, matches_the_data_sheet) {
   EXPECT_NEAR(laser->scan_period, expected.scan_period, 1e-9);
 }
 
-TEST_P(Preset, sweeps_within_its_scan_period) {
+TEST_P(LidarPreset, sweeps_within_its_scan_period) {
   const auto laser = load_laser_preset(GetParam().name);
   ASSERT_TRUE(laser.ok());
   std::vector<float> time;
@@ -43,7 +43,7 @@ TEST_P(Preset, sweeps_within_its_scan_period) {
   EXPECT_LE((sweep.end - sweep.start).seconds(), laser->scan_period);
 }
 
-TEST_P(Preset, reads_back_what_it_writes) {
+TEST_P(LidarPreset, reads_back_what_it_writes) {
   const auto laser = load_laser_preset(GetParam().name);
   ASSERT_TRUE(laser.ok());
   const RangeConvention& convention = laser->convention;
@@ -56,7 +56,7 @@ TEST_P(Preset, reads_back_what_it_writes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Preset,
+INSTANTIATE_TEST_SUITE_P(All, LidarPreset,
                          testing::Values(Expected{"lms-200", 361, 180, 80, 0.005, 0.01, 2.0 / 75},
                                          Expected{"s3000", 761, 190, 49, 0.01, 0.01, 0.12},
                                          Expected{"utm-30lx", 1081, 270, 30, 0.01, 0.001, 0.025},

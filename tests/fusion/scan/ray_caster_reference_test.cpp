@@ -133,7 +133,7 @@ TEST(RayCasterReference, hits_the_building_only_in_front_of_the_bodies) {
     caster.set_building(scene.building);
     caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, bodies);
     caster.cast_building(scene.laser, scene.beams, scene.max_range, all);
-    caster.cast_building_before(bodies, scene.laser, scene.beams, scene.max_range, before);
+    caster.cast_nearer_building(bodies, scene.laser, scene.beams, scene.max_range, before);
     for (std::size_t i = 0; i < kBeams; ++i) {
       if (!(all[i].range < bodies[i].range)) {
         ++hidden;

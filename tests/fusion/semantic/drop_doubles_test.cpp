@@ -1,5 +1,5 @@
 // A model has no two conflicting entities in one place.
-#include "fusion/semantic/drop_doubles.hpp"
+#include "fusion/semantic/net/drop_doubles.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "fusion/semantic/find_stairs.hpp"
+#include "fusion/semantic/net/find_stairs.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 

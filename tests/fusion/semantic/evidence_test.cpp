@@ -1,6 +1,6 @@
 // Measured, looked-through and unobserved space, against an exhaustive search; and floors that end with the
 // observed area.
-#include "fusion/semantic/evidence.hpp"
+#include "fusion/semantic/net/evidence.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <tuple>
 
-#include "fusion/semantic/observed_floors.hpp"
+#include "fusion/semantic/net/observed_floors.hpp"
 #include "tests/synthetic_site.hpp"
 
 namespace parhelion::semantic {

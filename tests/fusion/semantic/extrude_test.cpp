@@ -1,4 +1,4 @@
-#include "fusion/semantic/extrude.hpp"
+#include "fusion/semantic/grid/extrude.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

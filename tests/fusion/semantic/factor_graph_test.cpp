@@ -1,5 +1,5 @@
 // Joint labelling: loopy messages and local search against exhaustive enumeration.
-#include "fusion/semantic/factor_graph.hpp"
+#include "fusion/semantic/net/factor_graph.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/ximgproc.hpp>
 
-#include "fusion/semantic/hough.hpp"
-#include "fusion/semantic/pixel_set.hpp"
+#include "fusion/semantic/segmentation/hough.hpp"
+#include "fusion/semantic/segmentation/pixel_set.hpp"
 
 namespace parhelion::semantic {
 namespace {

@@ -1,5 +1,5 @@
 // The plan of a model: drawn from its entities, and an error for an empty one.
-#include "fusion/semantic/model_plan.hpp"
+#include "fusion/semantic/pictures/model_plan.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "fusion/semantic/plan_view.hpp"
+#include "fusion/semantic/pictures/plan_view.hpp"
 #include "tests/model_box.hpp"
 
 namespace parhelion::semantic {
@@ -58,7 +58,7 @@ std::vector<std::string> names(const SemanticModel& model) {
   return all;
 }
 
-TEST(MainPart, ContainsEntitiesNearTheFloorsAndEachOther) {
+TEST(MainPartOfAModel, ContainsEntitiesNearTheFloorsAndEachOther) {
   SemanticModel model = room();
   model.entities.push_back(test::model_box("porch", EntityLabel::wall, {5, 0, 1}, {0.1, 4, 2}));
   model.entities.push_back(test::model_box("shed", EntityLabel::unknown, {7.5, 0, 1}, {0.5, 1, 2}));
@@ -74,7 +74,7 @@ TEST(MainPart, ContainsEntitiesNearTheFloorsAndEachOther) {
   EXPECT_LT(plan_box(shown.model).max().x(), 9.5) << "what is left out does not make the rest small";
 }
 
-TEST(MainPart, ContainsAllWhenLittleLiesOutside) {
+TEST(MainPartOfAModel, ContainsAllWhenLittleLiesOutside) {
   SemanticModel model = room();
   model.entities.push_back(test::model_box("hut", EntityLabel::unknown, {7.5, 0, 1}, {1, 1, 2}));
   EXPECT_EQ(names(main_part(model).model).size(), 5U);

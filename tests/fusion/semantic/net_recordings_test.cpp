@@ -8,7 +8,7 @@
 
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/cloud/registration.hpp"
-#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/net/semantic_net.hpp"
 #include "tests/fusion/semantic/depth_frames.hpp"
 #include "tests/recordings.hpp"
 

@@ -1,4 +1,4 @@
-#include "fusion/semantic/plan_picture.hpp"
+#include "fusion/semantic/pictures/plan_picture.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <sstream>
 
-#include "fusion/semantic/extrude.hpp"
+#include "fusion/semantic/grid/extrude.hpp"
 #include "tests/fusion/semantic/rooms.hpp"
 
 namespace parhelion::semantic {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "fusion/semantic/build_model.hpp"
-#include "fusion/semantic/plan_arcs.hpp"
+#include "fusion/semantic/segmentation/plan_arcs.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 #include "tests/synthetic_site.hpp"
 

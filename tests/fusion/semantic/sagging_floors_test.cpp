@@ -1,5 +1,5 @@
 // One floor bent by angular errors of the scanner, against two floors with a step between them.
-#include "fusion/semantic/sagging_floors.hpp"
+#include "fusion/semantic/net/sagging_floors.hpp"
 
 #include <gtest/gtest.h>
 

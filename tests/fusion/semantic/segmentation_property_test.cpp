@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
 namespace parhelion::semantic {

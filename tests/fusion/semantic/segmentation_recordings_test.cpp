@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "fusion/cloud/read_cloud.hpp"
-#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 #include "tests/fusion/semantic/depth_frames.hpp"
 #include "tests/recordings.hpp"
 

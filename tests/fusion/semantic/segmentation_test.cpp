@@ -1,5 +1,5 @@
 // The image-based pipeline from clouds to surfaces.
-#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/segmentation/segmentation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -143,7 +143,7 @@ cloud::PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
   return cloud;
 }
 
-TEST(Level, TurnsATiltedRoomUpright) {
+TEST(Levelling, TurnsATiltedRoomUpright) {
   for (const double degrees : {0.0, 0.7, -3.0, 12.0, 25.0}) {
     const auto T_map_cloud = level(tilted_room(degrees, false));
     ASSERT_TRUE(T_map_cloud.ok()) << degrees << ": " << T_map_cloud.error().message;
@@ -173,7 +173,7 @@ TEST(Segmentation, KeepsFloorsFromGrowingUpTheWalls) {
   }
 }
 
-TEST(Level, ReportsAnUpsideDownCloud) {
+TEST(Levelling, ReportsAnUpsideDownCloud) {
   const auto found = level(tilted_room(2, true));
   ASSERT_FALSE(found.ok());
   EXPECT_THAT(found.error().message, HasSubstr("upside down"));
@@ -181,7 +181,7 @@ TEST(Level, ReportsAnUpsideDownCloud) {
   EXPECT_FALSE(level(tilted_room(2, false), -Eigen::Vector3d::UnitZ()).ok());
 }
 
-TEST(Level, ReportsWhatItFoundWhereNothingIsLevel) {
+TEST(Levelling, ReportsWhatItFoundWhereNothingIsLevel) {
   CloudSampler sampler(300, 0.005, 7);
   sampler.wall({0, 0}, {4, 0}, 0, 2.5);
   cloud::PointCloud<Cloud> cloud;

@@ -1,5 +1,5 @@
 // Labelled entities from surfaces, on known rooms.
-#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/net/semantic_net.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "fusion/semantic/net_graph.hpp"
+#include "fusion/semantic/net/net_graph.hpp"
 #include "protocols/model_overlap.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 

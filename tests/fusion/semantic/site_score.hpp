@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/net/semantic_net.hpp"
 #include "tests/long_run.hpp"
 #include "tests/random_site.hpp"
 

@@ -1,5 +1,5 @@
 // Looked-through space: the rays found near a wall equal those of an exhaustive search.
-#include "fusion/semantic/wall_raster.hpp"
+#include "fusion/semantic/net/wall_raster.hpp"
 
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST(WallRaster, CountsTheSameRaysAsBruteForce) {
     const Eigen::Vector2d start(place(random), place(random)), end(place(random), place(random));
     const WallRaster wall = rasterize(PlanPoints(cloud), start, end, -1, 3, 0.045);
     EXPECT_EQ(wall.through, through_slowly(cloud, wall)) << "round " << round;
-    EXPECT_TRUE(wall.sight);
+    EXPECT_TRUE(wall.viewpoints_known);
   }
 }
 

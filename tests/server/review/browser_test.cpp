@@ -6,6 +6,7 @@
 
 #include "server/review/page.hpp"
 #include "tests/server/review/written_session.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::review {
@@ -26,7 +27,7 @@ TEST(BrowserTest, ThePageWorksByMouseKeyboardAndInPrint) {
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
     GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   test::WrittenSession session;
   session.scenario = "lesson</script><script>globalThis.ran = 1</script>";
   session.rule = "<img src=x onerror=globalThis.ran=2>";

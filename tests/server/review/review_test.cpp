@@ -10,6 +10,7 @@
 
 #include "server/review/page.hpp"
 #include "tests/server/review/written_session.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::review {
 namespace {
@@ -30,7 +31,7 @@ class ReviewTest : public testing::Test {
     return json::parse(to_json(ReviewPage{{review(session)}, {}, {}}));
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ReviewTest, ScoreAndReasonsAreThoseOfGradeSession) {

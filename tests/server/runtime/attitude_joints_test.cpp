@@ -6,6 +6,7 @@
 
 #include "server/runtime/replay.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -272,8 +273,8 @@ TEST_F(TickTest, UnreadableJointCommandsStopWithoutInventingPositions) {
   EXPECT_EQ(state_->tally.refused_inputs, 2U);
 }
 
-TEST(Inputs, AreLoggedAndReplayedToTheSameBytes) {
-  const test::Folder folder;
+TEST(RobotInputs, AreLoggedAndReplayedToTheSameBytes) {
+  const test::TemporaryFolder folder;
   Scenario scenario = plain_pose_scenario("synthetic");
   scenario.name = "synthetic";
   scenario.model = folder / "model.yaml";

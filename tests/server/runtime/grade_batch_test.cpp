@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/server/tick/graded_log.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -22,7 +23,7 @@ class GradeBatch : public testing::Test {
       test::write_log(folder_ / ((i % 2 == 0 ? "" : "b/") + std::to_string(i) + ".lcm"),
                       test::lesson(i, i % 4, i % 3 == 0));
   }
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(GradeBatch, RowsAreSortedByNameForAnyNumberOfThreads) {

@@ -11,6 +11,7 @@
 #include "protocols/channels.hpp"
 #include "server/runtime/replay.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -72,7 +73,7 @@ class GradeSession : public testing::Test {
     report_ = report ? std::optional(*report) : std::nullopt;
     return options.session;
   }
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   std::vector<Message> drive_ = test::drive(6);
   std::string error_;
   std::optional<Report> report_;

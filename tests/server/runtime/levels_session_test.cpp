@@ -11,6 +11,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/levels_fixture.hpp"
 #include "tests/server/tick/same_bytes.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -54,7 +55,7 @@ class LevelsSession : public testing::Test {
     return replay(again);
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(LevelsSession, ASimulatedSessionReplaysToTheSameBytes) {

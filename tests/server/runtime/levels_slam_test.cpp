@@ -119,7 +119,7 @@ double explained(const pose::GridMap& map, const SemanticModel& model) {
 
 TEST_F(LevelsSlamTest, TheRobotDrivesByTheSlamEstimateWhileMapping) {
   live(0.5, {});
-  EXPECT_TRUE(state_->robots.front().pose.at_step.has_value()) << "SLAM has spoken";
+  EXPECT_TRUE(state_->robots.front().pose.at_this_step.has_value()) << "SLAM has spoken";
   live(12, {0.4, 0, 0.5});
   live(12, {0.4, 0, -0.5});
   live(1, {});

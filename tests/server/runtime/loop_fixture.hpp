@@ -12,6 +12,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/same_bytes.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::test {
 
@@ -135,7 +136,7 @@ class LoopTest : public testing::Test {
     EXPECT_EQ(replayed->hash, live.hash) << test::difference(again.log, again.session);
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_bus_, robot_;
   tick::Configuration configuration_;

@@ -161,7 +161,7 @@ TEST_F(LoopTest, ReportsAnotherServerOnceAndNotItself) {
   await_own_status(1);
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
-  EXPECT_EQ(std::count(notices_.begin(), notices_.end(), tick::kAnotherServerText), 1);
+  EXPECT_EQ(std::count(notices_.begin(), notices_.end(), tick::kOtherServerText), 1);
   std::vector<std::string> foreign_publishers;
   for (const Message& each : session_log()) {
     Event event;
@@ -170,7 +170,7 @@ TEST_F(LoopTest, ReportsAnotherServerOnceAndNotItself) {
       foreign_publishers.push_back(event.object + ": " + event.text);
   }
   EXPECT_EQ(foreign_publishers,
-            std::vector<std::string>{std::string("MR_STATUS: ") + tick::kAnotherServerText});
+            std::vector<std::string>{std::string("MR_STATUS: ") + tick::kOtherServerText});
   expect_same_bytes_again(**report_);
 }
 

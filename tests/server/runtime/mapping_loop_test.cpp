@@ -9,6 +9,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/same_bytes.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -53,7 +54,7 @@ std::vector<Message> drive_with_depth(double duration) {
 }
 
 TEST(MappingLoop, TheModelGrowsDuringASessionThatReplaysIdentically) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   MemoryBusHub hub;
   const auto server_bus = hub.connect(), robot = hub.connect();
   ASSERT_TRUE(robot->subscribe("MR_(SCAN|EVENTS)", 10'000).ok());

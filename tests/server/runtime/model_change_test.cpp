@@ -7,6 +7,7 @@
 #include "server/runtime/replay.hpp"
 #include "server/tick/tick.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -145,7 +146,7 @@ TEST_F(ModelChangeTest, AnInvalidVersionIsRefusedAndTheOldOneKept) {
 }
 
 TEST_F(ModelChangeTest, ReplayAppliesModelChangesAndGivesTheSameBytes) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   Scenario scenario;
   scenario.name = "synthetic";
   scenario.mapping = true;

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -27,7 +28,7 @@ std::vector<Message> read_all(const std::string& path) {
 }
 
 TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
-  test::Folder folder;
+  test::TemporaryFolder folder;
   MemoryBusHub hub;
   auto server = hub.connect(), listener = hub.connect();
   ASSERT_TRUE(listener->subscribe(".*", 100).ok());
@@ -47,7 +48,7 @@ TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
 }
 
 TEST(Outbox, OutboxWritesAScanAndItsNoteTogether) {
-  test::Folder folder;
+  test::TemporaryFolder folder;
   Outbox outbox(nullptr, *LogWriter::create(folder / "s.lcm", false));
   const Message input{"SCAN", ArrivalTime::from_utime(5), {1}};
   const Message note{"LOOP", ArrivalTime::from_utime(6), {9}};
@@ -95,7 +96,7 @@ TEST(Outbox, OutboxLetsTheGuardPublishDuringABlockedSend) {
 }
 
 TEST(Outbox, OutboxKeepsPublishingOnAFullDisk) {
-  test::Folder folder;
+  test::TemporaryFolder folder;
   MemoryBusHub hub;
   auto server = hub.connect(), listener = hub.connect();
   ASSERT_TRUE(listener->subscribe(".*", 1000).ok());
@@ -127,7 +128,7 @@ TEST(Outbox, OutboxKeepsPublishingOnAFullDisk) {
 }
 
 TEST(Outbox, OutboxTakesOutputsFromSeveralThreads) {
-  test::Folder folder;
+  test::TemporaryFolder folder;
   Outbox outbox(nullptr, *LogWriter::create(folder / "s.lcm", false));
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {

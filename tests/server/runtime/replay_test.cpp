@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -19,7 +20,7 @@ std::string bytes_of(const std::string& path) {
 }
 
 /// A drive, its model and its scenario.
-void write_files(const test::Folder& folder) {
+void write_files(const test::TemporaryFolder& folder) {
   Scenario scenario;
   scenario.name = "synthetic";
   scenario.model = folder / "model.yaml";
@@ -55,7 +56,7 @@ class ReplayTest : public testing::Test {
     EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
   }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ReplayTest, ReplayPublishesEveryScan) {
@@ -83,7 +84,7 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesForAnyThreadCountAndSpeed) {
 }
 
 TEST_F(ReplayTest, ReplayGivesTheSameBytesWhereverTheFilesLie) {
-  const test::Folder elsewhere;
+  const test::TemporaryFolder elsewhere;
   write_files(elsewhere);
   ReplayOptions moved;
   moved.log = elsewhere / "drive.lcm";

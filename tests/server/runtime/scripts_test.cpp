@@ -8,6 +8,7 @@
 #include "server/runtime/replay.hpp"
 #include "tests/long_run.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -237,7 +238,7 @@ TEST(ScriptNames, UnknownNamesAreRefusedAtTheStart) {
 }
 
 /// A crowd with lasers, a drawn door that is pushed, scripts that send an agent through it.
-tick::Configuration busy(const test::Folder& folder, int robots) {
+tick::Configuration busy(const test::TemporaryFolder& folder, int robots) {
   tick::Configuration configuration =
       with_scripts({visitor(), near("meet", "guide", 4), at_time("at 2 s", 2)});
   Scenario& scenario = configuration.scenario;
@@ -263,7 +264,7 @@ tick::Configuration busy(const test::Folder& folder, int robots) {
 
 /// PARHELION_LONG=1: more robots, a longer drive, ten runs of each.
 TEST(ScriptReplay, IsIdenticalForAnyThreadCountAndOnEachRun) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   busy(folder, test::long_run() ? 12 : 4);
   test::write_log(folder / "drive.lcm", test::drive(test::long_run() ? 40 : 9));
   std::map<std::string, std::string> first;

@@ -133,7 +133,7 @@ TEST(Behaviour, AgentsNearARobotThatCannotSeeThemStop) {
   spawn(simulation, moving("far", AgentKind::robot, 10, 0, BehaviourKind::wander));
   RealRobotState real = real_at(0, 0);
   run(simulation, 0.1, real);
-  real.sensed = false;
+  real.injection_live = false;
   run(simulation, 1, real);
   const Eigen::Vector3d near = body(simulation, "near").T_map_body.translation();
   const Eigen::Vector3d far = body(simulation, "far").T_map_body.translation();
@@ -147,7 +147,7 @@ TEST(Behaviour, NoAgentReappearsInsideTheStoppingDistance) {
   spawn(simulation, agent("crate", AgentKind::box, 0.75, 0));
   RealRobotState real = real_at(-2, 0, 0, {1, 0, 0});
   run(simulation, 0.5, real);
-  real.sensed = false;
+  real.injection_live = false;
   run(simulation, 0.5, real);
   // At its relocalization the crate is half a metre ahead at 1 m/s.
   real = real_at(0, 0, 0, {1, 0, 0});
@@ -166,13 +166,13 @@ TEST(Behaviour, ContactsWithoutSensingAreFlagged) {
   std::vector<LaserRequest> requests;
   for (int i = 0; i <= 480; ++i) {
     RealRobotState real = real_at(0.5 * i / 240, 0, 0, {0.5, 0, 0});
-    real.sensed = i < 10;
+    real.injection_live = i < 10;
     simulation.step(real, requests);
   }
   const auto events = simulation.take_events();
   ASSERT_EQ(count(events, EventKind::contact_started), 1U);
   for (const Event& event : events) {
-    EXPECT_TRUE(event.unsensed || event.kind != EventKind::contact_started);
+    EXPECT_TRUE(event.undetectable || event.kind != EventKind::contact_started);
   }
 }
 

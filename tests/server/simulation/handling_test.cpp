@@ -14,9 +14,9 @@ using namespace test;
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// A gripper, one load and the resulting events, step by step.
-class Handling : public testing::Test {
+class LoadHandling : public testing::Test {
  protected:
-  Handling() {
+  LoadHandling() {
     at.T_map_body = Transform<Map, Body>(Eigen::Quaterniond::Identity(), {1, 0, 0});
     at.lowest = 0;
   }
@@ -49,7 +49,7 @@ class Handling : public testing::Test {
 
 using Kinds = std::vector<EventKind>;
 
-TEST_F(Handling, GrippedIsReportedImmediatelyWithTheSmallerForce) {
+TEST_F(LoadHandling, GrippedIsReportedImmediatelyWithTheSmallerForce) {
   EXPECT_TRUE(step(0.9, 0).empty()) << "less than the pinch";
   const auto events = step(5, 0);
   ASSERT_EQ(kinds(events), Kinds{EventKind::gripped});
@@ -66,7 +66,7 @@ TEST_F(Handling, GrippedIsReportedImmediatelyWithTheSmallerForce) {
   EXPECT_EQ(kinds(step(5, 0)), Kinds{EventKind::gripped}) << "let go of, and gripped again";
 }
 
-TEST_F(Handling, OneFingerDoesNotGrip) {
+TEST_F(LoadHandling, OneFingerDoesNotGrip) {
   const std::vector<FingerForce> forces{{&load, 0, 50}};
   std::vector<Event> events;
   watch.update(
@@ -74,7 +74,7 @@ TEST_F(Handling, OneFingerDoesNotGrip) {
   EXPECT_TRUE(events.empty());
 }
 
-TEST_F(Handling, LiftedIsReportedAboveTwoCentimetresOncePerLift) {
+TEST_F(LoadHandling, LiftedIsReportedAboveTwoCentimetresOncePerLift) {
   step(5, 0.1);  // it was 0.1 m high
   EXPECT_TRUE(step(5, 0.119).empty());
   const auto events = step(5, 0.121);
@@ -86,7 +86,7 @@ TEST_F(Handling, LiftedIsReportedAboveTwoCentimetresOncePerLift) {
   EXPECT_EQ(kinds(step(5, 0.125)), Kinds{EventKind::lifted});
 }
 
-TEST_F(Handling, FallenObjectsAreDroppedButPlacedOnesAreNot) {
+TEST_F(LoadHandling, FallenObjectsAreDroppedButPlacedOnesAreNot) {
   step(5, 0);
   step(5, 0.3);
   EXPECT_TRUE(step(0, 0.3, 0.4).empty()) << "slower than the limit";
@@ -102,7 +102,7 @@ TEST_F(Handling, FallenObjectsAreDroppedButPlacedOnesAreNot) {
   for (int i = 0; i < 240; ++i) EXPECT_TRUE(step(0, 0).empty());
 }
 
-TEST_F(Handling, ASlippingObjectIsDroppedDespiteContact) {
+TEST_F(LoadHandling, ASlippingObjectIsDroppedDespiteContact) {
   step(5, 0);
   step(5, 0.3);
   slid = 0.039;
@@ -113,7 +113,7 @@ TEST_F(Handling, ASlippingObjectIsDroppedDespiteContact) {
   EXPECT_TRUE(step(0, 0.2, 2).empty()) << "reported once";
 }
 
-TEST_F(Handling, AnObjectInAContainerIsPlacedWhenItRests) {
+TEST_F(LoadHandling, AnObjectInAContainerIsPlacedWhenItRests) {
   step(5, 0);
   step(5, 0.3);
   at.over = "tub";
@@ -130,7 +130,7 @@ TEST_F(Handling, AnObjectInAContainerIsPlacedWhenItRests) {
   EXPECT_TRUE(step(0, 0.015).empty());
 }
 
-TEST_F(Handling, AnObjectThatMissesTheContainerIsDropped) {
+TEST_F(LoadHandling, AnObjectThatMissesTheContainerIsDropped) {
   step(5, 0);
   step(5, 0.3);
   at.over = "tub";
@@ -139,7 +139,7 @@ TEST_F(Handling, AnObjectThatMissesTheContainerIsDropped) {
   EXPECT_EQ(kinds(step(0, 0.2, 1)), Kinds{EventKind::dropped});
 }
 
-TEST_F(Handling, RemovedObjectsAreForgotten) {
+TEST_F(LoadHandling, RemovedObjectsAreForgotten) {
   step(5, 0);
   step(5, 0.3);
   there = false;

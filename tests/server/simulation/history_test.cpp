@@ -125,7 +125,7 @@ TEST(History, ARelocalizationCausesNoVelocityAndNoContacts) {
   const BodyState before = body(simulation, "pioneer");
   RealRobotState jumped = real_at(2.9, 0, 0, {0.5, 0, 0});
   jumped.relocalized = true;
-  jumped.sensed = false;
+  jumped.injection_live = false;
   simulation.step(jumped, requests);
   const BodyState after = body(simulation, "pioneer");
   EXPECT_EQ(after.epoch, before.epoch + 1);

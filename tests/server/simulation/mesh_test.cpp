@@ -102,7 +102,7 @@ TEST(ModelMeshes, AHugeTriangleIsCutIntoFewPieces) {
   EXPECT_LT(mesh_parts(mesh, 10'000).size(), 10'000U);
 }
 
-TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNoRobot) {
+TEST(NonSolidEntities, FreeSpaceAndDeletedEntitiesStopNoRobot) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("door opening", EntityLabel::free_space, {1, 0, 1}, {0.8, 0.9, 2}));
   model.entities.push_back(model_box("ghost", EntityLabel::wall, {2, 0, 1}, {0.2, 4, 2}));

@@ -25,13 +25,13 @@ AgentDefinition crate(double x, double y) {
 }
 
 /// Passes a crate at (2, 0) at `speed`, with a lateral gap.
-std::vector<Event> pass(double gap, double speed, bool sensed = true) {
+std::vector<Event> pass(double gap, double speed, bool injection_live = true) {
   Simulation simulation = make();
   spawn(simulation, crate(2, 0));
   const double y = -(0.25 + gap + kSide);
   return near_misses(simulation, 4 / speed, [=](double t) {
     RealRobotState real = real_at(speed * t, y, 0, {speed, 0, 0});
-    real.sensed = sensed;
+    real.injection_live = injection_live;
     return real;
   });
 }
@@ -45,7 +45,7 @@ TEST(NearMiss, ANearMissIsReportedAfterPassingWithItsSmallestGap) {
   EXPECT_EQ(misses[0].text, "gap");
   EXPECT_NEAR(misses[0].value, 0.12, 1e-3);
   EXPECT_NEAR(misses[0].position.y(), -0.25, 1e-6);
-  EXPECT_FALSE(misses[0].unsensed);
+  EXPECT_FALSE(misses[0].undetectable);
   // Distance along x when its rear corner is kAway from the crate's.
   const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - 0.12 * 0.12);
   const double over = (2 + 0.25 + along + kFront) / 0.5 + NearMissWatch::kHold;
@@ -60,7 +60,7 @@ TEST(NearMiss, KeepingDistanceOrPassingSlowlyIsNoNearMiss) {
 TEST(NearMiss, UnsensedNearMissesAreFlagged) {
   const auto misses = pass(0.1, 0.5, false);
   ASSERT_EQ(misses.size(), 1U);
-  EXPECT_TRUE(misses[0].unsensed);
+  EXPECT_TRUE(misses[0].undetectable);
 }
 
 TEST(NearMiss, StoppingLateBeforeAWallIsANearMissByTime) {

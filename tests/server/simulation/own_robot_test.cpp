@@ -27,7 +27,7 @@ std::string block(const std::string& language) {
   return all.substr(begin + open.size(), end - begin - open.size() + 1);
 }
 
-TEST(OwnRobot, TheExampleOfThePageDrivesTurnsAndRaisesItsBar) {
+TEST(AddARobotGuide, TheExampleOfThePageDrivesTurnsAndRaisesItsBar) {
   auto model = parse_robot_model(block("xml"), block("yaml"), "cart.yaml");
   ASSERT_TRUE(model.ok()) << model.error().message;
   SimulationOptions options;
@@ -50,7 +50,7 @@ TEST(OwnRobot, TheExampleOfThePageDrivesTurnsAndRaisesItsBar) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::joint_broken), 0U);
 }
 
-TEST(OwnRobot, TheDocumentationPageNamesEachKey) {
+TEST(AddARobotGuide, TheDocumentationPageNamesEachKey) {
   const std::string all = page();
   std::size_t keys = 0;
   const auto expect_all = [&](const std::string& schema) {

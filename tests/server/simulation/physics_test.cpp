@@ -160,7 +160,7 @@ TEST(Physics, TheRealRobotPushesAgentsAndIsNotPushed) {
     EXPECT_EQ(event.object, "rover");
     EXPECT_EQ(event.pair, PairKind::real_virtual);
     EXPECT_NEAR(event.impulse, 30 * 0.5, 30 * 0.5 * 0.3) << "brings the agent to the robot's speed";
-    EXPECT_FALSE(event.unsensed);
+    EXPECT_FALSE(event.undetectable);
   }
   EXPECT_TRUE(contact_reported);
 }

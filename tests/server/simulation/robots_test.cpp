@@ -108,7 +108,7 @@ TEST(Robots, OtherAgentsTreatTheTraineesRobotAsReal) {
     EXPECT_EQ(event.subject, "pioneer");
     EXPECT_EQ(event.object, "crate");
     EXPECT_EQ(event.pair, PairKind::real_virtual);
-    EXPECT_FALSE(event.unsensed);
+    EXPECT_FALSE(event.undetectable);
   }
   EXPECT_TRUE(met);
   EXPECT_FALSE(simulation.command(AgentRemove{.agent = "pioneer"}, std::nullopt).ok());

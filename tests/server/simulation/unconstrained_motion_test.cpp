@@ -92,7 +92,7 @@ TEST(UnconstrainedMotion, AnAppearingRealRobotPushesAStandingAgent) {
   const auto appears = [](double t) {
     if (t < 1) return std::optional<RealRobotState>();
     std::optional<RealRobotState> real = real_at(-0.65 + (t - 1), 0, 0, {1, 0, 0});
-    real->sensed = false;  // otherwise the stander would be moved away
+    real->injection_live = false;  // otherwise the stander would be moved away
     return real;
   };
   const RunResult result = expect_same_runs({agent("stander", AgentKind::person, 0, 0)}, 2.5, appears, 1e-4);

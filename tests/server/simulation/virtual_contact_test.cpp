@@ -42,7 +42,7 @@ VirtualContactInput pressed(Twist2 twist, bool pose_known, double clearance = 10
   return input;
 }
 
-RC_GTEST_PROP(Promise3, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
+RC_GTEST_PROP(VirtualContact, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
   const ContactLimits limits;
   VirtualContactState state;
   for (int i = 0; i < 20; ++i) {
@@ -65,7 +65,7 @@ RC_GTEST_PROP(Promise3, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
   }
 }
 
-RC_GTEST_PROP(Promise3, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
+RC_GTEST_PROP(VirtualContact, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   const ContactLimits limits;
   RobotDescription machine = robot();
   machine.limits.deceleration = *rc::gen::inRange(1, 50) / 10.0;
@@ -79,20 +79,20 @@ RC_GTEST_PROP(Promise3, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   RC_ASSERT(braking_distance <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
 }
 
-RC_GTEST_PROP(Promise3, SpeedScaleNeverGrowsNearerToAnObstacle, ()) {
+RC_GTEST_PROP(VirtualContact, SpeedScaleNeverGrowsNearerToAnObstacle, ()) {
   const double speed = *rc::gen::inRange(0, 3000) / 1000.0;
   const double far = *rc::gen::inRange(0, 3000) / 1000.0, near = far * *rc::gen::inRange(0, 1000) / 1000.0;
   RC_ASSERT(contact_scale({}, {}, near, speed) <= contact_scale({}, {}, far, speed));
 }
 
-RC_GTEST_PROP(Promise3, CommandsAreUnchangedBeyondTheLookahead, ()) {
+RC_GTEST_PROP(VirtualContact, CommandsAreUnchangedBeyondTheLookahead, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
   VirtualContactState state;
   const double distance = contact_lookahead({}, robot(), twist);
   RC_ASSERT(limit({}, robot(), pressed(twist, true, distance), state).scale == 1);
 }
 
-RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndCrawlsAfterRelease, ()) {
+RC_GTEST_PROP(VirtualContact, WithoutAPoseTheRobotStopsAndCrawlsAfterRelease, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
   RC_PRE(footprint_speed(robot(), twist) > 0);
   VirtualContactState state;
@@ -110,7 +110,7 @@ RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndCrawlsAfterRelease, ()) {
   RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
 }
 
-TEST(Promise3, ATimeoutCountsAsStickRelease) {
+TEST(VirtualContact, ATimeoutCountsAsStickRelease) {
   VirtualContactState state;
   limit({}, robot(), pressed({1, 0, 0}, true), state);
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
@@ -120,13 +120,13 @@ TEST(Promise3, ATimeoutCountsAsStickRelease) {
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, SpeedLimitReason::crawl);
 }
 
-TEST(Promise3, HoldingTheStickWithoutAPoseNeverStartsCrawling) {
+TEST(VirtualContact, HoldingTheStickWithoutAPoseNeverStartsCrawling) {
   VirtualContactState state;
   limit({}, robot(), pressed({1, 0, 0}, true), state);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
 }
 
-TEST(Promise3, AnEmergencyStopHoldsUntilResetAndStickRelease) {
+TEST(VirtualContact, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   VirtualContactState state;
   VirtualContactInput input = pressed({0.5, 0, 0.1}, true);
   input.emergency_stop = true;
@@ -141,7 +141,7 @@ TEST(Promise3, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
 }
 
-TEST(Promise3, ANonFiniteTeleopCommandStopsTheRobot) {
+TEST(VirtualContact, ANonFiniteTeleopCommandStopsTheRobot) {
   for (const Twist2& twist :
        {Twist2{kNan, 0, 0}, Twist2{0, kNan, 0}, Twist2{0, 0, kNan}, Twist2{kInfinity, 0, 0},
         Twist2{1, 0, -kInfinity}, Twist2{1e308, 1e308, 1e308}}) {
@@ -155,7 +155,7 @@ TEST(Promise3, ANonFiniteTeleopCommandStopsTheRobot) {
   }
 }
 
-TEST(Promise3, ANaNClearanceStopsTheRobot) {
+TEST(VirtualContact, ANaNClearanceStopsTheRobot) {
   VirtualContactState state;
   EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, true, kNan), state).scale, 0);
 }

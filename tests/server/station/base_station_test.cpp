@@ -16,6 +16,7 @@
 #include "server/station/http/password.hpp"
 #include "tests/server/station/http/raw_client.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -109,7 +110,7 @@ class BaseStationTest : public ::testing::Test {
   }
   std::string audit() { return RawClient(port_).get("/api/v1/audit", cookie("admin")).body; }
 
-  test::Folder folder_;
+  test::TemporaryFolder folder_;
   tick::Configuration configuration_ = test::configuration({});
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_bus_ = hub_.connect(), witness_ = hub_.connect();

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "server/station/teleop_service.hpp"
-#include "tests/server/station/stand_in_client.hpp"
+#include "tests/server/station/recording_client.hpp"
 #include "tests/server/tick/level_1.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
@@ -22,7 +22,7 @@ class EmergencyStopTest : public test::TickTest {
     options.now = [this] { return WallTime{steady_ns_}; };
     options.stamp = [this] { return SensorTime{stamp().ns}; };
     options.robot = "trainee";
-    options.held = std::move(held);
+    options.active_stops = std::move(held);
     service_ = std::make_unique<TeleopService>(*service_bus_, std::move(options));
     TeleopRobot robot;
     robot.driven = {"trainee", channel::kTeleop, channel::kJointCmd};
@@ -167,7 +167,7 @@ TEST_F(EmergencyStopTest, LostStopOrdersAreSentAgain) {
 }
 
 TEST_F(EmergencyStopTest, PagesReceiveStopsAndResetsFromAnotherConsole) {
-  const auto client = StandInClient::make(1, "ada", Role::instructor);
+  const auto client = RecordingClient::make(1, "ada", Role::instructor);
   service_->socket().opened(client);
   order("trainee", true, 5);
   pass(0.1);
@@ -199,7 +199,7 @@ TEST_F(EmergencyStopTest, AServiceOpenedAfterACrashStopsTheRobotAndReportsIt) {
   hold_stick(0.4);
   pass(1);
   open_service({{"trainee", "the server that died"}});
-  const auto client = StandInClient::make(1, "ada", Role::instructor);
+  const auto client = RecordingClient::make(1, "ada", Role::instructor);
   service_->socket().opened(client);
   EXPECT_THAT(client->texts("estop").at(0), testing::HasSubstr("died"));
   pass(0.5);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/server/station/feed_fixture.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::test {
 namespace {
@@ -47,7 +48,7 @@ class InstructorServiceTest : public FeedTest {
     take(channel::kMrEvents, event);
   }
 
-  Folder folder_;
+  TemporaryFolder folder_;
   MemoryBusHub hub_;
   std::unique_ptr<Bus> bus_ = hub_.connect(), server_ = hub_.connect();
   std::unique_ptr<station::InstructorService> service_;

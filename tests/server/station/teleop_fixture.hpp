@@ -13,7 +13,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/station/teleop_service.hpp"
-#include "tests/server/station/stand_in_client.hpp"
+#include "tests/server/station/recording_client.hpp"
 
 namespace parhelion::station {
 
@@ -40,15 +40,15 @@ class TeleopServiceTest : public testing::Test {
     agent.driven = {"robot_2", kAgentTeleop, ""};
     return {trainee, agent};
   }
-  std::shared_ptr<StandInClient> open(const std::string& name, Role role = Role::trainee) {
-    auto client = StandInClient::make(++clients_, name, role);
+  std::shared_ptr<RecordingClient> open(const std::string& name, Role role = Role::trainee) {
+    auto client = RecordingClient::make(++clients_, name, role);
     handler_.opened(client);
     return client;
   }
-  void send_text(StandInClient& client, const std::string& text) { handler_.received(client, text, false); }
-  void close(StandInClient& client) { handler_.closed(client); }
+  void send_text(RecordingClient& client, const std::string& text) { handler_.received(client, text, false); }
+  void close(RecordingClient& client) { handler_.closed(client); }
   /// The page's clock equals ours; the message was sent `left_before` s before its arrival.
-  void twist(StandInClient& client, double vx, double wz = 0, double left_before = 0) {
+  void twist(RecordingClient& client, double vx, double wz = 0, double left_before = 0) {
     char text[160];
     std::snprintf(text, sizeof text, R"({"type":"twist","seq":%llu,"at_ms":%.3f,"vx":%g,"vy":0,"wz":%g})",
                   static_cast<unsigned long long>(++sequence_),
@@ -56,7 +56,7 @@ class TeleopServiceTest : public testing::Test {
     send_text(client, text);
   }
   /// Drives `robot` with the dead-man released.
-  void drive(StandInClient& client, const std::string& robot = "trainee") {
+  void drive(RecordingClient& client, const std::string& robot = "trainee") {
     send_text(client, R"({"type":"drive","robot":")" + robot + "\"}");
     send_text(client, R"({"type":"release"})");
     published();

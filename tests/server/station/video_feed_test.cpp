@@ -7,7 +7,7 @@
 #include "protocols/codec.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "tests/number_at.hpp"
-#include "tests/server/station/stand_in_client.hpp"
+#include "tests/server/station/recording_client.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -22,7 +22,7 @@ struct Seen {
   std::string picture;
 };
 
-std::vector<Seen> frames(const StandInClient& client) {
+std::vector<Seen> frames(const RecordingClient& client) {
   std::vector<Seen> all;
   for (const auto& sent : client.sent) {
     if (!sent.binary) continue;
@@ -50,13 +50,13 @@ class VideoFeedTest : public testing::Test {
   }
   SensorTime wall() const { return SensorTime{1'700'000'000'000'000'000 + now_.ns}; }
 
-  std::shared_ptr<StandInClient> look(const std::string& query, bool stream = false) {
-    auto client = StandInClient::make(++clients_, "anna", Role::observer, query);
+  std::shared_ptr<RecordingClient> look(const std::string& query, bool stream = false) {
+    auto client = RecordingClient::make(++clients_, "anna", Role::observer, query);
     (stream ? feed_->stream() : feed_->socket()).opened(client);
     feed_->turn(Duration{});
     return client;
   }
-  void send_text(StandInClient& client, const std::string& text) {
+  void send_text(RecordingClient& client, const std::string& text) {
     feed_->socket().received(client, text, false);
   }
   /// Publishes a picture taken `ago` s before, and runs the feed once.

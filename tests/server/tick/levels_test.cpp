@@ -30,7 +30,7 @@ TEST_F(LevelsTest, SimulatedSensorsPublishAtTheirRatesAndAreReceived) {
   // Nothing is injected into a simulated laser's scan.
   EXPECT_EQ(out_[channel::kMrScan], out_[channel::kScan]);
   EXPECT_EQ(out_[channel::kMrScanInfo].size(), out_[channel::kScan].size());
-  EXPECT_TRUE(state_->robots.front().pose.at_step.has_value())
+  EXPECT_TRUE(state_->robots.front().pose.at_this_step.has_value())
       << "the server gets the pose on its own channels";
   EXPECT_EQ(events(EventKind::localized).size(), 1U);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;

@@ -1,11 +1,11 @@
 // The other arrangement of level 3: the real robot drives autonomously on MR_SCAN, and the trainee drives a
-// virtual one. A simulated stand-in of the real robot stops for obstacles or drives around them; a hundred
-// meetings end at its goal without contact.
+// virtual one. A simulated robot in place of the real one stops for obstacles or drives around them; a
+// hundred meetings end at its goal without contact.
 #include <cstdio>
 #include <random>
 
 #include "tests/long_run.hpp"
-#include "tests/server/tick/stand_in.hpp"
+#include "tests/server/tick/autonomous_robot.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
 namespace parhelion::tick {
@@ -32,7 +32,7 @@ constexpr const char* kNames[] = {"parked", "crosses", "ahead", "head on"};
 /// 0).
 struct Meeting {
   Kind kind = Kind::parked;
-  double speed = 0.5;       ///< m/s, desired speed of the stand-in
+  double speed = 0.5;       ///< m/s, desired speed of the robot
   double trainee = 0;       ///< m/s
   Transform<Map, Base> at;  ///< start of the virtual robot
 };
@@ -82,8 +82,9 @@ class Meetings : public TickTest {
     robot.T_map_base = one.at;
     start(test::configuration({robot}));
     out_.clear();
-    test::StandIn driver(configuration_.robot,
-                         *simulation::Simulation::prepare_building(configuration_.model), kGoal, one.speed);
+    test::AutonomousRobot driver(configuration_.robot,
+                                 *simulation::Simulation::prepare_building(configuration_.model), kGoal,
+                                 one.speed);
     Outcome outcome;
     Pose2 pose{-3.5, 0, 0};
     Twist2 twist, wanted;
@@ -99,7 +100,7 @@ class Meetings : public TickTest {
         give_pose(T_map_base, utime);
         drive_virtual(one, pose, utime);
       }
-      const double max_change = test::StandIn::kAcceleration * kPeriod;
+      const double max_change = test::AutonomousRobot::kAcceleration * kPeriod;
       twist.vx += std::clamp(wanted.vx - twist.vx, -max_change, max_change);
       twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kPeriod, 3 * kPeriod);
       pose = simulation::advance(pose, twist, kPeriod);
@@ -151,7 +152,7 @@ class Meetings : public TickTest {
   }
 
   /// The trainee drives on until the other robot is directly in front.
-  void drive_virtual(const Meeting& one, const Pose2& stand_in, std::int64_t utime) {
+  void drive_virtual(const Meeting& one, const Pose2& autonomous_robot, std::int64_t utime) {
     WorldSnapshot world;
     ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), world));
     Transform<Map, Body> T_map_own;
@@ -159,7 +160,8 @@ class Meetings : public TickTest {
       if (definition.entity == "robot_1" && T_map_own.translation().isZero()) T_map_own = body.T_map_body;
     });
     const Eigen::Vector3d other =
-        T_map_own.isometry().inverse() * Eigen::Vector3d(stand_in.x, stand_in.y, T_map_own.translation().z());
+        T_map_own.isometry().inverse() *
+        Eigen::Vector3d(autonomous_robot.x, autonomous_robot.y, T_map_own.translation().z());
     const bool before = other.x() > 0 && other.x() < 1.3 && std::abs(other.y()) < 0.7;
     feed(test::message("MR_AGENT_robot_1_TELEOP", utime + 27000,
                        TwistCommand{SensorTime::from_utime(utime), {before ? 0 : one.trainee, 0, 0}}));

@@ -141,23 +141,4 @@ inline void write_log(const std::filesystem::path& path, const std::vector<Messa
     ASSERT_TRUE(writer->write(each.channel, each.arrival, each.payload).ok());
 }
 
-/// A folder of this test's own, removed with it.
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "parhelion-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
 }  // namespace parhelion::test

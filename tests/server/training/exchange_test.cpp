@@ -53,7 +53,7 @@ TEST(Exchange, CsvRoundTripsAllButTasksAndDeductions) {
 
 TEST(Exchange, CsvMayHaveAnyColumnOrderAndLineEnds) {
   const auto read = histories_from_csv(
-      "identity,trainee,scenario,programme,level,robot,log,damaged_bytes,begin_ns,end_ns,score,awarded,"
+      "identity,trainee,scenario,programme,level,robot,log,skipped_bytes,begin_ns,end_ns,score,awarded,"
       "deducted,"
       "max,fraction,grade,passed,ended,complete\n"
       "s1,t-1,\"two\nlines, \"\"quoted\"\"\",,1,r,,0,5,10,1.5,2,0.5,10,0.15,,0,1,1\n\n",
@@ -192,7 +192,7 @@ TEST(Exchange, StatementsRoundTripToTheSameSessions) {
   expected[1].trainee.pseudonym = "";  // identified by the mail's hash
   for (TraineeHistory& history : expected)
     for (SessionRecord& session : history.sessions) {
-      session.damaged_bytes = 0;
+      session.skipped_bytes = 0;
       session.grade.tasks.pop_back();  // not started
       session.skills.pop_back();
       for (TaskGrade& task : session.grade.tasks) task.cause.reset();

@@ -49,7 +49,7 @@ TEST_F(GraderTest, UnsensedEventsAreNeverScored) {
   event.stamp = at(1);
   event.kind = EventKind::contact_started;
   event.subject = "rover";
-  event.unsensed = true;
+  event.undetectable = true;
   grader_->take(event);
   EXPECT_TRUE(grader_->grade().deductions.empty());
 }

@@ -77,12 +77,12 @@ TEST_F(PenaltyKinds, EveryRequiredPenaltyIsExpressible) {
     add_event(1, kind, "thing");
     EXPECT_EQ(deductions(), 1U) << to_string(kind);
     start();
-    Event unsensed;
-    unsensed.stamp = at(1);
-    unsensed.kind = kind;
-    unsensed.subject = "rover";
-    unsensed.unsensed = true;
-    grader_->take(unsensed);
+    Event undetectable;
+    undetectable.stamp = at(1);
+    undetectable.kind = kind;
+    undetectable.subject = "rover";
+    undetectable.undetectable = true;
+    grader_->take(undetectable);
     EXPECT_EQ(deductions(), 0U) << to_string(kind) << " that could not be seen coming";
   }
   training_.penalties = {penalty("hazard", 3, on(EventKind::hazard_triggered))};

@@ -19,7 +19,7 @@ inline Event recorded_event(int number) {
   event.position = {0.1 * number, -1.0 / 3, 1e-300};
   event.impulse = 4.2 + number;
   event.value = -0.1;
-  event.unsensed = number % 3 == 0;
+  event.undetectable = number % 3 == 0;
   event.request = 0xffffffffffffffffULL;
   event.text = "in wall 7";
   return event;
@@ -34,7 +34,7 @@ inline training::SessionRecord recorded_session(int number) {
   session.robot = "rover";
   session.log = "session-" + std::to_string(number) + ".lcm";
   session.level = 1 + number % 3;
-  session.damaged_bytes = static_cast<std::uint64_t>(number) * 7;
+  session.skipped_bytes = static_cast<std::uint64_t>(number) * 7;
   training::Grade& grade = session.grade;
   grade.begin = SimulationTime{1'700'000'000'000'000'001 + number * 1'000'000'000'000};
   grade.end = grade.begin + seconds(600.1);
@@ -70,7 +70,7 @@ inline std::string text_of(const std::optional<Event>& event) {
   text << std::hexfloat << event->stamp.ns << ' ' << to_string(event->kind) << ' ' << event->subject << '|'
        << event->object << '|' << static_cast<int>(event->pair) << ' ' << event->position.x() << ' '
        << event->position.y() << ' ' << event->position.z() << ' ' << event->impulse << ' ' << event->value
-       << ' ' << event->unsensed << ' ' << event->request << ' ' << event->text;
+       << ' ' << event->undetectable << ' ' << event->request << ' ' << event->text;
   return text.str();
 }
 
@@ -80,7 +80,7 @@ inline std::string text_of(const training::SessionRecord& session) {
   const training::Grade& grade = session.grade;
   std::ostringstream text;
   text << std::hexfloat << session.identity << '|' << session.scenario << '|' << session.programme << '|'
-       << session.robot << '|' << session.log << '|' << session.level << ' ' << session.damaged_bytes << ' '
+       << session.robot << '|' << session.log << '|' << session.level << ' ' << session.skipped_bytes << ' '
        << grade.begin.ns << ' ' << grade.end.ns << ' ' << grade.awarded << ' ' << grade.deducted << ' '
        << grade.max << ' ' << grade.score << ' ' << grade.fraction << ' ' << grade.grade << ' '
        << grade.passed << grade.ended << grade.complete << '\n';

@@ -165,7 +165,7 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
       // As written by that schema's program.
       ASSERT_TRUE(old->execute(
           "INSERT INTO trainees(pseudonym, name) VALUES('t-1', 'Anna');"
-          "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, damaged_bytes, "
+          "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, skipped_bytes, "
           "begin_ns, "
           "end_ns) VALUES(1, 'a', 'lesson', '', 1, 'rover', 'a.lcm', 0, 5, 9);"
           "INSERT INTO scores VALUES(1, 7.5, 8, 0.5, 10, 0.75, 'B', 1, 1, 1);"

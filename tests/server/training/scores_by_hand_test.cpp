@@ -77,11 +77,11 @@ TEST(ScoresByHand, UnsensedEventsAreIgnored) {
       "    - {name: clean, points: 50, done: {reach: hall, never: {event: contact_started}}}\n"
       "    - {name: touches, points: 50, done: {event: contact_started, count: 2}}\n"
       "  penalties: [{name: hit, points: 5, when: {event: contact_started}}]\n");
-  session.add_event(1, contact_started, {.object = "robot_1", .unsensed = true});
+  session.add_event(1, contact_started, {.object = "robot_1", .undetectable = true});
   session.add_event(2, zone_entered, {.object = "hall"});
   session.add_event(3, contact_started, {.object = "robot_1"});
   EXPECT_EQ(session.score(), 50 - 5);
-  session.add_event(4, contact_started, {.object = "robot_1", .unsensed = true});
+  session.add_event(4, contact_started, {.object = "robot_1", .undetectable = true});
   EXPECT_EQ(session.score(), 50 - 5) << "one of two";
 }
 

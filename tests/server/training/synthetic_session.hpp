@@ -21,7 +21,7 @@ struct EventFields {
   double value = 0;
   double x = 0;  // m, position
   std::string subject = "rover";
-  bool unsensed = false;
+  bool undetectable = false;
 };
 
 /// An agent's pose.
@@ -52,7 +52,7 @@ class SyntheticSession {
     event.impulse = fields.impulse;
     event.value = fields.value;
     event.position = {fields.x, 0, 0};
-    event.unsensed = fields.unsensed;
+    event.undetectable = fields.undetectable;
     grader_->take(event);
     return *this;
   }

@@ -11,6 +11,7 @@
 #include "server/station/http/accounts.hpp"
 #include "server/station/http/password.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 #include "tests/tools/station/attacks.hpp"
 
@@ -139,7 +140,7 @@ class AttackTest : public ::testing::Test {
     EXPECT_TRUE(at_barrel == 0 || at_barrel >= 10) << at_barrel << " beams";
   }
 
-  const test::Folder folder_;
+  const test::TemporaryFolder folder_;
   std::unique_ptr<Bus> bus_;
   std::optional<test::Process> server_;
   std::uint16_t port_ = 0;

@@ -225,7 +225,7 @@ export const strings = {
     noneSo: "No matching events.",
     jump: (what: string) => `Go to ${what}`,
     hidden: (count: number) => `${count} older events are not listed`,
-    unsensed: "not scored", unsensedAbout: "The robot's sensors could not detect it.",
+    undetectable: "not scored", undetectableAbout: "The robot's sensors could not detect it.",
   },
   status: {
     sensors: "Sensors",

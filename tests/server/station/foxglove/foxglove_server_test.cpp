@@ -10,6 +10,7 @@
 
 #include "tests/server/review/written_session.hpp"
 #include "tests/server/station/http/raw_client.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::station {
@@ -61,7 +62,7 @@ TEST_F(FoxgloveServerTest, FoxgloveClientReceivesEveryTopicAndItsMessages) {
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
     GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   session_.seconds = 5;
   session_.picture_width = 64;
   session_.write(folder / "session.lcm");
@@ -91,7 +92,7 @@ FrameHeader header_of(const testing::RawClient::Frame& frame) {
 }
 
 TEST_F(FoxgloveServerTest, ATimeResetIsSentBeforeItsMessages) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   session_.seconds = 1;
   session_.write(folder / "session.lcm");
   auto log = LogReader::open(folder / "session.lcm");

@@ -5,7 +5,7 @@
 namespace parhelion::station {
 namespace {
 
-TEST(Query, HasDecodedValuesAndReportsMissingKeys) {
+TEST(HttpQuery, HasDecodedValuesAndReportsMissingKeys) {
   const std::string query = "robot=big%20rover&codec=h264&empty=&flag";
   EXPECT_EQ(query_value(query, "robot"), "big rover");
   EXPECT_EQ(query_value(query, "codec"), "h264");
@@ -15,7 +15,7 @@ TEST(Query, HasDecodedValuesAndReportsMissingKeys) {
   EXPECT_EQ(query_value("", "robot"), std::nullopt);
 }
 
-TEST(Query, RefusesIncompletePercentEncoding) {
+TEST(HttpQuery, RefusesIncompletePercentEncoding) {
   for (const char* bad : {"a=%", "a=%2", "a=%zz", "a=x%4"})
     EXPECT_EQ(query_value(bad, "a"), std::nullopt) << bad;
   EXPECT_EQ(query_value("a=%41", "a"), "A");
@@ -36,7 +36,7 @@ TEST(JsonText, EscapesUntrustedText) {
   EXPECT_EQ(refusal(404, "no \"x\"").body, R"({"error":"no \"x\""})");
 }
 
-TEST(Access, DependsOnTheRole) {
+TEST(HttpAccess, DependsOnTheRole) {
   const Identity trainee{"anna", Role::trainee}, admin{"root", Role::admin};
   const Access instructors = Access::only({Role::instructor, Role::admin});
   EXPECT_FALSE(instructors.allows(&trainee, true));

@@ -1,9 +1,9 @@
 // The parts of a web site, each in isolation.
 #include <fstream>
 
+#include "server/station/http/cached_content.hpp"
 #include "server/station/http/certificate.hpp"
 #include "server/station/http/client_queue.hpp"
-#include "server/station/http/kept_content.hpp"
 #include "server/station/http/login_guard.hpp"
 #include "server/station/http/request_checks.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Folder : public SiteTest {
+class SiteFolder : public SiteTest {
  protected:
   void SetUp() override {
     SiteTest::SetUp();
@@ -25,7 +25,7 @@ class Folder : public SiteTest {
   }
 };
 
-TEST_F(Folder, AccountsFileIsReadableOnlyByItsOwner) {
+TEST_F(SiteFolder, AccountsFileIsReadableOnlyByItsOwner) {
   const fs::path file = folder_ / "accounts.json";
   {
     auto accounts = station::Accounts::open(file);
@@ -50,7 +50,7 @@ TEST_F(Folder, AccountsFileIsReadableOnlyByItsOwner) {
   EXPECT_FALSE(station::password_matches((*again)->hash("anna"), "some hash")) << "no hash at all";
 }
 
-TEST_F(Folder, ReportsErrorsInAnAccountsFile) {
+TEST_F(SiteFolder, ReportsErrorsInAnAccountsFile) {
   const fs::path file = folder_ / "accounts.json";
   for (const char* broken : {"", "{", "[]", R"({"accounts":[{"name":"a"}]})", R"({"accounts":[1]})",
                              R"({"accounts":[{"name":"a","role":"king","password":"x"}]})",
@@ -67,7 +67,7 @@ TEST_F(Folder, ReportsErrorsInAnAccountsFile) {
   EXPECT_NE(open_to_others.error().message.find("chmod 600"), std::string::npos);
 }
 
-TEST_F(Folder, AppendsToTheAuditLog) {
+TEST_F(SiteFolder, AppendsToTheAuditLog) {
   const auto clock = [] { return WallTime{1'700'000'000'123'000'000}; };
   for (int start = 0; start < 2; ++start) {
     auto audit = station::Audit::open(folder_ / "audit.jsonl", clock);
@@ -81,7 +81,7 @@ TEST_F(Folder, AppendsToTheAuditLog) {
   EXPECT_FALSE(station::Audit::open(folder_ / "no" / "audit.jsonl", clock));
 }
 
-TEST_F(Folder, ReplacesItsCertificateOnlyWhenItExpires) {
+TEST_F(SiteFolder, ReplacesItsCertificateOnlyWhenItExpires) {
   const fs::path certificate = folder_ / "c.pem", key = folder_ / "k.pem";
   const WallTime now{1'800'000'000'000'000'000};
   ASSERT_TRUE(station::make_certificate(certificate, key, {"localhost", "127.0.0.1", "::1", "base"}, now));
@@ -108,7 +108,7 @@ TEST(RequestTargets, AreDecodedOnceAndStayInside) {
     EXPECT_FALSE(station::parse_target(bad)) << bad;
 }
 
-TEST(Hosts, AcceptAddressesAndConfiguredNames) {
+TEST(AllowedHosts, AcceptAddressesAndConfiguredNames) {
   const station::HostNames names({"Base.Example"});
   for (const char* known : {"localhost", "localhost:8443", "127.0.0.1:1", "[::1]:8443", "192.168.1.5",
                             "base.example:80", "BASE.EXAMPLE"}) {
@@ -183,8 +183,8 @@ TEST(ClientQueue, ClosesOnceAndDropsLaterMessages) {
   EXPECT_EQ(queue.waiting_bytes(), 0U);
 }
 
-TEST(KeptContent, IsCompressedOnceAndNotResent) {
-  const station::KeptContent content = station::keep_content("text/plain", std::string(10'000, 'x'));
+TEST(CachedContent, IsCompressedOnceAndNotResent) {
+  const station::CachedContent content = station::cached_content("text/plain", std::string(10'000, 'x'));
   station::HttpRequest request;
   const station::HttpResponse plain = station::answer_with(request, content);
   EXPECT_EQ(plain.shared_body->size(), 10'000U);
@@ -195,7 +195,7 @@ TEST(KeptContent, IsCompressedOnceAndNotResent) {
   const station::HttpResponse known = station::answer_with(request, content);
   EXPECT_EQ(known.status, 304);
   EXPECT_FALSE(known.shared_body);
-  EXPECT_NE(station::keep_content("text/plain", "x").etag, content.etag);
+  EXPECT_NE(station::cached_content("text/plain", "x").etag, content.etag);
 }
 
 TEST(MetricsText, GroupsValuesByName) {

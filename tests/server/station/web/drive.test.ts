@@ -1,5 +1,5 @@
 import { HeldKeys, isTyping, takesKeys } from "../../../../server/station/web/src/drive/keys";
-import { askedOf, jointCommand, movables, roleOf } from "../../../../server/station/web/src/drive/joints";
+import { askedOf, jointCommand, movableJoints, roleOf } from "../../../../server/station/web/src/drive/joints";
 import { PadDrive, type PadState } from "../../../../server/station/web/src/drive/pad";
 import { beat, DriveSender } from "../../../../server/station/web/src/drive/sender";
 import { knob, stickInput } from "../../../../server/station/web/src/drive/stick";
@@ -163,8 +163,8 @@ describe("sender", () => {
 describe("joints", () => {
   test("two flippers move as one too", () => {
     const [left, right, arm] = [{ name: "left_flipper_joint" }, { name: "right_flipper_joint" }, { name: "elbow_joint" }];
-    expect(movables([left, arm])).toEqual([{ name: left.name, joints: [left] }, { name: arm.name, joints: [arm] }]);
-    expect(movables([left, right, arm]).map((each) => each.joints)).toEqual([[left, right], [left], [right], [arm]]);
+    expect(movableJoints([left, arm])).toEqual([{ name: left.name, joints: [left] }, { name: arm.name, joints: [arm] }]);
+    expect(movableJoints([left, right, arm]).map((each) => each.joints)).toEqual([[left, right], [left], [right], [arm]]);
   });
   const joints = [{ name: "turret_joint" }, { name: "left_finger_joint", kind: "prismatic" }, { name: "left_flipper_joint", speed: 0.6 }, { name: "camera_pan_joint" }];
   test("are known by their names", () => {

@@ -6,11 +6,11 @@ import { countsOf, stagesOf } from "../../../../server/station/web/src/events/st
 import { doorAt } from "../../../../server/station/web/src/instructor/doors";
 import { outline, placement, pathWith } from "../../../../server/station/web/src/instructor/gestures";
 import { faultCommand } from "../../../../server/station/web/src/instructor/faults";
-import { door, freeName, palette, spawn, standing } from "../../../../server/station/web/src/instructor/palette";
+import { door, freeName, palette, spawn, standStill } from "../../../../server/station/web/src/instructor/palette";
 import { playCommand } from "../../../../server/station/web/src/play/keys";
 
 const event = (t: number, kind: string, more = {}) =>
-  ({ t, kind, subject: "rover", object: "", position: null, impulse: 0, value: 0, text: "", unsensed: false, request: 0, ...more });
+  ({ t, kind, subject: "rover", object: "", position: null, impulse: 0, value: 0, text: "", undetectable: false, request: 0, ...more });
 
 describe("events", () => {
   const events = [event(1, "contact_started", { object: "person_1" }), event(2, "score_changed"), event(3, "agent_spawned"), event(4, "task_done", { object: "through the door" })];
@@ -72,11 +72,11 @@ describe("what an instructor does", () => {
   });
   test("a person is told what to do, a box only where to stand", () => {
     const [person, , , box] = palette(["crawler"]);
-    expect(spawn(person!, "person_1", { x: 1.23456, y: 2 }, 0, { ...standing, behaviour: "patrol", waypoints: [[1, 2], [3, 4]] })).toEqual({
+    expect(spawn(person!, "person_1", { x: 1.23456, y: 2 }, 0, { ...standStill, behaviour: "patrol", waypoints: [[1, 2], [3, 4]] })).toEqual({
       type: "agent", action: "spawn", name: "person_1", kind: "person", x: 1.235, y: 2, z: 0, yaw: 0,
       behaviour: "patrol", speed: 0.5, yields: true, opens_doors: true, waypoints: [[1, 2], [3, 4]],
     });
-    expect(spawn(box!, "box_1", { x: 0, y: 0 }, 1, standing)).toEqual({ type: "agent", action: "spawn", name: "box_1", kind: "box", x: 0, y: 0, z: 0, yaw: 1, size: [0.4, 0.4, 0.6] });
+    expect(spawn(box!, "box_1", { x: 0, y: 0 }, 1, standStill)).toEqual({ type: "agent", action: "spawn", name: "box_1", kind: "box", x: 0, y: 0, z: 0, yaw: 1, size: [0.4, 0.4, 0.6] });
   });
   test("a door is open so far, or as it is sensed", () => {
     expect(door("door 1", 1.5)).toMatchObject({ action: "door", opening: 1.5 });

@@ -1,4 +1,4 @@
-import { AgeStatistics, frameAge, freshness, isOfStand, staleMs, standing, warnMs } from "../../../../server/station/web/src/video/age";
+import { AgeStatistics, frameAge, freshness, isOfPosition, staleMs, pausedPosition, warnMs } from "../../../../server/station/web/src/video/age";
 import { ServerClock } from "../../../../server/station/web/src/video/clock";
 import { readFrame } from "../../../../server/station/web/src/video/frame";
 
@@ -18,19 +18,19 @@ function frame(change: (view: DataView) => void = () => {}): ArrayBuffer {
 describe("a recording that stands", () => {
   const at = (position: number, paused = true) => ({ paused, position });
   test("shows the last picture of what played until then, however long it stands", () => {
-    const stand = standing(null, at(4), 10_000);
-    expect(standing(stand, at(4), 60_000)).toEqual(stand);
-    expect(standing(stand, at(4.05), 60_000)).toEqual({ position: 4.05, at: 10_000 });
-    expect(isOfStand(stand, 9_900, -Infinity)).toBe(true);
-    expect(isOfStand(stand, 8_000, -Infinity)).toBe(false);
-    expect(standing(stand, at(4, false), 60_000)).toBeNull();
+    const pausedAt = pausedPosition(null, at(4), 10_000);
+    expect(pausedPosition(pausedAt, at(4), 60_000)).toEqual(pausedAt);
+    expect(pausedPosition(pausedAt, at(4.05), 60_000)).toEqual({ position: 4.05, at: 10_000 });
+    expect(isOfPosition(pausedAt, 9_900, -Infinity)).toBe(true);
+    expect(isOfPosition(pausedAt, 8_000, -Infinity)).toBe(false);
+    expect(pausedPosition(pausedAt, at(4, false), 60_000)).toBeNull();
   });
   test("that was sought elsewhere wants a new picture", () => {
-    const stand = standing(standing(null, at(4), 10_000), at(0), 12_000);
-    expect(isOfStand(stand, 10_000, -Infinity)).toBe(false);
-    expect(isOfStand(stand, 11_300, 11_350)).toBe(false);
-    expect(isOfStand(stand, 11_400, 11_350)).toBe(true);
-    expect(isOfStand(null, 12_050, -Infinity)).toBe(false);
+    const pausedAt = pausedPosition(pausedPosition(null, at(4), 10_000), at(0), 12_000);
+    expect(isOfPosition(pausedAt, 10_000, -Infinity)).toBe(false);
+    expect(isOfPosition(pausedAt, 11_300, 11_350)).toBe(false);
+    expect(isOfPosition(pausedAt, 11_400, 11_350)).toBe(true);
+    expect(isOfPosition(null, 12_050, -Infinity)).toBe(false);
   });
 });
 

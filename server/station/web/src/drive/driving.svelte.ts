@@ -2,7 +2,7 @@
  * page loses the operator (another window, a hidden tab, a lost connection), all inputs are released. */
 import { dialogues } from "../parts/dialogue.svelte";
 import { plan } from "../plan/tool.svelte";
-import { askedOf, jointCommand, movables } from "./joints";
+import { askedOf, jointCommand, movableJoints } from "./joints";
 import { HeldKeys, takesKeys, type DriveKey } from "./keys";
 import { PadDrive, type PadCommand } from "./pad";
 import { DriveSender } from "./sender";
@@ -22,7 +22,7 @@ class Driving {
   twist = $state.raw<Twist>({ vx: 0, vy: 0, wz: 0 });
   /** Name of the game pad in use; empty: none. */
   pad = $state("");
-  /** Name of the joint, or of those (`movables`), that R and F move. */
+  /** Name of the joint, or of those (`movableJoints`), that R and F move. */
   joint = $state("");
   /** The on-screen stick, -1..1 right and down; null: not touched. */
   stick = $state.raw<{ x: number; y: number } | null>(null);
@@ -77,7 +77,7 @@ class Driving {
     this.#look();
   }
   chooseJoint(by: number) {
-    const all = movables(teleop.robot?.joints ?? []);
+    const all = movableJoints(teleop.robot?.joints ?? []);
     if (all.length === 0) return;
     const at = all.findIndex((each) => each.name === this.joint);
     this.joint = all[(Math.max(at, by < 0 ? 0 : -1) + by + all.length) % all.length]!.name;
@@ -111,7 +111,7 @@ class Driving {
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
     const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
-    if (held && session.back !== null) session.lookBack(null);  // nobody drives by a past view
+    if (held && session.pastTime !== null) session.lookBack(null);  // nobody drives by a past view
     const twist = robot && held ? twistOf(input, robot.limits, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));
@@ -126,7 +126,7 @@ class Driving {
   }
   #jointsAsked(): Map<string, number> {
     const asked = new Map<string, number>(), key = this.#keys.joint();
-    for (const { name, joints } of movables(teleop.robot?.joints ?? [])) {
+    for (const { name, joints } of movableJoints(teleop.robot?.joints ?? [])) {
       const direction = (name === this.joint && key) || this.jointButtons.get(name);
       if (direction) for (const joint of joints) asked.set(joint.name, direction);
     }

@@ -21,9 +21,9 @@ export function roleOf(joint: string): JointRole {
 }
 
 /** The joints that one key moves: a single joint, or both flippers together, as for stairs. */
-export interface Movable { name: string; joints: RobotJoint[] }
+export interface MovableJoint { name: string; joints: RobotJoint[] }
 
-export function movables(joints: RobotJoint[]): Movable[] {
+export function movableJoints(joints: RobotJoint[]): MovableJoint[] {
   const flippers = joints.filter(({ name }) => roleOf(name) === "flippers");
   const single = joints.map((joint) => ({ name: joint.name, joints: [joint] }));
   return flippers.length > 1 ? [{ name: strings.joints.bothFlippers, joints: flippers }, ...single] : single;

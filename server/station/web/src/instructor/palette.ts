@@ -47,7 +47,7 @@ export interface BehaviourChoice {
   opens_doors: boolean;
 }
 
-export const standing: BehaviourChoice = {
+export const standStill: BehaviourChoice = {
   behaviour: "stay", speed: 0.5, target: "", distance: 1.5, waypoints: [], yields: true, opens_doors: true,
 };
 

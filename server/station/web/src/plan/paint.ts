@@ -38,7 +38,7 @@ export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails,
     drawScan(g, camera, real, "real", live.real, strength);
   }
   if (layers.has("paths")) drawTrails(g, camera, trails, new Map(entities.map((each) => [each.name, each])), live);
-  drawPaths(g, camera, session.back === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
+  drawPaths(g, camera, session.pastTime === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
   if (world && layers.has("robots"))
     drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot }, live);
   if (mixed && layers.has("virtual")) drawScan(g, camera, mixed, "virtual", live.virtual, scanStrength(mixed, now));

@@ -32,7 +32,7 @@ export interface Entities { type: "entities"; table: number; forms: Shape[][]; l
 
 export interface SessionEvent {
   t: number; kind: string; subject: string; object: string; pair?: string; position: number[] | null;
-  impulse: number; value: number; text: string; unsensed: boolean; request: number;
+  impulse: number; value: number; text: string; undetectable: boolean; request: number;
 }
 export interface Events { type: "events"; list: SessionEvent[] }
 

@@ -45,7 +45,7 @@ class Session {
   scans = $state.raw<Record<string, ScanFrame>>({});
   depth = $state.raw<PointsFrame | null>(null);
   /** Session time of the world, scans and entities shown during playback; null: now. */
-  back = $state.raw<number | null>(null);
+  pastTime = $state.raw<number | null>(null);
   /** performance.now() of this page's last seek in a recording. */
   soughtAt = $state.raw(-Infinity);
   readonly history = new History();
@@ -54,7 +54,7 @@ class Session {
 
   /** Permission to place, inject faults, pause and end. Only for the display: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
-  drives = $derived(this.hello !== null && this.hello.who.role !== "observer");
+  mayDrive = $derived(this.hello !== null && this.hello.who.role !== "observer");
   silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
 
   #requests = new Requests();
@@ -85,7 +85,7 @@ class Session {
   /** Session time now: that of the newest world, extrapolated by the page's clock unless paused, silent or at its
    * end. */
   now(): number {
-    if (this.back !== null) return this.back;
+    if (this.pastTime !== null) return this.pastTime;
     const t = this.world?.t ?? this.control?.position ?? 0;
     if (!this.world || this.silent || this.control?.paused || this.control?.ended) return t;
     return t + ((performance.now() - this.#worldArrived) / 1000) * (this.control?.rate || 1);
@@ -123,7 +123,7 @@ class Session {
   /** Shows the state at `t`; null, or a time no longer stored: the current state. */
   lookBack(t: number | null) {
     const moment = t === null ? null : this.history.at(t);
-    this.back = moment ? t : null;
+    this.pastTime = moment ? t : null;
     this.#show(moment ?? this.#live);
   }
   #show(shown: Moment) {
@@ -132,7 +132,7 @@ class Session {
   }
   /** Session time now, also during playback of the past. */
   liveTime(): number {
-    return this.back === null ? this.now() : (this.#live.world?.t ?? this.back);
+    return this.pastTime === null ? this.now() : (this.#live.world?.t ?? this.pastTime);
   }
 
   subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
@@ -162,13 +162,13 @@ class Session {
       if (frame.table !== this.#live.table) return;
       this.#live.world = frame;
       if (this.hello?.session.mode === "live") this.history.world(frame);
-      if (this.back === null) this.world = frame;
+      if (this.pastTime === null) this.world = frame;
       this.#worldArrived = performance.now();
     } else if (frame.kind === "scan") {
       const key = frame.source === SCAN_AGENT ? `${SCAN_AGENT}:${frame.entity}` : String(frame.source);
       this.#live.scans = { ...this.#live.scans, [key]: frame };
       if (this.hello?.session.mode === "live") this.history.scan(key, frame);
-      if (this.back === null) this.scans = this.#live.scans;
+      if (this.pastTime === null) this.scans = this.#live.scans;
     } else this.depth = frame;
   }
 
@@ -197,7 +197,7 @@ class Session {
   #rosterChanged(roster: Roster) {
     this.history.roster(roster);
     this.#live = { ...roster, world: null, scans: this.#live.scans };
-    if (this.back === null) this.#show(this.#live);
+    if (this.pastTime === null) this.#show(this.#live);
   }
 
   /** Each connection starts with the complete state, which replaces that of earlier ones. */
@@ -205,7 +205,7 @@ class Session {
     this.events = [];
     this.chat = [];
     this.marks = [];
-    this.back = null;
+    this.pastTime = null;
     this.history.clear();
     this.#live = { ...this.#live, world: null, scans: {} };
     this.#show(this.#live);

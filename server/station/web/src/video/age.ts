@@ -31,11 +31,11 @@ export function freshness(quietMs: number | undefined, age: FrameAge | undefined
 }
 
 /** Position of a recording, and since when by the page's clock. */
-export interface Stand { position: number; at: number }
+export interface PausedPosition { position: number; at: number }
 /** Maximum length in s of a step by single messages without a new picture. */
 const stepS = 0.2;
 
-export function standing(before: Stand | null, control: { paused: boolean; position: number } | null, now: number): Stand | null {
+export function pausedPosition(before: PausedPosition | null, control: { paused: boolean; position: number } | null, now: number): PausedPosition | null {
   if (!control?.paused) return null;
   const on = before ? control.position - before.position : NaN;
   return { position: control.position, at: before && on >= 0 && on < stepS ? before.at : now };
@@ -44,8 +44,8 @@ export function standing(before: Stand | null, control: { paused: boolean; posit
 /** The server reports its position each second. */
 const toldMs = 1200;
 /** True if the picture belongs to the recording's position. `soughtAt`: time of this page's last seek. */
-export const isOfStand = (stand: Stand | null, shownAt: number | undefined, soughtAt: number): boolean =>
-  stand !== null && shownAt !== undefined && shownAt > Math.max(stand.at - toldMs, soughtAt);
+export const isOfPosition = (pausedAt: PausedPosition | null, shownAt: number | undefined, soughtAt: number): boolean =>
+  pausedAt !== null && shownAt !== undefined && shownAt > Math.max(pausedAt.at - toldMs, soughtAt);
 
 /** Median and 95th percentile of recent values, for the panel's title. */
 export class AgeStatistics {

@@ -112,7 +112,7 @@ export class Content {
         const entity = owners.get(name);
         if (entity) lines.path(trail.points, PATH_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
       }
-    for (const each of session.back === null ? session.plans : [])
+    for (const each of session.pastTime === null ? session.plans : [])
       if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.path(each.points.flat(), PATH_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
     for (const draft of plan.drafts) lines.path(draft.points.flat(), PATH_Z, draft.refused ? inks.bad : inks.accent, draft.closed);
     for (const [name, ink] of [[selection.entity, inks.accent], [robot, inks.robot]] as const) {

@@ -123,7 +123,7 @@ export class Headset {
 
   /** The wearer sees no button: a closed hand is the stop. */
   #stop = () => {
-    if (session.drives) emergencyStop();
+    if (session.mayDrive) emergencyStop();
   };
 
   #end() {

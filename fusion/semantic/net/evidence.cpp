@@ -1,0 +1,132 @@
+#include "fusion/semantic/net/evidence.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr std::size_t kBlockBytes = 12'300;
+constexpr std::size_t kSomeBlocks = 5'000;
+constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's index has 21 bits per axis
+
+}  // namespace
+
+EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options)
+    : options_(options) {
+  if (options_.max_blocks == 0)
+    options_.max_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
+  // Surfaces first: a measured cube stays measured even if a line of sight crosses its corner, and gets its
+  // memory first.
+  for (const Eigen::Vector3f& point : cloud.points) {
+    const Eigen::Vector3d p = point.cast<double>();
+    if (!(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) continue;
+    const Index cube = index_of(p);
+    if (Block* block = block_at(cube, true)) block->cubes[place_in(cube)] = Evidence::measured;
+  }
+  if (cloud.viewpoints.empty()) return;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
+    const Eigen::Vector3d p = cloud.points[i].cast<double>();
+    if (view >= cloud.viewpoints.size() || !(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) continue;
+    const Index cube = index_of(p);
+    Block* block = block_at(cube, false);
+    if (block == nullptr) continue;
+    std::uint16_t& followed = block->followed[place_in(cube)];
+    const auto mark = static_cast<std::uint16_t>(view + 1);
+    if (followed == mark) continue;
+    followed = mark;
+    follow(cloud.viewpoints[view], p);
+  }
+}
+
+std::uint64_t EvidenceGrid::key_of(const Index& cube) {
+  std::uint64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    key = key << 21 | (static_cast<std::uint64_t>((cube[axis] >> 4) + (1 << 20)) & 0x1FFFFF);
+  return key;
+}
+
+std::size_t EvidenceGrid::place_in(const Index& cube) {
+  return static_cast<std::size_t>((cube[2] & 15) << 8 | (cube[1] & 15) << 4 | (cube[0] & 15));
+}
+
+EvidenceGrid::Block* EvidenceGrid::block_at(const Index& cube, bool make) {
+  const std::uint64_t key = key_of(cube);
+  if (key == last_key_) return last_;
+  const auto found = block_of_.find(key);
+  if (found == block_of_.end() && (!make || blocks_.size() >= options_.max_blocks)) return nullptr;
+  if (found == block_of_.end()) {
+    block_of_.emplace(key, static_cast<std::uint32_t>(blocks_.size()));
+    blocks_.emplace_back();
+    blocks_.back().first = cube.unaryExpr([](int i) { return i >> 4 << 4; });
+    last_ = &blocks_.back();
+  } else {
+    last_ = &blocks_[found->second];
+  }
+  last_key_ = key;
+  return last_;
+}
+
+/// From cube to cube (Amanatides and Woo 1987), excluding the one in which the ray ends.
+void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end) {
+  const Eigen::Vector3d ray = end - eye;
+  if (!(ray.norm() <= options_.range)) return;
+  Index at = index_of(eye);
+  const Index last = index_of(end);
+  Index step = Index::Zero();
+  Eigen::Array3d next,
+      each;  // ray parameters of the next border along each axis, and of one cube
+  for (int axis = 0; axis < 3; ++axis) {
+    next[axis] = each[axis] = std::numeric_limits<double>::infinity();
+    if (ray[axis] == 0) continue;
+    step[axis] = ray[axis] > 0 ? 1 : -1;
+    each[axis] = options_.cube / std::abs(ray[axis]);
+    next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / ray[axis];
+  }
+  for (int left = (last - at).abs().sum(); left > 0; --left) {
+    if (Block* block = block_at(at, true)) {
+      Evidence& cube = block->cubes[place_in(at)];
+      cube = std::max(cube, Evidence::seen_through);
+    }
+    Eigen::Index axis = 0;
+    next.minCoeff(&axis);
+    at[axis] += step[axis];
+    next[axis] += each[axis];
+  }
+}
+
+Evidence EvidenceGrid::at(const Eigen::Vector3d& p) const {
+  if (!(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) return Evidence::unobserved;
+  const Index cube = index_of(p);
+  const auto found = block_of_.find(key_of(cube));
+  return found == block_of_.end() ? Evidence::unobserved : blocks_[found->second].cubes[place_in(cube)];
+}
+
+std::size_t EvidenceGrid::count(Evidence kind) const {
+  std::size_t sum = 0;
+  for (const Block& block : blocks_)
+    sum += static_cast<std::size_t>(std::count(block.cubes.begin(), block.cubes.end(), kind));
+  return sum;
+}
+
+cloud::PointCloud<Map> EvidenceGrid::centres() const {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) order.emplace_back(key_of(blocks_[i].first), i);
+  std::sort(order.begin(), order.end());
+  cloud::PointCloud<Map> cloud;
+  for (const auto& [key, number] : order) {
+    const Block& block = blocks_[number];
+    for (std::size_t k = 0; k < block.cubes.size(); ++k) {
+      if (block.cubes[k] == Evidence::unobserved) continue;
+      const Index cube = block.first + Index(static_cast<int>(k & 15), static_cast<int>(k >> 4 & 15),
+                                             static_cast<int>(k >> 8));
+      cloud.points.push_back((options_.cube * (cube.cast<double>() + 0.5)).matrix().cast<float>());
+      cloud.labels.push_back(block.cubes[k] == Evidence::measured ? 0 : 1);
+    }
+  }
+  return cloud;
+}
+
+}  // namespace parhelion::semantic

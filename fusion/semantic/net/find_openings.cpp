@@ -1,0 +1,239 @@
+// Openings of a wall: doors, windows, gaps.
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/semantic/net/wall_candidates.hpp"
+#include "protocols/quantile.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kMaxFurniture = 1.8;  ///< m over the floor: objects in front of a wall are rarely higher
+constexpr double kJamb = 0.15;         ///< m of solid wall beside an opening
+constexpr double kSolidColumn = 0.5;   ///< minimum fraction of a column that is measured
+constexpr double kShallow = 0.015;     ///< m, minimum recess of a leaf above noise
+constexpr double kLevelFace = 0.008;   ///< m, maximum roughness of a wall's face and of a leaf
+
+/// Distance of `value` to [low, high], in units of `margin`.
+double outside(double value, double low, double high, double margin) {
+  return std::max({0.0, low - value, value - high}) / margin;
+}
+
+/// Height above which the columns of an opening are measured again; `ceiling` where they are not. Cells
+/// beside measured ones count as measured: the edge is one row further.
+double head_of(const WallRaster& raster, int c0, int c1, double floor, double ceiling) {
+  for (double z = floor + 1.5; z < ceiling - 0.5 * raster.row; z += raster.row) {
+    if (raster.fractions(c0, c1, z, z + raster.row).measured > 0.6)
+      return std::min(raster.z_low + raster.row * (raster.row_of(z + 0.5 * raster.row) + 1), ceiling);
+  }
+  return ceiling;
+}
+
+/// Points per cell of the columns beside an opening.
+double density_beside(const WallRaster& raster, int c0, int c1, double low, double high) {
+  constexpr int kBeside = 6;  // columns
+  const WallRaster::Fractions left = raster.fractions(c0 - kBeside, c0, low, high),
+                              right = raster.fractions(c1, c1 + kBeside, low, high);
+  const int cells = left.cells + right.cells;
+  return cells > 0 ? static_cast<double>(left.points + right.points) / cells : 0;
+}
+
+/// Height up to which the opening's columns are measured, or hidden by objects in front of them. An object
+/// that hides the whole opening, such as a leaf ajar, gives no sill.
+double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
+  const double beside = density_beside(raster, c0, c1, floor + 0.2, floor + kMaxFurniture);
+  double z = floor + 0.1;
+  for (; z < floor + 1.6; z += raster.row) {
+    const WallRaster::Fractions row = raster.fractions(c0, c1, z, z + raster.row);
+    if (row.measured <= 0.5 && !(beside > 0 && row.hidden > 0.5 * beside * row.cells)) break;
+  }
+  return z > floor + 0.25 && z < floor + 1.3 ? z - raster.row : floor;
+}
+
+void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNetOptions& options) {
+  const double room = wall.ceiling - wall.floor, height = opening.head - wall.floor;
+  const bool viewpoints_known = wall.raster.viewpoints_known;
+  // A lintel that fills the rest of a low room need not be visible.
+  const bool lintel =
+      opening.lintel > 0.4 || (room < options.door_height_max + 0.2 && room > options.door_height_min);
+  double door = -1;
+  door -= 3 * outside(opening.width(), options.door_width_min, options.door_width_max, 0.1);
+  door -= 2 * outside(height, options.door_height_min, options.door_height_max, 0.15);
+  door -= 4 * std::max(0.0, opening.sill - wall.floor - 0.1) / 0.2;
+  door += lintel ? 1.5 : -2;
+  door += opening.closed > 0.35 ? 2 : opening.seen_through ? 1.5 : viewpoints_known ? -1.5 : -0.5;
+  if (opening.closed <= 0.35) door += opening.sill_floor > 0.6 ? 1 : opening.sill_floor < 0.2 ? -1 : 0;
+  opening.door_score = door;
+
+  double window = -1.5;
+  window -= 3 * outside(opening.sill - wall.floor, 0.4, 1.4, 0.15);
+  window -= 2 * outside(opening.width(), 0.4, 4.0, 0.2);
+  window += opening.lintel > 0.4 ? 1 : -1;
+  window += opening.seen_through || opening.empty > 0.5 ? 1.5 : opening.closed > 0.35 ? 0.5 : -1;
+  opening.window_score = window;
+}
+
+/// Columns that are measured at the height of a walking person.
+std::vector<bool> solid_columns(const WallCandidate& wall, double low, double high) {
+  std::vector<bool> solid;
+  for (int c = 0; c < wall.raster.columns; ++c)
+    solid.push_back(wall.raster.fractions(c, c + 1, low, high).measured >= kSolidColumn);
+  return solid;
+}
+
+long count_in(const std::vector<bool>& columns, int from, int to) {
+  from = std::max(from, 0), to = std::min(to, static_cast<int>(columns.size()));
+  return from >= to ? 0 : std::count(columns.begin() + from, columns.begin() + to, true);
+}
+
+/// Runs of columns [first, end) that are not solid, between solid ones.
+std::vector<std::pair<int, int>> gaps(const std::vector<bool>& solid) {
+  constexpr int kJambs = 3, kMinColumns = 5;  // columns
+  std::vector<std::pair<int, int>> found;
+  const int n = static_cast<int>(solid.size());
+  for (int c = 0; c < n;) {
+    int end = c;
+    while (end < n && !solid[static_cast<std::size_t>(end)]) ++end;
+    const bool framed =
+        count_in(solid, c - 2 * kJambs, c) >= kJambs && count_in(solid, end, end + 2 * kJambs) >= kJambs;
+    if (end - c > kMinColumns && framed) found.emplace_back(c, end);
+    c = end + 1;
+  }
+  return found;
+}
+
+/// Fraction of the rays towards an opening without a hit: relative to the number beside it, those that are
+/// missing. Glass and the sky return nothing; a part hidden by furniture is no opening.
+double empty_fraction(const WallRaster& raster, int c0, int c1, double low, double high) {
+  const WallRaster::Fractions inside = raster.fractions(c0, c1, low, high);
+  const double expected = inside.cells * density_beside(raster, c0, c1, low, high);
+  const double met = inside.points + static_cast<double>(inside.crossed) + static_cast<double>(inside.hidden);
+  return expected < 20 ? 0 : std::clamp(1 - met / expected, 0.0, 1.0);
+}
+
+/// Fraction of the columns from c0 to c1 where the floor was measured in the wall's plane and behind it.
+double floor_through(const PlanPoints& points, const WallCandidate& wall, int c0, int c1) {
+  const WallRaster& raster = wall.raster;
+  std::vector<bool> floor_seen(static_cast<std::size_t>(c1 - c0));
+  points.near_segment(raster.start + c0 * raster.column * raster.along,
+                      raster.start + c1 * raster.column * raster.along, 0.4,
+                      [&](const PlanPoints::Point& point) {
+                        if (std::abs(point.p.z() - wall.floor) > 0.06) return;
+                        const Eigen::Vector2d d = point.p.head<2>().cast<double>() - raster.start;
+                        const int c = static_cast<int>(std::floor(raster.along.dot(d) / raster.column));
+                        const double offset = raster.away.dot(d);
+                        if (c >= c0 && c < c1 && offset > 0.05 && offset < 0.4)
+                          floor_seen[static_cast<std::size_t>(c - c0)] = true;
+                      });
+  return static_cast<double>(std::count(floor_seen.begin(), floor_seen.end(), true)) / std::max(1, c1 - c0);
+}
+
+/// The opening in columns [c0, c1), measured.
+Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std::size_t index, int c0,
+                        int c1, double low, double high) {
+  const WallRaster& raster = wall.raster;
+  Opening opening;
+  opening.wall = index;
+  // Cells beside measured ones count as measured: the opening extends one column further on each side.
+  opening.from = (c0 - 1) * raster.column;
+  opening.to = (c1 + 1) * raster.column;
+  opening.head = head_of(raster, c0, c1, wall.floor, wall.ceiling);
+  opening.sill = sill_of(raster, c0, c1, wall.floor);
+  opening.lintel = raster.fractions(c0, c1, opening.head, wall.ceiling - 0.1).measured;
+  const double from = std::max(low, opening.sill), to = std::min(high, opening.head);
+  const WallRaster::Fractions body = raster.fractions(c0, c1, from, to);
+  opening.closed = body.behind;
+  opening.seen_through = body.rays >= 10 && body.behind < 0.35;
+  opening.empty = empty_fraction(raster, c0, c1, from, to);
+  opening.sill_floor = floor_through(points, wall, c0, c1);
+  double sum = 0;
+  int n = 0;
+  for (int k = c0; k < c1; ++k) {
+    const double depth = raster.depth[static_cast<std::size_t>(k)];
+    if (depth > 0) sum += depth, ++n;
+  }
+  if (opening.closed > 0.35 && n > 0) opening.recess = sum / n;
+  return opening;
+}
+
+/// Leaves behind the face by less than the tolerance of the plane: smooth stretches of a door's width, with
+/// the face itself on both sides.
+std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
+                                    const SemanticNetOptions& options) {
+  const WallRaster& raster = wall.raster;
+  std::vector<float> faces;
+  for (const float face : raster.face) {
+    if (std::isfinite(face)) faces.push_back(face);
+  }
+  if (faces.size() < 20) return {};
+  const double plane = median(faces);
+  std::vector<bool> on_face;
+  for (const float face : raster.face) on_face.push_back(std::abs(face - plane) < kLevelFace);
+  std::vector<Opening> found;
+  const int jamb = static_cast<int>(kJamb / raster.column);
+  for (int c = 0; c < raster.columns;) {
+    const double recess = raster.face[static_cast<std::size_t>(c)] - plane;
+    int end = c + 1;
+    if (recess > kShallow) {
+      while (end < raster.columns &&
+             std::abs(raster.face[static_cast<std::size_t>(end)] - plane - recess) < 1.5 * kLevelFace)
+        ++end;
+      const double width = (end - c) * raster.column;
+      if (width > options.door_width_min - 0.05 && width < options.door_width_max + 0.05 &&
+          count_in(on_face, c - 2 * jamb, c) >= jamb && count_in(on_face, end, end + 2 * jamb) >= jamb) {
+        Opening leaf =
+            measure_opening(points, wall, index, c, end, wall.floor + 0.2, wall.floor + kMaxFurniture);
+        leaf.from = c * raster.column, leaf.to = end * raster.column;
+        leaf.sill = wall.floor;
+        leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge cannot be measured
+        leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1, leaf.seen_through = false;
+        score_opening(leaf, wall, options);
+        leaf.door_score -= 1;  // a panel or a poster is equally smooth
+        found.push_back(leaf);
+      }
+    }
+    c = end;
+  }
+  return found;
+}
+
+}  // namespace
+
+bool same_hole(const Opening& a, const WallCandidate& wall_a, const Opening& b, const WallCandidate& wall_b) {
+  constexpr double kThickest = 0.45;  // m, of a wall
+  if (std::abs(std::remainder(wall_a.yaw() - wall_b.yaw(), EIGEN_PI)) > 0.1) return false;
+  const Eigen::Vector2d along = (wall_a.end - wall_a.start).normalized();
+  const Eigen::Vector2d along_b = (wall_b.end - wall_b.start).normalized();
+  const Eigen::Vector2d p = wall_b.start + b.from * along_b - wall_a.start,
+                        q = wall_b.start + b.to * along_b - wall_a.start;
+  const double from = std::min(along.dot(p), along.dot(q)), to = std::max(along.dot(p), along.dot(q));
+  const double across = std::abs(along.x() * p.y() - along.y() * p.x());
+  return across < kThickest &&
+         std::min(a.to, to) - std::max(a.from, from) > 0.5 * std::min(a.width(), b.width());
+}
+
+std::vector<Opening> find_openings(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
+                                   const SemanticNetOptions& options) {
+  const double low = wall.floor + 0.2, high = std::min(wall.floor + kMaxFurniture, wall.ceiling - 0.2);
+  std::vector<Opening> found = shallow_leaves(points, wall, index, options);
+  const auto add = [&](double from, double to, bool windows) {
+    for (const auto& [c, end] : gaps(solid_columns(wall, from, to))) {
+      Opening opening = measure_opening(points, wall, index, c, end, low, high);
+      score_opening(opening, wall, options);
+      const auto overlaps = [&](const Opening& other) {
+        return std::min(opening.to, other.to) > std::max(opening.from, other.from);
+      };
+      if (windows && (opening.sill < wall.floor + 0.4 || std::any_of(found.begin(), found.end(), overlaps)))
+        continue;
+      found.push_back(opening);
+    }
+  };
+  add(low, high, false);
+  // A window over a high sill leaves most of its columns measured.
+  add(wall.floor + 1.2, high, true);
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Opening& a, const Opening& b) { return a.from < b.from; });
+  return found;
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,180 @@
+#include "fusion/semantic/net/find_stairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "protocols/quantile.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr std::size_t kMaxPoints = 600;  ///< sample size of a surface for locating it
+constexpr int kDirections = 72;          ///< number of tested directions
+constexpr std::size_t kMinRises = 3;     ///< of a flight; two may be a threshold and a box
+constexpr std::size_t kSeedRises = 2;    ///< of surfaces: the floor is too wide for a strip; added later
+constexpr double kGap = 0.30;            ///< m, between two treads in the plan: hidden by the step's edge
+constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
+constexpr double kBlock = 2;       ///< m, block side of the plan for point look-ups
+constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
+
+struct Tread {
+  std::uint32_t horizontal = 0;
+  double z = 0;
+  std::vector<Eigen::Vector2d> plan;  ///< a sample of its points
+};
+
+std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
+  std::vector<Tread> treads;
+  const std::size_t verticals = segmentation.verticals.size();
+  std::vector<std::uint32_t> seen(segmentation.horizontals.size(), 0);
+  for (std::uint32_t h = 0; h < segmentation.horizontals.size(); ++h)
+    treads.push_back({h, segmentation.horizontals[h].z, {}});
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t surface = segmentation.surface_of[i];
+    if (surface == kNoSurface || surface < verticals) continue;
+    const std::size_t h = surface - verticals;
+    const std::size_t stride = 1 + segmentation.horizontals[h].points / kMaxPoints;
+    if (seen[h]++ % stride == 0) treads[h].plan.emplace_back(cloud.points[i].head<2>().cast<double>());
+  }
+  std::erase_if(treads, [&](const Tread& tread) {
+    return tread.plan.size() < 20 || segmentation.horizontals[tread.horizontal].faces_down;
+  });
+  std::stable_sort(treads.begin(), treads.end(), [](const Tread& a, const Tread& b) { return a.z < b.z; });
+  return treads;
+}
+
+Step strip(const Tread& tread, const Eigen::Vector2d& direction) {
+  const Eigen::Vector2d across(-direction.y(), direction.x());
+  std::vector<double> s, t;
+  for (const Eigen::Vector2d& p : tread.plan) s.push_back(direction.dot(p)), t.push_back(across.dot(p));
+  return {tread.horizontal,  tread.z,           quantile(s, 0.05),
+          quantile(s, 0.95), quantile(t, 0.05), quantile(t, 0.95)};
+}
+
+/// Whether `b` is the step after `a`: above and parallel (paper 2.3).
+bool follows(const Step& a, const Step& b, const SemanticNetOptions& options) {
+  const double rise = b.z - a.z;
+  if (rise < options.rise_min || rise > options.rise_max) return false;
+  const double depth = std::min({a.far - a.near, b.far - b.near, 0.4});
+  if (b.near - a.far > kGap || a.far - b.near > 0.35 * depth) return false;
+  if (b.near - a.near < 0.6 * options.tread_min) return false;
+  const double overlap = std::min(a.right, b.right) - std::max(a.left, b.left);
+  return overlap > 0.5 * std::min(a.right - a.left, b.right - b.left) && overlap > 0.4;
+}
+
+/// The longest chain in one direction with only unused steps.
+Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
+               const Eigen::Vector2d& direction, const SemanticNetOptions& options) {
+  const std::size_t n = steps.size();
+  std::vector<int> length(n, 0);
+  std::vector<std::size_t> before(n, n);
+  Flight flight;
+  flight.direction = direction;
+  std::size_t best = n;
+  for (std::size_t j = 0; j < n; ++j) {
+    if (used[j]) continue;
+    for (std::size_t i = 0; i < j; ++i) {
+      if (used[i] || length[i] + 1 <= length[j] || !follows(steps[i], steps[j], options)) continue;
+      if (before[i] < n &&
+          std::abs((steps[j].z - steps[i].z) - (steps[i].z - steps[before[i]].z)) > 2 * kUneven)
+        continue;
+      length[j] = length[i] + 1;
+      before[j] = i;
+    }
+    if (best == n || length[j] > length[best]) best = j;
+  }
+  for (std::size_t i = best; i < n; i = before[i]) flight.steps.push_back(steps[i]);
+  std::reverse(flight.steps.begin(), flight.steps.end());
+  return flight;
+}
+
+bool has_step(const Flight& flight, std::uint32_t horizontal) {
+  return std::any_of(flight.steps.begin(), flight.steps.end(),
+                     [&](const Step& step) { return step.horizontal == horizontal; });
+}
+
+/// Two flights over the same steps are one, seen from its two ends: keeps the better one.
+void drop_repeated(std::vector<Flight>& flights) {
+  std::stable_sort(flights.begin(), flights.end(),
+                   [](const Flight& a, const Flight& b) { return a.score > b.score; });
+  std::vector<Flight> kept;
+  for (Flight& flight : flights) {
+    const auto repeats = [&](const Flight& better) {
+      return std::any_of(flight.steps.begin() + 1, flight.steps.end() - 1, [&](const Step& step) {
+        return step.horizontal != kNoSurface && has_step(better, step.horizontal);
+      });
+    };
+    if (std::none_of(kept.begin(), kept.end(), repeats)) kept.push_back(std::move(flight));
+  }
+  flights = std::move(kept);
+}
+
+void judge(Flight& flight) {
+  std::vector<double> rises = flight.rises();
+  const double middle = quantile(rises, 0.5);
+  flight.score = -4;
+  for (const double rise : rises) flight.score += 2 - 2 * std::abs(rise - middle) / kUneven;
+  for (std::size_t i = 1; i < flight.steps.size(); ++i) {
+    const Step &a = flight.steps[i - 1], &b = flight.steps[i];
+    flight.score -= 2 * std::max(0.0, a.far - b.near) / kShallow;  // strips must not overlap
+  }
+}
+
+}  // namespace
+
+std::vector<double> Flight::rises() const {
+  std::vector<double> result;
+  for (std::size_t i = 1; i < steps.size(); ++i) result.push_back(steps[i].z - steps[i - 1].z);
+  return result;
+}
+
+std::vector<double> Flight::treads() const {
+  std::vector<double> result;
+  for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+    const double from = 0.5 * (steps[i - 1].far + steps[i].near),
+                 to = 0.5 * (steps[i].far + steps[i + 1].near);
+    result.push_back(to - from);
+  }
+  return result;
+}
+
+std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
+                                 const SemanticNetOptions& options) {
+  const std::vector<Tread> treads = treads_of(cloud, segmentation);
+  std::vector<std::vector<Step>> strips;
+  std::vector<Eigen::Vector2d> directions;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kDirections;
+    directions.emplace_back(std::cos(angle), std::sin(angle));
+    strips.emplace_back();
+    for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
+  }
+  std::optional<PlanBlocks> points;  // a flight uses only its surroundings, not the whole site
+  std::vector<Flight> flights;
+  std::vector<bool> used(treads.size(), false);
+  for (;;) {
+    Flight best;
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      Flight flight = longest(strips[k], used, directions[k], options);
+      if (flight.steps.size() <= kSeedRises) continue;
+      judge(flight);
+      if (best.steps.empty() || flight.score > best.score) best = std::move(flight);
+    }
+    if (best.steps.empty()) break;
+    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
+    if (!points) points.emplace(cloud.points, kBlock);
+    extend(*points, segmentation, best);
+    refine_heights(*points, segmentation, best);
+    even_rises(*points, best);
+    if (best.steps.size() <= kMinRises) continue;
+    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
+    judge(best);
+    flights.push_back(std::move(best));
+  }
+  drop_repeated(flights);
+  return flights;
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,105 @@
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "fusion/semantic/carrier_points.hpp"
+#include "fusion/semantic/net/net_entities.hpp"
+#include "fusion/semantic/segmentation/floor_points.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kNear = 0.06;  ///< m, tolerance around a box for points on its surface
+
+/// Boxes whose points get their label, where surfaces give none.
+std::vector<const ModelEntity*> boxes_of(const SemanticNet& net) {
+  std::vector<const ModelEntity*> boxes;
+  for (const ModelEntity& entity : net.entities) {
+    const bool boxed = entity.label == EntityLabel::door || entity.label == EntityLabel::pillar ||
+                       entity.label == EntityLabel::stairs || entity.label == EntityLabel::wall_above_door ||
+                       entity.label == EntityLabel::window;
+    if (boxed) boxes.push_back(&entity);
+  }
+  return boxes;
+}
+
+/// Boxes by the plan cells that they touch: a site has many doors, but only few are near a point.
+class BoxesByPlace {
+ public:
+  explicit BoxesByPlace(const std::vector<const ModelEntity*>& entities) {
+    for (const ModelEntity* entity : entities) {
+      const Eigen::Isometry3d T_body_map = entity->T_map_body.isometry().inverse();
+      const Eigen::Vector3f half = (0.5 * entity->size.array() + kNear).cast<float>();
+      const Eigen::Vector2d centre = entity->T_map_body.translation().head<2>();
+      const double kReach = half.head<2>().norm();
+      const auto index = static_cast<std::uint32_t>(boxes_.size());
+      boxes_.push_back({T_body_map.linear().cast<float>(), T_body_map.translation().cast<float>(), half,
+                        static_cast<std::uint8_t>(entity->label)});
+      for (int y = cell(centre.y() - kReach); y <= cell(centre.y() + kReach); ++y) {
+        for (int x = cell(centre.x() - kReach); x <= cell(centre.x() + kReach); ++x)
+          by_cell_[{x, y}].push_back(index);
+      }
+    }
+  }
+  /// The last box that holds the point gives its label.
+  void label(const Eigen::Vector3f& point, std::uint8_t& label) const {
+    if (boxes_.empty()) return;
+    const auto found = by_cell_.find({cell(point.x()), cell(point.y())});
+    if (found == by_cell_.end()) return;
+    for (const std::uint32_t index : found->second) {
+      const Box& box = boxes_[index];
+      if (((box.R * point + box.p).array().abs() <= box.half.array()).all()) label = box.label;
+    }
+  }
+
+ private:
+  struct Box {
+    Eigen::Matrix3f R;
+    Eigen::Vector3f p, half;
+    std::uint8_t label;
+  };
+  static int cell(double v) { return static_cast<int>(std::floor(v)); }  // of 1 m
+  std::vector<Box> boxes_;
+  std::map<std::pair<int, int>, std::vector<std::uint32_t>> by_cell_;
+};
+
+/// Whether a candidate that was rejected as a wall is a wall by its own score, in the place of an accepted
+/// one: a thin wall's other face.
+bool is_other_face(const std::vector<WallCandidate>& walls, const Labelling& labelling, std::size_t w) {
+  if (labelling.walls[w].label == EntityLabel::wall || walls[w].score <= 0) return false;
+  for (std::size_t other = 0; other < walls.size(); ++other) {
+    // Furniture in front of a wall is seen from the wall's own side, its other face is not.
+    const bool opposite = walls[w].raster.away.dot(walls[other].raster.away) < -0.5;
+    if (opposite && labelling.walls[other].label == EntityLabel::wall && same_place(walls[w], walls[other]))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& candidates,
+                  const Labelling& labelling, SemanticNet& net) {
+  const Segmentation& segmentation = candidates.segmentation;
+  std::vector<EntityLabel> of_surface(segmentation.verticals.size() + segmentation.horizontals.size(),
+                                      EntityLabel::unknown);
+  for (std::size_t w = 0; w < labelling.walls.size(); ++w) {
+    const EntityLabel label =
+        is_other_face(candidates.walls.walls, labelling, w) ? EntityLabel::wall : labelling.walls[w].label;
+    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces) of_surface[surface] = label;
+  }
+  for (std::size_t h = 0; h < labelling.horizontals.size(); ++h)
+    of_surface[segmentation.verticals.size() + h] = labelling.horizontals[h].label;
+  net.labels.resize(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t surface = segmentation.surface_of[i];
+    net.labels[i] =
+        static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
+  }
+  const BoxesByPlace boxes(boxes_of(net));
+  for (std::size_t i = 0; i < cloud.size(); ++i) boxes.label(cloud.points[i], net.labels[i]);
+  grow_floors(cloud, net.labels);
+  drop_carriers(cloud, net.labels);
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,48 @@
+// Floors and ceilings as levels of a site, and their extent. Internal to the semantic net.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "fusion/semantic/segmentation/segmentation.hpp"
+
+namespace parhelion::semantic {
+
+/// Evidence of one horizontal surface, without its neighbours.
+struct LevelEvidence {
+  double lowest = 0;   ///< fraction of its plan cells below which nothing was measured
+  double highest = 0;  ///< the same above
+};
+
+class Levels {
+ public:
+  Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation);
+
+  const std::vector<LevelEvidence>& evidence() const { return evidence_; }  ///< per horizontal surface
+  double floor() const { return floor_; }  ///< m, of the main floor, else the cloud's lower end
+  std::optional<double> ceiling() const { return ceiling_; }  ///< m, of the main ceiling
+  double top() const { return top_; }  ///< m, upper end of the measurements (99.5th percentile)
+
+  /// The ceiling over a wall that reaches `z_high`, else the top of the measurements; and the floor under
+  /// `z_low`.
+  double over(const Eigen::Vector2d& p, double z_high) const;
+  double under(const Eigen::Vector2d& p, double z_low) const;
+
+  /// Log score of each horizontal surface as floor, ceiling, and neither.
+  double floor_score(std::size_t horizontal) const;
+  double ceiling_score(std::size_t horizontal) const;
+
+ private:
+  const Segmentation& segmentation_;
+  /// Finds parts of a larger level nearby: a bow of the same floor, a lamp or a beam under the same ceiling.
+  void find_parts();
+
+  std::vector<LevelEvidence> evidence_;
+  std::vector<double> floor_part_, ceiling_part_;  ///< deductions from the scores for such parts
+  double floor_ = 0, top_ = 0;
+  bool has_floor_ = false;
+  std::optional<double> ceiling_;
+};
+
+}  // namespace parhelion::semantic

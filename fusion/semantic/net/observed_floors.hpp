@@ -1,0 +1,15 @@
+// Restricts floors to the observed area.
+#pragma once
+
+#include "fusion/semantic/net/evidence.hpp"
+#include "protocols/model.hpp"
+
+namespace parhelion::semantic {
+
+/// Cuts each level floor into pieces that cover the area that was measured, or over which a line of sight
+/// passed closely without going through it. The largest keeps its name (and so its relations); the others are
+/// named "floor 1.2" and are part of it. `observed` of a piece is its observed fraction. An unobserved floor
+/// is removed with its relations.
+void cut_floors(const EvidenceGrid& evidence, SemanticModel& model);
+
+}  // namespace parhelion::semantic

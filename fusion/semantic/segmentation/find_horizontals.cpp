@@ -1,0 +1,279 @@
+// Horizontal surfaces: lines in the tiles' OXZ and OYZ pictures propose heights; in each cell of the plan the
+// points confirm or reject them; touching cells at one height form a surface.
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "fusion/semantic/segmentation/join_plates.hpp"
+#include "fusion/semantic/segmentation/side_pictures.hpp"
+#include "fusion/semantic/segmentation/surface_search.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr std::uint32_t kFewPoints = 10;
+constexpr double kMinArea = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
+constexpr double kAroundHeight = 0.3;  // m
+// Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by selecting its
+// fuller cells; of a tread with its risers about 1.
+constexpr double kMinFlatness = 0.4;
+
+/// Merges heights that differ by less than two pixels.
+std::vector<double> merged(std::vector<double> heights, double pixel) {
+  std::sort(heights.begin(), heights.end());
+  std::vector<double> result;
+  for (std::size_t i = 0; i < heights.size();) {
+    double sum = 0;
+    std::size_t end = i;
+    while (end < heights.size() && heights[end] - heights[i] < 2 * pixel) sum += heights[end++];
+    result.push_back(sum / static_cast<double>(end - i));
+    i = end;
+  }
+  return result;
+}
+
+/// Histogram of the block's points near `level`; returns the middle of the fullest stretch.
+double densest(const Site& site, const PlanBlocks::Block& block, double level) {
+  constexpr int bins = 40;
+  const double near = site.options.near, width = 2 * near / bins;
+  std::array<int, bins> count{};
+  for (std::uint32_t i = block.begin; i < block.end; ++i) {
+    const double bin = (static_cast<double>(site.blocks.sorted()[i].z()) - level + near) / width;
+    if (bin >= 0 && bin < bins) ++count[static_cast<std::size_t>(bin)];
+  }
+  constexpr int window = 8;  // 2 cm of the default 10
+  int sum = std::accumulate(count.begin(), count.begin() + window, 0), largest = sum, first = 0, last = 0;
+  for (int b = 1; b + window <= bins; ++b) {
+    sum += count[static_cast<std::size_t>(b + window - 1)] - count[static_cast<std::size_t>(b - 1)];
+    if (sum > largest) {
+      largest = sum;
+      first = b;
+    }
+    if (sum == largest) last = b;
+  }
+  return level - near + ((first + std::max(first, last)) / 2.0 + window / 2.0) * width;
+}
+
+/// -1 seen from below, 1 from above, 0 unknown.
+int seen_from(const cloud::PointCloud<Map>& cloud, std::uint32_t i) {
+  if (!cloud.viewpoints.empty()) {
+    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
+    const double above = cloud.viewpoints[scan].z() - static_cast<double>(cloud.points[i].z());
+    return above > 0 ? 1 : -1;
+  }
+  if (cloud.normals.empty() || std::abs(cloud.normals[i].z()) < 0.5F) return 0;
+  return cloud.normals[i].z() > 0 ? 1 : -1;
+}
+
+/// The block's cells at one height.
+void add_plates(const Site& site, const PlanBlocks::Block& block, double level, std::vector<Plate>& plates) {
+  const double near = site.options.near, per_cell = 1 / site.cell();
+  const double z = densest(site, block, level);
+  struct Sums {
+    double sum = 0, squares = 0;
+    Plate plate;
+  };
+  std::array<Sums, kBlockCells * kBlockCells> cells{};
+  for (std::uint32_t i = block.begin; i < block.end; ++i) {
+    const Eigen::Vector3f& p = site.blocks.sorted()[i];
+    const int cx = std::clamp(static_cast<int>(std::floor(p.x() * per_cell)) - block.x * kBlockCells, 0,
+                              kBlockCells - 1);
+    const int cy = std::clamp(static_cast<int>(std::floor(p.y() * per_cell)) - block.y * kBlockCells, 0,
+                              kBlockCells - 1);
+    Sums& cell = cells[static_cast<std::size_t>(cy * kBlockCells + cx)];
+    const double dz = static_cast<double>(p.z()) - z;
+    if (std::abs(dz) <= near) {
+      ++cell.plate.points;
+      cell.sum += dz;
+      cell.squares += dz * dz;
+      const int side = seen_from(site.cloud, site.blocks.order()[i]);
+      cell.plate.from_above += side > 0;
+      cell.plate.from_below += side < 0;
+    } else {
+      cell.plate.beside += std::abs(dz) <= 2 * near;
+      cell.plate.around += std::abs(dz) <= kAroundHeight;
+      ++(dz > 0 ? cell.plate.column_above : cell.plate.column_below);
+    }
+  }
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    Plate plate = cells[c].plate;
+    // A few points may have some beside them by chance.
+    if (plate.points == 0 || plate.points < plate.beside * (plate.points < kFewPoints ? 1U : 2U)) continue;
+    const double mean = cells[c].sum / plate.points;
+    plate.x = block.x * kBlockCells + static_cast<int>(c % kBlockCells);
+    plate.y = block.y * kBlockCells + static_cast<int>(c / kBlockCells);
+    plate.z = static_cast<float>(z + mean);
+    plate.variance = static_cast<float>(std::max(0.0, cells[c].squares / plate.points - mean * mean));
+    plates.push_back(plate);
+  }
+}
+
+/// Two proposals that converged to the same surface: keeps the plate with more points.
+void drop_doubles(std::vector<Plate>& plates, double apart) {
+  std::sort(plates.begin(), plates.end(), by_place);
+  std::size_t kept = 0;
+  for (const Plate& plate : plates) {
+    if (kept > 0) {
+      Plate& last = plates[kept - 1];
+      if (last.x == plate.x && last.y == plate.y && static_cast<double>(plate.z - last.z) < apart) {
+        if (plate.points > last.points) last = plate;
+        continue;
+      }
+    }
+    plates[kept++] = plate;
+  }
+  plates.resize(kept);
+}
+
+std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stages) {
+  const LevelLines lines = level_lines(site, tile, stages);
+  std::vector<Plate> plates;
+  const int bx = tile.x * kTileBlocks, by = tile.y * kTileBlocks;
+  site.blocks.for_each_in(
+      bx, by, bx + kTileBlocks - 1, by + kTileBlocks - 1, [&](const PlanBlocks::Block& block, std::size_t) {
+        std::vector<double> heights = lines.along_x[static_cast<std::size_t>(block.x - bx + 1)];
+        const auto& more = lines.along_y[static_cast<std::size_t>(block.y - by + 1)];
+        heights.insert(heights.end(), more.begin(), more.end());
+        for (const double height : merged(std::move(heights), site.options.pixel))
+          add_plates(site, block, height, plates);
+      });
+  drop_doubles(plates, site.options.near);
+  return plates;
+}
+
+/// Whether it is seen from below. Without viewpoints and normals: a ceiling is high above the lowest wide
+/// surface, and the points of its columns are below. `sums` per surface.
+void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Plate>& sums) {
+  double widest = 0, lowest = 1e30;
+  for (const HorizontalSurface& s : surfaces) widest = std::max(widest, s.area);
+  for (const HorizontalSurface& s : surfaces) {
+    if (s.area >= 0.1 * widest) lowest = std::min(lowest, s.z);
+  }
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Plate& sum = sums[i];
+    surfaces[i].faces_down = sum.from_above + sum.from_below > 0
+                                 ? sum.from_below > sum.from_above
+                                 : surfaces[i].z > lowest + 1.8 && sum.column_below > 5 * sum.column_above;
+  }
+}
+
+/// Median of the heights within 3 cm of the median, so that a sagging edge or an object does not move a
+/// surface. Heights ascending, each with its number of points.
+double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& heights) {
+  constexpr float keep = 0.03F;  // m
+  float median = 0;
+  for (int round = 0; round < 6; ++round) {
+    std::uint64_t total = 0, passed = 0;
+    const auto counts = [&](float z) { return round == 0 || std::abs(z - median) <= keep; };
+    for (const auto& [z, points] : heights) total += counts(z) ? points : 0;
+    float next = median;
+    for (const auto& [z, points] : heights) {
+      if (!counts(z)) continue;
+      passed += points;
+      next = z;
+      if (2 * passed >= total) break;
+    }
+    if (round > 0 && next == median) break;
+    median = next;
+  }
+  return static_cast<double>(median);
+}
+
+/// One surface from the plates [begin, end) of `members`; none where they are a slice of something else.
+bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
+                  HorizontalSurface& surface, Plate& sums) {
+  const double cell = site.cell();
+  surface.area = static_cast<double>(members.size()) * cell * cell;
+  if (surface.area < kMinArea) return false;
+  std::vector<std::pair<float, std::uint32_t>> heights;
+  double variance = 0;
+  std::uint64_t points = 0;
+  surface.low.setConstant(1e30);
+  surface.high.setConstant(-1e30);
+  for (const std::uint32_t m : members) {
+    const Plate& plate = plates[m];
+    heights.emplace_back(plate.z, plate.points);
+    points += plate.points;
+    sums.around += plate.around;
+    sums.from_above += plate.from_above;
+    sums.from_below += plate.from_below;
+    sums.column_above += plate.column_above;
+    sums.column_below += plate.column_below;
+    variance += static_cast<double>(plate.variance) * plate.points;
+    surface.low = surface.low.cwiseMin(Eigen::Vector2d(plate.x, plate.y) * cell);
+    surface.high = surface.high.cwiseMax(Eigen::Vector2d(plate.x + 1, plate.y + 1) * cell);
+  }
+  if (static_cast<double>(points) < kMinFlatness * sums.around) return false;
+  std::sort(heights.begin(), heights.end());
+  surface.z = trimmed_median(heights);
+  surface.points = static_cast<std::uint32_t>(points);
+  surface.thickness = 2 * std::sqrt(variance / static_cast<double>(points));
+  return true;
+}
+
+/// Plates by block, with their range per block.
+void index_by_block(const Site& site, HorizontalSearch& search) {
+  const auto block_of = [](std::int32_t cell) {
+    return cell >= 0 ? cell / kBlockCells : -((-cell + kBlockCells - 1) / kBlockCells);
+  };
+  const auto key = [&](const Plate& p) { return std::tuple(block_of(p.y), block_of(p.x), p.y, p.x, p.z); };
+  std::sort(search.plates.begin(), search.plates.end(),
+            [&](const Plate& a, const Plate& b) { return key(a) < key(b); });
+  std::uint32_t at = 0;
+  for (const PlanBlocks::Block& block : site.blocks.blocks()) {
+    search.first.push_back(at);
+    while (at < search.plates.size() && block_of(search.plates[at].y) == block.y &&
+           block_of(search.plates[at].x) == block.x)
+      ++at;
+  }
+  search.first.push_back(at);
+}
+
+}  // namespace
+
+HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
+  std::vector<std::vector<Plate>> of_tiles(site.tiles.size());
+  if (stages != nullptr) {
+    for (std::size_t t = 0; t < of_tiles.size(); ++t)
+      of_tiles[t] = plates_of_tile(site, site.tiles[t], stages);
+  } else {
+    tbb::parallel_for(std::size_t{0}, of_tiles.size(),
+                      [&](std::size_t t) { of_tiles[t] = plates_of_tile(site, site.tiles[t], nullptr); });
+  }
+  std::vector<Plate> plates;
+  for (const auto& of_tile : of_tiles) plates.insert(plates.end(), of_tile.begin(), of_tile.end());
+  of_tiles.clear();
+  std::sort(plates.begin(), plates.end(), by_place);
+
+  const std::vector<std::uint32_t> part = join_plates(plates);
+  std::vector<std::uint32_t> by_part(plates.size());
+  std::iota(by_part.begin(), by_part.end(), 0U);
+  std::stable_sort(by_part.begin(), by_part.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return part[a] < part[b]; });
+  HorizontalSearch search;
+  std::vector<Plate> sums;
+  for (std::size_t i = 0; i < by_part.size();) {
+    std::size_t end = i;
+    while (end < by_part.size() && part[by_part[end]] == part[by_part[i]]) ++end;
+    const auto members = std::span(by_part).subspan(i, end - i);
+    HorizontalSurface surface;
+    Plate sum;
+    if (make_surface(site, plates, members, surface, sum)) {
+      for (const std::uint32_t m : members) {
+        plates[m].surface = static_cast<std::uint32_t>(search.surfaces.size());
+        search.plates.push_back(plates[m]);
+      }
+      search.surfaces.push_back(surface);
+      sums.push_back(sum);
+    }
+    i = end;
+  }
+  find_facing(search.surfaces, sums);
+  index_by_block(site, search);
+  return search;
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,144 @@
+#include "fusion/semantic/segmentation/floor_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <span>
+#include <unordered_map>
+
+#include "protocols/model.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kCell = 0.2;       // m, of the plan
+constexpr int kReach = 3;           // cells: bridges the gaps between a scanner's lines at long range
+constexpr double kUneven = 0.015;   // m
+constexpr double kSlope = 0.06;     // m of height per metre of distance
+constexpr double kOver = 0.15;      // m, over the floor where it began
+constexpr double kUnder = 0.5;      // m, under it
+constexpr double kSkin = 0.04;      // m, band around a cell's height
+constexpr std::uint32_t kSeed = 3;  // minimum floor points of a cell that seeds the growth
+
+bool is(std::uint8_t label, EntityLabel kind) { return label == static_cast<std::uint8_t>(kind); }
+
+/// Points of one scan that may belong to its floor, by plan cell.
+class ScanFloor {
+ public:
+  ScanFloor(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> points) : cloud_(cloud) {
+    for (const std::uint32_t i : points) {
+      const auto [at, is_new] =
+          index_.emplace(key_of(cloud.points[i]), static_cast<std::uint32_t>(cells_.size()));
+      if (is_new) cells_.push_back({at->first, {}, 0, 0, false});
+      cells_[at->second].points.push_back(i);
+    }
+  }
+
+  void grow(std::vector<std::uint8_t>& labels) {
+    begin(labels);
+    while (!open_.empty()) {
+      const std::uint32_t from = open_.front();
+      open_.pop_front();
+      for (int dy = -kReach; dy <= kReach; ++dy) {
+        for (int dx = -kReach; dx <= kReach; ++dx) reach(from, dx, dy);
+      }
+    }
+    for (const Cell& cell : cells_) {
+      if (!cell.reached) continue;
+      for (const std::uint32_t i : cell.points) {
+        if (is(labels[i], EntityLabel::unknown) && std::abs(cloud_.points[i].z() - cell.z) <= kSkin)
+          labels[i] = static_cast<std::uint8_t>(EntityLabel::floor);
+      }
+    }
+  }
+
+ private:
+  struct Cell {
+    std::uint64_t key;
+    std::vector<std::uint32_t> points;
+    double z, begun;  // m, height of the floor here, and where it began
+    bool reached;
+  };
+  static std::uint64_t key_of(int x, int y) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
+  }
+  static std::uint64_t key_of(const Eigen::Vector3f& p) {
+    const auto cell = [](float v) { return static_cast<int>(std::floor(v / kCell)); };
+    return key_of(cell(p.x()), cell(p.y()));
+  }
+  /// m, mean height of the cell's points that lie within `window` of z; NaN: none.
+  double mean_near(const Cell& cell, double z, double window) const {
+    double sum = 0, count = 0;
+    for (const std::uint32_t i : cell.points) {
+      const double at = cloud_.points[i].z();
+      if (std::abs(at - z) > window) continue;
+      sum += at;
+      count += 1;
+    }
+    return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  }
+  void begin(const std::vector<std::uint8_t>& labels) {
+    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+      double sum = 0;
+      std::uint32_t count = 0;
+      for (const std::uint32_t i : cells_[c].points) {
+        if (!is(labels[i], EntityLabel::floor)) continue;
+        sum += cloud_.points[i].z();
+        ++count;
+      }
+      if (count < kSeed) continue;
+      cells_[c].z = cells_[c].begun = sum / count;
+      cells_[c].reached = true;
+      open_.push_back(c);
+    }
+  }
+  void reach(std::uint32_t from, int dx, int dy) {
+    const auto x = static_cast<int>(static_cast<std::uint32_t>(cells_[from].key >> 32)) + dx;
+    const auto y = static_cast<int>(static_cast<std::uint32_t>(cells_[from].key)) + dy;
+    const auto found = index_.find(key_of(x, y));
+    if (found == index_.end() || cells_[found->second].reached) return;
+    Cell& cell = cells_[found->second];
+    const double distance = kCell * std::hypot(dx, dy);
+    const double z = mean_near(cell, cells_[from].z, kUneven + kSlope * distance);
+    const double begun = cells_[from].begun;
+    if (!(z <= begun + kOver && z >= begun - kUnder)) return;
+    cell.z = z;
+    cell.begun = begun;
+    cell.reached = true;
+    open_.push_back(found->second);
+  }
+
+  const cloud::PointCloud<Map>& cloud_;
+  std::unordered_map<std::uint64_t, std::uint32_t> index_;
+  std::vector<Cell> cells_;
+  std::deque<std::uint32_t> open_;
+};
+
+}  // namespace
+
+void grow_floors(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
+  float lowest = std::numeric_limits<float>::max(), highest = std::numeric_limits<float>::lowest();
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!is(labels[i], EntityLabel::floor)) continue;
+    lowest = std::min(lowest, cloud.points[i].z());
+    highest = std::max(highest, cloud.points[i].z());
+  }
+  if (!(lowest <= highest)) return;
+  const auto low = lowest - static_cast<float>(kUnder), high = highest + static_cast<float>(kOver);
+  // By scan, in the order of the points.
+  std::vector<std::vector<std::uint32_t>> of_scan(std::max<std::size_t>(1, cloud.viewpoints.size()));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const bool may_be = is(labels[i], EntityLabel::floor) || is(labels[i], EntityLabel::unknown);
+    if (!may_be || cloud.points[i].z() < low || cloud.points[i].z() > high) continue;
+    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
+    if (scan >= of_scan.size()) of_scan.resize(scan + 1);
+    of_scan[scan].push_back(static_cast<std::uint32_t>(i));
+  }
+  for (std::vector<std::uint32_t>& points : of_scan) {
+    ScanFloor(cloud, points).grow(labels);
+    points = {};
+  }
+}
+
+}  // namespace parhelion::semantic

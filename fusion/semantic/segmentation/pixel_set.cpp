@@ -1,0 +1,146 @@
+#include "fusion/semantic/segmentation/pixel_set.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace parhelion::semantic {
+
+void PixelSet::reset(int width, int height) {
+  for (const std::uint32_t i : set_) on_[i] = 0;
+  set_.clear();
+  if (width == width_ && height == height_) return;
+  width_ = width;
+  height_ = height;
+  on_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+}
+
+void PixelSet::sort() { std::sort(set_.begin(), set_.end()); }
+
+void PixelSet::erase(const std::vector<std::uint8_t>& drop) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < set_.size(); ++k) {
+    if (drop[k]) {
+      on_[set_[k]] = 0;
+    } else {
+      set_[kept++] = set_[k];
+    }
+  }
+  set_.resize(kept);
+}
+
+void PixelSet::neighbours(int (&offsets)[8]) const {
+  const int w = width_;
+  const int clockwise[8] = {-w, -w + 1, 1, w + 1, w, w - 1, -1, -w - 1};
+  std::copy(std::begin(clockwise), std::end(clockwise), offsets);
+}
+
+void LayerImage::reset(int width, int height) {
+  for (const std::uint32_t i : touched_) layers_[i] = 0;
+  touched_.clear();
+  if (width == width_ && height == height_) return;
+  width_ = width;
+  height_ = height;
+  layers_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+}
+
+int LayerImage::count_around(std::size_t i) const {
+  const std::uint64_t* at = layers_.data() + i;
+  const std::ptrdiff_t w = width_;
+  return std::popcount(at[-w - 1] | at[-w] | at[-w + 1] | at[-1] | at[0] | at[1] | at[w - 1] | at[w] |
+                       at[w + 1]);
+}
+
+int LayerImage::count_along(std::size_t i) const {
+  const std::uint64_t* at = layers_.data() + i;
+  return std::popcount(at[-1] | at[0] | at[1]);
+}
+
+void threshold_ridges(const LayerImage& image, int layers, int reach, double fraction, PixelSet& result) {
+  result.reset(image.width(), image.height());
+  const auto width = static_cast<std::size_t>(image.width());
+  for (const std::uint32_t i : image.touched()) {
+    const int count = image.count_along(i);
+    if (count < layers) continue;
+    const int row = static_cast<int>(i / width);
+    const int first = std::max(1, row - reach), last = std::min(image.height() - 2, row + reach);
+    int max_layers = 0;
+    for (int y = first; y <= last; ++y) {
+      const std::size_t at = i + (static_cast<std::size_t>(y) - static_cast<std::size_t>(row)) * width;
+      if (image.layers(at) != 0) max_layers = std::max(max_layers, image.count_along(at));
+    }
+    if (count >= fraction * max_layers) result.add(i);
+  }
+  result.sort();
+}
+
+void threshold(const LayerImage& image, int layers, PixelSet& result) {
+  result.reset(image.width(), image.height());
+  for (const std::uint32_t i : image.touched()) {
+    if (image.count_around(i) >= layers) result.add(i);
+  }
+  result.sort();
+}
+
+void filter_isolated(const PixelSet& image, PixelSet& result) {
+  result.reset(image.width(), image.height());
+  int around[8];
+  image.neighbours(around);
+  for (const std::uint32_t i : image.set()) {
+    // The sum of equation 3 is positive exactly where one of the eight is set.
+    if (std::any_of(std::begin(around), std::end(around),
+                    [&](int offset) { return image.at(i + static_cast<std::size_t>(offset)); })) {
+      result.add(i);
+    }
+  }
+}
+
+void dilate(const PixelSet& image, PixelSet& result) {
+  result.reset(image.width(), image.height());
+  for (const std::uint32_t i : image.set()) {
+    const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (result.inside(x + dx, y + dy)) result.add(result.index(x + dx, y + dy));
+      }
+    }
+  }
+  result.sort();
+}
+
+namespace {
+
+/// The conditions of Guo and Hall for one of the two half passes; p: neighbours, north first, clockwise.
+bool may_go(const bool (&p)[8], bool second_half) {
+  const int connected = (!p[0] && (p[1] || p[2])) + (!p[2] && (p[3] || p[4])) + (!p[4] && (p[5] || p[6])) +
+                        (!p[6] && (p[7] || p[0]));
+  if (connected != 1) return false;
+  const int n1 = (p[7] || p[0]) + (p[1] || p[2]) + (p[3] || p[4]) + (p[5] || p[6]);
+  const int n2 = (p[0] || p[1]) + (p[2] || p[3]) + (p[4] || p[5]) + (p[6] || p[7]);
+  const int n = std::min(n1, n2);
+  if (n < 2 || n > 3) return false;
+  return second_half ? !((p[0] || p[1] || !p[3]) && p[2]) : !((p[4] || p[5] || !p[7]) && p[6]);
+}
+
+}  // namespace
+
+void thin(PixelSet& image) {
+  int around[8];
+  image.neighbours(around);
+  std::vector<std::uint8_t> drop;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const bool second_half : {false, true}) {
+      const auto& set = image.set();
+      drop.assign(set.size(), 0);
+      for (std::size_t k = 0; k < set.size(); ++k) {
+        bool p[8];
+        for (int n = 0; n < 8; ++n) p[n] = image.at(set[k] + static_cast<std::size_t>(around[n]));
+        drop[k] = may_go(p, second_half);
+        changed = changed || drop[k];
+      }
+      image.erase(drop);
+    }
+  }
+}
+
+}  // namespace parhelion::semantic
