@@ -226,20 +226,20 @@ Result<std::string> InstructorService::save(const ClientMessage& message) {
 
 Result<std::string> InstructorService::send_chat(WebClient& client, const ClientMessage& message) {
   const ChatLine line{feed_.t(feed_.now()), client.who().name, message.name, message.text, client.who().role};
-  const Status kKept = notes_.add(line, runtime::wall_now());
+  const Status kept = notes_.add(line, runtime::wall_now());
   const SharedText text = shared_text(chat_json(line));
   for (const Subscriber& subscriber : feed_.subscribers().all()) {
     if (is_for(line, subscriber.client->who())) subscriber.client->send(text, false);
   }
-  if (!kKept) return Error{"sent, but not stored: " + kKept.error().message};
+  if (!kept) return Error{"sent, but not stored: " + kept.error().message};
   return std::string();
 }
 
 Result<std::string> InstructorService::mark(const WebClient& client, const ClientMessage& message) {
   const MarkLine line{feed_.t(feed_.now()), client.who().name, message.text};
-  const Status kKept = notes_.add(line, runtime::wall_now());
+  const Status kept = notes_.add(line, runtime::wall_now());
   feed_.subscribers().send_to_all(mark_json(line));
-  if (!kKept) return Error{"marked, but not stored: " + kKept.error().message};
+  if (!kept) return Error{"marked, but not stored: " + kept.error().message};
   return std::string();
 }
 

@@ -31,12 +31,12 @@ class BoxesByPlace {
       const Eigen::Isometry3d T_body_map = entity->T_map_body.isometry().inverse();
       const Eigen::Vector3f half = (0.5 * entity->size.array() + kNear).cast<float>();
       const Eigen::Vector2d centre = entity->T_map_body.translation().head<2>();
-      const double kReach = half.head<2>().norm();
+      const double reach = half.head<2>().norm();
       const auto index = static_cast<std::uint32_t>(boxes_.size());
       boxes_.push_back({T_body_map.linear().cast<float>(), T_body_map.translation().cast<float>(), half,
                         static_cast<std::uint8_t>(entity->label)});
-      for (int y = cell(centre.y() - kReach); y <= cell(centre.y() + kReach); ++y) {
-        for (int x = cell(centre.x() - kReach); x <= cell(centre.x() + kReach); ++x)
+      for (int y = cell(centre.y() - reach); y <= cell(centre.y() + reach); ++y) {
+        for (int x = cell(centre.x() - reach); x <= cell(centre.x() + reach); ++x)
           by_cell_[{x, y}].push_back(index);
       }
     }

@@ -131,8 +131,8 @@ std::optional<PlanLine> LineRefiner::refine(PlanLine line) const {
   std::vector<Hit> hits;
   for (int round = 0; round < kMaxRounds; ++round) {
     const PlanLine before = line;
-    const double kReach = std::max(1.0, (line.high - line.low) / 2);
-    gather(line, line.low - kReach, line.high + kReach, near_, false, hits);
+    const double reach = std::max(1.0, (line.high - line.low) / 2);
+    gather(line, line.low - reach, line.high + reach, near_, false, hits);
     if (!grow(line, hits) || !fit(line, hits)) return std::nullopt;
     if (line.high - line.low < min_length_ / 2) return std::nullopt;
     if (std::abs(before.across(line.p)) < pixel_ / 20 && std::abs(line.d.dot(before.d)) > 1 - 1e-6 &&
