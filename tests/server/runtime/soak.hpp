@@ -101,9 +101,8 @@ inline void soak(const tick::Configuration& configuration, Laps laps, Duration l
     const double memory = resident();
     if (part == parts / 4) after_warm_up = memory;
     std::printf("%6.2f h of log time: memory %.1f MB, scan p50 %.0f p99 %.0f max %.0f us (%llu scans)\n",
-                lap * laps.length().seconds() / 3600, memory, stages.scan_us.at(0.5),
-                stages.scan_us.at(0.99), stages.scan_us.max(),
-                static_cast<unsigned long long>(stages.scan_us.count()));
+                lap * laps.length().seconds() / 3600, memory, stages.scan_us.at(0.5), stages.scan_us.at(0.99),
+                stages.scan_us.max(), static_cast<unsigned long long>(stages.scan_us.count()));
     std::fflush(stdout);
   }
   const auto scans =
