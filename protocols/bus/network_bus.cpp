@@ -1,56 +1,46 @@
-// LCM over the network. liblcm reads the socket in its own thread and stamps incoming messages; receive()
-// moves its queue into ours, because liblcm drops the newest message where a queue is full and does not count
-// it.
+// LCM over the network. liblcm 1.3.1 only sends: its receiver trusts the lengths in a datagram, so that one
+// from a stranger can end the program or be completed with memory of it. A thread of ours reads the socket,
+// so that a slow caller loses the oldest message of a queue, and not what the kernel has no room for.
 #include <arpa/inet.h>
 #include <lcm/lcm.h>
 #include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <climits>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <thread>
+#include <unordered_map>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/bus/channel_pattern.hpp"
+#include "protocols/bus/multicast_group.hpp"
+#include "protocols/bus/multicast_socket.hpp"
 #include "protocols/bus/network_speaker.hpp"
 #include "protocols/bus/queues.hpp"
+#include "protocols/bus/reassembly.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 constexpr const char* kRouteRemedy =
     "; give the machine a multicast route: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
-/// How many messages liblcm may queue above a subscription's capacity while receive() is not called.
-constexpr int kLiblcmSlack = 200;
 
-std::string chosen_url(const std::string& url) {
-  if (!url.empty()) return url;
-  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
-  return from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultUrl;
-}
-
-/// Queries the kernel for a route to the group of a udpm url: liblcm would print the reason instead of
-/// returning it.
-Status check_route(const std::string& url) {
-  const std::string rest = url.substr(std::strlen("udpm://"));
-  const std::string address = rest.substr(0, rest.find('?'));
-  const std::string host = address.substr(0, address.find(':'));
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(7667);
-  if (host.empty()) inet_aton("239.255.76.67", &group.sin_addr);
-  if (!host.empty() && inet_aton(host.c_str(), &group.sin_addr) == 0) {
-    return Error{"network bus " + url + ": '" + host + "' is not an IPv4 multicast address, expected as in " +
-                 kDefaultUrl};
-  }
+/// Queries the kernel for a route to the group: liblcm would print the reason instead of returning it.
+Status check_route(const std::string& url, const MulticastGroup& group) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(group.port);
+  address.sin_addr = group.address;
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return Error{"network bus " + url + ": no UDP socket: " + std::strerror(errno)};
-  const int connected = connect(probe, reinterpret_cast<const sockaddr*>(&group), sizeof group);
+  const int connected = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int reason = errno;
   close(probe);
   if (connected == 0) return {};
@@ -92,9 +82,19 @@ class NetworkSpeaker : public Bus {
 
 class NetworkBus : public Bus {
  public:
-  NetworkBus(lcm_t* lcm, int file, std::string url) : lcm_(lcm), file_(file), url_(std::move(url)) {}
+  NetworkBus(lcm_t* lcm, int socket, const MulticastGroup& group, std::string url)
+      : lcm_(lcm),
+        url_(std::move(url)),
+        socket_(socket, group.this_machine_only),
+        reassembly_([this](std::string_view channel) { return max_payload(channel); }),
+        news_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+        ended_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+        reader_([this] { read_until_ended(); }) {}
   ~NetworkBus() override {
-    for (const auto& subscription : subscriptions_) lcm_unsubscribe(lcm_, subscription->handle);
+    eventfd_write(ended_, 1);
+    reader_.join();
+    close(news_);
+    close(ended_);
     lcm_destroy(lcm_);
   }
   NetworkBus(const NetworkBus&) = delete;
@@ -108,15 +108,17 @@ class NetworkBus : public Bus {
     const auto deadline =
         std::chrono::steady_clock::now() + std::chrono::nanoseconds(std::max<std::int64_t>(timeout.ns, 0));
     while (true) {
-      if (Status status = drain(); !status) return status.error();
       {
         const std::lock_guard lock(mutex_);
         if (queues_.pop(message)) return true;
+        if (!failure_.empty()) return Error{"receive from " + url_ + ": " + failure_};
+        eventfd_t ignored = 0;
+        eventfd_read(news_, &ignored);  // nothing waits: a later message wakes again
       }
       const auto left =
           std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
       if (left.count() <= 0) return false;
-      pollfd waiting{file_, POLLIN, 0};
+      pollfd waiting{news_, POLLIN, 0};
       if (poll(&waiting, 1, static_cast<int>(std::min<std::int64_t>(left.count(), INT_MAX))) < 0) {
         // A signal ends the wait early: the caller decides whether to stop.
         if (errno == EINTR) return false;
@@ -127,90 +129,131 @@ class NetworkBus : public Bus {
 
   Status subscribe(const std::string& pattern, int capacity) override {
     if (Status status = check_capacity(pattern, capacity); !status) return status;
-    auto subscription = std::make_unique<Subscription>(
-        Subscription{this, 0, std::min(capacity, kMaxDrain) + kLiblcmSlack, 0, nullptr});
-    {
-      const std::lock_guard lock(mutex_);
-      subscription->queue = queues_.add(capacity);
-    }
-    subscription->handle = lcm_subscribe(lcm_, pattern.c_str(), &NetworkBus::take, subscription.get());
-    if (subscription->handle == nullptr) {
-      return Error{"subscribe to '" + pattern + "' over " + url_ + ": not a channel or regular expression"};
-    }
-    lcm_subscription_set_queue_capacity(subscription->handle, subscription->liblcm_capacity);
+    auto made = make_pattern(pattern);
+    if (!made) return made.error();
     const std::lock_guard lock(mutex_);
-    subscriptions_.push_back(std::move(subscription));
+    subscriptions_.push_back({std::move(*made), queues_.add(capacity)});
+    queues_of_channel_.clear();
     return {};
   }
 
   std::uint64_t dropped() const override {
     const std::lock_guard lock(mutex_);
-    return queues_.dropped();
+    return queues_.dropped() + lost_;
+  }
+
+  /// Whether the program receives what it sends: publishes on a channel of its own until it comes back.
+  bool receives_itself() {
+    constexpr const char* kProbe = "LCM_SELF_TEST";  // as liblcm's
+    if (!subscribe(kProbe, 1)) return false;
+    Message message;
+    for (int attempt = 0; attempt < 10; ++attempt) {
+      if (!publish(kProbe, {})) return false;
+      const auto came = receive(message, milliseconds(100));
+      if (!came) return false;
+      if (*came) break;
+    }
+    const std::lock_guard lock(mutex_);
+    subscriptions_.clear();
+    queues_ = {};
+    queues_of_channel_.clear();
+    return message.channel == kProbe;
   }
 
  private:
   struct Subscription {
-    NetworkBus* bus;
+    ChannelPattern pattern;
     std::size_t queue;
-    int liblcm_capacity;
-    int drained;  ///< in the current drain
-    lcm_subscription_t* handle;
   };
 
-  static void take(const lcm_recv_buf_t* received, const char* channel, void* user) {
-    auto* subscription = static_cast<Subscription*>(user);
-    NetworkBus& bus = *subscription->bus;
-    ++subscription->drained;
-    const std::lock_guard lock(bus.mutex_);
-    bus.queues_.push(subscription->queue, channel, ArrivalTime::from_utime(received->recv_utime),
-                     {static_cast<const std::uint8_t*>(received->data), received->data_size});
+  /// Indices of the queues that take the channel. The result is kept; an attacker's many names are forgotten.
+  const std::vector<std::size_t>& queues_of(std::string_view channel) {
+    const std::string name(channel);
+    const auto known = queues_of_channel_.find(name);
+    if (known != queues_of_channel_.end()) return known->second;
+    if (queues_of_channel_.size() >= kMaxKnownChannels) queues_of_channel_.clear();
+    std::vector<std::size_t>& queues = queues_of_channel_[name];
+    for (const Subscription& each : subscriptions_) {
+      if (each.pattern.matches(channel)) queues.push_back(each.queue);
+    }
+    return queues;
   }
 
-  /// Moves all messages queued by liblcm into our queues. A full queue of liblcm has dropped an unknown
-  /// number: counted as one.
-  Status drain() {
+  std::size_t max_payload(std::string_view channel) {
+    const std::lock_guard lock(mutex_);
+    return queues_of(channel).empty() ? 0 : kMaxPayload;
+  }
+
+  void read_until_ended() {
+    std::array<pollfd, 2> waiting{{{socket_.file(), POLLIN, 0}, {ended_, POLLIN, 0}}};
+    while (true) {
+      if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return fail(std::strerror(errno));
+      if (waiting[1].revents != 0) return;
+      const Status status =
+          socket_.read([this](const MulticastSocket::Datagram& datagram) { take(datagram); });
+      if (!status) return fail(status.error().message);
+      const std::lock_guard lock(mutex_);
+      lost_ = socket_.lost() + reassembly_.faults()[static_cast<std::size_t>(DatagramFault::incomplete)];
+    }
+  }
+
+  void take(const MulticastSocket::Datagram& datagram) {
+    if (datagram.truncated) return reassembly_.count(DatagramFault::truncated);
+    const auto message = reassembly_.add(datagram.sender, datagram.bytes, datagram.arrival);
+    if (!message) return;
     {
       const std::lock_guard lock(mutex_);
-      for (auto& subscription : subscriptions_) subscription->drained = 0;
+      for (const std::size_t queue : queues_of(message->channel))
+        queues_.push(queue, message->channel, datagram.arrival, message->payload);
     }
-    pollfd waiting{file_, POLLIN, 0};
-    for (int handled = 0; handled < kMaxDrain && poll(&waiting, 1, 0) > 0; ++handled) {
-      if (lcm_handle(lcm_) != 0) return Error{"receive from " + url_ + ": liblcm could not handle a message"};
-    }
-    const std::lock_guard lock(mutex_);
-    for (const auto& subscription : subscriptions_) {
-      if (subscription->drained >= subscription->liblcm_capacity) queues_.count_dropped(1);
-    }
-    return {};
+    eventfd_write(news_, 1);
   }
 
-  static constexpr int kMaxDrain = 10'000;  // a flood must not keep receive() from returning
+  void fail(const std::string& why) {
+    {
+      const std::lock_guard lock(mutex_);
+      failure_ = why;
+    }
+    eventfd_write(news_, 1);
+  }
 
-  lcm_t* lcm_;
-  int file_;
-  std::string url_;
-  mutable std::mutex mutex_;  // one thread may subscribe while another receives
+  static constexpr std::size_t kMaxPayload = std::size_t{16} << 20;  // bytes
+  static constexpr std::size_t kMaxKnownChannels = 4096;
+
+  lcm_t* lcm_;  // sends only
+  const std::string url_;
+  MulticastSocket socket_;  // used by the reader
+  Reassembly reassembly_;   // used by the reader
+  mutable std::mutex mutex_;
   SubscriptionQueues queues_;
-  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::vector<Subscription> subscriptions_;
+  std::unordered_map<std::string, std::vector<std::size_t>> queues_of_channel_;
+  std::uint64_t lost_ = 0;  // before it reached a queue
+  std::string failure_;     // of the reader, which has ended
+  const int news_, ended_;  // event counters
+  std::thread reader_;
 };
 
 struct Opened {
   lcm_t* lcm;
+  MulticastGroup group;
   std::string url;
 };
 
-/// Opens LCM for sending; receiving starts with the first subscription.
+/// Opens LCM for sending.
 Result<Opened> open_lcm(const std::string& url) {
-  const std::string chosen = chosen_url(url);
+  const std::string chosen = chosen_lcm_url(url);
   if (!chosen.starts_with("udpm://")) {
-    return Error{"network bus '" + chosen + "': expected a url such as " + kDefaultUrl +
+    return Error{"network bus '" + chosen + "': expected a url such as " + kDefaultLcmUrl +
                  " (logs are read with --log; tcpq would end the program without a server)"};
   }
-  if (Status status = check_route(chosen); !status) return status.error();
+  const auto group = parse_lcm_url(chosen);
+  if (!group) return group.error();
+  if (Status status = check_route(chosen, *group); !status) return status.error();
   lcm_t* lcm = lcm_create(chosen.c_str());
   if (lcm == nullptr)
-    return Error{"network bus " + chosen + ": liblcm refused it; expected as in " + kDefaultUrl};
-  return Opened{lcm, chosen};
+    return Error{"network bus " + chosen + ": liblcm refused it; expected as in " + kDefaultLcmUrl};
+  return Opened{lcm, *group, chosen};
 }
 
 }  // namespace
@@ -224,14 +267,16 @@ Result<std::unique_ptr<Bus>> open_network_speaker(const std::string& url) {
 Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
   const auto opened = open_lcm(url);
   if (!opened) return opened.error();
-  const auto& [lcm, chosen] = *opened;
-  // Starts the reading thread, which sends itself a message and waits for it.
-  const int file = lcm_get_fileno(lcm);
-  if (file < 0) {
-    lcm_destroy(lcm);
-    return Error{"network bus " + chosen + ": the program does not receive its own messages" + kRouteRemedy};
+  const auto socket = MulticastSocket::open(opened->group);
+  if (!socket) {
+    lcm_destroy(opened->lcm);
+    return Error{"network bus " + opened->url + ": " + socket.error().message};
   }
-  return std::unique_ptr<Bus>(std::make_unique<NetworkBus>(lcm, file, chosen));
+  auto bus = std::make_unique<NetworkBus>(opened->lcm, *socket, opened->group, opened->url);
+  if (!bus->receives_itself())
+    return Error{"network bus " + opened->url + ": the program does not receive its own messages" +
+                 kRouteRemedy};
+  return std::unique_ptr<Bus>(std::move(bus));
 }
 
 }  // namespace parhelion

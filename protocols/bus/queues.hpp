@@ -1,4 +1,5 @@
 // Bounded queues of one endpoint, one per subscription: a full queue drops its oldest message and counts it.
+// All queues together hold a limited number of bytes; a channel that floods loses its own messages.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +25,20 @@ class SubscriptionQueues {
   void push(std::size_t queue, std::string_view channel, ArrivalTime arrival,
             std::span<const std::uint8_t> payload) {
     Queue& into = queues_[queue];
-    if (into.waiting.size() == into.capacity) {
-      spare_.push_back(std::move(into.waiting.front().message));
+    const auto no_room = [&] {
+      return into.waiting.size() == into.capacity || bytes_ + payload.size() > kMaxBytes;
+    };
+    while (!into.waiting.empty() && no_room()) {
+      bytes_ -= into.waiting.front().message.payload.size();
+      keep_spare(std::move(into.waiting.front().message));
       into.waiting.pop_front();
       ++dropped_;
     }
+    if (no_room()) {
+      ++dropped_;
+      return;
+    }
+    bytes_ += payload.size();
     Message message = reuse();
     message.channel.assign(channel);
     message.arrival = arrival;
@@ -44,8 +54,9 @@ class SubscriptionQueues {
       if (first == nullptr || queue.waiting.front().number < first->waiting.front().number) first = &queue;
     }
     if (first == nullptr) return false;
+    bytes_ -= first->waiting.front().message.payload.size();
     std::swap(message, first->waiting.front().message);
-    if (spare_.size() < kMaxSpare) spare_.push_back(std::move(first->waiting.front().message));
+    keep_spare(std::move(first->waiting.front().message));
     first->waiting.pop_front();
     return true;
   }
@@ -59,6 +70,8 @@ class SubscriptionQueues {
 
  private:
   static constexpr std::size_t kMaxSpare = 64;
+  static constexpr std::size_t kMaxSpareBytes = std::size_t{4} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{24} << 20;  // of all payloads
   struct Waiting {
     std::uint64_t number;
     Message message;
@@ -72,11 +85,20 @@ class SubscriptionQueues {
     if (spare_.empty()) return {};
     Message message = std::move(spare_.back());
     spare_.pop_back();
+    spare_bytes_ -= message.payload.capacity();
     return message;
+  }
+
+  /// The memory of large messages is freed.
+  void keep_spare(Message&& message) {
+    if (spare_.size() >= kMaxSpare || spare_bytes_ + message.payload.capacity() > kMaxSpareBytes) return;
+    spare_bytes_ += message.payload.capacity();
+    spare_.push_back(std::move(message));
   }
 
   std::vector<Queue> queues_;
   std::vector<Message> spare_;
+  std::size_t bytes_ = 0, spare_bytes_ = 0;
   std::uint64_t next_number_ = 0;
   std::uint64_t dropped_ = 0;
 };

@@ -122,7 +122,7 @@ RC_GTEST_PROP(CodecReference, Imu, ()) {
   const auto reference = through_liblcm<imu_t>(sample, back);
   RC_ASSERT(back.stamp == sample.stamp && reference.utime == sample.stamp.utime());
   RC_ASSERT(back.orientation.has_value() == sample.orientation.has_value());
-  RC_ASSERT(!back.orientation || back.orientation->angularDistance(*sample.orientation) < 1e-7);
+  RC_ASSERT((!back.orientation || back.orientation->angularDistance(*sample.orientation) < 1e-7));
   RC_ASSERT(back.rotation_rate == sample.rotation_rate && back.acceleration == sample.acceleration);
   RC_ASSERT(reference.rotation_rate[2] == sample.rotation_rate.z() &&
             reference.accel[0] == sample.acceleration.x());
@@ -485,7 +485,7 @@ RC_GTEST_PROP(CodecReference, ScanInfo, ()) {
 }
 
 RC_GTEST_PROP(CodecReference, LoopDecision, ()) {
-  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::foreign_message),
+  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::refused_message),
                         *rc::gen::inRange<std::int64_t>(0, INT64_MAX)};
   LoopDecision back;
   const auto reference = through_liblcm<loop_t>(decision, back);

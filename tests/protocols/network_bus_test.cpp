@@ -9,6 +9,7 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/bus/network_speaker.hpp"
+#include "tests/protocols/raw_datagrams.hpp"
 
 namespace parhelion {
 namespace {
@@ -88,6 +89,36 @@ TEST(NetworkBus, ALateReceiverGetsTheNewestMessageAndADropCount) {
   ASSERT_FALSE(received.empty());
   EXPECT_EQ(received.back(), sent - 1);
   EXPECT_EQ(got + bus.dropped(), sent);
+}
+
+TEST(NetworkBus, ADatagramToTheMachinesOwnAddressIsNotReceived) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(bus, url);
+  ASSERT_TRUE(bus.subscribe("TELEOP", 4));
+  test::RawSender(url, "127.0.0.1").send(test::short_message({"TELEOP", {}, {1}}));
+  test::RawSender(url).send(test::short_message({"TELEOP", {}, {2}}));
+  Message message;
+  ASSERT_TRUE(receive(bus, message, seconds(2)));
+  EXPECT_EQ(message.payload, std::vector<std::uint8_t>{2});
+  EXPECT_FALSE(receive(bus, message, milliseconds(50)));
+}
+
+TEST(NetworkBus, DatagramsThatLieAboutTheirLengthsAreNotReceivedAndDoNoHarm) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(bus, url);
+  ASSERT_TRUE(bus.subscribe("SCAN", 100));
+  const test::RawSender stranger(url);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    for (const test::FragmentHeader& header : {test::FragmentHeader{3 * i, 100'000, 0xFFFF'FFF0U, 1, 2},
+                                               test::FragmentHeader{3 * i + 1, 60'000, 0, 0, 1},
+                                               test::FragmentHeader{3 * i + 2, 200'000'000, 0, 0, 60'000}})
+      stranger.send(test::fragment(header, "SCAN", test::Datagram(8, 7)));
+  }
+  stranger.send(test::short_message({"SCAN", {}, {1, 2, 3}}));
+  Message message;
+  ASSERT_TRUE(receive(bus, message, seconds(2)));
+  EXPECT_EQ(message.payload, (std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_FALSE(receive(bus, message, milliseconds(50)));
 }
 
 TEST(NetworkBus, OtherTransportsAndBrokenUrlsAreRefusedWithAnExample) {

@@ -1,0 +1,239 @@
+#include "protocols/bus/reassembly.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include "tests/protocols/raw_datagrams.hpp"
+
+namespace parhelion {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr DatagramSender kSender{0x7f000001, 5000};
+constexpr std::size_t kMax = std::size_t{1} << 20;
+
+using Fields = test::FragmentHeader;
+
+Bytes short_message(const std::string& channel, const Bytes& payload) {
+  return test::short_message({channel, {}, payload});
+}
+
+Bytes fragment(const Fields& fields, const Bytes& data, const std::string& channel = "SCAN") {
+  return test::fragment(fields, channel, data);
+}
+
+Bytes random_bytes(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  Bytes bytes(size);
+  for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  return bytes;
+}
+
+/// As liblcm sends it: pieces of `piece` bytes, in order.
+std::vector<Bytes> fragments_of(const Bytes& payload, std::size_t piece, std::uint32_t sequence = 1,
+                                const std::string& channel = "SCAN") {
+  std::vector<Bytes> all;
+  const std::size_t count = std::max<std::size_t>(1, (payload.size() + piece - 1) / piece);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto begin = payload.begin() + static_cast<std::ptrdiff_t>(i * piece);
+    const auto end = payload.begin() + static_cast<std::ptrdiff_t>(std::min(payload.size(), (i + 1) * piece));
+    all.push_back(
+        fragment({sequence, static_cast<std::uint32_t>(payload.size()), static_cast<std::uint32_t>(i * piece),
+                  static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(count)},
+                 Bytes(begin, end), channel));
+  }
+  return all;
+}
+
+class ReassemblyTest : public ::testing::Test {
+ protected:
+  std::optional<Bytes> add(const Bytes& datagram, const DatagramSender& sender = kSender) {
+    const auto complete = reassembly_.add(sender, datagram, now_);
+    if (!complete) return std::nullopt;
+    channel_ = complete->channel;
+    return Bytes(complete->payload.begin(), complete->payload.end());
+  }
+  std::uint64_t faults(DatagramFault fault) const {
+    return reassembly_.faults()[static_cast<std::size_t>(fault)];
+  }
+  std::uint64_t all_faults() const {
+    std::uint64_t sum = 0;
+    for (const std::uint64_t each : reassembly_.faults()) sum += each;
+    return sum;
+  }
+
+  Reassembly reassembly_{[](std::string_view channel) { return channel == "UNWANTED" ? 0 : kMax; }};
+  ArrivalTime now_{1'000'000'000};
+  std::string channel_;
+};
+
+TEST_F(ReassemblyTest, AShortMessageIsItsDatagram) {
+  EXPECT_EQ(add(short_message("TELEOP", {1, 2, 3})), (Bytes{1, 2, 3}));
+  EXPECT_EQ(channel_, "TELEOP");
+  EXPECT_EQ(add(short_message("TELEOP", {})), Bytes{});
+  EXPECT_EQ(all_faults(), 0U);
+}
+
+RC_GTEST_FIXTURE_PROP(ReassemblyTest, FragmentsInAnyOrderGiveTheMessage, ()) {
+  const Bytes payload = random_bytes(*rc::gen::inRange<std::size_t>(1, 5000), 7);
+  auto fragments = fragments_of(payload, *rc::gen::inRange<std::size_t>(1, 700));
+  std::shuffle(fragments.begin(), fragments.end(), std::mt19937(*rc::gen::arbitrary<unsigned>()));
+  for (std::size_t i = 0; i + 1 < fragments.size(); ++i) RC_ASSERT(!add(fragments[i]));
+  RC_ASSERT(add(fragments.back()) == payload);
+  RC_ASSERT(reassembly_.pending_messages() == 0U);
+  RC_ASSERT(reassembly_.pending_bytes() == 0U);
+}
+
+TEST_F(ReassemblyTest, MessagesOfTwoSendersWithOneNumberAreNotMixed) {
+  const DatagramSender other{0x7f000001, 5001};
+  const Bytes a = random_bytes(2000, 1), b = random_bytes(2000, 2);
+  const auto of_a = fragments_of(a, 1000), of_b = fragments_of(b, 1000);
+  EXPECT_FALSE(add(of_a[0]));
+  EXPECT_FALSE(add(of_b[0], other));
+  EXPECT_EQ(add(of_b[1], other), b);
+  EXPECT_EQ(add(of_a[1]), a);
+}
+
+TEST_F(ReassemblyTest, ASenderThatStartsAgainReplacesItsOldMessage) {
+  EXPECT_FALSE(add(fragments_of(random_bytes(3000, 1), 1000)[0]));
+  const Bytes payload = random_bytes(2000, 2);
+  const auto fragments = fragments_of(payload, 1000);
+  EXPECT_FALSE(add(fragments[0]));
+  EXPECT_EQ(add(fragments[1]), payload);
+  EXPECT_EQ(faults(DatagramFault::incomplete), 1U);
+}
+
+// liblcm 1.3.1 adds in 32 bits, and writes outside the heap.
+TEST_F(ReassemblyTest, AnOffsetThatWrapsIsRefused) {
+  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, random_bytes(500, 1))));
+  EXPECT_FALSE(add(fragment({1, 1000, 0xffffff00, 1, 2}, random_bytes(500, 2))));
+  EXPECT_EQ(faults(DatagramFault::inconsistent), 1U);
+}
+
+// liblcm 1.3.1 completes it with memory that was never written.
+TEST_F(ReassemblyTest, AMessageThatCarriesLessThanItDeclaresIsNotComplete) {
+  EXPECT_FALSE(add(fragment({1, 60'000, 0, 0, 1}, Bytes(8))));
+  EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
+  EXPECT_EQ(reassembly_.pending_messages(), 0U);
+}
+
+// liblcm 1.3.1 allocates what a datagram declares.
+TEST_F(ReassemblyTest, DeclaredSizesTakeNoMemory) {
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    EXPECT_FALSE(add(fragment({i, 200'000'000, 0, 0, 4000}, Bytes(40))));
+    EXPECT_FALSE(add(fragment({i, 200'000'000, 50, 1, 4000}, Bytes(40)), {0x7f000001, 6000}));
+  }
+  EXPECT_LE(reassembly_.pending_messages(), ReassemblyLimits{}.messages);
+  EXPECT_LE(reassembly_.pending_bytes(), std::size_t{1} << 20);
+  EXPECT_EQ(faults(DatagramFault::too_large), 1000U);
+}
+
+TEST_F(ReassemblyTest, RepeatedAndOverlappingFragmentsAreRefused) {
+  const Bytes payload = random_bytes(1000, 1);
+  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Bytes(payload.begin(), payload.begin() + 600))));
+  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Bytes(600, 9))));
+  EXPECT_EQ(faults(DatagramFault::repeated), 1U);
+  EXPECT_EQ(add(fragment({1, 1000, 600, 1, 2}, Bytes(payload.begin() + 600, payload.end()))), payload)
+      << "the first of two counts";
+  EXPECT_FALSE(add(fragment({2, 1000, 0, 0, 2}, Bytes(600))));
+  EXPECT_FALSE(add(fragment({2, 1000, 500, 1, 2}, Bytes(500))));
+  EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
+  EXPECT_FALSE(add(fragment({3, 1000, 0, 0, 2}, Bytes(400))));
+  EXPECT_FALSE(add(fragment({3, 1000, 600, 1, 2}, Bytes(400))));
+  EXPECT_EQ(faults(DatagramFault::overlapping), 2U) << "a hole";
+  EXPECT_EQ(reassembly_.pending_bytes(), 0U);
+}
+
+TEST_F(ReassemblyTest, MalformedDatagramsAreCountedByKind) {
+  for (std::size_t size = 0; size < 8; ++size) EXPECT_FALSE(add(Bytes(size)));
+  EXPECT_FALSE(add(Bytes(100, 'x')));
+  Bytes endless{'L', 'C', '0', '2', 0, 0, 0, 1};
+  endless.resize(endless.size() + 64, 'C');
+  EXPECT_FALSE(add(endless));
+  EXPECT_FALSE(add(short_message("", {1})));
+  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 1}, Bytes(10), "")));
+  const Bytes whole = fragment({1, 10, 0, 1, 2}, Bytes(5));
+  for (std::size_t size = 8; size < 20; ++size)
+    EXPECT_FALSE(add(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))));
+  EXPECT_FALSE(add(fragment({1, 10, 0, 2, 2}, Bytes(5)))) << "number 2 of 2";
+  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 0}, Bytes(5)))) << "no fragment at all";
+  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 2}, {}))) << "an empty fragment";
+  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 20}, Bytes(1)))) << "more fragments than bytes";
+  EXPECT_EQ(faults(DatagramFault::truncated), 8U + 12U);
+  EXPECT_EQ(faults(DatagramFault::not_lcm), 1U);
+  EXPECT_EQ(faults(DatagramFault::bad_channel), 3U);
+  EXPECT_EQ(faults(DatagramFault::inconsistent), 4U);
+  EXPECT_EQ(reassembly_.pending_messages(), 0U);
+}
+
+TEST_F(ReassemblyTest, TheLimitOfAChannelHoldsForShortAndLongMessages) {
+  EXPECT_FALSE(add(short_message("SCAN", Bytes(kMax + 1))));
+  const auto fragments = fragments_of(Bytes(kMax + 1), 60'000);
+  for (const Bytes& each : fragments) EXPECT_FALSE(add(each));
+  EXPECT_EQ(faults(DatagramFault::too_large), 2U);
+  EXPECT_EQ(reassembly_.pending_messages(), 0U) << "its other fragments are not kept";
+}
+
+TEST_F(ReassemblyTest, ChannelsThatNobodyWantsAreNotKept) {
+  EXPECT_FALSE(add(short_message("UNWANTED", {1})));
+  const auto fragments = fragments_of(Bytes(100'000), 1000, 1, "UNWANTED");
+  for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
+    EXPECT_FALSE(add(fragments[i]));
+    EXPECT_LT(reassembly_.pending_bytes(), 1000U);
+  }
+  EXPECT_FALSE(add(fragments.back()));
+  EXPECT_EQ(reassembly_.pending_messages(), 0U);
+  EXPECT_EQ(all_faults(), 0U);
+}
+
+TEST_F(ReassemblyTest, AMessageWithMissingFragmentsIsDroppedAfterASecond) {
+  EXPECT_FALSE(add(fragments_of(Bytes(3000), 1000)[0]));
+  now_ = now_ + milliseconds(900);
+  EXPECT_FALSE(add(fragments_of(Bytes(3000), 1000)[1]));
+  now_ = now_ + milliseconds(900);
+  EXPECT_TRUE(add(short_message("SCAN", {1})));
+  EXPECT_EQ(reassembly_.pending_messages(), 1U) << "its newest fragment is not a second old";
+  now_ = now_ + milliseconds(200);
+  EXPECT_TRUE(add(short_message("SCAN", {1})));
+  EXPECT_EQ(reassembly_.pending_messages(), 0U);
+  EXPECT_EQ(faults(DatagramFault::incomplete), 1U);
+}
+
+// Who sends much loses its own messages.
+TEST_F(ReassemblyTest, AFloodOfOneSenderDoesNotCostAnotherItsMessage) {
+  const Bytes payload = random_bytes(100'000, 1);
+  const auto fragments = fragments_of(payload, 60'000);
+  EXPECT_FALSE(add(fragments[0]));
+  for (std::uint32_t i = 0; i < 10'000; ++i)
+    EXPECT_FALSE(add(fragment({i, 1'000'000, 1'000, 1, 20}, Bytes(50'000)), {0x7f000001, 6000}));
+  EXPECT_LE(reassembly_.pending_bytes(), ReassemblyLimits{}.bytes);
+  EXPECT_EQ(add(fragments[1]), payload);
+}
+
+// Any sequence of datagrams: bounded memory, and a message is exactly what its fragments carried.
+RC_GTEST_FIXTURE_PROP(ReassemblyTest, RandomFragmentsNeverGiveWhatWasNotSent, ()) {
+  const auto steps = *rc::gen::inRange(1, 60);
+  for (int i = 0; i < steps; ++i) {
+    Fields fields;
+    fields.sequence = *rc::gen::inRange<std::uint32_t>(0, 3);
+    fields.size = *rc::gen::element<std::uint32_t>(0, 1, 40, 60, 0xffffffff, 200'000'000);
+    fields.count = *rc::gen::inRange<std::uint16_t>(0, 4);
+    fields.index = *rc::gen::inRange<std::uint16_t>(0, 4);
+    fields.offset = *rc::gen::element<std::uint32_t>(0, 20, 40, 0xffffffec, 0xffffffff);
+    const std::size_t size = *rc::gen::element<std::size_t>(0, 1, 20, 40);
+    const auto given = add(fragment(fields, Bytes(size, 0xaa)));
+    if (given)
+      RC_ASSERT(std::all_of(given->begin(), given->end(), [](std::uint8_t each) { return each == 0xaa; }));
+    if (given) RC_ASSERT(given->size() == fields.size);
+    RC_ASSERT(reassembly_.pending_bytes() <= std::size_t{1} << 16);
+  }
+}
+
+}  // namespace
+}  // namespace parhelion
