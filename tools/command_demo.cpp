@@ -96,8 +96,10 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->add_flag("--fast", options.fast, "Headless, as fast as possible instead of in real time");
   command->add_option("--http", arguments->http, "ADDR:PORT of the page; port 0: any that is free")
       ->capture_default_str();
-  command->add_option("--foxglove", options.foxglove,
-                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
+  command->add_option(
+      "--foxglove", options.foxglove,
+      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick; further pages that may read it: "
+      "ADDR:PORT,ORIGIN,...");
   command->add_option("-o,--output", options.session, "Session log; by default session.lcm in the folder");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--folder", options.folder, "Folder for logs, map, model, scenario and pictures");

@@ -150,8 +150,10 @@ void add_play(CLI::App& app, Exit& exit) {
   command->add_flag("--paused", options.paused, "Start paused");
   command->add_option("--http", arguments->http,
                       "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080: a page with a seek bar");
-  command->add_option("--foxglove", arguments->foxglove,
-                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
+  command->add_option(
+      "--foxglove", arguments->foxglove,
+      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick; further pages that may read it: "
+      "ADDR:PORT,ORIGIN,...");
   auto* publish = command->add_flag("--publish", arguments->publish,
                                     "Publish on LCM too: each channel with the prefix before its name");
   command

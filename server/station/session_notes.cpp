@@ -1,5 +1,9 @@
 #include "server/station/session_notes.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 
@@ -9,10 +13,17 @@ Result<SessionNotes> SessionNotes::open(const std::string& path) {
   SessionNotes notes;
   notes.path_ = path;
   if (path.empty()) return notes;
-  notes.file_.reset(std::fopen(path.c_str(), "ae"));
-  if (!notes.file_)
-    return Error{path + ": chat and marks cannot be stored here: " + std::strerror(errno) +
-                 "; expected a writable folder"};
+  // What people write is theirs alone, and a link that somebody planted is not followed.
+  const int descriptor =
+      ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (descriptor >= 0 && fchmod(descriptor, S_IRUSR | S_IWUSR) == 0)
+    notes.file_.reset(fdopen(descriptor, "a"));
+  if (!notes.file_) {
+    const Error error{path + ": chat and marks cannot be stored here: " + std::strerror(errno) +
+                      "; expected a writable folder, and no link"};
+    if (descriptor >= 0) close(descriptor);
+    return error;
+  }
   return notes;
 }
 

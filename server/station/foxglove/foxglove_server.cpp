@@ -262,7 +262,8 @@ Result<std::unique_ptr<FoxgloveServer>> FoxgloveServer::open(std::unique_ptr<Bus
   handler.closed = [&all](WebClient& socket) { all.closed(socket); };
   SocketTerms terms;
   terms.protocols = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
-  terms.any_origin = true;
+  terms.programs = true;
+  terms.origins = options.origins;
   all.server->on_socket("/", Access::everyone(), std::move(handler), std::move(terms));
   all.server->run();
   all.thread = std::jthread([&all](const std::stop_token& stop) { all.run(stop); });

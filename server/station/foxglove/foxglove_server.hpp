@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "protocols/bus/bus.hpp"
 #include "server/tick/configuration.hpp"
@@ -15,6 +16,8 @@ struct FoxgloveOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8765;  ///< 0: any free port
   std::string name = "Parhelion";
+  /// Pages of other sites that may read the session; Foxglove's own web app.
+  std::vector<std::string> origins = {"https://app.foxglove.dev"};
   /// The session's time for clients; may jump back in a recording. None: this machine's clock.
   std::function<ArrivalTime()> clock;
 };

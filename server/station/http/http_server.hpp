@@ -59,7 +59,10 @@ struct SocketTerms {
   /// Supported subprotocols; the first one that the client offers is used, and it must offer one. Empty: no
   /// negotiation.
   std::vector<std::string> protocols = {};
-  bool any_origin = false;  ///< pages of other sites may open it, too
+  /// Programs may open it, too: those that send no Origin, or that of a file, pages of this machine on other
+  /// ports, and pages of `origins`, such as "https://app.example".
+  bool programs = false;
+  std::vector<std::string> origins = {};
 };
 
 class HttpServer {

@@ -72,6 +72,20 @@ bool same_origin(std::string_view origin, std::string_view host, bool encrypted)
   return !host.empty() && lower(origin) == (encrypted ? "https://" : "http://") + lower(host);
 }
 
+bool program_origin(std::string_view origin, std::string_view host, const std::vector<std::string>& origins) {
+  const std::string asked = lower(origin);
+  if (asked.empty() || asked == "file://") return true;
+  if (std::any_of(origins.begin(), origins.end(),
+                  [&](const std::string& each) { return lower(each) == asked; }))
+    return true;
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!asked.starts_with(scheme)) continue;
+    const std::string name = host_name(std::string_view(asked).substr(scheme.size()));
+    return !name.empty() && name == host_name(host);
+  }
+  return false;
+}
+
 std::string network_of(const std::string& address) {
   std::array<unsigned char, 16> bytes{};
   if (inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1) return address;

@@ -35,6 +35,10 @@ class HostNames {
 /// True if the requesting page came from this server: `origin` and `host` are the headers.
 bool same_origin(std::string_view origin, std::string_view host, bool encrypted);
 
+/// True if the requester is a program: without an origin or with that of a file, a page of the same host on
+/// any port, or one of `origins`. "null" is none: any page can have it.
+bool program_origin(std::string_view origin, std::string_view host, const std::vector<std::string>& origins);
+
 /// Unit of per-network limits: an IPv4 address, or the first 64 bits of an IPv6 address.
 std::string network_of(const std::string& address);
 

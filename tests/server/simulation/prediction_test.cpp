@@ -34,8 +34,8 @@ RC_GTEST_PROP(TimeToContact, AgreesWithSamplingEveryMillisecond, ()) {
   // A grazing contact may lie between two samples of either.
   const double grazes = time_to_contact(ma, mb, 0.02, 2.5);
   if (std::isfinite(slow)) {
-    RC_ASSERT(fast <= slow + 0.006 || grazes <= slow);
-    RC_ASSERT(!std::isfinite(fast) || fast >= slow - 0.002);
+    RC_ASSERT((fast <= slow + 0.006 || grazes <= slow));
+    RC_ASSERT((!std::isfinite(fast) || fast >= slow - 0.002));
   } else if (std::isfinite(fast)) {
     RC_ASSERT(std::isfinite(first_contact(ma, mb, 0.015, 2.6)));
   }

@@ -66,15 +66,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
     request_.if_none_match = text(header[http::field::if_none_match]);
     request_.accept_encoding = text(header[http::field::accept_encoding]);
 
+    // RFC 9112, 3.2.
+    if (header.count(http::field::host) > 1) return refuse(400, "more than one Host header");
     const auto target = parse_target(text(header.target()));
     if (!target) return refuse(400, "invalid path");
     request_.path = target->path;
     request_.query = target->query;
     const Routes::Found found = core_.routes.find(request_.method, request_.path);
     const SocketRoute* socket = found.route ? std::get_if<SocketRoute>(&found.route->target) : nullptr;
-    const bool any_origin = socket && socket->terms.any_origin;
-    if (!any_origin && !core_.hosts.knows(host_))
-      return refuse(421, "the Host header does not name this server");
+    if (!core_.hosts.knows(host_)) return refuse(421, "the Host header does not name this server");
     if (unencrypted_) return send_elsewhere(text(header.target()));
     if (!found.route) {
       return found.methods.empty() ? answer(refusal(404, "no such page"))
@@ -84,8 +84,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     request_.who = core_.identify(request_.session);
     const bool asks_to_change = request_.method != "GET" || socket;
-    if (asks_to_change && !any_origin &&
-        !same_origin(text(header[http::field::origin]), host_, core_.encrypted)) {
+    const std::string origin = text(header[http::field::origin]);
+    const bool welcome =
+        same_origin(origin, host_, core_.encrypted) ||
+        (socket && socket->terms.programs && program_origin(origin, host_, socket->terms.origins));
+    if (asks_to_change && !welcome) {
       return refuse(403, "Origin is missing or another site's");
     }
     const Identity* who = request_.who ? &*request_.who : nullptr;

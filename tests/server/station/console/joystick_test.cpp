@@ -46,8 +46,8 @@ RC_GTEST_PROP(Joystick, ShapeIsOddMonotonicAndBounded, ()) {
   const double x = *rc::gen::inRange(-1500, 1500) / 1000.0, y = *rc::gen::inRange(-1500, 1500) / 1000.0;
   const double a = shaped(x, zone, curve), b = shaped(y, zone, curve);
   RC_ASSERT(std::abs(a) <= 1 && shaped(-x, zone, curve) == -a);
-  RC_ASSERT(!(x <= y) || a <= b);
-  RC_ASSERT(std::abs(x) > zone || a == 0);
+  RC_ASSERT((!(x <= y) || a <= b));
+  RC_ASSERT((std::abs(x) > zone || a == 0));
   RC_ASSERT(shaped(1, zone, curve) == 1);
   RC_ASSERT(shaped(std::numeric_limits<double>::quiet_NaN(), zone, curve) == 0);
 }

@@ -74,6 +74,9 @@ TEST_F(Server, RefusesInvalidRequests) {
     client.send(bytes);
     EXPECT_EQ(client.answer().status, 400) << bytes;
   }
+  RawClient two_faced(port());
+  two_faced.send("GET /healthz HTTP/1.1\r\nHost: " + two_faced.host() + "\r\nHost: elsewhere\r\n\r\n");
+  EXPECT_EQ(two_faced.answer().status, 400);
   RawClient nameless(port());
   nameless.send("GET /healthz HTTP/1.1\r\n\r\n");
   EXPECT_EQ(nameless.answer().status, 421);
@@ -188,6 +191,13 @@ TEST_F(Server, UsesTlsWithItsOwnCertificate) {
   ASSERT_EQ(socket.open_socket("/ws/echo", cookie_in(answer)).status, 101);
   socket.send_text("over TLS");
   EXPECT_EQ(socket.frame()->payload, "over TLS");
+}
+
+TEST_F(Server, OffersOnlyAuthenticatedEncryptionInTls12) {
+  open({}, false);
+  for (const char* weak : {"ECDHE+SHA1", "ECDHE+SHA256:!AESGCM:!CHACHA20", "kRSA"})
+    EXPECT_FALSE(RawClient(port(), true, nullptr, weak).connected()) << weak;
+  EXPECT_TRUE(RawClient(port(), true, nullptr, "ECDHE+AESGCM").connected());
 }
 
 TEST_F(Server, RedirectsPlainHttpOnItsTlsPort) {

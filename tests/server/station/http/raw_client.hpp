@@ -30,8 +30,10 @@ constexpr int kPatienceMs = 20'000;
 
 class RawClient {
  public:
-  /// `from`: this machine's address to connect from; null: 127.0.0.1.
-  explicit RawClient(std::uint16_t port, bool encrypted = false, const char* from = nullptr) {
+  /// `from`: this machine's address to connect from; null: 127.0.0.1. `suites`: those of TLS 1.2 that it
+  /// offers, and no other version; null: what OpenSSL does.
+  explicit RawClient(std::uint16_t port, bool encrypted = false, const char* from = nullptr,
+                     const char* suites = nullptr) {
     socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (from) bind_to(from);
     sockaddr_in to{};
@@ -41,7 +43,7 @@ class RawClient {
     connected_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
     host_ = "127.0.0.1:" + std::to_string(port);
     origin_ = (encrypted ? "https://" : "http://") + host_;
-    if (encrypted && connected_) shake_hands();
+    if (encrypted && connected_) shake_hands(suites);
   }
   ~RawClient() {
     if (tls_) SSL_free(tls_);
@@ -197,8 +199,12 @@ class RawClient {
     EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0) << address;
   }
 
-  void shake_hands() {
+  void shake_hands(const char* suites) {
     context_ = SSL_CTX_new(TLS_client_method());
+    if (suites != nullptr) {
+      SSL_CTX_set_max_proto_version(context_, TLS1_2_VERSION);
+      SSL_CTX_set_cipher_list(context_, suites);
+    }
     tls_ = SSL_new(context_);
     SSL_set_fd(tls_, socket_);
     connected_ = SSL_connect(tls_) == 1;

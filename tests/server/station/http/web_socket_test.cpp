@@ -171,20 +171,28 @@ TEST_F(Socket, ClosesWithTheGivenCodeAndReason) {
   EXPECT_LE(frame->payload.size(), 125U);
 }
 
-TEST_F(Socket, SelectsACommonSubprotocolAndAllowsAnyOriginWhereConfigured) {
+TEST_F(Socket, SelectsACommonSubprotocolAndAllowsProgramsWhereConfigured) {
   auto server = station::HttpServer::open({});
   ASSERT_TRUE(server);
-  (*server)->on_socket("/", station::Access::everyone(), {},
-                       {.protocols = {"second.v2", "first.v1"}, .any_origin = true});
+  (*server)->on_socket(
+      "/", station::Access::everyone(), {},
+      {.protocols = {"second.v2", "first.v1"}, .programs = true, .origins = {"https://app.example"}});
   (*server)->run();
-  const auto ask = [&](const std::string& more) {
-    return RawClient((*server)->port()).open_socket_from("https://app.example", "/", "", more);
+  const auto ask = [&](const std::string& origin, const std::string& more) {
+    return RawClient((*server)->port()).open_socket_from(origin, "/", "", more);
   };
-  const RawAnswer both = ask("Sec-WebSocket-Protocol: first.v1, second.v2\r\n");
+  const std::string offered = "Sec-WebSocket-Protocol: first.v1, second.v2\r\n";
+  const RawAnswer both = ask("https://app.example", offered);
   EXPECT_EQ(both.status, 101);
   EXPECT_EQ(both.headers.at("sec-websocket-protocol"), "second.v2");
-  EXPECT_EQ(ask("Sec-WebSocket-Protocol: other\r\n").status, 400);
-  EXPECT_EQ(ask("").status, 400);
+  for (const char* origin : {"file://", "http://127.0.0.1:8080", "https://127.0.0.1"})
+    EXPECT_EQ(ask(origin, offered).status, 101) << origin;
+  for (const char* origin :
+       {"https://elsewhere.example", "null", "http://192.0.2.1", "https://app.example.evil",
+        "http://127.0.0.1.evil", "file:///", "http://127.0.0.1:8080/"})
+    EXPECT_EQ(ask(origin, offered).status, 403) << origin;
+  EXPECT_EQ(ask("https://app.example", "Sec-WebSocket-Protocol: other\r\n").status, 400);
+  EXPECT_EQ(ask("https://app.example", "").status, 400);
 }
 
 TEST_F(Socket, StreamsWriteBytesUnchanged) {
