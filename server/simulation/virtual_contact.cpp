@@ -45,6 +45,8 @@ const char* to_string(SpeedLimitReason reason) {
       return "invalid";
     case SpeedLimitReason::emergency_stop:
       return "emergency_stop";
+    case SpeedLimitReason::robot_limits:
+      return "robot_limits";
   }
   return "unknown";
 }
@@ -57,9 +59,19 @@ double footprint_speed(const RobotDescription& robot, const Twist2& twist) {
   return fastest;
 }
 
+double limits_scale(const RobotLimits& robot, const Twist2& twist) {
+  // A little less, so that rounding never gives more than the limit.
+  constexpr double kBelow = 1 - 1e-14;
+  const double speed = std::hypot(twist.vx, twist.vy), yaw_rate = std::abs(twist.wz);
+  double scale = 1;
+  if (speed > robot.speed) scale = kBelow * robot.speed / speed;
+  if (yaw_rate > robot.yaw_rate) scale = std::min(scale, kBelow * robot.yaw_rate / yaw_rate);
+  return scale;
+}
+
 double contact_lookahead(const ContactLimits& limits, const RobotDescription& robot, const Twist2& twist) {
-  const double braking =
-      limits.stop_distance + stopping_distance(robot.limits, footprint_speed(robot, twist));
+  const double speed = limits_scale(robot.limits, twist) * footprint_speed(robot, twist);
+  const double braking = limits.stop_distance + stopping_distance(robot.limits, speed);
   // With a margin, so that rounding does not reduce a free command.
   return 1.001 * std::max(limits.slow_distance, braking) + 1e-6;
 }
@@ -85,17 +97,20 @@ VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& 
   if (silent) return result(input, 0, SpeedLimitReason::silence);
   if (state.stopped) return result(input, 0, SpeedLimitReason::emergency_stop);
 
-  const double speed = footprint_speed(robot, input.teleop->twist);
-  if (!std::isfinite(speed) || !std::isfinite(input.teleop->twist.wz))
+  const Twist2& asked = input.teleop->twist;
+  const double asked_speed = footprint_speed(robot, asked);
+  if (!std::isfinite(asked_speed) || !std::isfinite(asked.wz))
     return result(input, 0, SpeedLimitReason::invalid);
+  const double allowed = limits_scale(robot.limits, asked);
   if (!input.pose_known) {
     if (!state.released_since_loss) return result(input, 0, SpeedLimitReason::localization_lost);
-    return result(input, speed > limits.crawl_speed ? limits.crawl_speed / speed : 1.0,
-                  SpeedLimitReason::crawl);
+    const double crawl = asked_speed > limits.crawl_speed ? limits.crawl_speed / asked_speed : 1.0;
+    return result(input, std::min(allowed, crawl), SpeedLimitReason::crawl);
   }
   if (released) return result(input, 1, SpeedLimitReason::none);
-  const double scale = contact_scale(limits, robot.limits, input.clearance.distance, speed);
-  return result(input, scale, scale < 1 ? SpeedLimitReason::contact : SpeedLimitReason::none);
+  const double contact = contact_scale(limits, robot.limits, input.clearance.distance, allowed * asked_speed);
+  if (contact < 1) return result(input, allowed * contact, SpeedLimitReason::contact);
+  return result(input, allowed, allowed < 1 ? SpeedLimitReason::robot_limits : SpeedLimitReason::none);
 }
 
 }  // namespace parhelion::simulation

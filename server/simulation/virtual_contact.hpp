@@ -20,6 +20,7 @@ enum class SpeedLimitReason : std::uint8_t {
   silence,            ///< no TELEOP, or none for ContactLimits::silence
   invalid,            ///< TELEOP is not finite
   emergency_stop,     ///< until it is released and the dead-man was released
+  robot_limits,       ///< TELEOP is faster than the robot's description allows
 };
 
 const char* to_string(SpeedLimitReason reason);
@@ -50,7 +51,12 @@ struct VirtualContactResult {
 /// too.
 double footprint_speed(const RobotDescription& robot, const Twist2& twist);
 
-/// Required range of the clearance for `twist`, m: farther obstacles do not affect limit().
+/// The largest fraction of `twist`, at most 1, at which neither speed nor yaw rate exceeds the robot's
+/// limits.
+double limits_scale(const RobotLimits& robot, const Twist2& twist);
+
+/// Required range of the clearance for `twist` within the robot's limits, m: farther obstacles do not affect
+/// limit().
 double contact_lookahead(const ContactLimits& limits, const RobotDescription& robot, const Twist2& twist);
 
 /// The scale that virtual contact allows at clearance `distance` (m) for a motion of `speed` (m/s, of the
@@ -58,7 +64,7 @@ double contact_lookahead(const ContactLimits& limits, const RobotDescription& ro
 /// can brake: with reaction time r and deceleration a, v r + v^2 / (2 a) <= distance - stop_distance.
 double contact_scale(const ContactLimits& limits, const RobotLimits& robot, double distance, double speed);
 
-/// Promise 3.
+/// Promise 3: one scale for all components, for the robot's limits and for what is in its way.
 VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& robot,
                            const VirtualContactInput& input, VirtualContactState& state);
 

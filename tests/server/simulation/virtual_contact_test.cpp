@@ -17,6 +17,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 RobotDescription robot() {
   RobotDescription description;
   description.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
+  description.limits.speed = description.limits.yaw_rate = 5;  // above what any_input() asks
   return description;
 }
 
@@ -77,6 +78,34 @@ RC_GTEST_PROP(VirtualContact, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   const double braking_distance =
       v * machine.limits.reaction_time + v * v / (2 * machine.limits.deceleration);
   RC_ASSERT(braking_distance <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
+}
+
+RC_GTEST_PROP(VirtualContact, CommandsNeverExceedTheRobotsLimits, ()) {
+  RobotDescription machine = robot();
+  machine.limits.speed = *rc::gen::inRange(0, 20) / 10.0;
+  machine.limits.yaw_rate = *rc::gen::inRange(0, 20) / 10.0;
+  VirtualContactState state;
+  const double range = *rc::gen::element(0.5, 3.0, 1e6, 1e150);
+  VirtualContactInput input =
+      pressed({any(range), any(range), any(range)}, true, *rc::gen::inRange(0, 4000) / 1000.0);
+  if (*rc::gen::arbitrary<bool>()) {  // pose lost and the stick let go: the robot may crawl
+    limit({}, machine, pressed({}, false), state);
+    input.pose_known = false;
+  }
+  const VirtualContactResult out = limit({}, machine, input, state);
+  const Twist2 &asked = input.teleop->twist, &given = out.command.twist;
+  RC_ASSERT(std::hypot(given.vx, given.vy) <= machine.limits.speed);
+  RC_ASSERT(std::abs(given.wz) <= machine.limits.yaw_rate);
+  RC_ASSERT(std::abs(given.vx - out.scale * asked.vx) <= 1e-15 * std::abs(asked.vx));
+  RC_ASSERT(std::abs(given.wz - out.scale * asked.wz) <= 1e-15 * std::abs(asked.wz));
+}
+
+TEST(VirtualContact, AMillionMetresASecondBecomesTheRobotsSpeed) {
+  VirtualContactState state;
+  const VirtualContactResult out = limit({}, robot(), pressed({1e6, 0, 1e5}, true, 100), state);
+  EXPECT_EQ(out.reason, SpeedLimitReason::robot_limits);
+  EXPECT_NEAR(out.command.twist.vx, 5, 1e-9);
+  EXPECT_NEAR(out.command.twist.wz, 0.5, 1e-9) << "on the same arc";
 }
 
 RC_GTEST_PROP(VirtualContact, SpeedScaleNeverGrowsNearerToAnObstacle, ()) {
