@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "protocols/authentication/signature.hpp"
+
 namespace parhelion::wire {
 namespace {
 
@@ -160,7 +162,7 @@ std::int64_t Reader::nanosecond_stamp() {
 }
 
 Status Reader::status() {
-  if (ok() && at_ != bytes_.size()) {
+  if (ok() && at_ != bytes_.size() && !looks_signed(bytes_.subspan(at_))) {
     fail(std::to_string(bytes_.size()) + " bytes, expected " + std::to_string(at_) + ": surplus bytes");
   }
   if (ok()) return {};

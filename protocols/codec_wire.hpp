@@ -89,6 +89,7 @@ class Reader {
   /// A string: length with its NUL, no NUL within. Reuses the capacity of `text`.
   void text(const char* field, std::string& text);
   void raw(const char* field, std::size_t n, std::vector<std::uint8_t>& out);
+  void skip(const char* field, std::size_t n) { take(field, n); }
   void floats(const char* field, std::size_t n, std::vector<float>& out);
   SensorTime utime();
   /// utime and the nanoseconds within it.
@@ -99,7 +100,7 @@ class Reader {
   void check(bool good, const char* field, const char* found, const char* expected);
   void fail_value(const char* field, double value, const char* expected);
   bool ok() const { return problem_.empty(); }
-  /// Success where every read succeeded and no byte is left over.
+  /// Success where every read succeeded and no byte is left over but a signature.
   Status status();
 
  private:

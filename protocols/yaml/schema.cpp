@@ -77,7 +77,7 @@ const Schema& schema_named(std::string_view name) {
   static const auto schemas = [] {
     std::map<std::string, Schema, std::less<>> all;
     for (const char* known :
-         {"scenario", "condition", "model", "robot", "laser", "robot_model", "joystick", "course"}) {
+         {"scenario", "condition", "model", "robot", "laser", "robot_model", "joystick", "course", "keys"}) {
       Schema& schema = all[known];
       schema.text = expand(schema_files().at(std::string(known) + ".schema.json"));
       const Json number_schema = converted(schema.text);

@@ -10,8 +10,8 @@
 namespace parhelion::yaml {
 
 /// Checks `root` against `schema` ("scenario", "condition", "model", "robot", "laser", "robot_model",
-/// "joystick", "course"); errors go to `problems`, by line. Sets Node::number. Without problems, each value
-/// has the type required by the schema, is finite and in range.
+/// "joystick", "course", "keys"); errors go to `problems`, by line. Sets Node::number. Without problems, each
+/// value has the type required by the schema, is finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
 /// Reads one document and checks it against `schema`. Error: what read_document or check found, by line.

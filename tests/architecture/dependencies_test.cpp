@@ -29,6 +29,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"nlohmann/", {"protocols/yaml/", "server/", "tools/"}},
     {"assimp/", {"protocols/"}},
     {"openssl/", {"protocols/sha256.cpp", "server/station/"}},
+    {"sodium.h", {"protocols/authentication/"}},
     {"mrpt/", {"fusion/pose/", "tools/import/"}},
     {"embree3/", {"fusion/scan/"}},
     {"tbb/", {"fusion/"}},

@@ -290,7 +290,7 @@ TEST(Describe, ControlCharactersAreWrittenInHex) {
 }
 
 TEST(Describe, EachDecisionOfTheLoopHasAName) {
-  for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::foreign_message); ++kind) {
+  for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::refused_message); ++kind) {
     std::vector<std::uint8_t> bytes;
     encode(LoopDecision{test::kSampleStamp, static_cast<LoopDecision::Kind>(kind), 3}, bytes);
     EXPECT_NE(describe("LOOP", bytes).find(" 3"), std::string::npos) << describe("LOOP", bytes);

@@ -161,6 +161,7 @@ PAGES = {
     "model.md": ("Semantic model", "model.schema.json"),
     "course.md": ("Course", "course.schema.json"),
     "joystick.md": ("Joystick mapping", "joystick.schema.json"),
+    "keys.md": ("Keys", "keys.schema.json"),
 }
 
 
