@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -57,6 +58,17 @@ class Process {
  private:
   pid_t pid_ = -1;
 };
+
+/// The first process that `parent` has started; 0: none.
+inline pid_t child_of(pid_t parent) {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream stat(entry.path() / "stat");
+    pid_t pid = 0, its_parent = 0;
+    std::string name, state;
+    if (stat >> pid >> name >> state >> its_parent && its_parent == parent) return pid;
+  }
+  return 0;
+}
 
 inline std::string text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
