@@ -8,6 +8,12 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 set(PARHELION_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them")
+# A sanitizer checks more, and replaces the functions that _FORTIFY_SOURCE checks.
+set(harden ON)
+if(PARHELION_SANITIZE)
+  set(harden OFF)
+endif()
+option(PARHELION_HARDEN "Checks at run time against faults of memory" ${harden})
 option(PARHELION_FUZZ "Build the libFuzzer targets (clang only)" OFF)
 
 find_program(CCACHE ccache)
@@ -51,6 +57,12 @@ if(PARHELION_PRECOMPILE)
   target_compile_options(parhelion_flags INTERFACE -pthread)
 endif()
 target_link_libraries(parhelion_flags INTERFACE Eigen3::Eigen Threads::Threads)
+if(PARHELION_HARDEN)
+  # What Debian's hardening-wrapper sets, and checked accesses to the standard library's containers.
+  target_compile_options(parhelion_flags INTERFACE -fstack-protector-strong -fcf-protection)
+  target_compile_definitions(parhelion_flags INTERFACE _GLIBCXX_ASSERTIONS $<$<NOT:$<CONFIG:Debug>>:_FORTIFY_SOURCE=2>)
+  target_link_options(parhelion_flags INTERFACE -Wl,-z,relro,-z,now)
+endif()
 if(PARHELION_SANITIZE)
   target_compile_options(parhelion_flags INTERFACE -fsanitize=${PARHELION_SANITIZE} -fno-omit-frame-pointer
     -fno-sanitize-recover=all)
