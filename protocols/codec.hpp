@@ -27,16 +27,15 @@ using Bytes = std::span<const std::uint8_t>;
 
 /// After an Error the contents of the output are unspecified; its capacity is reused, so that decoding a scan
 /// or an image does not allocate once it is large enough. Rejected in every type: a foreign fingerprint,
-/// missing or surplus bytes, inconsistent counts, numbers that are not finite (unless noted), quaternions
-/// that are not of unit length, unknown enumerators, stamps outside 1970..2200.
+/// missing or surplus bytes (a signature may follow), inconsistent counts, numbers that are not finite
+/// (unless noted), quaternions that are not of unit length, unknown enumerators, stamps outside 1970..2200.
 
 /// NaN, infinities and negative ranges are valid sensor output and accepted. Rejected: no beam or more than
 /// 100,000, a step of zero, a non-finite angle, or a number of intensities that is neither zero nor the
 /// number of beams.
-/// step of zero, a non-finite angle, or intensities that are neither none nor one a beam do not.
 Status decode(std::string_view channel, Bytes bytes, Scan& scan);
-/// Whether the bytes have the fingerprint of a scan (planar_lidar_t); the rest is not checked.
-bool claims_to_be_scan(Bytes bytes);
+/// Whether the bytes have the fingerprint of a scan (planar_lidar_t) and the length that its counts declare.
+bool has_form_of_scan(Bytes bytes);
 /// The utime at the beginning of every type; nullopt: too short, or outside 1970..2200.
 std::optional<SensorTime> leading_stamp(Bytes bytes);
 /// Sides 1..16384; raw formats: size = row_stride * height; depth: metadata "encoding" is raw, png or zlib.

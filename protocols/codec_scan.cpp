@@ -32,8 +32,13 @@ Status decode(std::string_view channel, Bytes bytes, Scan& scan) {
   return reader.status();
 }
 
-bool claims_to_be_scan(Bytes bytes) {
-  return bytes.size() >= 8 && wire::big_endian<std::int64_t>(bytes.data()) == planar_lidar_t::getHash();
+bool has_form_of_scan(Bytes bytes) {
+  wire::Reader reader("", "planar_lidar_t", planar_lidar_t::getHash(), bytes);
+  reader.number<std::int64_t>("utime");
+  for (const char* field : {"nranges", "nintensities"})
+    reader.skip(field, reader.count(field, sizeof(float), kMaxBeams) * sizeof(float));
+  reader.skip("rad0 and radstep", 2 * sizeof(float));
+  return reader.status().ok();
 }
 
 void encode(const Scan& scan, std::vector<std::uint8_t>& bytes) {

@@ -63,7 +63,7 @@ void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision) {
   wire::Reader reader(channel, "loop_t", loop_t::getHash(), bytes);
   decision.stamp = reader.utime();
-  decision.kind = reader.enumeration("kind", LoopDecision::Kind::foreign_message);
+  decision.kind = reader.enumeration("kind", LoopDecision::Kind::refused_message);
   decision.count = reader.number<std::int64_t>("count");
   reader.check_range("count", decision.count, 0, INT64_MAX);
   return reader.status();

@@ -44,6 +44,9 @@ inline constexpr Duration kEmergencyStopPeriod = milliseconds(100);
 /// Timeout of TELEOP and JOINT_CMD: a stop. A scenario may set another one (`contact: silence`). Also how
 /// long a simulated robot executes one command.
 inline constexpr Duration kTeleopSilence = milliseconds(500);
+/// Age of TELEOP or JOINT_CMD, from its receipt by the kernel until the server takes it, above which it is
+/// refused: after a pause of the process the trainee no longer means it.
+inline constexpr Duration kCommandAge = milliseconds(250);
 /// Period at which the stop is repeated, as a command may be lost.
 inline constexpr Duration kStopPeriod = milliseconds(100);
 /// Motion commanded within this time before the timeout: the dead-man was released while driving.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
+#include <span>
 #include <string_view>
 
 namespace parhelion {
@@ -14,6 +16,18 @@ constexpr std::uint64_t fnv1a(std::uint8_t byte, std::uint64_t hash) {
 
 constexpr std::uint64_t fnv1a(std::string_view text, std::uint64_t hash = kFnvBasis) {
   for (const char c : text) hash = fnv1a(static_cast<std::uint8_t>(c), hash);
+  return hash;
+}
+
+/// Not the hash of the same bytes one by one, but eight times as fast.
+inline std::uint64_t fnv1a_of_blocks(std::span<const std::uint8_t> bytes, std::uint64_t hash = kFnvBasis) {
+  while (bytes.size() >= 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), 8);
+    hash = (hash ^ word) * 1099511628211ULL;
+    bytes = bytes.subspan(8);
+  }
+  for (const std::uint8_t byte : bytes) hash = fnv1a(byte, hash);
   return hash;
 }
 

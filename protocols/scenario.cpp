@@ -181,6 +181,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   yaml::read(node, "physics_rate", scenario.physics_rate);
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
+  if (const Node* mode = node.find("authentication")) scenario.authentication = mode->text == "sign";
   yaml::read(node, "mapping", scenario.mapping);
   yaml::read(node, "max_agents", scenario.max_agents);
   yaml::read(node, "max_agent_image_rate", scenario.max_agent_image_rate);
@@ -297,6 +298,7 @@ std::string to_yaml(const Scenario& scenario) {
   writer.quantity("physics_rate", scenario.physics_rate, Quantity::rate);
   if (!scenario.model.empty()) writer.text("model", scenario.model);
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
+  if (scenario.authentication) writer.word("authentication", "sign");
   if (scenario.mapping) writer.word("mapping", "true");
   writer.integer("max_agents", scenario.max_agents);
   writer.quantity("max_agent_image_rate", scenario.max_agent_image_rate, Quantity::rate);

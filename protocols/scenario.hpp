@@ -64,7 +64,9 @@ struct Scenario {
   double physics_rate = 240;  ///< Hz
   std::string model;          ///< path of a semantic model; empty: open floor
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
-  bool mapping = false;       ///< DEPTH images extend the model while the server runs
+  bool authentication =
+      false;             ///< the server starts only with keys, and refuses messages without a signature
+  bool mapping = false;  ///< DEPTH images extend the model while the server runs
   InjectionLimits injection;
   ContactLimits contact;
   std::optional<Trainee> trainee;

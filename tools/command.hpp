@@ -27,5 +27,7 @@ void add_topic(CLI::App& app, Exit& exit);
 void add_export(CLI::App& app, Exit& exit);
 void add_validate(CLI::App& app, Exit& exit);
 void add_doctor(CLI::App& app, Exit& exit);
+void add_key(CLI::App& app, Exit& exit);
+void add_relay(CLI::App& app, Exit& exit);
 
 }  // namespace parhelion::tools

@@ -7,6 +7,7 @@
 #include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/console/terminal.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/keyboard_console.hpp"
 #include "tools/stop_signal.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 struct Arguments {
   KeyboardConsoleOptions options;
-  std::string url;
+  BusOptions bus;
   double first_hold = 0.7, hold = 0.15;
 };
 
@@ -56,7 +57,7 @@ Exit run(Arguments& arguments) {
   catch_stop_signals();
   arguments.options.keys.first_hold = seconds(arguments.first_hold);
   arguments.options.keys.hold = seconds(arguments.hold);
-  auto bus = open_network_bus(arguments.url);
+  auto bus = arguments.bus.open("drive");
   if (!bus) return fail(bus.error().message);
   KeyboardConsole console(arguments.options, **bus);
   return drive(console);
@@ -83,7 +84,7 @@ void add_drive(CLI::App& app, Exit& exit) {
   command->add_option("--hold", arguments->hold, "s that it counts as held after each repeat")
       ->check(CLI::Range(0.05, 1.0))
       ->capture_default_str();
-  command->add_option("--url", arguments->url, "LCM URL");
+  arguments->bus.add_to(*command);
   command->footer("Example: parhelion drive --robot trainee\n\n" + std::string(station::keyboard_help()));
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }

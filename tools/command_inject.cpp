@@ -68,7 +68,7 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
 Exit run(const InjectArguments& arguments) {
   auto command = make_command(arguments);
   if (!command) return fail(command.error().message, Exit::usage);
-  auto bus = open_network_bus(arguments.url);
+  auto bus = arguments.bus.open("inject");
   if (!bus) return fail(bus.error().message);
   if (const Status subscribed = (*bus)->subscribe(channel::kMrEvents, 256); !subscribed) {
     return fail(subscribed.error().message);
@@ -134,7 +134,7 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", arguments->channel, "Channel of this command, if the scenario renames it");
-  command->add_option("--url", arguments->url, "LCM URL");
+  arguments->bus.add_to(*command);
   command->footer(
       "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90deg --behaviour wander "
       "--laser "

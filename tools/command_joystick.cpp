@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "server/runtime/wall_clock.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/joystick_console.hpp"
 #include "tools/stop_signal.hpp"
@@ -15,7 +16,8 @@ namespace {
 constexpr Duration kPollPeriod = milliseconds(5);
 
 struct Arguments {
-  std::string mapping, robot, name = "operator", url;
+  std::string mapping, robot, name = "operator";
+  BusOptions bus;
   bool list = false;
 };
 
@@ -71,7 +73,7 @@ Exit run(const Arguments& arguments) {
   if (!mapping) return fail(mapping.error().message);
   auto port = station::JoystickPort::open();
   if (!port) return fail(port.error().message);
-  auto bus = open_network_bus(arguments.url);
+  auto bus = arguments.bus.open("joystick");
   if (!bus) return fail(bus.error().message);
   return drive(arguments, std::move(*mapping), **bus, **port);
 }
@@ -88,7 +90,7 @@ void add_joystick(CLI::App& app, Exit& exit) {
   command->add_flag("--list", arguments->list, "List the devices with the names of their axes and buttons");
   command->add_option("--robot", arguments->robot, "Robot to drive; by default the trainee's");
   command->add_option("--name", arguments->name, "Name of the operator")->capture_default_str();
-  command->add_option("--url", arguments->url, "LCM URL");
+  arguments->bus.add_to(*command);
   command->footer(
       "Example: parhelion joystick --mapping crawler\n         parhelion joystick --mapping console.yaml\n\n"
       "By default: hold the left shoulder button (the dead-man), left stick drives and turns, right "

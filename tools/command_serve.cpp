@@ -1,39 +1,41 @@
 // parhelion serve: the live server, supervised by a parent process that restarts it if it dies.
-#include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
-#include <csignal>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 #include <thread>
 
-#include "protocols/bus/network_speaker.hpp"
+#include "protocols/bus/multicast_group.hpp"
+#include "protocols/codec.hpp"
 #include "server/runtime/crowd_time.hpp"
 #include "server/runtime/grade_session.hpp"
 #include "server/runtime/live_site.hpp"
 #include "server/runtime/loop.hpp"
 #include "server/runtime/session_files.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "server/station/http/web_site.hpp"
 #include "server/station/tapped_bus.hpp"
 #include "server/training/briefing.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/live_station.hpp"
 #include "tools/stop_memory.hpp"
 #include "tools/stop_signal.hpp"
+#include "tools/supervision.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {
 namespace {
 
 struct Arguments {
-  std::string scenario, robot, session, report, url, http, cloud, state, foxglove;
+  std::string scenario, robot, session, report, http, cloud, state, foxglove;
+  BusOptions bus;
   std::string real_time = "auto";
   bool overwrite = false;
   bool once = false;
@@ -54,30 +56,42 @@ std::string session_name(const std::string& stem) {
   return stem + text + std::to_string(getpid()) + ".lcm";
 }
 
-/// The log of a restarted server: beside the log of the one that died, which is kept unchanged.
-std::string session_after(const std::string& session) {
-  const std::filesystem::path path(session);
-  return session_name((path.parent_path() / path.stem()).string());
+/// A restarted server uses the description that the one before it had: the robot may send its own seldom.
+Result<std::optional<RobotDescription>> robot_for(const Scenario& scenario, Bus& bus,
+                                                  const runtime::ServeOptions& options,
+                                                  ServerMemory& memory) {
+  if (const std::string known = memory.robot(); !known.empty()) {
+    auto robot = parse_robot_description(known, "the previous server's robot description");
+    if (robot) return std::optional(std::move(*robot));
+  }
+  auto robot = runtime::wait_for_robot(bus, scenario, options);
+  if (robot && *robot) memory.set_robot(to_yaml(**robot));
+  return robot;
 }
 
 Result<tick::Configuration> configuration_for(const Arguments& arguments, Bus& bus,
-                                              const runtime::ServeOptions& options) {
+                                              const runtime::ServeOptions& options, ServerMemory& memory) {
   const auto files = runtime::load_session_files(arguments.scenario, arguments.robot);
   if (!files) return files.error();
+  if (files->scenario.authentication && arguments.bus.keys.empty()) {
+    return Error{arguments.scenario +
+                 ": authentication: sign needs --keys FILE; `parhelion key new` makes them"};
+  }
   if (files->robot) return tick::configure(files->scenario, *files->robot, files->model, files->robot_models);
-  const auto robot = runtime::wait_for_robot(bus, files->scenario, options);
+  const auto robot = robot_for(files->scenario, bus, options, memory);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
   return tick::configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
 /// The network reader gets the same priority as the loop.
-Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const std::string& url,
-                                                            runtime::RealTime real_time) {
-  auto speaker = open_network_speaker(url);
+Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const BusOptions& options,
+                                                            runtime::RealTime real_time,
+                                                            runtime::RefusedMessages& refused) {
+  auto speaker = options.open_speaker();
   if (!speaker) return speaker.error();
   const runtime::RealTimeScope scope(real_time);
-  auto network = open_network_bus(url);
+  auto network = options.open([&refused](const RefusedMessage& message) { refused.add(message); });
   if (!network) return network.error();
   return std::make_unique<station::TappedBus>(std::move(*network), std::move(*speaker));
 }
@@ -93,19 +107,16 @@ void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus
   }
 }
 
-/// True if an emergency stop was active when the server died. Used if the state folder is not writable.
-using SharedStop = std::atomic<bool>;
-
 /// Initializes the stop state in `options` from `memory`, and stores its later changes there.
-void remember_stops(runtime::ServeOptions& options, StopMemory& memory, SharedStop& shared) {
-  options.robot_stopped = shared || memory.holds();
+void remember_stops(runtime::ServeOptions& options, StopMemory& memory, ServerMemory& shared) {
+  options.robot_stopped = shared.robot_stopped || memory.holds();
   options.robot_stop_held = [&memory, &shared, notify = options.notify](bool holds) {
-    shared = holds;
+    shared.robot_stopped = holds;
     if (const Status kept = memory.keep(holds); !kept) notify("emergency stop: " + kept.error().message);
   };
 }
 
-Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
+Exit run_once(const Arguments& arguments, ServerMemory& memory) {
   runtime::ServeOptions options;
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
@@ -118,14 +129,25 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   options.notify = [](const std::string& news) {
     std::fprintf(stderr, "parhelion serve: %s\n", news.c_str());
   };
-  auto bus = open_tapped_bus(arguments.url, options.real_time);
+  runtime::RefusedMessages refused;
+  if (!arguments.bus.keys.empty()) options.refused = &refused;
+  auto bus = open_tapped_bus(arguments.bus, options.real_time, refused);
   if (!bus) return fail(bus.error().message);
-  const auto configuration = configuration_for(arguments, **bus, options);
+  const auto group = parse_lcm_url(chosen_lcm_url(arguments.bus.url));
+  options.open_bus = arguments.bus.keys.empty() && group && !group->this_machine_only;
+  if (options.open_bus)
+    options.notify(
+        "other machines can send on this bus, and nothing is signed: anyone in the network can move the "
+        "robot; see docs/security.md");
+  const auto configuration = configuration_for(arguments, **bus, options, memory);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   const auto state =
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
-  StopMemory stop_memory(state, arguments.url, configuration->robot.name);
-  remember_stops(options, stop_memory, robot_stopped);
+  StopMemory stop_memory(state, bus_address(arguments.bus.url), configuration->robot.name);
+  remember_stops(options, stop_memory, memory);
+  for (const std::string& stop : active_stops(state)) options.notify(stop);
+  options.begun = [&memory] { memory.begun = true; };
+  options.commanded = [&memory](const runtime::RobotStop& stop) { memory.set_robot_stop(stop); };
   if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) options.notify(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
   if (configuration->scenario.training)
@@ -149,7 +171,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   std::unique_ptr<station::FoxgloveServer> foxglove;
   if (!arguments.foxglove.empty()) {
-    auto shown = open_network_bus(arguments.url);
+    auto shown = arguments.bus.open([](const RefusedMessage&) {});
     if (!shown) return fail(shown.error().message);
     auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
     if (!opened) return fail(opened.error().message);
@@ -158,6 +180,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
+  memory.ended = true;
   // A simulated robot ends with its session; a real one is still there.
   if (tick::simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
   std::fputs(runtime::summary(*report).c_str(), stderr);
@@ -171,76 +194,31 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   return report->complete ? Exit::done : Exit::failed;
 }
 
-volatile std::sig_atomic_t child = 0;
-volatile std::sig_atomic_t asked_to_stop = 0;
-void pass_on(int signal) {
-  asked_to_stop = 1;
-  if (child > 0) kill(child, signal);
+/// Three times, as a datagram may be lost.
+void stop_robot(const BusOptions& options, const runtime::RobotStop& stop) {
+  const auto bus = options.open_speaker();
+  for (int i = 0; bus && i < 3; ++i) {
+    if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const SensorTime now{runtime::wall_now().ns};
+    std::vector<std::uint8_t> payload;
+    encode(TwistCommand{now, {}}, payload);
+    (void)(*bus)->publish(stop.command_channel, payload);
+    if (stop.joints.empty()) continue;
+    encode(Joints{now, stop.joints, {}, std::vector<double>(stop.joints.size(), 0), {}}, payload);
+    (void)(*bus)->publish(stop.joint_channel, payload);
+  }
 }
 
-/// Holds back signals while a server process starts, so that none is lost.
-class HeldSignals {
- public:
-  HeldSignals() {
-    sigset_t both;
-    sigemptyset(&both);
-    sigaddset(&both, SIGINT);
-    sigaddset(&both, SIGTERM);
-    sigprocmask(SIG_BLOCK, &both, &before_);
-  }
-  ~HeldSignals() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
-  HeldSignals(const HeldSignals&) = delete;
-  HeldSignals& operator=(const HeldSignals&) = delete;
-
- private:
-  sigset_t before_{};
-};
-
-/// In the new process: the server. In this one: its id, or nothing if it could not be created.
-pid_t start_server() {
-  const HeldSignals held;
-  const pid_t made = fork();
-  if (made != 0) {
-    child = std::max(made, 0);
-    if (child > 0 && asked_to_stop != 0) kill(child, SIGTERM);
-    return made;
-  }
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  catch_stop_signals();
-  return 0;
-}
-
-/// Memory shared by this process and its children.
-SharedStop* shared_stop_memory() {
-  void* memory = mmap(nullptr, sizeof(SharedStop), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  return memory == MAP_FAILED ? nullptr : new (memory) SharedStop(false);
-}
-
-/// Restarts a server that dies, at once (promise 2: within a second). Does not restart one that exits by
-/// itself or that dies after it was requested to stop.
-Exit supervise(Arguments arguments) {
-  std::signal(SIGINT, pass_on);
-  std::signal(SIGTERM, pass_on);
-  SharedStop* robot_stopped = shared_stop_memory();
-  if (robot_stopped == nullptr) return fail("no memory to share with the server process");
-  while (true) {
-    const pid_t server = start_server();
-    if (server < 0) return fail("cannot start the server process");
-    if (server == 0) {
-      const Exit exit = run_once(arguments, *robot_stopped);
-      std::fflush(nullptr);
-      _exit(static_cast<int>(exit));
-    }
-    int status = 0;
-    while (waitpid(server, &status, 0) < 0) {
-    }
-    child = 0;
-    if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
-    const std::string how = "the server died (signal " + std::to_string(WTERMSIG(status)) + ")";
-    if (asked_to_stop != 0) return fail(how + " while it was stopping; its session log has no end");
-    std::fprintf(stderr, "parhelion serve: %s; starting it again\n", how.c_str());
-    arguments.session = session_after(arguments.session);
-  }
+Exit supervise_server(const Arguments& arguments) {
+  Supervision supervision;
+  supervision.serve = [arguments](int attempt, ServerMemory& memory) {
+    Arguments now = arguments;
+    if (attempt > 0) now.session = session_after(arguments.session);
+    return run_once(now, memory);
+  };
+  supervision.stop_robot = [bus = arguments.bus](const runtime::RobotStop& stop) { stop_robot(bus, stop); };
+  supervision.notify = [](const std::string& news) { (void)fail(news); };
+  return supervise(supervision);
 }
 
 }  // namespace
@@ -253,7 +231,7 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("-o,--output", arguments->session, "Session log; by default session-<time>.lcm here");
   command->add_option("--report", arguments->report,
                       "JSON report to write at the end; - for standard output");
-  command->add_option("--url", arguments->url, "LCM URL; by default LCM_DEFAULT_URL, else this machine only");
+  arguments->bus.add_to(*command);
   CLI::Option* http = command->add_option(
       "--http", arguments->http, "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
   command
@@ -265,8 +243,10 @@ void add_serve(CLI::App& app, Exit& exit) {
       "Folder for active emergency stops, and accounts, certificate and saved scenarios of the base "
       "station; by default "
       "$XDG_STATE_HOME/parhelion");
-  command->add_option("--foxglove", arguments->foxglove,
-                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
+  command->add_option(
+      "--foxglove", arguments->foxglove,
+      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick; further pages that may read it: "
+      "ADDR:PORT,ORIGIN,...");
   command
       ->add_option("--real-time", arguments->real_time,
                    "Real-time priority (SCHED_FIFO) for the scan path: on, off, or "
@@ -281,12 +261,12 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] {
     if (arguments->session.empty()) arguments->session = session_name("session");
     if (!arguments->once) {
-      exit = supervise(*arguments);
+      exit = supervise_server(*arguments);
       return;
     }
     catch_stop_signals();
-    SharedStop robot_stopped = false;
-    exit = run_once(*arguments, robot_stopped);
+    const auto memory = std::make_unique<ServerMemory>();
+    exit = run_once(*arguments, *memory);
   });
 }
 

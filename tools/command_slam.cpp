@@ -7,6 +7,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/place_argument.hpp"
 #include "tools/progress.hpp"
@@ -34,7 +35,8 @@ void ask_to_stop(int) { stop_asked = 1; }
 
 struct Arguments {
   SlamLogOptions options;
-  std::string start, delay = "20ms", summary, url;
+  std::string start, delay = "20ms", summary;
+  BusOptions bus;
 };
 
 Exit usage(const std::string& what) {
@@ -81,11 +83,11 @@ class LiveSlam {
  public:
   explicit LiveSlam(const SlamLogOptions& options) : options_(options) {}
 
-  Status run(const std::string& url) {
+  Status run(const BusOptions& options) {
     for (const std::string& channel : {options_.scan_channel, options_.odometry_channel}) {
       if (Status raw = check_raw_channel(channel); !raw) return raw;
     }
-    auto bus = open_network_bus(url);
+    auto bus = options.open("slam");
     if (!bus) return bus.error();
     bus_ = std::move(*bus);
     if (!options_.robot.empty()) {
@@ -184,7 +186,7 @@ class LiveSlam {
 
 Exit live(const Arguments& arguments) {
   LiveSlam slam(arguments.options);
-  if (const Status ended = slam.run(arguments.url); !ended) return failed(ended.error());
+  if (const Status ended = slam.run(arguments.bus); !ended) return failed(ended.error());
   const StepPercentiles step = percentiles(slam.steps);
   std::printf("%zu scans; step p50 %.2f p90 %.2f p99 %.2f max %.2f ms\n", slam.steps.size(), step.p50 / 1e3,
               step.p90 / 1e3, step.p99 / 1e3, step.max / 1e3);
@@ -241,7 +243,7 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
   command->add_option("--summary", arguments->summary, "JSON file for counts and times, with --log");
-  command->add_option("--url", arguments->url, "LCM URL; default: LCM_DEFAULT_URL");
+  arguments->bus.add_to(*command);
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

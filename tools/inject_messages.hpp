@@ -7,12 +7,13 @@
 
 #include "protocols/instructor_command.hpp"
 #include "protocols/status.hpp"
+#include "tools/bus_options.hpp"
 
 namespace parhelion::tools {
 
 struct InjectArguments {
-  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, model, target, url, channel,
-                            side;
+  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, model, target, channel, side;
+  BusOptions bus;
   std::vector<std::string> waypoints;
   double speed = 0.5, distance = 1.5, timeout = 2.0;
   std::optional<double> amount, rate, opening;

@@ -1,5 +1,6 @@
 // The `parhelion` command: subcommands, exit codes 0 done, 1 failed, 2 usage.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 int main(int argc, char** argv) try {
   using namespace parhelion::tools;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its writer, as on a full disk
   CLI::App app{
       "Parhelion: virtual robots beside a real one, in its laser scans and its camera video.\n"
       "Start here: parhelion demo"};

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,12 +15,14 @@
 namespace parhelion::tools {
 namespace {
 
-std::filesystem::path file_of(const std::filesystem::path& folder, const std::string& url,
+constexpr const char* kPrefix = "emergency-stop-";
+
+std::filesystem::path file_of(const std::filesystem::path& folder, const std::string& bus,
                               const std::string& robot) {
-  const std::string key = url + '\n' + robot;
+  const std::string key = bus + '\n' + robot;
   Sha256 hash;
   hash.add({reinterpret_cast<const std::uint8_t*>(key.data()), key.size()});
-  return folder / ("emergency-stop-" + hash.hex().substr(0, 16));
+  return folder / (kPrefix + hash.hex().substr(0, 16));
 }
 
 void sync_to_disk(const std::filesystem::path& path) {
@@ -31,8 +34,9 @@ void sync_to_disk(const std::filesystem::path& path) {
 
 }  // namespace
 
-StopMemory::StopMemory(const std::filesystem::path& folder, const std::string& url, const std::string& robot)
-    : path_(file_of(folder, url, robot)),
+StopMemory::StopMemory(const std::filesystem::path& folder, const std::string& bus, const std::string& robot)
+    : path_(file_of(folder, bus, robot)),
+      bus_(bus),
       robot_(robot),
       syncer_([this](const std::stop_token& stop) { sync_what_is_written(stop); }) {}
 
@@ -47,8 +51,8 @@ Status StopMemory::keep(bool holds) {
     if (Status made = station::make_private_folder(path_.parent_path()); !made) return made;
     errno = 0;
     std::ofstream file(path_);
-    file << "An emergency stop of the robot '" << robot_
-         << "' is active. Release it at the base station, or with: parhelion inject release-emergency-stop "
+    file << "An emergency stop of the robot '" << robot_ << "' on the bus " << bus_
+         << " is active. Release it at the base station, or with: parhelion inject release-emergency-stop "
             "--name "
          << robot_ << "\n";
     if (!file.flush()) return failed();
@@ -71,6 +75,20 @@ void StopMemory::sync_what_is_written(const std::stop_token& stop) {
     sync_to_disk(path_.parent_path());
     lock.lock();
   }
+}
+
+std::vector<std::string> active_stops(const std::filesystem::path& folder) {
+  std::vector<std::string> stops;
+  std::error_code absent;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, absent)) {
+    if (!entry.path().filename().string().starts_with(kPrefix)) continue;
+    std::string line;
+    std::ifstream file(entry.path());
+    stops.push_back(std::getline(file, line) ? line
+                                             : entry.path().string() + ": an emergency stop is active");
+  }
+  std::sort(stops.begin(), stops.end());
+  return stops;
 }
 
 }  // namespace parhelion::tools

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "protocols/status.hpp"
 
@@ -15,8 +16,8 @@ namespace parhelion::tools {
 /// A file in the state folder while the stop is active; only an explicit release removes it.
 class StopMemory {
  public:
-  /// `url`: of the bus, since robots of other buses may have the same name.
-  StopMemory(const std::filesystem::path& folder, const std::string& url, const std::string& robot);
+  /// `bus`: its address and port (bus_address()), since robots of other buses may have the same name.
+  StopMemory(const std::filesystem::path& folder, const std::string& bus, const std::string& robot);
 
   /// Fail-safe: true if the state cannot be determined.
   bool holds() const;
@@ -29,11 +30,14 @@ class StopMemory {
   void sync_what_is_written(const std::stop_token& stop);
 
   std::filesystem::path path_;
-  std::string robot_;
+  const std::string bus_, robot_;
   std::mutex mutex_;
   std::condition_variable_any written_;
   bool to_sync_ = false;
   std::jthread syncer_;  // syncs in the background, since a slow disk must not delay a scan
 };
+
+/// The stops that are active, of all robots: the text of each file in the folder.
+std::vector<std::string> active_stops(const std::filesystem::path& folder);
 
 }  // namespace parhelion::tools

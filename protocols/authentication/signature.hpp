@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "protocols/authentication/keys.hpp"
+#include "protocols/authentication/signature_fault.hpp"
 #include "protocols/bus/channel_pattern.hpp"
 #include "protocols/time.hpp"
 
@@ -29,20 +30,6 @@ inline constexpr std::size_t kSignatureSize = 60;
 
 /// Whether the bytes have the size and the mark of a trailer; nothing is verified.
 bool looks_signed(std::span<const std::uint8_t> trailer);
-
-/// Why a message was refused.
-enum class SignatureFault : std::uint8_t {
-  not_signed,
-  unknown_sender,
-  wrong_channel,  ///< the sender may not publish there
-  bad_signature,  ///< changed on the way, or made with another secret
-  wrong_time,     ///< older or newer than Keys::clock permits
-  replayed,       ///< received before, or too far behind the newest
-  too_many_runs,  ///< the sender has started too often within Keys::clock
-};
-constexpr std::size_t kSignatureFaults = 7;
-/// As words that follow "was".
-const char* to_string(SignatureFault fault);
 
 /// A secret with the keys that it gives for each channel.
 class ChannelKeys {

@@ -70,7 +70,7 @@ void Inbox::push(Message message) {
   const tick::InputKind kind = channels_.kind(message.channel);
   if (kind == tick::InputKind::none) return note_foreign(message);
   // Messages that are not scans are not forwarded as one.
-  if (kind == tick::InputKind::scan && claims_to_be_scan(message.payload))
+  if (kind == tick::InputKind::scan && has_form_of_scan(message.payload))
     arrived.ticket = guard_.watch(message.payload);
   arrived.message = std::move(message);
   {
@@ -148,6 +148,7 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
   forget(arrived);
   queue_.pop_front();
   lock.unlock();
+  arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
   arrived.message.arrival = stamp();
   return arrived;
 }

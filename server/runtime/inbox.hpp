@@ -25,6 +25,7 @@ struct Arrived {
   Message message;
   std::uint64_t ticket = 0;  ///< the guard's, for scans
   WallTime received;         ///< steady clock, at receipt
+  Duration age;              ///< since its receipt by the kernel, when it was taken
 };
 
 /// Limits of the queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams

@@ -1,7 +1,12 @@
 // Inputs and physics steps of a live session.
 #include "server/runtime/live_session.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
 #include "protocols/channels.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/session_state.hpp"
 #include "server/tick/emergency_stop.hpp"
 #include "server/tick/instructor_input.hpp"
@@ -15,6 +20,8 @@ constexpr int kMappingNice = 15;  // mapping neither, nor from rendering
 constexpr Duration kBehind =
     milliseconds(250);  // physics later than this is skipped, with a record in the log
 constexpr Duration kIdle = milliseconds(100);
+constexpr int kStopRepeats = 2;
+constexpr Duration kStopPause = milliseconds(20);  // a burst of losses is often shorter
 
 Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
   LoopDecision decision;
@@ -82,9 +89,42 @@ void LiveSession::report_robot_stop() {
   if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
 }
 
+void LiveSession::report_commanded() {
+  const tick::CommandState& command = robot().command;
+  if (!options_.commanded || tick::simulates_trainee(configuration_.scenario)) return;
+  if (!command.teleop && command.joint_command.names.empty()) return;
+  RobotStop stop = commanded_;
+  stop.command_channel = configuration_.channels.bus(channel::kMrCmd);
+  stop.joint_channel = configuration_.channels.bus(channel::kMrJointCmd);
+  for (const std::string& joint : command.joint_command.names) {
+    if (std::find(stop.joints.begin(), stop.joints.end(), joint) == stop.joints.end())
+      stop.joints.push_back(joint);
+  }
+  if (stop == commanded_) return;
+  commanded_ = std::move(stop);
+  options_.commanded(commanded_);
+}
+
+/// A datagram may be lost: the stop of a real robot goes out twice more. The log has the first.
+void LiveSession::repeat_stop() {
+  if (tick::simulates_trainee(configuration_.scenario)) return;
+  const std::string command = configuration_.channels.bus(channel::kMrCmd),
+                    joints = configuration_.channels.bus(channel::kMrJointCmd);
+  for (int i = 0; i < kStopRepeats; ++i) {
+    bool commanded = false;
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) {
+      if (entry.channel != command && entry.channel != joints) continue;
+      if (!commanded) std::this_thread::sleep_for(std::chrono::nanoseconds(kStopPause.ns));
+      commanded = true;
+      outbox_.publish_now(entry.channel, entry.payload);
+    }
+  }
+}
+
 Result<Report> LiveSession::operator()() {
   if (options_.real_time == RealTime::on && !real_time_.holds()) return Error{real_time_.note()};
   if (const Status begun = start(); !begun) return begun.error();
+  if (options_.begun) options_.begun();
   if (options_.notify) options_.notify("serving; stop with ^C");
   const std::string fault = run_until_stopped();
   end();
@@ -127,6 +167,7 @@ void LiveSession::end() {
   outputs_.clear();
   tick::finish(configuration_, *state_, outputs_);
   outbox_.send(nullptr, outputs_.entries(), last_);
+  repeat_stop();
   send_frames();
   renderer_.wait();
   if (agents_renderer_) agents_renderer_->wait();
@@ -138,6 +179,11 @@ void LiveSession::end() {
 
 void LiveSession::handle(Arrived arrived) {
   const Message& message = arrived.message;
+  if (is_stale_command(arrived)) {
+    decide(LoopDecision::Kind::stale_command, static_cast<std::uint64_t>(arrived.age.ns / 1'000'000),
+           message.arrival);
+    return;
+  }
   // The decision to skip precedes the input, so it has an earlier stamp.
   if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
   last_ = message.arrival;
@@ -147,9 +193,16 @@ void LiveSession::handle(Arrived arrived) {
   outputs_.clear();
   tick::tick(configuration_, message, *state_, outputs_, stages_);
   if (command) report_robot_stop();
+  report_commanded();
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
   if (views_) views_->offer(configuration_.channels.kind(message.channel), robot());
+}
+
+bool LiveSession::is_stale_command(const Arrived& arrived) const {
+  const tick::InputKind kind = configuration_.channels.kind(arrived.message.channel);
+  return (kind == tick::InputKind::teleop || kind == tick::InputKind::joint_command) &&
+         arrived.age > driving_timing::kCommandAge;
 }
 
 /// A command is logged before it is applied; if that fails, it is refused. A stop of the robot is applied

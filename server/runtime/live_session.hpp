@@ -32,9 +32,12 @@ class LiveSession : private tick::ScanSink {
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
   Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) override;
+  bool is_stale_command(const Arrived& arrived) const;
   bool refuse_unwritable(const Message& message);
   void keep_robot_stopped();
   void report_robot_stop();
+  void report_commanded();
+  void repeat_stop();
   Duration until_step() const;
   bool step_is_due() const;
   const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }
@@ -42,6 +45,7 @@ class LiveSession : private tick::ScanSink {
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
   void note_foreign_messages();
+  void note_refused_messages();
   void send_frames();
   void take_answers();
   void take_models();
@@ -77,6 +81,7 @@ class LiveSession : private tick::ScanSink {
   tick::Percentiles frame_us_, agent_frame_us_, in_to_out_us_;
   std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
   bool robot_stopped_ = false;  // last value passed to robot_stop_held
+  RobotStop commanded_;         // last value passed to ServeOptions::commanded
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
 

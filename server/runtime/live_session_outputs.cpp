@@ -62,6 +62,7 @@ void LiveSession::housekeeping() {
   if (steady_now() - last_housekeeping_ < kStatusPeriod) return;
   last_housekeeping_ = steady_now();
   note_foreign_messages();
+  note_refused_messages();
   publish_status(last_);
 }
 
@@ -70,6 +71,19 @@ void LiveSession::note_foreign_messages() {
   for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
     if (channel == tick::status_channel_index() && options_.notify) options_.notify(tick::kOtherServerText);
     decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
+  }
+}
+
+/// Reports each kind of refused message once a channel.
+void LiveSession::note_refused_messages() {
+  if (options_.refused == nullptr) return;
+  for (const RefusedMessages::First& first : options_.refused->take()) {
+    if (options_.notify) {
+      options_.notify("a message on " + first.channel + " was " + to_string(first.fault) +
+                      (first.sender.empty() ? "" : " ('" + first.sender + "')") + ": refused");
+    }
+    const std::int64_t count = tick::refused_message_count(configuration_, first.fault, first.channel);
+    decide(LoopDecision::Kind::refused_message, static_cast<std::uint64_t>(count), inbox_.stamp());
   }
 }
 
@@ -105,8 +119,12 @@ Report LiveSession::report() {
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   report_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
+  if (options_.refused != nullptr) report.messages_refused = options_.refused->count();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);
+  if (options_.open_bus)
+    report.notes["open_bus"] =
+        "anyone in this network can move the robot: authentication is off (docs/security.md)";
   report.notes["priority"] = real_time_.note();
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";

@@ -16,16 +16,24 @@ Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario&
   if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
   if (options.notify)
     options.notify("waiting for the robot description on " + name + " (or give --robot FILE)");
+  std::string reported;
+  const auto report = [&](const std::string& what) {
+    if (options.notify && what != reported) options.notify(what + "; still waiting");
+    reported = what;
+  };
   while (!options.stop || !options.stop()) {
     Message message;
     const auto received = bus.receive(message, kIdle);
     if (!received) return received.error();
     if (!*received) continue;
     RobotMessage robot;
-    if (const Status read = decode(message.channel, message.payload, robot); !read) return read.error();
+    if (const Status read = decode(message.channel, message.payload, robot); !read) {
+      report(read.error().message);
+      continue;
+    }
     auto description = parse_robot_description(robot.yaml, name);
-    if (!description) return description.error();
-    return std::optional(std::move(*description));
+    if (description) return std::optional(std::move(*description));
+    report(description.error().message);
   }
   return std::optional<RobotDescription>{};
 }

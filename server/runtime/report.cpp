@@ -88,6 +88,8 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
                    {"scans_foreign", number(tally.foreign_scans)},
                    {"guard_fired", number(report.guard_fired)},
                    {"session_complete", report.complete ? 1.0 : 0.0}};
+  if (report.messages_refused)
+    status.values.emplace_back("messages_refused", number(*report.messages_refused));
   if (tally.radio_power) status.values.emplace_back("radio_dbm", *tally.radio_power);
   if (tally.battery_left) status.values.emplace_back("battery_left", *tally.battery_left);
   for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);

@@ -41,7 +41,8 @@ struct Report {
   std::uint64_t inputs_dropped = 0;  ///< by full queues
   std::uint64_t log_damage_bytes = 0;
   std::uint64_t guard_fired = 0;
-  std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
+  std::optional<std::uint64_t> messages_refused;  ///< by their signatures; none: nothing is signed
+  std::uint64_t arrivals_corrected = 0;           ///< log events whose timestamp did not increase
   tick::Percentiles
       scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, including the wait in the inbox
   tick::Percentiles scan_us, frame_us, agent_frame_us, physics_step_us, physics_wait_us;

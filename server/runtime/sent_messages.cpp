@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "protocols/channel_map.hpp"
-#include "protocols/channels.hpp"
 #include "protocols/hash.hpp"
 #include "server/tick/foreign_publisher.hpp"
 
@@ -11,23 +9,19 @@ namespace parhelion::runtime {
 namespace {
 
 std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> payload) {
-  std::uint64_t hash = fnv1a(channel);
-  for (const std::uint8_t byte : payload) hash = fnv1a(byte, hash);
-  return hash;
+  return fnv1a_of_blocks(payload, fnv1a(channel));
 }
 
 }  // namespace
 
 SentMessages::SentMessages(const tick::Configuration& configuration) {
-  channels_.push_back(configuration.channels.bus(channel::kMrStatus));
-  indices_.push_back(tick::status_channel_index());
-  if (!tick::simulates_trainee(configuration.scenario)) return;
-  const std::vector<std::string>& names = sensor_channels();
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  const std::vector<std::string>& names = tick::own_channels();
+  const auto first_of_all_levels = static_cast<std::size_t>(tick::status_channel_index());
+  for (std::size_t i = tick::simulates_trainee(configuration.scenario) ? 0 : first_of_all_levels;
+       i < names.size(); ++i) {
     const std::string bus = configuration.channels.bus(names[i]);
-    if (configuration.channels.kind(bus) != tick::InputKind::none)
-      continue;  // POSE_COV is an input if SLAM provides
-                 // it
+    // POSE_COV is an input if SLAM provides it.
+    if (configuration.channels.kind(bus) != tick::InputKind::none) continue;
     channels_.push_back(bus);
     indices_.push_back(static_cast<std::int64_t>(i));
   }

@@ -1,5 +1,5 @@
 // Distinguishes the server's own messages, which the bus returns, from messages of other publishers on the
-// channels of a simulated robot's sensors, or of another server on the same bus.
+// same channels.
 #pragma once
 
 #include <array>
@@ -18,14 +18,14 @@ namespace parhelion::runtime {
 /// Remembers hashes of the newest few thousand messages: some seconds of all sensors. Thread-safe.
 class SentMessages {
  public:
-  /// Watches MR_STATUS and the sensor channels that are outputs of this session (none at level 3).
+  /// Watches the channels of tick::own_channels() that are outputs of this session.
   explicit SentMessages(const tick::Configuration& configuration);
 
   const std::vector<std::string>& channels() const { return channels_; }  ///< names on the bus
   /// Call before publishing; other channels are ignored.
   void add(std::string_view channel, std::span<const std::uint8_t> payload);
-  /// A message of another publisher: the index of its channel in sensor_channels(), or
-  /// status_channel_index(). nullopt: our own message, or another channel.
+  /// A message of another publisher: the index of its channel in tick::own_channels(). nullopt: our own
+  /// message, or another channel.
   std::optional<std::int64_t> foreign(std::string_view channel, std::span<const std::uint8_t> payload) const;
 
  private:

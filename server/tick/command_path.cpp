@@ -19,7 +19,9 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
   input.pose_known = path.pose.at_this_step.has_value();
   input.emergency_stop = command.emergency_stop;
   if (command.teleop && path.pose.at_this_step) {
-    const Twist2& twist = command.teleop->twist;
+    const Twist2& asked = command.teleop->twist;
+    const double scale = simulation::limits_scale(configuration.robot.limits, asked);
+    const Twist2 twist{scale * asked.vx, scale * asked.vy, scale * asked.wz};
     const double lookahead =
         simulation::contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
     // A simulated robot is limited by the physics.
@@ -143,6 +145,17 @@ void stop_joints(const TickContext& context, const CommandPath& path) {
   send_joint_command(context, joint_stop(context, path), path);
 }
 
+bool moves(const Twist2& twist) { return twist.vx != 0 || twist.vy != 0 || twist.wz != 0; }
+
+/// A motion that the sender no longer means; counted as refused.
+bool refuse_old_motion(const TickContext& context, const Message& input, SensorTime stamp,
+                       CommandClock& clock) {
+  const bool is_checked = !simulates_trainee(context.configuration.scenario) && stamp.ns != 0;
+  if (!is_checked || clock.is_new(input.arrival, stamp)) return false;
+  refuse(context, {input.channel + ": late, or with a stamp that does not advance: refused"});
+  return true;
+}
+
 }  // namespace
 
 void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path) {
@@ -150,12 +163,21 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
   if (const Status read = decode(input.channel, input.payload, command); !read) {
     refuse(context, read.error());
     command = {};  // an unreadable command is a stop
+  } else if (moves(command.twist) &&
+             refuse_old_motion(context, input, command.stamp, path.command.teleop_clock)) {
+    return;
   }
   update_dead_man(context, input.arrival, command.twist, path.command.dead_man);
   if (!radio_reaches_robot(context.configuration, path.simulation)) return;
   path.command.teleop = command;
   path.command.teleop_arrival = input.arrival;
   send_command(context, path);
+}
+
+void refuse_stale_command(const TickContext& context, Duration age) {
+  refuse(context, {"a command of the robot was " + std::to_string(age.ns / 1'000'000) +
+                   " ms old when the server took it, at most " +
+                   std::to_string(driving_timing::kCommandAge.ns / 1'000'000) + " ms: refused"});
 }
 
 void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path) {
@@ -195,6 +217,8 @@ void handle_joint_command(const TickContext& context, const Message& input, cons
     refuse(context, read.error());
     return stop_joints(context, path);  // an unreadable command is a stop
   }
+  if (!moves_nothing(command) && refuse_old_motion(context, input, command.stamp, state.joint_command_clock))
+    return;
   if (!radio_reaches_robot(context.configuration, path.simulation)) return;
   const bool silent = (context.now - simulation_time(state.joint_command_arrival)).seconds() >=
                       context.configuration.scenario.contact.silence;

@@ -10,6 +10,7 @@
 #include "protocols/joints.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
+#include "server/tick/command_clock.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/tick_context.hpp"
 
@@ -26,6 +27,7 @@ struct DeadMan {
 struct CommandState {
   std::optional<TwistCommand> teleop;  ///< the newest
   ArrivalTime teleop_arrival;
+  CommandClock teleop_clock;
   SimulationTime last_command;  ///< when MR_CMD was last sent
   simulation::VirtualContactState contact;
   simulation::SpeedLimitReason speed_limit_reason = simulation::SpeedLimitReason::none;
@@ -34,6 +36,7 @@ struct CommandState {
 
   Joints joint_command;  ///< the newest; empty at the start, when no joint has been commanded
   ArrivalTime joint_command_arrival;
+  CommandClock joint_command_clock;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   bool joints_stopped = false;        ///< after an emergency stop, until the joint commands were released
 };
@@ -45,9 +48,13 @@ struct CommandPath {
   simulation::Simulation& simulation;
 };
 
-/// An unreadable command is a stop.
+/// An unreadable command is a stop. A motion of a real robot is refused if the command is not new (see
+/// CommandClock); stamps of 0 are not checked.
 void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path);
 void handle_joint_command(const TickContext& context, const Message& input, const CommandPath& path);
+/// The loop withheld a command that had waited for `age`: after a pause of the process, the trainee no longer
+/// means it.
+void refuse_stale_command(const TickContext& context, Duration age);
 /// At each step: MR_CMD and MR_JOINT_CMD stop when TELEOP has been silent for too long; the dead-man then
 /// counts as released.
 void watch_silence(const TickContext& context, const CommandPath& path);

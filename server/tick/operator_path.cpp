@@ -4,7 +4,6 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/driving_timing.hpp"
-#include "server/tick/foreign_publisher.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -72,20 +71,6 @@ void watch_operators(const TickContext& context, const CommandPath& path, Operat
     stop_if_undriven(context, robot, path, operators);
     publish(context, EventKind::console_lost, name, robot, "no messages for 1 s");
   }
-}
-
-void report_foreign_message(const TickContext& context, std::int64_t channel) {
-  const Configuration& configuration = context.configuration;
-  const std::string& robot = configuration.robot.name;
-  if (channel == status_channel_index())
-    return publish(context, EventKind::foreign_publisher, robot,
-                   configuration.channels.bus(channel::kMrStatus), kOtherServerText);
-  const auto& names = sensor_channels();
-  if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
-  const std::string name = configuration.channels.bus(names[static_cast<std::size_t>(channel)]);
-  publish(context, EventKind::foreign_publisher, robot, name,
-          "another publisher uses " + name +
-              ", a channel of the simulated robot's sensors; its messages are ignored");
 }
 
 }  // namespace parhelion::tick

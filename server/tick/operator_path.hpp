@@ -1,8 +1,6 @@
-// Operators and their consoles: which robot each one drives, loss of a console, and other publishers on the
-// robot's channels.
+// Operators and their consoles: which robot each one drives, and loss of a console.
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <string>
 
@@ -26,8 +24,5 @@ void handle_operator(const TickContext& context, const Message& input, const Com
                      Operators& operators);
 /// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators);
-/// Publishes an event: another publisher uses a channel of the simulated robot's sensors. `channel`: index in
-/// sensor_channels().
-void report_foreign_message(const TickContext& context, std::int64_t channel);
 
 }  // namespace parhelion::tick

@@ -257,12 +257,15 @@ void learn_from_scan(const TickContext& context, const Outcome& outcome, const S
                      path.simulation);
 }
 
-/// A message of another type on SCAN is not forwarded: receivers of MR_SCAN could not decode it, and a real
-/// laser on the channel gets its own results. MR_SCAN_INFO reports it, with the arrival as its stamp.
+/// A message of another type on SCAN, or not as long as it declares, is not forwarded: receivers of MR_SCAN
+/// could not decode it, and a real laser on the channel gets its own results. MR_SCAN_INFO reports it, with
+/// the arrival as its stamp.
 void report_foreign(const TickContext& context, const Message& input) {
   ++context.tally.foreign_scans;
-  const Error error{input.channel + ": found " + type_name(input.payload) +
-                    ", expected planar_lidar_t; not forwarded. Find its publisher, or rename the channel"};
+  const Error error{input.channel + ": found " + std::to_string(input.payload.size()) + " bytes of " +
+                    type_name(input.payload) +
+                    ", expected a planar_lidar_t as long as it declares; not forwarded. Find its publisher, "
+                    "or rename the channel"};
   refuse(context, error);
   ScanInfo info;
   info.stamp = {input.arrival.ns};
@@ -275,7 +278,7 @@ void report_foreign(const TickContext& context, const Message& input) {
 
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages) {
-  if (!claims_to_be_scan(input.payload)) return report_foreign(context, input);
+  if (!has_form_of_scan(input.payload)) return report_foreign(context, input);
   ++path.scan.sequence;
   ++context.tally.scans_in;
   path.injection.last_scan = context.now;

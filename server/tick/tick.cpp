@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "protocols/codec.hpp"
+#include "server/tick/foreign_publisher.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -45,6 +46,10 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
       return;
     case Kind::foreign_message:
       return report_foreign_message(context, decision.count);
+    case Kind::refused_message:
+      return report_refused_message(context, decision.count);
+    case Kind::stale_command:
+      return refuse_stale_command(context, milliseconds(decision.count));
     case Kind::ended:
       if (state.grading) close_grading(context, *state.grading);
       return;
@@ -124,7 +129,10 @@ void tick(const Configuration& configuration, const Message& input, State& state
 
 void finish(const Configuration& configuration, State& state, Outputs& outputs) {
   const TickContext context = state.context(configuration, state.simulation.now(), outputs);
-  for (RobotState& robot : state.robots) answer_waiting_image(context, state.camera_path(robot));
+  for (RobotState& robot : state.robots) {
+    answer_waiting_image(context, state.camera_path(robot));
+    stop_robot(context, robot.name, state.command_path(robot));
+  }
 }
 
 }  // namespace parhelion::tick

@@ -27,7 +27,8 @@ void tick(const Configuration& configuration, const Message& input, State& state
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& stages);
 
-/// At the end of a session: processes an image that still waits for its depth image.
+/// At the end of a session: stops each robot that was driven, and processes an image that still waits for its
+/// depth image.
 void finish(const Configuration& configuration, State& state, Outputs& outputs);
 
 }  // namespace parhelion::tick

@@ -110,9 +110,17 @@ class ClientsTest(unittest.TestCase):
     def run_client(self, command):
         return subprocess.run(command, env=self.environment, text=True, capture_output=True, timeout=TIMEOUT)
 
-    def serve(self, session):
+    def serve(self, session, *options):
         return self.start([str(programs.parhelion), "serve", str(ROOT / "examples/clients/room.yaml"), "-o", session,
-                           "--no-restart", "--state-folder", str(self.folder / "state")])
+                           "--no-restart", "--state-folder", str(self.folder / "state"), *options])
+
+    def make_keys(self, name, *roles):
+        """The path of a new sender's keys."""
+        keys, server = self.folder / f"{name}.keys", self.folder / "server.keys"
+        made = self.run_client([str(programs.parhelion), "key", "new", name, "--server", str(server), "-o", str(keys),
+                                *(word for role in roles for word in ("--role", role))])
+        self.assertEqual(made.returncode, 0, made.stderr)
+        return str(keys)
 
     def place(self, command, expected_exit=0):
         ran = self.run_client(command)
@@ -142,6 +150,27 @@ class ClientsTest(unittest.TestCase):
 
         self.assertEqual(server.terminate(), 0, server.output())
         self.check_log(session)
+
+    def test_a_session_with_authentication_obeys_clients_with_keys_and_no_others(self):
+        robot_keys = self.make_keys("rover", "robot", "localization")
+        instructor_keys = self.make_keys("bob", "instructor")
+        server = self.serve(str(self.folder / "session.lcm"), "--keys", str(self.folder / "server.keys"))
+        listener = self.start(cpp("listen_mr_scan"))
+        for box, publisher, placer in [("box_1", cpp, python), ("box_2", python, cpp)]:
+            self.environment["PARHELION_KEYS"] = robot_keys
+            robot = self.start(publisher("publish_scan"))
+            listener.wait_for(lambda line: "beams replaced" in line)
+            # A robot may not place agents, and neither may a stranger.
+            self.assertIn("no server answered", self.place(placer("place_agent", box, "1.5", "0"), expected_exit=1))
+            del self.environment["PARHELION_KEYS"]
+            self.assertIn("no server answered", self.place(placer("place_agent", box, "1.5", "0"), expected_exit=1))
+            self.environment["PARHELION_KEYS"] = instructor_keys
+            self.place(placer("place_agent", box, "1.5" if box == "box_1" else "0", "0" if box == "box_1" else "1.5"))
+            listener.wait_for(shows(box))
+            robot.terminate()
+        code, output = server.terminate(), server.output()
+        self.assertEqual(code, 0, output)
+        self.assertIn("a message on MR_SPAWN was not signed", output)
 
     def check_log(self, session):
         read = [self.run_client(client("read_session_log", session)) for client in (cpp, python)]

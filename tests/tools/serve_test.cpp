@@ -2,8 +2,11 @@
 // acknowledged is in its log.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <optional>
 #include <random>
 #include <set>
+#include <thread>
 
 #include "server/runtime/wall_clock.hpp"
 #include "tests/long_run.hpp"
@@ -103,15 +106,8 @@ class ServeTest : public testing::Test {
     }
     return "";
   }
-  /// The server itself is the only child of its supervising process. Empty: none.
-  static std::string child_of(const test::Process& server) {
-    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-      std::ifstream stat(entry.path() / "stat");
-      std::string pid, name, state, parent;
-      if (stat >> pid >> name >> state >> parent && parent == std::to_string(server.pid())) return pid;
-    }
-    return {};
-  }
+  /// The server itself is the only child of its supervising process. 0: none.
+  static pid_t child_of(const test::Process& server) { return test::child_of(server.pid()); }
   std::set<std::uint64_t> commands_in(const std::string& session) {
     std::set<std::uint64_t> requests;
     auto reader = LogReader::open(folder_ / session);
@@ -163,13 +159,13 @@ TEST_F(ServeTest, ServeRestartsWithinASecondAfterACrash) {
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
   const WallTime deadline = runtime::steady_now() + seconds(20);
-  const std::string child = child_of(server);
-  ASSERT_FALSE(child.empty());
-  kill(std::stoi(child), SIGKILL);
+  const pid_t child = child_of(server);
+  ASSERT_NE(child, 0);
+  kill(child, SIGKILL);
   bool answered = false;
   while (!answered && runtime::steady_now() < deadline) {
-    const std::string now = child_of(server);
-    const bool again = !now.empty() && now != child;
+    const pid_t now = child_of(server);
+    const bool again = now != 0 && now != child;
     const Message scan = test::message(channel::kScan, 0, test::scan_at(again ? 2 : 1));
     ASSERT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
     Message message;
@@ -194,14 +190,159 @@ TEST_F(ServeTest, ServeRestartsWithinASecondAfterACrash) {
   EXPECT_EQ(replayed.exit, 0) << replayed.output;
 }
 
+// Twenty in each run, two hundred in the long one.
+TEST_F(ServeTest, ServeComesBackAfterEachDeathAndKeepsTheRobotStopped) {
+  const int deaths = test::long_run() ? 200 : 20;
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  ASSERT_TRUE(emergency_stop(true, 2));
+  pid_t before = 0;
+  for (int death = 0; death < deaths; ++death) {
+    const pid_t child = child_of(server);
+    ASSERT_NE(child, 0) << death;
+    ASSERT_NE(child, before);
+    before = child;
+    kill(child, death % 2 == 0 ? SIGKILL : SIGSEGV);
+    ASSERT_TRUE(await_server(server, static_cast<std::uint64_t>(100 + death))) << "death " << death;
+  }
+  EXPECT_EQ(why_reduced(), "emergency_stop");
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  for (int number = 2; number < deaths + 2; ++number)
+    EXPECT_TRUE(std::filesystem::exists(folder_ / ("session-" + std::to_string(number) + ".lcm"))) << number;
+}
+
+/// How a server ends while its robot drives.
+enum class ServerEnd { asked, killed, supervisor_killed };
+
+class ServeEndTest : public ServeTest {
+ protected:
+  void expect_stop_after(ServerEnd end);
+  /// Newest MR_CMD of those that arrive within `time`. moved_: whether any of them moves the robot.
+  std::optional<Twist2> newest_command(Duration time) {
+    std::optional<Twist2> newest;
+    moved_ = false;
+    const WallTime deadline = runtime::steady_now() + time;
+    Message message;
+    TwistCommand command;
+    while (runtime::steady_now() < deadline) {
+      const auto came = bus_->receive(message, deadline - runtime::steady_now());
+      if (!came || !*came) break;
+      if (message.channel == channel::kMrCmd && decode(message.channel, message.payload, command).ok())
+        newest = command.twist;
+      moved_ = moved_ || (newest && newest->vx != 0);
+    }
+    return newest;
+  }
+  /// Drives until MR_CMD does. The server has no pose: after the stick was let go, the robot may crawl.
+  bool drives() {
+    std::optional<Twist2> released;
+    for (int tries = 0; tries < 100 && !released; ++tries) {
+      teleop(0);
+      released = newest_command(milliseconds(20));
+    }
+    for (int tries = 0; tries < 100; ++tries) {
+      teleop(0.3);
+      const auto command = newest_command(milliseconds(20));
+      if (command && command->vx > 0) return true;
+    }
+    return false;
+  }
+  void teleop(double speed) {
+    const Message drive =
+        test::message(channel::kTeleop, 0, TwistCommand{{runtime::wall_now().ns}, {speed, 0, 0}});
+    ASSERT_TRUE(bus_->publish(drive.channel, drive.payload).ok());
+  }
+
+  bool moved_ = false;
+};
+
+void ServeEndTest::expect_stop_after(ServerEnd end) {
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  const pid_t child = child_of(server);
+  ASSERT_TRUE(drives());
+  teleop(0.3);
+  switch (end) {
+    case ServerEnd::asked:
+      server.signal(SIGTERM);
+      EXPECT_EQ(server.wait(), 0);
+      break;
+    case ServerEnd::killed:
+      kill(child, SIGKILL);
+      break;
+    case ServerEnd::supervisor_killed:
+      server.signal(SIGKILL);
+      server.wait();
+      break;
+  }
+  const auto last = newest_command(milliseconds(400));
+  ASSERT_TRUE(last) << "no command at all";
+  EXPECT_EQ(last->vx, 0);
+}
+
+TEST_F(ServeEndTest, TheLastCommandIsAStopWhenItIsAskedToEnd) { expect_stop_after(ServerEnd::asked); }
+
+TEST_F(ServeEndTest, TheLastCommandIsAStopWhenTheServerIsKilled) { expect_stop_after(ServerEnd::killed); }
+
+TEST_F(ServeEndTest, TheLastCommandIsAStopWhenTheSupervisorIsKilled) {
+  expect_stop_after(ServerEnd::supervisor_killed);
+}
+
+TEST_F(ServeEndTest, ACommandFromBeforeAPauseOfTheServerIsRefused) {
+  const int pauses = test::long_run() ? 1000 : 5;
+  test::Process server(serve("session.lcm"), folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  std::mt19937 random(5);
+  for (int pause = 0; pause < pauses; ++pause) {
+    ASSERT_TRUE(drives()) << test::text_of(folder_ / "serve.txt");
+    server.signal(SIGSTOP);
+    newest_command(milliseconds(100));  // all that was sent before
+    teleop(0.3);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300 + random() % 500));
+    server.signal(SIGCONT);
+    const auto command = newest_command(milliseconds(200));
+    EXPECT_TRUE(!command || command->vx == 0) << "pause " << pause;
+    EXPECT_FALSE(moved_) << "pause " << pause;
+  }
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0);
+}
+
+TEST_F(ServeTest, AMalformedRobotIsRefusedAndTheNextOneIsServed) {
+  Scenario scenario;
+  scenario.name = "waits";
+  scenario.model = "model.yaml";
+  std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
+  test::Process server(serve("session.lcm"), folder_ / "serve.txt");
+  const Message bad = test::message(channel::kRobot, 0, RobotMessage{{}, "name: [rover"});
+  const auto waited_for = [&](const std::string& text, const Message& sent) {
+    for (int tries = 0; tries < 200; ++tries) {
+      EXPECT_TRUE(bus_->publish(sent.channel, sent.payload).ok());
+      if (test::text_of(folder_ / "serve.txt").find(text) != std::string::npos) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+  };
+  ASSERT_TRUE(waited_for("still waiting", bad)) << test::text_of(folder_ / "serve.txt");
+  const Message good = test::message(channel::kRobot, 0, RobotMessage{{}, to_yaml(test::robot())});
+  ASSERT_TRUE(waited_for("serving", good)) << test::text_of(folder_ / "serve.txt");
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0);
+}
+
 TEST_F(ServeTest, ServeKeepsAStoppedRobotStoppedAfterACrash) {
   auto arguments = serve("session.lcm");
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
   ASSERT_TRUE(emergency_stop(true, 2));
-  const std::string child = child_of(server);
-  kill(std::stoi(child), SIGKILL);
+  const pid_t child = child_of(server);
+  kill(child, SIGKILL);
   ASSERT_TRUE(await_server(server, 3));
   EXPECT_NE(child_of(server), child);
   EXPECT_NE(test::text_of(folder_ / "serve.txt").find("still is"), std::string::npos);
@@ -235,7 +376,7 @@ TEST_F(ServeTest, AnEmergencyStopPersistsAcrossServersUntilReset) {
   }
   test::Process server(serve("fourth.lcm"), folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 6));
-  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("holds"), std::string::npos);
+  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("emergency stop"), std::string::npos);
   EXPECT_NE(why_reduced(), "emergency_stop");
 }
 

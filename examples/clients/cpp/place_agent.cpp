@@ -14,6 +14,7 @@
 
 #include "parhelion/agent_spawn_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "signature.hpp"
 
 namespace {
 
@@ -91,7 +92,7 @@ int main(int argc, char** argv) {
   const auto command = spawn_box(argv[1], std::atof(argv[2]), std::atof(argv[3]));
   Answer answer(command.request);
   lcm.subscribe("MR_EVENTS", &Answer::handle_event, &answer);
-  lcm.publish("MR_SPAWN", &command);
+  Publisher(lcm).publish("MR_SPAWN", command);
   if (!wait_for(answer, lcm)) {
     std::fprintf(stderr, "place_agent: no server answered; is `parhelion serve` running?\n");
     return 1;

@@ -15,6 +15,7 @@
 
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
+#include "signature.hpp"
 
 namespace {
 
@@ -67,13 +68,14 @@ int main() {
     std::fprintf(stderr, "publish_scan: cannot open LCM; is there a multicast route?\n");
     return 1;
   }
+  Publisher publisher(lcm);
   for (auto next = Clock::now();; next += kScanPeriod) {
     std::this_thread::sleep_until(next);
     const std::int64_t now =
         std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count();
     const auto pose = localize(now);
     const auto scan = measure(now);
-    lcm.publish("POSE_COV", &pose);
-    lcm.publish("SCAN", &scan);
+    publisher.publish("POSE_COV", pose);
+    publisher.publish("SCAN", scan);
   }
 }

@@ -37,8 +37,14 @@ class Lcm:
     def __init__(self, channels=(), url=None):
         """`channels`: which to receive, each a name or a regular expression.
 
-        `url`: by default the environment's LCM_DEFAULT_URL, else DEFAULT_URL.
+        `url`: by default the environment's LCM_DEFAULT_URL, else DEFAULT_URL. With PARHELION_KEYS, a file of
+        `parhelion key new`, messages are signed.
         """
+        self._signer = None
+        if keys := os.environ.get("PARHELION_KEYS"):
+            from signature import Signer  # needs libsodium
+
+            self._signer = Signer(keys)
         parts = urlparse(url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL)
         if parts.scheme != "udpm" or not parts.hostname or not parts.port:
             raise ValueError(f"{parts.geturl()}: expected udpm://GROUP:PORT?ttl=N")
@@ -54,6 +60,8 @@ class Lcm:
 
     def publish(self, channel, payload):
         """Sends `payload`, the result of encode() of a message."""
+        if self._signer:
+            payload = self._signer.sign(channel, payload)
         body = channel.encode() + b"\0" + payload
         if len(body) <= _SHORT_MAX:
             self._sender.sendto(_SHORT.pack(b"LC02", self._number) + body, self._group)

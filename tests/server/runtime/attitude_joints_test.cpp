@@ -251,9 +251,13 @@ TEST_F(TickTest, JointCommandsAreForwardedAndStopOnTimeout) {
     EXPECT_EQ(joint_commands[i].velocities, (std::vector<double>{0, 0}));
     EXPECT_EQ(joint_commands[i].efforts, (std::vector<double>{0, 0}));
   }
-  // A new command passes immediately.
-  feed(message(channel::kJointCmd, at(950), command));
-  EXPECT_EQ(out_[channel::kMrJointCmd].back(), message("", 0, command).payload);
+  // An old command is refused, a new one passes immediately.
+  feed(message(channel::kJointCmd, at(940), command));
+  EXPECT_NE(out_[channel::kMrJointCmd].back(), message("", 0, command).payload);
+  Joints newer = command;
+  newer.stamp = SensorTime::from_utime(at(950));
+  feed(message(channel::kJointCmd, at(950), newer));
+  EXPECT_EQ(out_[channel::kMrJointCmd].back(), message("", 0, newer).payload);
 }
 
 TEST_F(TickTest, UnreadableJointCommandsStopWithoutInventingPositions) {

@@ -19,11 +19,11 @@ class InboxTest : public testing::Test {
                [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
     EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
   }
-  /// Only the part of a scan that the inbox checks.
+  /// The inbox checks the length only; the mark is the last byte of radstep.
   void send_scan(std::uint8_t mark) {
     std::vector<std::uint8_t> bytes;
     encode(Scan{}, bytes);
-    bytes.push_back(mark);
+    bytes.back() = mark;
     ASSERT_TRUE(robot_->publish("SCAN", bytes).ok());
   }
   void send(const std::string& channel, std::uint8_t byte = 1) {
@@ -103,7 +103,7 @@ TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
   std::vector<std::uint8_t> one;
   encode(Scan{}, one);
   InboxLimits limits;
-  limits.bytes = 10 * (one.size() + 1);
+  limits.bytes = 10 * one.size();
   Inbox inbox(*server_, channels_, guard_, limits);
   for (int i = 0; i < 25; ++i) send_scan(static_cast<std::uint8_t>(i));
   const auto taken = take_all(inbox);
