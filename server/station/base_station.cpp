@@ -181,6 +181,8 @@ std::string BaseStation::invitation() const {
   if (!fingerprint().empty()) text += "  certificate SHA-256 " + fingerprint() + "\n";
   if (const std::string setup = setup_link(); !setup.empty())
     text += "  there is no account yet; create the first one (once): " + setup + "\n";
+  if (const std::string& fault = parts_->site->restore_fault(); !fault.empty())
+    text += "  the stored log-ins were ignored, so everybody has to log in again: " + fault + "\n";
   return text;
 }
 

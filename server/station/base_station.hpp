@@ -14,10 +14,10 @@ namespace parhelion::station {
 
 struct BaseStationOptions {
   std::string address = "127.0.0.1:0";  ///< ADDR:PORT, [ADDR]:PORT or PORT; port 0: any that is free
-  std::filesystem::path folder;         ///< accounts, certificate, audit log; empty: default_site_folder()
-  std::optional<bool> plain;   ///< no encryption; none: only if the server is reachable from this machine
-                               ///< alone
-  StationOptions station;      ///< its emergency stop and audit are set by this class
+  std::filesystem::path folder;  ///< accounts, log-ins, certificate, audit log; empty: default_site_folder()
+  std::optional<bool> plain;     ///< no encryption; none: only if the server is reachable from this machine
+                                 ///< alone
+  StationOptions station;        ///< its emergency stop and audit are set by this class
   std::string why_not_driven;  ///< reason, for people, why the trainee's robot cannot be driven; empty: pages
                                ///< can drive it
   bool robot_stopped = false;  ///< an emergency stop of an earlier server process still holds the trainee's
@@ -41,7 +41,7 @@ class BaseStation {
   std::string fingerprint() const;  ///< SHA-256 of the certificate; empty: plain
   /// Logs in anybody who opens it, as long as this process lives.
   std::string link(Role role, const std::string& name);
-  /// Address, set-up link and fingerprint, for a person at a terminal.
+  /// Address, set-up link, fingerprint and lost log-ins, for a person at a terminal.
   std::string invitation() const;
   /// For /api/v1/report and /report, after the session has ended; `page` may be empty.
   void set_report(std::string json, std::string page);

@@ -9,7 +9,10 @@
 #include <thread>
 
 #include "server/runtime/wall_clock.hpp"
+#include "server/station/http/accounts.hpp"
+#include "server/station/http/password.hpp"
 #include "tests/long_run.hpp"
+#include "tests/server/station/http/raw_client.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
@@ -20,7 +23,7 @@ namespace {
 /// A separate multicast group for each test process, so that parallel runs do not interfere.
 std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
 
-class ServeTest : public testing::Test {
+class ServeTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
@@ -212,6 +215,43 @@ TEST_F(ServeTest, ServeComesBackAfterEachDeathAndKeepsTheRobotStopped) {
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
   for (int number = 2; number < deaths + 2; ++number)
     EXPECT_TRUE(std::filesystem::exists(folder_ / ("session-" + std::to_string(number) + ".lcm"))) << number;
+}
+
+// The robot must stop at once: nobody looks for a password first.
+TEST_F(ServeTest, AnInstructorStopsTheRobotAfterACrashWithoutLoggingInAgain) {
+  const std::filesystem::path state = folder_ / "state";
+  std::filesystem::create_directory(state);
+  auto accounts = station::Accounts::open(state / "accounts.json");
+  const auto hash = station::hash_password("correct horse");
+  ASSERT_TRUE(accounts && hash);
+  ASSERT_TRUE((*accounts)->put_first("root", *hash));
+  const std::uint16_t port = testing::free_port();
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  arguments.insert(arguments.end(), {"--http", "127.0.0.1:" + std::to_string(port)});
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  const testing::RawAnswer entered =
+      testing::RawClient(port).post("/api/v1/login", R"({"name":"root","password":"correct horse"})");
+  ASSERT_EQ(entered.status, 204) << entered.body;
+  const std::string set = entered.headers.at("set-cookie"), cookie = set.substr(0, set.find(';'));
+  const std::string child = child_of(server);
+  kill(std::stoi(child), SIGKILL);
+  ASSERT_TRUE(await_server(server, 2));
+  ASSERT_NE(child_of(server), child);
+  testing::RawClient page(port);
+  ASSERT_EQ(page.open_socket("/ws/state", cookie).status, 101) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(page.send_text(R"({"type":"estop","request":7})"));
+  bool stopped = false;
+  while (const auto frame = page.frame()) {
+    if (frame->opcode == 8) break;
+    if (frame->payload.find(R"("type":"reply")") == std::string::npos) continue;
+    stopped = frame->payload.find(R"("ok":true)") != std::string::npos;
+    EXPECT_TRUE(stopped) << frame->payload;
+    break;
+  }
+  EXPECT_TRUE(stopped);
+  EXPECT_EQ(why_reduced(), "emergency_stop");
 }
 
 /// How a server ends while its robot drives.

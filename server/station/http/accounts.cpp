@@ -1,9 +1,6 @@
 #include "server/station/http/accounts.hpp"
 
-#include <sys/stat.h>
-
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "server/station/http/private_file.hpp"
@@ -40,25 +37,21 @@ Result<std::unique_ptr<Accounts>> Accounts::open(std::filesystem::path file) {
 }
 
 Status Accounts::load() {
-  struct stat attributes {};
-  if (stat(file_.c_str(), &attributes) != 0 && errno == ENOENT) return {};
-  if ((attributes.st_mode & 077) != 0) {
-    return Error{file_.string() +
-                 ": other users can read or write it; chmod 600 it, and change its passwords"};
-  }
-  std::ifstream stream(file_);
-  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  const auto text = read_private_file(file_);
+  if (!text) return Error{text.error().message + "; if others could read it, change its passwords"};
+  if (!*text) return {};
+  const auto json = nlohmann::json::parse(**text, nullptr, false);
   const Error broken{file_.string() +
                      ": not a file of accounts; restore a copy, or remove it to set it up again"};
   if (!json.is_object() || !json.contains("accounts") || !json["accounts"].is_array()) return broken;
   for (const auto& entry : json["accounts"]) {
     if (!entry.is_object()) return broken;
-    const auto text = [&entry](const char* key) {
+    const auto field = [&entry](const char* key) {
       return entry.contains(key) && entry[key].is_string() ? entry[key].get<std::string>() : "";
     };
-    const std::optional<Role> role = role_of(text("role"));
-    if (!check_account_name(text("name")) || !role || text("password").empty()) return broken;
-    accounts_[text("name")] = {*role, text("password")};
+    const std::optional<Role> role = role_of(field("role"));
+    if (!check_account_name(field("name")) || !role || field("password").empty()) return broken;
+    accounts_[field("name")] = {*role, field("password")};
   }
   return {};
 }

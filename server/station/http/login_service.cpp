@@ -28,9 +28,9 @@ std::string joined(const std::vector<std::string>& items) {
 }  // namespace
 
 Result<std::unique_ptr<LoginService>> LoginService::open(Accounts& accounts, Audit& audit,
-                                                         SessionLimits limits,
-                                                         std::function<WallTime()> steady) {
-  std::unique_ptr<LoginService> service(new LoginService(accounts, audit, limits, std::move(steady)));
+                                                         LoginOptions options) {
+  std::unique_ptr<LoginService> service(new LoginService(accounts, audit, std::move(options)));
+  service->restore_sessions();
   // An unknown name takes as long as a wrong password.
   Result<std::string> hash = hash_password(random_token());
   if (!hash) return hash.error();
@@ -39,9 +39,22 @@ Result<std::unique_ptr<LoginService>> LoginService::open(Accounts& accounts, Aud
   return service;
 }
 
-LoginService::LoginService(Accounts& accounts, Audit& audit, SessionLimits limits,
-                           std::function<WallTime()> steady)
-    : accounts_(accounts), audit_(audit), limits_(limits), steady_(std::move(steady)), sessions_(limits) {}
+LoginService::LoginService(Accounts& accounts, Audit& audit, LoginOptions options)
+    : accounts_(accounts),
+      audit_(audit),
+      limits_(options.limits),
+      steady_(options.clocks.steady),
+      sessions_(options.limits),
+      session_file_(std::move(options.session_file), options.limits, sessions_, accounts,
+                    std::move(options.clocks)) {}
+
+void LoginService::restore_sessions() {
+  const auto restored = session_file_.restore();
+  if (restored && *restored == 0) return;
+  if (!restored) restore_fault_ = restored.error().message;
+  audit_.record({"", "", "restore log-ins", restored ? "done" : "refused",
+                 restored ? std::to_string(*restored) : restore_fault_});
+}
 
 void LoginService::serve(HttpServer& server) {
   cookie_name_ = server.cookie_name();
@@ -60,10 +73,10 @@ void LoginService::serve(HttpServer& server) {
   server.on_late(
       "POST", "/api/v1/password", Access::logged_in(),
       [this](const HttpRequest& request, const Answer& answer) { change_password(request, answer); });
-  server.on("POST", "/api/v1/logout", Access::logged_in(),
-            [this](const HttpRequest& request) { return log_out(request); });
-  server.on("GET", "/enter", Access::everyone(),
-            [this](const HttpRequest& request) { return enter(request); });
+  server.on_late("POST", "/api/v1/logout", Access::logged_in(),
+                 [this](const HttpRequest& request, const Answer& answer) { log_out(request, answer); });
+  server.on_late("GET", "/enter", Access::everyone(),
+                 [this](const HttpRequest& request, const Answer& answer) { enter(request, answer); });
   server.on("GET", "/api/v1/accounts", admin, [this](const HttpRequest&) {
     std::vector<std::string> entries;
     for (const Identity& who : accounts_.list()) {
@@ -111,7 +124,7 @@ void LoginService::log_in(const HttpRequest& request, const Answer& answer) {
       const std::lock_guard lock(mutex_);
       guard_.succeeded(network_of(request.remote), given.name);
     }
-    answer(begin_session(request, *who));
+    answer_when_stored(answer, begin_session(request, *who));
   });
 }
 
@@ -134,7 +147,8 @@ void LoginService::set_up(const HttpRequest& request, const Answer& answer) {
     const Status made = hash ? accounts_.put_first(given.name, *std::move(hash)) : Status(hash.error());
     record(request, "make the first account, " + given.name, made ? "done" : "refused",
            made ? "" : made.error().message);
-    answer(made ? begin_session(request, {given.name, Role::admin}) : refusal(409, made.error().message));
+    if (!made) return answer(refusal(409, made.error().message));
+    answer_when_stored(answer, begin_session(request, {given.name, Role::admin}));
   });
 }
 
@@ -161,8 +175,9 @@ void LoginService::change_password(const HttpRequest& request, const Answer& ans
     Result<std::string> hash = hash_password(given.new_password);
     const Status put = hash ? accounts_.put(name, std::nullopt, *std::move(hash)) : Status(hash.error());
     record(request, "change password", put ? "done" : "refused", put ? "" : put.error().message);
-    if (put) sessions_.end_all(name, request.session);
-    answer(put ? nothing_more() : refusal(503, put.error().message));
+    if (!put) return answer(refusal(503, put.error().message));
+    sessions_.end_all(name, request.session);
+    answer_when_stored(answer, nothing_more());
   });
 }
 
@@ -184,9 +199,10 @@ void LoginService::change_account(const HttpRequest& request, const Answer& answ
     const std::string what =
         std::string(given.role ? role_name(*given.role) : "") + (new_password ? " password" : "");
     record(request, "account " + given.name, put ? "done" : "refused", put ? what : put.error().message);
+    if (!put) return answer(refusal(409, put.error().message));
     // Ends sessions with the old role or password.
-    if (put) sessions_.end_all(given.name);
-    answer(put ? nothing_more() : refusal(409, put.error().message));
+    sessions_.end_all(given.name);
+    answer_when_stored(answer, nothing_more());
   });
 }
 
@@ -197,20 +213,21 @@ void LoginService::remove_account(const HttpRequest& request, const Answer& answ
     const Status removed = accounts_.remove(given);
     record(request, "remove account " + given, removed ? "done" : "refused",
            removed ? "" : removed.error().message);
-    if (removed) sessions_.end_all(given);
-    answer(removed ? nothing_more() : refusal(409, removed.error().message));
+    if (!removed) return answer(refusal(409, removed.error().message));
+    sessions_.end_all(given);
+    answer_when_stored(answer, nothing_more());
   });
 }
 
-HttpResponse LoginService::log_out(const HttpRequest& request) {
+void LoginService::log_out(const HttpRequest& request, const Answer& answer) {
   sessions_.end(request.session);
   record(request, "log out", "done", "");
   HttpResponse response = nothing_more();
   response.headers = {{"Set-Cookie", cookie("") + "; Max-Age=0"}};
-  return response;
+  answer_when_stored(answer, std::move(response));
 }
 
-HttpResponse LoginService::enter(const HttpRequest& request) {
+void LoginService::enter(const HttpRequest& request, const Answer& answer) {
   const std::string digest = token_digest(query_value(request.query, "token").value_or(""));
   std::optional<Identity> who;
   {
@@ -219,22 +236,25 @@ HttpResponse LoginService::enter(const HttpRequest& request) {
   }
   if (!who) {
     record(request, "enter by a link", "refused", "unknown link");
-    return refusal(403, "this link is from an earlier start; see the link that the server printed");
+    return answer(refusal(403, "this link is from an earlier start; see the link that the server printed"));
   }
   // A client that already has the role keeps its name, so that other tabs of this browser go on.
   const bool is_in = request.who && request.who->role == who->role;
   HttpResponse response = is_in ? nothing_more() : begin_session(request, newcomer(*std::move(who)));
   response.status = 303;
   response.headers.emplace_back("Location", "/");
-  return response;
+  answer_when_stored(answer, std::move(response));
 }
 
 Identity LoginService::newcomer(Identity who) {
-  const auto taken = [this](const std::string& name) { return sessions_.has(name, steady_()); };
+  // Whoever has a link is not the account of this name.
+  const auto taken = [this](const std::string& name) {
+    return sessions_.has(name, steady_()) || accounts_.find(name);
+  };
   if (!taken(who.name)) return who;
   for (int number = 2; number <= kMaxPerLink; ++number) {
     std::string name = who.name + "_" + std::to_string(number);
-    if (!taken(name) && !accounts_.find(name)) return {std::move(name), who.role};
+    if (!taken(name)) return {std::move(name), who.role};
   }
   return who;
 }
@@ -264,6 +284,13 @@ void LoginService::later(const Answer& answer, std::function<void()> task) {
 void LoginService::record(const HttpRequest& request, const std::string& what, const std::string& outcome,
                           const std::string& detail) {
   audit_.record({request.who ? request.who->name : "", request.remote, what, outcome, detail});
+}
+
+void LoginService::answer_when_stored(const Answer& answer, HttpResponse response) {
+  session_file_.save([this, answer, response = std::move(response)](const Status& stored) {
+    if (!stored) audit_.record({"", "", "store log-ins", "refused", stored.error().message});
+    answer(response);
+  });
 }
 
 HttpResponse LoginService::begin_session(const HttpRequest& request, const Identity& who) {

@@ -4,11 +4,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 
 namespace parhelion::station {
 namespace {
+
+constexpr off_t kLongestFile = 1 << 20;
 
 Error failure(const std::filesystem::path& path, const char* what) {
   return Error{path.string() + ": cannot be " + what + ": " + std::strerror(errno)};
@@ -22,6 +25,25 @@ bool write_all(int file, std::string_view text) {
     text.remove_prefix(static_cast<std::size_t>(written));
   }
   return true;
+}
+
+/// What is wrong with the file of a secret; nullptr: nothing.
+const char* exposure(const struct stat& attributes) {
+  if (!S_ISREG(attributes.st_mode)) return "is not a file";
+  if (attributes.st_uid != geteuid()) return "belongs to another user; remove it, or chown it";
+  if ((attributes.st_mode & 077) != 0) return "other users can read or write it; chmod 600 it";
+  return attributes.st_size > kLongestFile ? "is longer than 1 MiB" : nullptr;
+}
+
+/// False: errno says why.
+bool read_all(int file, std::string& text) {
+  std::array<char, 4096> bytes{};
+  while (true) {
+    const ssize_t got = ::read(file, bytes.data(), bytes.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return got == 0;
+    text.append(bytes.data(), static_cast<std::size_t>(got));
+  }
 }
 
 bool sync_folder(const std::filesystem::path& folder) {
@@ -40,6 +62,22 @@ Status make_private_folder(const std::filesystem::path& folder) {
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return failure(folder, "made");
   if (!std::filesystem::is_directory(folder, failed)) return Error{folder.string() + ": is not a folder"};
   return {};
+}
+
+Result<std::optional<std::string>> read_private_file(const std::filesystem::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0 && errno == ENOENT) return std::optional<std::string>();
+  if (descriptor < 0 && errno == ELOOP) return Error{file.string() + ": is a link; expected the file itself"};
+  if (descriptor < 0) return failure(file, "read");
+  struct stat attributes {};
+  std::string text;
+  const bool known = fstat(descriptor, &attributes) == 0;
+  const char* wrong = known ? exposure(attributes) : nullptr;
+  const bool read = known && !wrong && read_all(descriptor, text);
+  const Error error = wrong ? Error{file.string() + ": " + wrong} : failure(file, "read");
+  ::close(descriptor);
+  if (!read) return error;
+  return std::optional(std::move(text));
 }
 
 Status write_private_file(const std::filesystem::path& file, std::string_view text) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "protocols/status.hpp"
@@ -10,6 +12,10 @@ namespace parhelion::station {
 
 /// Creates the folder, accessible to its owner alone, if it does not exist.
 Status make_private_folder(const std::filesystem::path& folder);
+
+/// Its whole content; nullopt: it does not exist. Error: unreadable, a link, not this user's, longer than 1
+/// MiB, or other users can read or write it.
+Result<std::optional<std::string>> read_private_file(const std::filesystem::path& file);
 
 /// Replaces `file` atomically, mode 0600; it is on the disk when this returns. After an error it is
 /// unchanged.

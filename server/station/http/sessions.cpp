@@ -51,6 +51,16 @@ std::size_t Sessions::count() const {
   return sessions_.size();
 }
 
+std::map<std::string, Session> Sessions::all() const {
+  const std::lock_guard lock(mutex_);
+  return sessions_;
+}
+
+void Sessions::restore(const std::string& digest, const Session& session) {
+  const std::lock_guard lock(mutex_);
+  sessions_[digest] = session;
+}
+
 bool Sessions::over(const Session& session, WallTime now) const {
   return now - session.used >= limits_.idle || now - session.begun >= limits_.absolute;
 }

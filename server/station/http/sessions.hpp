@@ -1,4 +1,4 @@
-// Log-in sessions, by the token in the browser's cookie. Kept in memory: a restart logs everybody out.
+// Log-in sessions, by the token in the browser's cookie. session_file.hpp keeps them over a restart.
 #pragma once
 
 #include <map>
@@ -17,6 +17,12 @@ struct SessionLimits {
   std::size_t per_account = 16;              ///< a new session ends the oldest one
 };
 
+/// Instants of a monotonic clock.
+struct Session {
+  Identity who;
+  WallTime begun, used;
+};
+
 /// Thread-safe. Instants of a monotonic clock.
 class Sessions {
  public:
@@ -32,12 +38,12 @@ class Sessions {
   /// Except the session of this token, if any.
   void end_all(const std::string& name, const std::string& but = {});
   std::size_t count() const;
+  /// By token_digest.
+  std::map<std::string, Session> all() const;
+  /// Adds a session of an earlier process, by the digest of its token.
+  void restore(const std::string& digest, const Session& session);
 
  private:
-  struct Session {
-    Identity who;
-    WallTime begun, used;
-  };
   bool over(const Session& session, WallTime now) const;
   void make_room(const std::string& name, WallTime now);
 

@@ -37,6 +37,13 @@ Result<std::string> certificate_for(WebSiteOptions& options) {
   return certificate_fingerprint(options.http.certificate);
 }
 
+/// Cookies are for one port, so each server of a folder has its own file, and one on any free port needs
+/// none.
+std::filesystem::path session_file(const WebSiteOptions& options) {
+  if (options.http.port == 0) return {};
+  return options.folder / ("log-ins-" + std::to_string(options.http.port) + ".json");
+}
+
 }  // namespace
 
 struct WebSite::Parts {
@@ -97,7 +104,9 @@ Result<std::unique_ptr<WebSite>> WebSite::open(WebSiteOptions given) {
   auto audit = Audit::open(options.folder / "audit.jsonl", options.clock);
   if (!audit) return audit.error();
   parts->audit = *std::move(audit);
-  auto login_service = LoginService::open(*parts->accounts, *parts->audit, options.sessions, options.steady);
+  auto login_service =
+      LoginService::open(*parts->accounts, *parts->audit,
+                         {options.sessions, {options.clock, options.steady}, session_file(options)});
   if (!login_service) return login_service.error();
   parts->login_service = *std::move(login_service);
 
@@ -138,6 +147,8 @@ std::string WebSite::setup_link() const {
   const std::string token = parts_->login_service->setup_token();
   return token.empty() ? "" : address() + "setup?token=" + token;
 }
+
+const std::string& WebSite::restore_fault() const { return parts_->login_service->restore_fault(); }
 
 std::string WebSite::link(Role role, const std::string& name) {
   return address() + "enter?token=" + parts_->login_service->make_link({name, role});

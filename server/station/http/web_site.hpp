@@ -17,7 +17,7 @@ namespace parhelion::station {
 struct WebSiteOptions {
   HttpOptions http =
       {};  ///< without certificate and key one is created; identify and refused are set by the site
-  /// Accounts, certificate, audit log. Created for its owner alone if it does not exist.
+  /// Accounts, log-ins, certificate, audit log. Created for its owner alone if it does not exist.
   std::filesystem::path folder = {};
   bool plain = false;  ///< no encryption: only for a browser on this machine
   /// Handles "/" and all paths without a route; empty: 404.
@@ -48,6 +48,9 @@ class WebSite {
   std::string address() const;
   /// Creates the first account, once; empty: there are accounts.
   std::string setup_link() const;
+  /// Why nobody is logged in any more after a restart, for people; empty: log-ins survived, or there were
+  /// none.
+  const std::string& restore_fault() const;
   /// SHA-256 of the certificate; empty: plain.
   const std::string& fingerprint() const;
   /// Logs in anybody who opens it, as long as this process lives.

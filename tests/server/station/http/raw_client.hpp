@@ -28,6 +28,19 @@ struct RawAnswer {
 /// Timeout for expected data; exceeding it is a failure.
 constexpr int kPatienceMs = 20'000;
 
+/// A port that was free a moment ago, for a server that must be found again after a restart.
+inline std::uint16_t free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof own;
+  EXPECT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&own), size), 0);
+  EXPECT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&own), &size), 0);
+  ::close(socket);
+  return ntohs(own.sin_port);
+}
+
 class RawClient {
  public:
   /// `from`: this machine's address to connect from; null: 127.0.0.1. `suites`: those of TLS 1.2 that it
@@ -116,11 +129,12 @@ class RawClient {
   /// `origin` empty: without that header.
   RawAnswer post_from(const std::string& origin, const std::string& target, const std::string& body,
                       const std::string& cookie = "", const std::string& method = "POST") {
-    send(method + " " + target + " HTTP/1.1\r\nHost: " + host_ + "\r\n" +
-         (origin.empty() ? "" : "Origin: " + origin + "\r\n") + cookie_line(cookie) +
-         "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" +
-         body);
+    send_post_from(origin, target, body, cookie, method);
     return answer();
+  }
+  /// Without waiting for the answer. False: the server has closed.
+  bool send_post(const std::string& target, const std::string& body) {
+    return send_post_from(origin_, target, body);
   }
 
   /// Status 101: the socket is open.
@@ -190,6 +204,14 @@ class RawClient {
  private:
   static std::string cookie_line(const std::string& cookie) {
     return cookie.empty() ? "" : "Cookie: " + cookie + "\r\n";
+  }
+
+  bool send_post_from(const std::string& origin, const std::string& target, const std::string& body,
+                      const std::string& cookie = "", const std::string& method = "POST") {
+    return send(method + " " + target + " HTTP/1.1\r\nHost: " + host_ + "\r\n" +
+                (origin.empty() ? "" : "Origin: " + origin + "\r\n") + cookie_line(cookie) +
+                "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
+                "\r\n\r\n" + body);
   }
 
   void bind_to(const char* address) {

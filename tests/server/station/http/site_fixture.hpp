@@ -4,6 +4,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "server/runtime/wall_clock.hpp"
 #include "server/station/http/accounts.hpp"
 #include "server/station/http/password.hpp"
 #include "server/station/http/web_site.hpp"
@@ -40,6 +41,7 @@ class SiteTest : public ::testing::Test {
   void open(station::HttpOptions http = {}, bool plain = true) {
     station::WebSiteOptions options{.http = std::move(http), .folder = folder_, .plain = plain};
     options.steady = [this] { return WallTime{now_ns.load()}; };
+    options.clock = [this] { return runtime::wall_now() + Duration{passed_ns.load()}; };
     auto site = station::WebSite::open(std::move(options));
     ASSERT_TRUE(site) << site.error().message;
     site_ = *std::move(site);
@@ -59,7 +61,10 @@ class SiteTest : public ::testing::Test {
   }
 
   std::uint16_t port() const { return site_->server().port(); }
-  void pass(Duration time) { now_ns += time.ns; }
+  void pass(Duration time) {
+    now_ns += time.ns;
+    passed_ns += time.ns;
+  }
 
   RawAnswer log_in(const std::string& name, const std::string& with) {
     return RawClient(port()).post("/api/v1/login",
@@ -87,7 +92,7 @@ class SiteTest : public ::testing::Test {
   std::unique_ptr<station::WebSite> site_;
   std::shared_ptr<station::WebClient> client_;  ///< the last one opened
   std::atomic<int> opened{0}, closed{0};
-  std::atomic<std::int64_t> now_ns{1'000'000'000'000};
+  std::atomic<std::int64_t> now_ns{1'000'000'000'000}, passed_ns{0};
 };
 
 }  // namespace parhelion::testing
