@@ -90,6 +90,7 @@ class TeleopService {
   Status drive(TeleopClient& teleop_client, const std::string& robot);
   Status move(TeleopClient& teleop_client, const TeleopRequest& request);
   void reply_to_ping(TeleopClient& teleop_client, const TeleopRequest& request);
+  std::vector<std::string> names_to_stop(const std::string& robot) const;
   Status stop_locked(const std::string& robot, const std::string& by);
   void apply_emergency_stop(const EmergencyStopCommand& command);
   Status send_stop(const TeleopRobot& robot);

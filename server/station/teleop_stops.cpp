@@ -86,13 +86,12 @@ void TeleopService::repeat_stop_requests(WallTime now) {
 }
 
 Status TeleopService::stop_locked(const std::string& robot, const std::string& by) {
-  if (!robot.empty() && find(robot) == nullptr) return Error{"emergency stop: no robot '" + robot + "'"};
-  if (robots_.empty()) return Error{"emergency stop: there is no robot yet"};
+  const std::vector<std::string> names = names_to_stop(robot);
+  if (names.empty())
+    return Error{"emergency stop: " + (robot.empty() ? "there is no robot yet" : "no robot '" + robot + "'")};
   Status all;
   bool news = false;
-  for (const TeleopRobot& each : robots_) {
-    const std::string& name = each.driven.name;
-    if (!robot.empty() && name != robot) continue;
+  for (const std::string& name : names) {
     for (auto& [id, teleop_client] : clients_) {
       if (teleop_client->robot() != name) continue;
       if (Status halted = teleop_client->halt(now()); !halted) all = halted;
@@ -107,6 +106,15 @@ Status TeleopService::stop_locked(const std::string& robot, const std::string& b
   if (news) audit(by, "emergency stop" + (robot.empty() ? " of all" : " of " + robot));
   if (news && options_.stops_changed) options_.stops_changed(active_stops());
   return all;
+}
+
+/// The trainee's robot can be stopped before the first message of a server that has just started.
+std::vector<std::string> TeleopService::names_to_stop(const std::string& robot) const {
+  std::vector<std::string> names;
+  for (const TeleopRobot& each : robots_) names.push_back(each.driven.name);
+  if (!options_.robot.empty() && find(options_.robot) == nullptr) names.push_back(options_.robot);
+  if (!robot.empty()) std::erase_if(names, [&](const std::string& name) { return name != robot; });
+  return names;
 }
 
 Status TeleopService::stop(const std::string& robot, const std::string& by) {

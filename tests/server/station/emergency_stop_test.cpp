@@ -17,7 +17,7 @@ class EmergencyStopTest : public test::TickTest {
     EXPECT_TRUE(server_->subscribe(".*", 10'000).ok());
     open_service();
   }
-  void open_service(std::vector<EmergencyStop> held = {}) {
+  void open_service(std::vector<EmergencyStop> held = {}, bool robot_seen = true) {
     TeleopOptions options;
     options.now = [this] { return WallTime{steady_ns_}; };
     options.stamp = [this] { return SensorTime{stamp().ns}; };
@@ -27,7 +27,7 @@ class EmergencyStopTest : public test::TickTest {
     TeleopRobot robot;
     robot.driven = {"trainee", channel::kTeleop, channel::kJointCmd};
     robot.joints = {{"arm", "revolute", -1, 1, 0.5}};
-    service_->set_robots({robot});
+    if (robot_seen) service_->set_robots({robot});
   }
   ArrivalTime stamp() const { return ArrivalTime::from_utime(test::kStartUs) + Duration{steady_ns_}; }
 
@@ -193,6 +193,19 @@ TEST_F(EmergencyStopTest, PagesReceiveStopsAndResetsFromAnotherConsole) {
   pass(0.5);
   EXPECT_EQ(service_->stops().size(), 1U);
   EXPECT_TRUE(state_->robots.front().command.emergency_stop);
+}
+
+TEST_F(EmergencyStopTest, StopsTheRobotOfAServerThatHasJustStarted) {
+  open_service({}, false);
+  for (const std::string robot : {"", "trainee"}) {
+    const Status stopped = service_->stop(robot, "ada");
+    EXPECT_TRUE(stopped) << stopped.error().message;
+  }
+  EXPECT_FALSE(service_->stop("nobody", "ada"));
+  pass(0.1);
+  EXPECT_TRUE(state_->robots.front().command.emergency_stop);
+  ASSERT_EQ(service_->stops().size(), 1U);
+  EXPECT_EQ(service_->stops()[0].robot, "trainee");
 }
 
 TEST_F(EmergencyStopTest, AServiceOpenedAfterACrashStopsTheRobotAndReportsIt) {
