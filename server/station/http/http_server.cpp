@@ -100,19 +100,32 @@ struct HttpServer::Implementation {
     });
   }
 
+  /// Closes connections without a log-in for one more from `network`. False: all others are logged in.
+  bool make_room(const std::string& network, bool local) {
+    const HttpOptions& limits = core.options;
+    const auto from_there = core.connections_by_network.find(network);
+    if (!local && from_there != core.connections_by_network.end() &&
+        from_there->second >= limits.connections_per_address &&
+        !dismiss(core.strangers.first_to_go(network))) {
+      return false;
+    }
+    if (core.connections < limits.connections && core.strangers.count() < limits.strangers) return true;
+    return dismiss(core.strangers.first_to_go());
+  }
+
+  static bool dismiss(net::Stranger* stranger) {
+    if (stranger != nullptr) stranger->dismiss();
+    return stranger != nullptr;
+  }
+
   void admit(tcp::socket socket) {
     ++core.accepted;
     error_code error;
     const tcp::endpoint other = socket.remote_endpoint(error);
     if (error) return;
     const std::string remote = plain_address(other), network = network_of(remote);
-    const auto known = core.connections_by_network.find(network);
-    const std::size_t from_there = known == core.connections_by_network.end() ? 0 : known->second;
-    const bool local = net::asio::ip::make_address(remote).is_loopback();
-    if (core.connections >= core.options.connections ||
-        (!local && from_there >= core.options.connections_per_address)) {
+    if (!make_room(network, net::asio::ip::make_address(remote).is_loopback()))
       return core.refuse({remote, "", "a connection", "too many are open", 0});
-    }
     socket.set_option(tcp::no_delay(true), error);
     setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
     std::make_shared<net::Connection>(core, std::move(socket),

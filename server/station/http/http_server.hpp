@@ -49,8 +49,11 @@ struct HttpOptions {
   std::size_t waiting_bytes = 4 * 1024 * 1024;  ///< in-order bytes in the queue of one client before it is
                                                 ///< closed
   std::size_t connections = 512;                ///< in all
-  std::size_t connections_per_address = 128;    ///< this machine's own are bounded only by `connections`
-  Duration request_time = seconds(10.0);        ///< for the handshake, and for a whole request to come in
+  /// Of these, at most so many of peers that have not logged in; the others are reserved for those who have.
+  /// At each limit a connection without a log-in is closed for a newer one.
+  std::size_t strangers = 256;
+  std::size_t connections_per_address = 128;  ///< this machine's own are not bounded by it
+  Duration request_time = seconds(10.0);      ///< for the handshake, and for a whole request to come in
   Duration idle_time = seconds(30.0);   ///< between two requests; a silent WebSocket is pinged, then closed
   Duration write_time = seconds(15.0);  ///< for the peer to accept a response or a message
 };

@@ -112,7 +112,7 @@ void LoginService::log_in(const HttpRequest& request, const Answer& answer) {
   const Result<LoginMessage> message = parse_login(request.body);
   if (!message) return answer(refusal(400, message.error().message));
   if (!may_try(request, message->name, answer)) return;
-  later(answer, [this, request, answer, given = *message] {
+  later(request, answer, [this, request, answer, given = *message] {
     const std::string hash = accounts_.hash(given.name);
     const bool right = password_matches(hash.empty() ? nobody_hash_ : hash, given.password);
     const std::optional<Identity> who = accounts_.find(given.name);
@@ -142,7 +142,7 @@ void LoginService::set_up(const HttpRequest& request, const Answer& answer) {
   for (const Status& fine : {check_account_name(message->name), check_password(message->password)}) {
     if (!fine) return answer(refusal(400, fine.error().message));
   }
-  later(answer, [this, request, answer, given = *message] {
+  later(request, answer, [this, request, answer, given = *message] {
     Result<std::string> hash = hash_password(given.password);
     const Status made = hash ? accounts_.put_first(given.name, *std::move(hash)) : Status(hash.error());
     record(request, "make the first account, " + given.name, made ? "done" : "refused",
@@ -163,7 +163,7 @@ void LoginService::change_password(const HttpRequest& request, const Answer& ans
   if (accounts_.hash(name).empty())
     return answer(refusal(403, "you are logged in by a link: there is no password to change"));
   if (!may_try(request, name, answer)) return;
-  later(answer, [this, request, answer, name, given = *message] {
+  later(request, answer, [this, request, answer, name, given = *message] {
     if (!password_matches(accounts_.hash(name), given.old_password)) {
       record(request, "change password", "refused", "wrong old password");
       return answer(refusal(403, "the old password is wrong"));
@@ -187,7 +187,7 @@ void LoginService::change_account(const HttpRequest& request, const Answer& answ
   if (!message) return answer(refusal(400, message.error().message));
   const Status fine = message->password ? check_password(*message->password) : Status();
   if (!fine) return answer(refusal(400, fine.error().message));
-  later(answer, [this, request, answer, given = *message] {
+  later(request, answer, [this, request, answer, given = *message] {
     std::optional<std::string> hash;
     if (given.password) {
       Result<std::string> hashed = hash_password(*given.password);
@@ -209,7 +209,7 @@ void LoginService::change_account(const HttpRequest& request, const Answer& answ
 void LoginService::remove_account(const HttpRequest& request, const Answer& answer) {
   const std::optional<std::string> name = query_value(request.query, "name");
   if (!name) return answer(refusal(400, "expected ?name=NAME"));
-  later(answer, [this, request, answer, given = *name] {
+  later(request, answer, [this, request, answer, given = *name] {
     const Status removed = accounts_.remove(given);
     record(request, "remove account " + given, removed ? "done" : "refused",
            removed ? "" : removed.error().message);
@@ -274,8 +274,10 @@ bool LoginService::may_try(const HttpRequest& request, const std::string& name, 
   return false;
 }
 
-void LoginService::later(const Answer& answer, std::function<void()> task) {
-  if (work_.take(std::move(task))) return;
+void LoginService::later(const HttpRequest& request, const Answer& answer, std::function<void()> task) {
+  // Whoever is logged in does not wait for strangers at the same address.
+  const std::string client = request.who ? "account " + request.who->name : network_of(request.remote);
+  if (work_.take(client, std::move(task))) return;
   HttpResponse response = refusal(503, "too many log-ins at once; try again");
   response.headers = {{"Retry-After", "1"}};
   answer(response);

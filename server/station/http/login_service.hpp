@@ -56,7 +56,7 @@ class LoginService {
 
   /// False if this address or name has to wait; the refusal has then been sent.
   bool may_try(const HttpRequest& request, const std::string& name, const Answer& answer);
-  void later(const Answer& answer, std::function<void()> task);
+  void later(const HttpRequest& request, const Answer& answer, std::function<void()> task);
   void record(const HttpRequest& request, const std::string& what, const std::string& outcome,
               const std::string& detail);
   /// Answers once the change of the sessions is on the disk.
@@ -77,7 +77,7 @@ class LoginService {
   LoginGuard guard_;
   std::map<std::string, Identity> links_;  ///< by token_digest
 
-  SlowWork work_{8};  ///< last: its tasks use all of the above
+  SlowWork work_;  ///< last: its tasks use all of the above
 };
 
 }  // namespace parhelion::station

@@ -161,6 +161,37 @@ TEST_F(BaseStationTest, InstructorRoutesAreRefusedToTraineesAndObservers) {
   ASSERT_EQ(commands().size(), 1U);
 }
 
+TEST_F(BaseStationTest, AnInstructorStopsTheRobotThrough512IdleConnections) {
+  serve_in_background();
+  const std::string instructor = cookie("instructor");
+  std::vector<std::unique_ptr<RawClient>> idle;
+  for (int i = 0; i < 512; ++i) {
+    idle.push_back(std::make_unique<RawClient>(port_));
+    ASSERT_TRUE(idle.back()->connected()) << i;
+  }
+  RawClient page(port_);
+  ASSERT_EQ(page.open_socket("/ws/state", instructor).status, 101);
+  EXPECT_EQ(ask(page, R"({"type":"estop","request":1})")["ok"], true);
+  EXPECT_EQ(cookie("trainee").empty(), false) << "others log in, too";
+}
+
+TEST_F(BaseStationTest, AnInstructorStopsTheRobotWhileSixtyOthersLogIn) {
+  serve_in_background();
+  RawClient page(port_);
+  ASSERT_EQ(page.open_socket("/ws/teleop", cookie("instructor")).status, 101);
+  std::vector<std::unique_ptr<RawClient>> crowd;
+  for (int i = 0; i < 60; ++i) {
+    crowd.push_back(std::make_unique<RawClient>(port_));
+    const std::string body = R"({"name":"user)" + std::to_string(i) + R"(","password":"12345678"})";
+    ASSERT_TRUE(crowd.back()->send_post("/api/v1/login", body));
+  }
+  ASSERT_TRUE(page.send_text(R"({"type":"stop"})"));
+  EXPECT_EQ(next(page, "estop")["on"], true);
+  RawClient elsewhere(port_, false, "127.0.0.2");
+  EXPECT_EQ(elsewhere.post("/api/v1/login", R"({"name":"instructor","password":"correct horse"})").status,
+            204);
+}
+
 TEST_F(BaseStationTest, InvalidOrExpiredCookiesOpenNoSocket) {
   const std::string over = cookie("instructor");
   EXPECT_EQ(RawClient(port_).post("/api/v1/logout", "", over).status, 204);

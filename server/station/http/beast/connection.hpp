@@ -5,10 +5,22 @@
 
 namespace parhelion::station::net {
 
-class Connection : public std::enable_shared_from_this<Connection> {
+class Connection : public Stranger, public std::enable_shared_from_this<Connection> {
  public:
   Connection(ServerCore& core, tcp::socket&& socket, std::unique_ptr<Admission> admission)
-      : core_(core), stream_(std::move(socket), core.tls), admission_(std::move(admission)) {}
+      : core_(core), stream_(std::move(socket), core.tls), admission_(std::move(admission)) {
+    core_.strangers.add(*this, admission_->network());
+  }
+  ~Connection() override { core_.strangers.remove(*this); }
+
+  bool idle() const override { return idle_; }
+  void dismiss() override {
+    core_.refuse({admission_->remote(), "", "a connection",
+                  "too many are open without a log-in: closed for a newer one", 0});
+    core_.strangers.remove(*this);
+    admission_->end();
+    stream_.close();
+  }
 
   void start() {
     allow(core_.options.request_time);
@@ -53,6 +65,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void header_read() {
     ++core_.requests;
+    idle_ = false;
     const auto& header = parser_->get();
     keep_alive_ = header.keep_alive();
     head_only_ = header.method() == http::verb::head;
@@ -83,6 +96,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                                              .headers = {{"Allow", found.methods}}});
     }
     request_.who = core_.identify(request_.session);
+    if (request_.who) core_.strangers.remove(*this);
     const bool asks_to_change = request_.method != "GET" || socket;
     const std::string origin = text(header[http::field::origin]);
     const bool welcome =
@@ -154,6 +168,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   ClientStart client_start() {
+    core_.strangers.remove(*this);
     WebClientOrigin origin{++core_.last_id, request_.who.value_or(Identity{}), request_.remote, request_.path,
                            request_.query};
     return {std::move(request_), host_, std::move(admission_), std::move(origin)};
@@ -246,6 +261,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       allow(kLingerTime);
       return drain(kLingerBytes);
     }
+    idle_ = true;
     allow(core_.options.idle_time);
     if (buffer_.size() > 0) {
       allow(core_.options.request_time);
@@ -291,7 +307,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   HttpResponse content_;
   std::string host_;
   const Route* route_ = nullptr;
-  bool keep_alive_ = false, head_only_ = false, unencrypted_ = false;
+  bool idle_ = true, keep_alive_ = false, head_only_ = false, unencrypted_ = false;
 };
 
 }  // namespace parhelion::station::net

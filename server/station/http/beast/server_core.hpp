@@ -7,6 +7,7 @@
 #include <set>
 
 #include "server/station/http/beast/net_stream.hpp"
+#include "server/station/http/beast/strangers.hpp"
 #include "server/station/http/request_checks.hpp"
 #include "server/station/http/routes.hpp"
 
@@ -51,6 +52,7 @@ struct ServerCore {
   std::string cookie_name;
   std::uint64_t last_id = 0;
   std::map<std::string, std::size_t> connections_by_network;
+  Strangers strangers;
   std::atomic<std::uint64_t> connections{0}, clients{0}, accepted{0}, requests{0}, refused{0}, sent{0},
       received{0}, replaced{0};
 
@@ -70,7 +72,7 @@ struct ServerCore {
   }
 };
 
-/// Counts one connection against the limits of the server and of its address, as long as it lives.
+/// Counts one connection against the limits of the server and of its address, until it ends or is closed.
 class Admission {
  public:
   Admission(ServerCore& core, std::string remote, std::string network)
@@ -78,19 +80,24 @@ class Admission {
     ++core_.connections;
     ++core_.connections_by_network[network_];
   }
-  ~Admission() {
-    --core_.connections;
-    const auto count = core_.connections_by_network.find(network_);
-    if (--count->second == 0) core_.connections_by_network.erase(count);
-  }
+  ~Admission() { end(); }
   Admission(const Admission&) = delete;
   Admission& operator=(const Admission&) = delete;
 
   const std::string& remote() const { return remote_; }
+  const std::string& network() const { return network_; }
+  void end() {
+    if (ended_) return;
+    ended_ = true;
+    --core_.connections;
+    const auto count = core_.connections_by_network.find(network_);
+    if (--count->second == 0) core_.connections_by_network.erase(count);
+  }
 
  private:
   ServerCore& core_;
   std::string remote_, network_;
+  bool ended_ = false;
 };
 
 inline std::chrono::nanoseconds span(Duration duration) { return std::chrono::nanoseconds(duration.ns); }

@@ -116,13 +116,14 @@ TEST_F(Server, ClosesConnectionsThatSendTooSlowly) {
   EXPECT_NE(audit().find("a request"), std::string::npos);
 }
 
-TEST_F(Server, LimitsConnectionsAndAcceptsNewOnesAfterwards) {
+TEST_F(Server, LimitsConnectionsOfThoseLoggedInAndAcceptsNewOnesAfterwards) {
   open({.connections = 4});
+  const std::string cookie = cookie_of("anna");
   {
     std::vector<std::unique_ptr<RawClient>> clients;
     for (int i = 0; i < 4; ++i) {
       clients.push_back(std::make_unique<RawClient>(port()));
-      ASSERT_EQ(clients.back()->get("/healthz").status, 200);
+      ASSERT_EQ(clients.back()->get("/api/v1/me", cookie).status, 200);
     }
     EXPECT_EQ(RawClient(port()).get("/healthz").status, 0);
     EXPECT_EQ(clients.front()->get("/healthz").status, 200);
@@ -132,6 +133,37 @@ TEST_F(Server, LimitsConnectionsAndAcceptsNewOnesAfterwards) {
   RawAnswer answer;
   for (int i = 0; i < 10'000 && answer.status == 0; ++i) answer = RawClient(port()).get("/healthz");
   EXPECT_EQ(answer.status, 200);
+}
+
+TEST_F(Server, ClosesTheOldestIdleConnectionWithoutALogInForANewerOne) {
+  open({.connections = 6, .strangers = 3});
+  const std::string cookie = cookie_of("anna");
+  RawClient page(port()), other_address(port(), false, "127.0.0.2");
+  ASSERT_EQ(page.get("/api/v1/me", cookie).status, 200);
+  ASSERT_EQ(other_address.get("/healthz").status, 200);
+  RawClient oldest(port()), newer(port());
+  ASSERT_EQ(oldest.get("/healthz").status, 200);
+  ASSERT_EQ(newer.get("/healthz").status, 200);
+  EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
+  EXPECT_EQ(oldest.rest(), "") << "of the address with the most";
+  EXPECT_EQ(newer.get("/healthz").status, 200);
+  EXPECT_EQ(other_address.get("/healthz").status, 200) << "older, but alone at its address";
+  EXPECT_EQ(page.get("/api/v1/me", cookie).status, 200);
+  EXPECT_NE(audit().find("closed for a newer one"), std::string::npos);
+}
+
+TEST_F(Server, IdleConnectionsGiveWayBeforeThoseThatAreServed) {
+  open({.connections = 6, .strangers = 2});
+  RawClient busy(port()), idle(port());
+  ASSERT_EQ(idle.get("/healthz").status, 200);
+  busy.send("POST /api/v1/login HTTP/1.1\r\nHost: " + busy.host() + "\r\nOrigin: " + busy.origin() +
+            "\r\nContent-Type: application/json\r\nContent-Length: 2\r\n\r\n{");
+  // When its header has been read cannot be seen from here, but the answer to a later request shows it.
+  ASSERT_EQ(idle.get("/healthz").status, 200);
+  EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
+  EXPECT_EQ(idle.rest(), "") << "newer, but idle";
+  busy.send("}");
+  EXPECT_EQ(busy.answer().status, 400) << "served: what it sent is no log-in";
 }
 
 TEST_F(Server, IsNotBlockedByASlowAnswer) {

@@ -197,6 +197,22 @@ TEST_F(LogIn, ManyNamesFromOneAddressAreRateLimited) {
   EXPECT_EQ(tried, 30);
 }
 
+TEST_F(LogIn, SixtyAtOnceFromOneAddressDoNotShutOutAnother) {
+  make_accounts({{"anna", station::Role::trainee}});
+  open();
+  std::vector<std::unique_ptr<RawClient>> crowd;
+  for (int i = 0; i < 60; ++i) {
+    crowd.push_back(std::make_unique<RawClient>(port()));
+    const std::string body = R"({"name":"user)" + std::to_string(i) + R"(","password":"12345678"})";
+    ASSERT_TRUE(crowd.back()->send_post("/api/v1/login", body));
+  }
+  RawClient elsewhere(port(), false, "127.0.0.2");
+  EXPECT_EQ(elsewhere.post("/api/v1/login", R"({"name":"anna","password":"correct horse"})").status, 204);
+  std::map<int, int> answers;
+  for (const auto& each : crowd) ++answers[each->answer().status];
+  EXPECT_EQ(answers, (std::map<int, int>{{401, 30}, {429, 30}})) << "bounded by the wait, not by the queue";
+}
+
 TEST_F(LogIn, RefusesInvalidLogInMessages) {
   make_accounts({});
   open();

@@ -1,11 +1,13 @@
 // The parts of a web site, each in isolation.
 #include <fstream>
+#include <future>
 
 #include "server/station/http/cached_content.hpp"
 #include "server/station/http/certificate.hpp"
 #include "server/station/http/client_queue.hpp"
 #include "server/station/http/login_guard.hpp"
 #include "server/station/http/request_checks.hpp"
+#include "server/station/http/slow_work.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
 
 namespace parhelion::testing {
@@ -147,6 +149,29 @@ TEST(LoginGuard, IsBoundedForUnlimitedNames) {
   for (int i = 0; i < 6; ++i) (void)guard.admit("x", "anna", now);
   for (int i = 0; i < 3000; ++i) (void)guard.admit("n" + std::to_string(i), "u" + std::to_string(i), now);
   EXPECT_GT(guard.admit("y", "anna", now).ns, 0) << "who is held up is not forgotten for others";
+}
+
+TEST(SlowWork, ServesClientsInTurnAndLimitsEach) {
+  std::vector<std::string> done;
+  std::promise<void> begun, go_on, ended;
+  station::SlowWork work({.waiting = 6, .waiting_per_client = 3});
+  ASSERT_TRUE(work.take("a", [&] {
+    begun.set_value();
+    go_on.get_future().wait();
+  }));
+  begun.get_future().wait();
+  for (const std::string task : {"a1", "a2", "a3", "b1", "b2"}) {
+    EXPECT_TRUE(work.take(task.substr(0, 1), [&done, &ended, task] {
+      done.push_back(task);
+      if (task == "a3") ended.set_value();
+    })) << task;
+  }
+  EXPECT_FALSE(work.take("a", [] {})) << "three of this client wait";
+  EXPECT_TRUE(work.take("c", [&] { done.push_back("c1"); }));
+  EXPECT_FALSE(work.take("d", [] {})) << "six wait in all";
+  go_on.set_value();
+  ended.get_future().wait();
+  EXPECT_EQ(done, (std::vector<std::string>{"a1", "b1", "c1", "a2", "b2", "a3"}));
 }
 
 TEST(ClientQueue, ReplacesQueuedMessagesOfASlotInPlace) {
