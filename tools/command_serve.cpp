@@ -25,6 +25,8 @@
 #include "tools/command.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/live_station.hpp"
+#include "tools/service_log.hpp"
+#include "tools/service_manager.hpp"
 #include "tools/stop_memory.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/supervision.hpp"
@@ -42,7 +44,7 @@ struct Arguments {
 };
 
 Exit fail(const std::string& what) {
-  std::fprintf(stderr, "parhelion serve: %s\n", what.c_str());
+  log_line(Priority::error, what);
   return Exit::failed;
 }
 
@@ -98,25 +100,37 @@ Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const BusOptions& op
 
 /// After an instructor has ended the session: serves the report until the server is stopped.
 void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus& bus,
-                        const runtime::ServeOptions& options) {
+                        const runtime::ServeOptions& options, ServiceManager& manager) {
   station.show_report(report);
   options.notify("ended by the instructor; the base station shows the report; stop with ^C");
   Message message;  // the station receives what is received here
   while (!stop_asked()) {
     if (!bus.receive(message, milliseconds(100))) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+  manager.stopping();
 }
 
 /// Initializes the stop state in `options` from `memory`, and stores its later changes there.
 void remember_stops(runtime::ServeOptions& options, StopMemory& memory, ServerMemory& shared) {
   options.robot_stopped = shared.robot_stopped || memory.holds();
-  options.robot_stop_held = [&memory, &shared, notify = options.notify](bool holds) {
+  options.robot_stop_held = [&memory, &shared](bool holds) {
     shared.robot_stopped = holds;
-    if (const Status kept = memory.keep(holds); !kept) notify("emergency stop: " + kept.error().message);
+    if (const Status kept = memory.keep(holds); !kept)
+      log_line(Priority::warning, "emergency stop: " + kept.error().message);
   };
 }
 
-Exit run_once(const Arguments& arguments, ServerMemory& memory) {
+/// What the loop reports to people and to the service manager.
+void report_state(runtime::ServeOptions& options, ServiceManager& manager) {
+  options.notify = [&manager](const std::string& news) {
+    log_line(Priority::information, news);
+    manager.status(news);
+  };
+  options.loop_runs = [&manager] { manager.loop_runs(); };
+  options.loop_ended = [&manager] { stop_asked() ? manager.stopping() : manager.loop_ended(); };
+}
+
+Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& manager) {
   runtime::ServeOptions options;
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
@@ -126,9 +140,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory) {
   }
   options.real_time = *runtime::parse_real_time(arguments.real_time);
   options.stop = stop_asked;
-  options.notify = [](const std::string& news) {
-    std::fprintf(stderr, "parhelion serve: %s\n", news.c_str());
-  };
+  report_state(options, manager);
   runtime::RefusedMessages refused;
   if (!arguments.bus.keys.empty()) options.refused = &refused;
   auto bus = open_tapped_bus(arguments.bus, options.real_time, refused);
@@ -148,8 +160,8 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory) {
   for (const std::string& stop : active_stops(state)) options.notify(stop);
   options.begun = [&memory] { memory.begun = true; };
   options.commanded = [&memory](const runtime::RobotStop& stop) { memory.set_robot_stop(stop); };
-  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) options.notify(*slow);
-  std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
+  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) log_line(Priority::warning, *slow);
+  log_line(Priority::information, "session log " + options.session);
   if (configuration->scenario.training)
     std::fputs(training::briefing(configuration->scenario, tick::graded_robot(*configuration)).c_str(),
                stderr);
@@ -165,7 +177,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory) {
         *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
-    options.notify(station->invitation());
+    log_line(Priority::information, station->invitation());  // not for the manager: it has a secret link
     options.clock = station->clock();
     options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
   }
@@ -176,7 +188,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory) {
     auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
     if (!opened) return fail(opened.error().message);
     foxglove = std::move(*opened);
-    options.notify("for Foxglove, without log-in: " + foxglove->address());
+    log_line(Priority::information, "for Foxglove, without log-in: " + foxglove->address());
   }
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
@@ -190,7 +202,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory) {
       return fail(written.error().message);
     }
   }
-  if (station && station->ended()) show_until_stopped(*station, *report, **bus, options);
+  if (station && station->ended()) show_until_stopped(*station, *report, **bus, options, manager);
   return report->complete ? Exit::done : Exit::failed;
 }
 
@@ -209,15 +221,18 @@ void stop_robot(const BusOptions& options, const runtime::RobotStop& stop) {
   }
 }
 
-Exit supervise_server(const Arguments& arguments) {
+Exit supervise_server(const Arguments& arguments, ServiceManager& manager) {
   Supervision supervision;
-  supervision.serve = [arguments](int attempt, ServerMemory& memory) {
+  supervision.serve = [arguments, &manager](int attempt, ServerMemory& memory) {
     Arguments now = arguments;
     if (attempt > 0) now.session = session_after(arguments.session);
-    return run_once(now, memory);
+    return run_once(now, memory, manager);
   };
   supervision.stop_robot = [bus = arguments.bus](const runtime::RobotStop& stop) { stop_robot(bus, stop); };
-  supervision.notify = [](const std::string& news) { (void)fail(news); };
+  supervision.notify = [&manager](const std::string& news) {
+    log_line(Priority::error, news);
+    manager.status(news);
+  };
   return supervise(supervision);
 }
 
@@ -260,13 +275,18 @@ void add_serve(CLI::App& app, Exit& exit) {
       "         parhelion serve lab.yaml --http 127.0.0.1:8080    (open the link that it prints)");
   command->callback([arguments, &exit] {
     if (arguments->session.empty()) arguments->session = session_name("session");
+    auto manager = ServiceManager::from_environment();
+    if (!manager) {
+      exit = fail(manager.error().message);
+      return;
+    }
     if (!arguments->once) {
-      exit = supervise_server(*arguments);
+      exit = supervise_server(*arguments, *manager);
       return;
     }
     catch_stop_signals();
     const auto memory = std::make_unique<ServerMemory>();
-    exit = run_once(*arguments, *memory);
+    exit = run_once(*arguments, *memory, *manager);
   });
 }
 

@@ -127,6 +127,7 @@ Result<Report> LiveSession::operator()() {
   if (options_.begun) options_.begun();
   if (options_.notify) options_.notify("serving; stop with ^C");
   const std::string fault = run_until_stopped();
+  if (options_.loop_ended) options_.loop_ended();
   end();
   if (!fault.empty()) return Error{fault};
   Report whole = report();
@@ -150,6 +151,7 @@ std::string LiveSession::run_until_stopped() {
     take_answers();
     take_models();
     housekeeping();
+    if (options_.loop_runs) options_.loop_runs();
   }
   return {};
 }

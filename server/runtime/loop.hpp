@@ -45,6 +45,10 @@ struct ServeOptions {
   RefusedMessages* refused = nullptr;  ///< of a bus with signatures; none: nothing is refused
   /// Called when a real robot is commanded for the first time, and when further joints are; may be empty.
   std::function<void(const RobotStop&)> commanded;
+  /// Called by the loop in each round, at least ten times a second: never while the loop hangs. May be empty.
+  std::function<void()> loop_runs;
+  /// Called when the loop has ended, before what was received until then is processed; may be empty.
+  std::function<void()> loop_ended;
   std::function<bool()> stop;                      ///< polled at least ten times a second
   std::function<void(const std::string&)> notify;  ///< messages for people: started, waiting, degraded
 };

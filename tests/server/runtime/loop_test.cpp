@@ -98,6 +98,31 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
   }
 }
 
+TEST_F(LoopTest, ALoopThatHangsDoesNotReportThatItRuns) {
+  std::atomic<int> rounds = 0;
+  std::atomic<bool> ended = false;
+  options_.loop_runs = [&] { ++rounds; };
+  options_.loop_ended = [&] { ended = true; };
+  serve_in_background(test::configuration({}));
+  ASSERT_EQ(await(channel::kMrStatus, 1).size(), 1U);
+  shut_gate();
+  const int before = rounds;
+  EXPECT_GT(before, 0);
+  // The guard has threads of its own, and answers in spite of the loop.
+  for (int sequence = 1; sequence <= 3; ++sequence) {
+    const Message scan = test::message(channel::kScan, 0, test::scan_at(sequence));
+    ASSERT_TRUE(robot_->publish(scan.channel, scan.payload).ok());
+  }
+  ASSERT_EQ(await(channel::kMrScan, 3).size(), 3U);
+  EXPECT_EQ(rounds, before);
+  open_gate();
+  ASSERT_EQ(await(channel::kMrStatus, 2).size(), 2U);
+  EXPECT_GT(rounds, before);
+  EXPECT_FALSE(ended);
+  stop();
+  EXPECT_TRUE(ended);
+}
+
 TEST_F(LoopTest, StoppingTheLoopPublishesQueuedScans) {
   serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}), seconds(100));
   const auto log = test::drive(2);
