@@ -11,11 +11,11 @@ std::filesystem::path share_path(std::string_view relative) {
   }
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const auto installed = program.parent_path().parent_path() / PARHELION_SHARE_DIR / relative;
-    if (std::filesystem::exists(installed, error)) return installed;
+  for (auto folder = program.parent_path(); folder.has_relative_path(); folder = folder.parent_path()) {
+    auto path = folder / PARHELION_SHARE_FOLDER / relative;
+    if (std::filesystem::exists(path, error)) return path;
   }
-  return std::filesystem::path(PARHELION_SOURCE_SHARE) / relative;
+  return program.parent_path().parent_path() / PARHELION_SHARE_FOLDER / relative;  // where it is expected
 }
 
 }  // namespace parhelion

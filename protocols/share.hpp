@@ -7,7 +7,7 @@
 namespace parhelion {
 
 /// Path of an installed file such as "fusion/scan/presets/lms-200.yaml": under $PARHELION_SHARE where set,
-/// else beside the running program (../share/parhelion), else in the source tree that it was built from.
+/// else share/parhelion in the nearest folder above the running program that has it.
 std::filesystem::path share_path(std::string_view relative);
 
 }  // namespace parhelion

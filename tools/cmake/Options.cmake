@@ -37,6 +37,8 @@ if(PARHELION_SANITIZE)
 endif()
 
 include(GNUInstallDirs)
+# Components of the packages, tools/package: `program` and, for what no processor type matters, `data`.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Eigen3 REQUIRED NO_MODULE)
