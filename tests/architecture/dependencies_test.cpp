@@ -63,7 +63,7 @@ bool is_system_header(const std::string& name) {
   static const std::regex standard("[a-z_0-9]+");
   static const std::regex posix(
       "(sys|arpa|net|netinet|linux)/"
-      ".*\\.h|(unistd|fcntl|poll|sched|dlfcn|signal|pthread|termios|spawn|getopt|glob|ifaddrs)\\.h");
+      ".*\\.h|(unistd|fcntl|poll|sched|dlfcn|signal|pthread|termios|spawn|getopt|glob|ifaddrs|pwd)\\.h");
   return std::regex_match(name, standard) || std::regex_match(name, posix);
 }
 
