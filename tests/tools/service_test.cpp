@@ -127,7 +127,7 @@ TEST_F(ServiceTest, TheServerReportsReadinessAndItsLoopFeedsTheWatchdog) {
   const auto ready = manager_.await("READY=1");
   ASSERT_TRUE(ready) << test::text_of(log());
   EXPECT_TRUE(answers_a_scan());
-  const pid_t child = std::stoi(child_of(*server));
+  const pid_t child = child_of(*server);
   EXPECT_EQ(ready->sender, child) << "the process that answers scans";
   for (int i = 0; i < 5; ++i) {
     const auto fed = manager_.await("WATCHDOG=1");
@@ -189,7 +189,7 @@ TEST_F(ServiceTest, LinesHavePrioritiesOnlyInTheJournal) {
     const auto server =
         start(journal ? "JOURNAL_STREAM=$(stat -L -c %d:%i /dev/fd/2)" : "JOURNAL_STREAM=1:2");
     ASSERT_TRUE(await_server(*server, 1));
-    kill(std::stoi(child_of(*server)), SIGKILL);
+    kill(child_of(*server), SIGKILL);
     ASSERT_TRUE(await_server(*server, 2));
     server->signal(SIGTERM);
     EXPECT_EQ(server->wait(), 0);
