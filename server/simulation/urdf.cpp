@@ -1,330 +1,388 @@
 #include "server/simulation/urdf.hpp"
 
-#include <console_bridge/console.h>
-#include <urdf_parser/urdf_parser.h>
+#include <tinyxml2.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <mutex>
+#include <map>
+#include <optional>
 #include <set>
 
-#ifdef PARHELION_ADDRESS_SANITIZER
-#include <sanitizer/lsan_interface.h>
-#endif
+#include "protocols/yaml/utf8.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
-/// Links of liburdfdom reference each other by shared pointers: those of a joint loop, which it rejects, are
-/// never freed. Leak checkers ignore allocations during this object's lifetime.
-struct LeaksOfUrdfdom {
-#ifdef PARHELION_ADDRESS_SANITIZER
-  LeaksOfUrdfdom() { __lsan_disable(); }
-  ~LeaksOfUrdfdom() { __lsan_enable(); }
-#else
-  LeaksOfUrdfdom() {}
-#endif
+using tinyxml2::XMLElement;
+
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxLinks = 1000;
+
+/// Thrown within this file: XML has an error at any depth, and each reader below would only pass it on.
+struct Refused {
+  int line;
+  std::string words;
 };
 
-/// Captures liburdfdom's messages, which it writes to a console.
-class Listener : public console_bridge::OutputHandler {
- public:
-  Listener() {
-    console_bridge::useOutputHandler(this);
-    console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_ERROR);
-  }
-  ~Listener() override { console_bridge::restorePreviousOutputHandler(); }
-  void log(const std::string& text, console_bridge::LogLevel, const char*, int) override {
-    if (first_message.empty()) first_message = text;
-  }
-  std::string first_message;
-};
+std::string text_of(const XMLElement& element, const char* name) {
+  const char* text = element.Attribute(name);
+  return text == nullptr ? "" : text;
+}
 
-int line_at(const std::string& text, std::size_t place) {
-  return 1 +
-         static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(place), '\n'));
+/// The element by its tag and name, for messages.
+std::string words_for(const XMLElement& element) {
+  const std::string name = text_of(element, "name");
+  return element.Name() + (name.empty() ? "" : " '" + yaml::printable(name) + "'");
+}
+
+[[noreturn]] void refuse(const XMLElement& element, const std::string& words) {
+  throw Refused{element.GetLineNum(), words_for(element) + ": " + words};
+}
+
+const XMLElement& required_child(const XMLElement& element, const char* tag) {
+  const XMLElement* child = element.FirstChildElement(tag);
+  if (child == nullptr) refuse(element, std::string("expected <") + tag + "> in it");
+  return *child;
+}
+
+std::string required_text(const XMLElement& element, const char* name) {
+  const std::string text = text_of(element, name);
+  if (text.empty()) refuse(element, std::string("expected the attribute ") + name);
+  return text;
+}
+
+/// Finite numbers, separated by spaces.
+template <std::size_t Count>
+std::array<double, Count> numbers(const XMLElement& element, const char* name, const std::string& text) {
+  std::array<double, Count> values{};
+  const char *at = text.data(), *const end = at + text.size();
+  const auto skip_spaces = [&] {
+    while (at != end && std::isspace(static_cast<unsigned char>(*at)) != 0) ++at;
+  };
+  bool good = true;
+  for (double& value : values) {
+    skip_spaces();
+    if (at != end && *at == '+') ++at;
+    const auto [next, error] = std::from_chars(at, end, value);
+    good = good && error == std::errc{} && std::isfinite(value);
+    at = next;
+  }
+  skip_spaces();
+  if (!good || at != end) {
+    refuse(element, std::string(name) + "='" + yaml::printable(text) + "'; expected " +
+                        std::to_string(Count) + (Count == 1 ? " number" : " numbers, separated by spaces"));
+  }
+  return values;
+}
+
+double number(const XMLElement& element, const char* name) {
+  return numbers<1>(element, name, required_text(element, name))[0];
+}
+
+double number_or(const XMLElement& element, const char* name, double otherwise) {
+  return element.Attribute(name) == nullptr ? otherwise : number(element, name);
+}
+
+Eigen::Vector3d vector_or_zero(const XMLElement& element, const char* name) {
+  if (element.Attribute(name) == nullptr) return Eigen::Vector3d::Zero();
+  const auto values = numbers<3>(element, name, text_of(element, name));
+  return {values[0], values[1], values[2]};
+}
+
+/// <origin> of an element: xyz in m, rpy in rad about fixed axes, roll first.
+Eigen::Isometry3d origin_of(const XMLElement& element) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  const XMLElement* origin = element.FirstChildElement("origin");
+  if (origin == nullptr) return isometry;
+  const Eigen::Vector3d half = vector_or_zero(*origin, "rpy") / 2;
+  const Eigen::Array3d s = half.array().sin(), c = half.array().cos();
+  Eigen::Quaterniond rotation(
+      c.x() * c.y() * c.z() + s.x() * s.y() * s.z(), s.x() * c.y() * c.z() - c.x() * s.y() * s.z(),
+      c.x() * s.y() * c.z() + s.x() * c.y() * s.z(), c.x() * c.y() * s.z() - s.x() * s.y() * c.z());
+  isometry.linear() = rotation.normalized().toRotationMatrix();
+  isometry.translation() = vector_or_zero(*origin, "xyz");
+  return isometry;
+}
+
+/// Colours of materials by name, linear; a material without a colour, such as one with a texture, has none.
+using Colors = std::map<std::string, std::optional<Eigen::Vector3f>>;
+
+std::optional<Eigen::Vector3f> color_of(const XMLElement& material) {
+  const XMLElement* color = material.FirstChildElement("color");
+  if (color == nullptr) return std::nullopt;
+  const auto rgba = numbers<4>(*color, "rgba", required_text(*color, "rgba"));
+  Eigen::Vector3f linear;
+  for (int i = 0; i < 3; ++i) {
+    const auto c = static_cast<float>(rgba[static_cast<std::size_t>(i)]);
+    if (!(c >= 0 && c <= 1)) refuse(*color, "expected red, green, blue and alpha from 0 to 1");
+    // URDF colours are sRGB.
+    linear[i] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
+  }
+  return linear;
 }
 
 class Reader {
  public:
-  Reader(const std::string& urdf, const std::string& origin, const MaterialTable& materials)
-      : urdf_(urdf), origin_(origin), materials_(materials) {}
+  explicit Reader(const MaterialTable& materials) : materials_(materials) {}
 
-  Result<UrdfRobot> read() {
-    if (const auto fault = xml_fault()) return *fault;
-    const urdf::ModelInterfaceSharedPtr model = parse();
-    if (!model) return fault_;
-    if (Status status = check_tree(*model); !status) return status.error();
-    add_link(*model->getRoot());
-    if (Status status = add_children(*model->getRoot(), 0); !status) return status.error();
-    if (Status status = add_gears(*model); !status) return status.error();
+  UrdfRobot read(const XMLElement& robot) {
+    for (auto* each = robot.FirstChildElement("material"); each; each = each->NextSiblingElement("material"))
+      colors_[required_text(*each, "name")] = color_of(*each);
+    collect(robot, "link", links_);
+    collect(robot, "joint", joints_);
+    if (links_.size() > kMaxLinks)
+      refuse(robot, std::to_string(links_.size()) + " links; at most " + std::to_string(kMaxLinks) +
+                        " are simulated");
+    for (const auto& [name, joint] : joints_) connect(*joint);
+    const XMLElement& root = root_link(robot);
+    add_link(root);
+    add_children(root, 0);
+    for (const auto& [name, link] : links_) {
+      const bool reached = std::any_of(robot_.links.begin(), robot_.links.end(),
+                                       [&](const RobotLink& each) { return each.name == name; });
+      if (!reached) {
+        refuse(*link, "is not connected to '" + robot_.links[0].name +
+                          "': its joints make a loop; a robot is a tree of links");
+      }
+    }
+    for (RobotJoint& joint : robot_.joints) gear(joint);
     return std::move(robot_);
   }
 
  private:
-  Error at(const char* tag, const std::string& name, const std::string& words) const {
-    const int line = urdf_line(urdf_, tag, name);
-    return Error{origin_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + tag + " '" + name +
-                 "': " + words};
+  using Elements = std::map<std::string, const XMLElement*>;
+
+  static void collect(const XMLElement& robot, const char* tag, Elements& elements) {
+    for (auto* each = robot.FirstChildElement(tag); each; each = each->NextSiblingElement(tag)) {
+      if (!elements.emplace(required_text(*each, "name"), each).second)
+        refuse(*each, "the name occurs twice");
+    }
   }
 
-  std::optional<Error> xml_fault() const {
-    TiXmlDocument document;
-    document.Parse(urdf_.c_str());
-    if (!document.Error()) return std::nullopt;
-    return Error{origin_ + ":" + std::to_string(document.ErrorRow()) + ": not XML: " + document.ErrorDesc()};
+  std::string end_of(const XMLElement& joint, const char* tag) const {
+    const std::string link = required_text(required_child(joint, tag), "link");
+    if (!links_.contains(link))
+      refuse(joint, std::string("its ") + tag + " link '" + yaml::printable(link) + "' does not exist");
+    return link;
   }
 
-  urdf::ModelInterfaceSharedPtr parse() {
-    static std::mutex one_at_a_time;  // the console is global
-    const std::lock_guard lock(one_at_a_time);
-    Listener listener;
-    urdf::ModelInterfaceSharedPtr model;
-    try {
-      const LeaksOfUrdfdom passed_over;
-      model = urdf::parseURDF(urdf_);
-    } catch (const std::exception& e) {
-      listener.first_message = e.what();
+  void connect(const XMLElement& joint) {
+    const std::string child = end_of(joint, "child");
+    const auto [other, is_new] = carrier_.emplace(child, &joint);
+    if (!is_new) {
+      refuse(joint, "closes a loop: link '" + yaml::printable(child) + "' hangs from " +
+                        words_for(*other->second) + " already; a robot is a tree of links");
     }
-    if (!model || !model->getRoot()) {
-      fault_ = Error{origin_ + ": liburdfdom refuses it: " +
-                     (listener.first_message.empty() ? "no root link" : listener.first_message)};
-      if (fault_.message.find("No root link") != std::string::npos)
-        fault_.message += " Either a joint closes a loop, or there is no link: one must be no joint's child";
-      return nullptr;
-    }
-    return model;
+    children_[end_of(joint, "parent")].push_back(&joint);
   }
 
-  /// liburdfdom accepts a link with two parents, and drops one of them.
-  Status check_tree(const urdf::ModelInterface& model) const {
-    std::map<std::string, std::string> carrier;
-    for (const auto& [name, joint] : model.joints_) {
-      const auto [other, is_new] = carrier.emplace(joint->child_link_name, name);
-      if (!is_new) {
-        return at("joint", name,
-                  "closes a loop: link '" + joint->child_link_name + "' hangs from joint '" + other->second +
-                      "' already; a robot is a tree of links");
-      }
+  /// The link that no joint carries.
+  const XMLElement& root_link(const XMLElement& robot) const {
+    const XMLElement* root = nullptr;
+    for (const auto& [name, link] : links_) {
+      if (carrier_.contains(name)) continue;
+      if (root != nullptr)
+        refuse(*link, "no joint connects it to " + words_for(*root) + "; a robot is a tree of links");
+      root = link;
     }
-    std::set<std::string> reached;
-    std::vector<const urdf::Link*> open{model.getRoot().get()};
-    while (!open.empty()) {
-      const urdf::Link* link = open.back();
-      open.pop_back();
-      reached.insert(link->name);
-      for (const auto& child : link->child_links) open.push_back(child.get());
-    }
-    for (const auto& [name, link] : model.links_) {
-      if (!reached.contains(name)) {
-        return at("link", name,
-                  "is not connected to '" + model.getRoot()->name +
-                      "': its joints make a loop; a robot is a tree of links");
-      }
-    }
-    return {};
+    if (root == nullptr)
+      refuse(robot, "no root link: a joint closes a loop, or there is no link; one must be no joint's child");
+    return *root;
   }
 
-  static Eigen::Isometry3d pose(const urdf::Pose& pose) {
-    Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
-    isometry.linear() = Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z)
-                            .normalized()
-                            .toRotationMatrix();
-    isometry.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
-    return isometry;
+  void add_link(const XMLElement& link) {
+    robot_.links.emplace_back();
+    robot_.links.back().name = text_of(link, "name");
   }
 
-  Material material(const urdf::Visual& visual) const {
+  void add_children(const XMLElement& link, std::size_t index) {
+    fill(link, robot_.links[index]);
+    const auto joints = children_.find(robot_.links[index].name);
+    if (joints == children_.end()) return;
+    for (const XMLElement* element : joints->second) {
+      const XMLElement& child = *links_.at(end_of(*element, "child"));
+      RobotJoint joint;
+      joint.parent = index;
+      joint.child = robot_.links.size();
+      fill(*element, joint);
+      if (joint.kind != JointKind::fixed && child.FirstChildElement("inertial") == nullptr)
+        refuse(child, "has no <inertial>, but joint '" + yaml::printable(joint.name) + "' moves it");
+      robot_.joints.push_back(joint);
+      add_link(child);
+      add_children(child, joint.child);
+    }
+  }
+
+  Material material(const XMLElement& visual) {
     Material result;
-    const auto known = materials_.find(visual.material_name);
-    if (known != materials_.end()) result = known->second;
-    if (!visual.material) return result;
-    // URDF colours are sRGB.
-    const auto linear = [](float c) {
-      return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
-    };
-    const urdf::Color& color = visual.material->color;
-    result.albedo = {linear(color.r), linear(color.g), linear(color.b)};
+    const XMLElement* element = visual.FirstChildElement("material");
+    if (element == nullptr) return result;
+    const std::string name = text_of(*element, "name");
+    if (const auto known = materials_.find(name); known != materials_.end()) result = known->second;
+    std::optional<Eigen::Vector3f> color = color_of(*element);
+    if (!name.empty()) {
+      const bool defines = color || element->FirstChildElement("texture") != nullptr;
+      const auto known = defines ? colors_.emplace(name, color).first : colors_.find(name);
+      if (known == colors_.end())
+        refuse(*element, "is defined nowhere; expected <color rgba=...> in it, or a <material> of that name");
+      color = known->second;
+    }
+    if (color) result.albedo = {color->x(), color->y(), color->z()};
     return result;
   }
 
-  Status add_shape(const urdf::Link& link, const urdf::Geometry& geometry, const urdf::Pose& origin,
-                   const Material& look, std::vector<Shape>& shapes) const {
+  static Shape shape(const XMLElement& element, const Material& look) {
+    const XMLElement& geometry = required_child(element, "geometry");
+    const XMLElement* form = geometry.FirstChildElement();
+    const std::string tag = form == nullptr ? "" : form->Name();
     Shape shape;
-    shape.T_body_shape = Transform<Body, ShapeFrame>(pose(origin));
+    shape.T_body_shape = Transform<Body, ShapeFrame>(origin_of(element));
     shape.material = look;
-    switch (geometry.type) {
-      case urdf::Geometry::BOX: {
-        const auto& box = static_cast<const urdf::Box&>(geometry);
-        shape.kind = ShapeKind::box;
-        shape.size = {box.dim.x, box.dim.y, box.dim.z};
-        break;
-      }
-      case urdf::Geometry::CYLINDER: {
-        const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
-        shape.kind = ShapeKind::cylinder;
-        shape.size = {cylinder.radius, cylinder.radius, cylinder.length};
-        break;
-      }
-      case urdf::Geometry::SPHERE: {
-        const auto& sphere = static_cast<const urdf::Sphere&>(geometry);
-        shape.kind = ShapeKind::sphere;
-        shape.size = Eigen::Vector3d::Constant(sphere.radius);
-        break;
-      }
-      default:
-        return at("link", link.name,
-                  "a mesh: only box, cylinder and sphere are simulated; use these instead");
+    if (tag == "box") {
+      const auto size = numbers<3>(*form, "size", required_text(*form, "size"));
+      shape.kind = ShapeKind::box;
+      shape.size = {size[0], size[1], size[2]};
+    } else if (tag == "cylinder") {
+      shape.kind = ShapeKind::cylinder;
+      shape.size = {number(*form, "radius"), number(*form, "radius"), number(*form, "length")};
+    } else if (tag == "sphere") {
+      shape.kind = ShapeKind::sphere;
+      shape.size = Eigen::Vector3d::Constant(number(*form, "radius"));
+    } else if (tag == "mesh") {
+      refuse(geometry, "a mesh: only box, cylinder and sphere are simulated; use these instead");
+    } else {
+      refuse(geometry, "expected <box>, <cylinder> or <sphere> in it");
     }
-    if (!shape.size.allFinite() || shape.size.minCoeff() <= 0 || !shape.T_body_shape.finite())
-      return at("link", link.name, "a shape whose size is not positive, or whose origin is not finite");
-    shapes.push_back(shape);
-    return {};
+    if (shape.size.minCoeff() <= 0) refuse(*form, "a shape whose size is not positive");
+    return shape;
   }
 
-  Status fill(const urdf::Link& link, RobotLink& out) const {
-    for (const auto& visual : link.visual_array) {
-      if (Status status = add_shape(link, *visual->geometry, visual->origin, material(*visual), out.visible);
-          !status)
-        return status;
+  void fill(const XMLElement& link, RobotLink& out) {
+    // What is wrong in a shape is said with the link's name.
+    const auto with_link = [&](auto&& read) {
+      try {
+        return read();
+      } catch (const Refused& refused) {
+        throw Refused{refused.line, words_for(link) + ": " + refused.words};
+      }
+    };
+    for (auto* part = link.FirstChildElement("visual"); part; part = part->NextSiblingElement("visual"))
+      out.visible.push_back(with_link([&] { return shape(*part, material(*part)); }));
+    for (auto* part = link.FirstChildElement("collision"); part; part = part->NextSiblingElement("collision"))
+      out.solid.push_back(with_link([&] { return shape(*part, {}); }));
+    if (const XMLElement* inertial = link.FirstChildElement("inertial")) fill_inertia(link, *inertial, out);
+  }
+
+  static void fill_inertia(const XMLElement& link, const XMLElement& inertial, RobotLink& out) {
+    const double mass = number(required_child(inertial, "mass"), "value");
+    if (!(mass > 0)) {
+      refuse(link,
+             "a mass of " + std::to_string(mass) +
+                 " kg; expected more than 0 (leave <inertial> out of a fixed link that is only a frame)");
     }
-    for (const auto& collision : link.collision_array) {
-      if (Status status = add_shape(link, *collision->geometry, collision->origin, {}, out.solid); !status)
-        return status;
-    }
-    if (!link.inertial) return {};
-    const urdf::Inertial& inertial = *link.inertial;
-    if (!(inertial.mass > 0) || !std::isfinite(inertial.mass)) {
-      return at("link", link.name,
-                "a mass of " + std::to_string(inertial.mass) +
-                    " kg; expected more than 0 (leave <inertial> "
-                    "out of a fixed link that is only a frame)");
-    }
-    const Eigen::Isometry3d frame = pose(inertial.origin);
+    const Eigen::Isometry3d frame = origin_of(inertial);
+    const XMLElement& moments = required_child(inertial, "inertia");
+    const auto of = [&](const char* name) { return number(moments, name); };
     Eigen::Matrix3d I;
-    I << inertial.ixx, inertial.ixy, inertial.ixz, inertial.ixy, inertial.iyy, inertial.iyz, inertial.ixz,
-        inertial.iyz, inertial.izz;
-    out.mass = inertial.mass;
+    I << of("ixx"), of("ixy"), of("ixz"), of("ixy"), of("iyy"), of("iyz"), of("ixz"), of("iyz"), of("izz");
+    out.mass = mass;
     out.center = frame.translation();
     out.inertia = frame.linear() * I * frame.linear().transpose();
-    const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
+    const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
     // The largest moment of inertia is at most the sum of the others.
-    if (!(moments.x() > 0) || moments.z() > 1.001 * (moments.x() + moments.y()))
-      return at("link", link.name,
-                "an impossible inertia: its principal moments are " + std::to_string(moments.x()) + ", " +
-                    std::to_string(moments.y()) + " and " + std::to_string(moments.z()) + " kg m^2");
-    return {};
+    if (!(principal.x() > 0) || principal.z() > 1.001 * (principal.x() + principal.y()))
+      refuse(link, "an impossible inertia: its principal moments are " + std::to_string(principal.x()) +
+                       ", " + std::to_string(principal.y()) + " and " + std::to_string(principal.z()) +
+                       " kg m^2");
   }
 
-  void add_link(const urdf::Link& link) {
-    robot_.links.emplace_back();
-    robot_.links.back().name = link.name;
+  static JointKind kind_of(const XMLElement& joint) {
+    static const std::map<std::string, JointKind> kinds{{"fixed", JointKind::fixed},
+                                                        {"revolute", JointKind::revolute},
+                                                        {"continuous", JointKind::continuous},
+                                                        {"prismatic", JointKind::prismatic}};
+    const auto kind = kinds.find(required_text(joint, "type"));
+    if (kind == kinds.end())
+      refuse(joint, "only fixed, revolute, continuous and prismatic joints are simulated");
+    return kind->second;
   }
 
-  Status add_children(const urdf::Link& link, std::size_t index) {
-    if (Status status = fill(link, robot_.links[index]); !status) return status;
-    for (const auto& joint : link.child_joints) {
-      const auto child = std::find_if(link.child_links.begin(), link.child_links.end(),
-                                      [&](const auto& l) { return l->name == joint->child_link_name; });
-      RobotJoint out;
-      out.parent = index;
-      out.child = robot_.links.size();
-      if (Status status = fill(*joint, out); !status) return status;
-      if (out.kind != JointKind::fixed && !(*child)->inertial)
-        return at("link", (*child)->name, "has no <inertial>, but joint '" + out.name + "' moves it");
-      robot_.joints.push_back(out);
-      add_link(**child);
-      if (Status status = add_children(**child, out.child); !status) return status;
-    }
-    return {};
-  }
-
-  Status fill(const urdf::Joint& joint, RobotJoint& out) const {
-    out.name = joint.name;
-    out.T_parent_child = Transform<Body, Body>(pose(joint.parent_to_joint_origin_transform));
-    switch (joint.type) {
-      case urdf::Joint::FIXED:
-        out.kind = JointKind::fixed;
-        return {};
-      case urdf::Joint::REVOLUTE:
-        out.kind = JointKind::revolute;
-        break;
-      case urdf::Joint::CONTINUOUS:
-        out.kind = JointKind::continuous;
-        break;
-      case urdf::Joint::PRISMATIC:
-        out.kind = JointKind::prismatic;
-        break;
-      default:
-        return at("joint", joint.name, "only fixed, revolute, continuous and prismatic joints are simulated");
-    }
-    out.axis = {joint.axis.x, joint.axis.y, joint.axis.z};
-    if (!(out.axis.norm() > 1e-6) || !out.axis.allFinite() || !out.T_parent_child.finite())
-      return at("joint", joint.name, "its axis or origin is zero or not finite");
+  static void fill(const XMLElement& joint, RobotJoint& out) {
+    out.name = text_of(joint, "name");
+    out.T_parent_child = Transform<Body, Body>(origin_of(joint));
+    out.kind = kind_of(joint);
+    if (out.kind == JointKind::fixed) return;
+    if (const XMLElement* axis = joint.FirstChildElement("axis")) out.axis = vector_or_zero(*axis, "xyz");
+    if (!(out.axis.norm() > 1e-6)) refuse(joint, "its axis is zero");
     out.axis.normalize();
-    if (joint.dynamics) {
-      out.friction = joint.dynamics->friction;
-      out.damping = joint.dynamics->damping;
-    }
-    if (joint.limits) {
-      out.lower = joint.limits->lower;
-      out.upper = joint.limits->upper;
-      out.effort = joint.limits->effort;
-      out.velocity = joint.limits->velocity;
+    if (const XMLElement* dynamics = joint.FirstChildElement("dynamics")) {
+      out.friction = number_or(*dynamics, "friction", 0);
+      out.damping = number_or(*dynamics, "damping", 0);
     }
     const bool limited = out.kind != JointKind::continuous;
+    if (const XMLElement* limit = joint.FirstChildElement("limit")) {
+      out.lower = number_or(*limit, "lower", 0);
+      out.upper = number_or(*limit, "upper", 0);
+      out.effort = number(*limit, "effort");
+      out.velocity = number(*limit, "velocity");
+    } else if (limited) {
+      refuse(joint, "expected <limit lower=... upper=... effort=... velocity=...> in it");
+    }
     if (limited && !(out.lower < out.upper)) {
-      return at("joint", joint.name,
-                "limits from " + std::to_string(out.lower) + " to " + std::to_string(out.upper) +
-                    "; expected lower < upper");
+      refuse(joint, "limits from " + std::to_string(out.lower) + " to " + std::to_string(out.upper) +
+                        "; expected lower < upper");
     }
     if (!(out.effort >= 0) || !(out.velocity >= 0) || !(out.friction >= 0) || !(out.damping >= 0))
-      return at("joint", joint.name, "effort, velocity, friction and damping: expected none below 0");
-    return {};
+      refuse(joint, "effort, velocity, friction and damping: expected none below 0");
   }
 
-  Status add_gears(const urdf::ModelInterface& model) {
-    for (RobotJoint& joint : robot_.joints) {
-      const auto mimic = model.joints_.at(joint.name)->mimic;
-      if (!mimic) continue;
-      const auto leader =
-          std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const RobotJoint& other) {
-            return other.name == mimic->joint_name && other.kind == joint.kind && &other != &joint;
-          });
-      const bool leads = leader != robot_.joints.end() && !model.joints_.at(leader->name)->mimic;
-      if (!leads || joint.kind == JointKind::fixed || mimic->multiplier != 1 || mimic->offset != 0)
-        return at("joint", joint.name,
-                  "mimics '" + mimic->joint_name +
-                      "'; expected another joint of its kind that mimics none, multiplier 1, offset 0");
-      joint.geared = static_cast<std::size_t>(leader - robot_.joints.begin());
-    }
-    return {};
+  void gear(RobotJoint& joint) {
+    const XMLElement& element = *joints_.at(joint.name);
+    const XMLElement* mimic = element.FirstChildElement("mimic");
+    if (mimic == nullptr) return;
+    const std::string name = required_text(*mimic, "joint");
+    const auto leader =
+        std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const RobotJoint& other) {
+          return other.name == name && other.kind == joint.kind && &other != &joint;
+        });
+    const bool leads =
+        leader != robot_.joints.end() && joints_.at(leader->name)->FirstChildElement("mimic") == nullptr;
+    if (!leads || joint.kind == JointKind::fixed || number_or(*mimic, "multiplier", 1) != 1 ||
+        number_or(*mimic, "offset", 0) != 0)
+      refuse(element, "mimics '" + yaml::printable(name) +
+                          "'; expected another joint of its kind that mimics none, multiplier 1, offset 0");
+    joint.geared = static_cast<std::size_t>(leader - robot_.joints.begin());
   }
 
-  const std::string& urdf_;
-  const std::string& origin_;
   const MaterialTable& materials_;
-  Error fault_;
+  Colors colors_;
+  Elements links_, joints_;                                         // by name
+  std::map<std::string, const XMLElement*> carrier_;                // joint of a child link
+  std::map<std::string, std::vector<const XMLElement*>> children_;  // joints of a parent link, by their names
   UrdfRobot robot_;
 };
 
 }  // namespace
 
-int urdf_line(const std::string& urdf, const std::string& tag, const std::string& name) {
-  for (std::size_t place = urdf.find('<' + tag); place != std::string::npos;
-       place = urdf.find('<' + tag, place + 1)) {
-    const std::string_view element(urdf.data() + place, std::min(urdf.find('>', place), urdf.size()) - place);
-    if (element.find("name=\"" + name + '"') != std::string_view::npos ||
-        element.find("name='" + name + '\'') != std::string_view::npos)
-      return line_at(urdf, place);
-  }
-  return 0;
-}
-
 Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
                             const MaterialTable& materials) {
-  return Reader(urdf, origin, materials).read();
+  if (urdf.size() > kMaxBytes)
+    return Error{origin + ": " + std::to_string(urdf.size()) + " bytes; expected a URDF of at most 16 MiB"};
+  tinyxml2::XMLDocument document;
+  if (document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) {
+    return Error{origin + ":" + std::to_string(document.ErrorLineNum()) +
+                 ": not XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())};
+  }
+  const XMLElement* robot = document.FirstChildElement("robot");
+  if (robot == nullptr) return Error{origin + ": expected <robot>, found no such element"};
+  try {
+    return Reader(materials).read(*robot);
+  } catch (const Refused& refused) {
+    return Error{origin + ":" + std::to_string(refused.line) + ": " + refused.words};
+  }
 }
 
 }  // namespace parhelion::simulation

@@ -1,4 +1,4 @@
-// Links and joints of a robot from URDF (parsed by liburdfdom).
+// Links and joints of a robot from URDF (http://wiki.ros.org/urdf/XML).
 #pragma once
 
 #include <map>
@@ -19,12 +19,10 @@ struct UrdfRobot {
 };
 
 /// `origin` names the file in errors. From `materials` all but the albedo is used, which is the URDF's
-/// colour. Errors, with line: not XML, rejected by liburdfdom, a mass that is not positive, a physically
-/// impossible inertia, a link with two parents or with none, a kinematic loop, an unsupported kind of joint,
-/// a shape without size.
+/// colour. Errors, with line: not XML, an element or attribute that is missing, a number that is none, a mass
+/// that is not positive, a physically impossible inertia, a link with two parents or with none, a kinematic
+/// loop, an unsupported kind of joint, a shape without size, more than 1,000 links.
 Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
                             const MaterialTable& materials);
-/// Line of `<tag name="name"`; 0: not found.
-int urdf_line(const std::string& urdf, const std::string& tag, const std::string& name);
 
 }  // namespace parhelion::simulation

@@ -49,9 +49,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"bt", {"server/simulation/"}},
     {"Bullet", {"server/simulation/"}},
     {"LinearMath/", {"server/simulation/"}},
-    {"urdf", {"server/simulation/"}},
-    {"console_bridge/", {"server/simulation/"}},  // urdfdom's error output
-    {"sanitizer/", {"server/simulation/"}},       // leaks in urdfdom
+    {"tinyxml2.h", {"server/simulation/"}},
     {"sqlite3.h", {"server/training/"}},
     {"boost/", {"server/station/"}},
     {"SDL2/", {"server/station/"}},

@@ -23,7 +23,7 @@ inline std::string url() {
 }
 
 /// A scenario with a room and a robot, and the robot's end of the bus of `parhelion serve`.
-class ServeTest : public testing::Test {
+class ServeTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::ofstream(folder_ / "model.yaml") << to_yaml(room());

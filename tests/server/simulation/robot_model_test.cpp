@@ -51,7 +51,7 @@ TEST(RobotModel, AcceptsTheUnmodifiedModel) {
 
 TEST(RobotModel, AMeshIsRefusedWithItsLine) {
   const std::string text = refusal(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""));
-  EXPECT_THAT(text, HasSubstr("cart.urdf:2"));
+  EXPECT_THAT(text, HasSubstr("cart.urdf:3"));
   EXPECT_THAT(text, HasSubstr("'base'"));
   EXPECT_THAT(text, HasSubstr("a mesh: only box, cylinder and sphere"));
 }
@@ -93,6 +93,41 @@ TEST(RobotModel, AMisspelledLinkGetsASuggestion) {
 
 TEST(RobotModel, InvalidUrdfIsRefused) {
   for (const char* text : {"", "<robot", "<robot name='x'/>", "<html></html>"}) refusal(text);
+}
+
+TEST(RobotModel, TextInAPlaceOfNumbersIsRefusedWithItsLine) {
+  for (const char* size :
+       {"%s%s%s%n 1 1", "1 1", "1 1 1 1", "1 1 x", "1 1 nan", "1 1 inf", "1 1 1e999", ""}) {
+    const std::string text = refusal(urdf(std::string("<box size='") + size + "'/>", "5", ""));
+    EXPECT_THAT(text, HasSubstr("cart.urdf:3: link 'base': box: "));
+    EXPECT_THAT(text, HasSubstr("size")) << size;
+  }
+  EXPECT_THAT(refusal(urdf(kBox, "%n%n%s", "")), HasSubstr("value='%n%n%s'; expected 1 number"));
+}
+
+TEST(RobotModel, AVisualThatCannotBeDrawnIsRefusedWithItsLink) {
+  const auto with_visual = [](const std::string& content) {
+    std::string text = urdf(kBox, "5", "");
+    return text.insert(text.find("</link>"), "\n<visual>" + content + "</visual>");
+  };
+  EXPECT_THAT(refusal(with_visual("")),
+              HasSubstr("cart.urdf:4: link 'base': visual: expected <geometry> in it"));
+  EXPECT_THAT(refusal(with_visual("<geometry/>")), HasSubstr("expected <box>, <cylinder> or <sphere>"));
+  const std::string box = std::string("<geometry>") + kBox + "</geometry>";
+  EXPECT_THAT(refusal(with_visual(box + "<material name='red'/>")),
+              HasSubstr("material 'red': is defined nowhere"));
+  EXPECT_THAT(refusal(with_visual(box + "<material name='red'><color rgba='2 0 0 1'/></material>")),
+              HasSubstr("from 0 to 1"));
+}
+
+TEST(RobotModel, AUrdfThatIsTooDeepOrTooLargeIsRefused) {
+  std::string deep;
+  for (int i = 0; i < 100'000; ++i) deep += "<a>";
+  EXPECT_THAT(refusal("<robot name='x'>" + deep), HasSubstr("not XML"));
+  EXPECT_THAT(refusal(std::string(std::size_t{17} << 20, ' ')), HasSubstr("at most 16 MiB"));
+  std::string links;
+  for (int i = 0; i < 2000; ++i) links += "<link name='l" + std::to_string(i) + "'/>";
+  EXPECT_THAT(refusal(urdf(kBox, "5", links)), HasSubstr("at most 1000"));
 }
 
 TEST(RobotModel, SpawningARobotInAWallReportsTheNearestFreePlace) {
