@@ -259,7 +259,7 @@ void resolve(std::string& path, const std::filesystem::path& folder) {
 
 Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin,
                                 std::optional<std::uint64_t> seed) {
-  auto document = yaml::read_document(yaml, origin);
+  auto document = yaml::read_document_for(yaml, origin, "scenario");
   if (!document) return document.error();
   yaml::Problems problems(origin);
   const std::vector<DrawnValue> drawn =

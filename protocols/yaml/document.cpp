@@ -17,7 +17,8 @@
 namespace parhelion::yaml {
 namespace {
 
-constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;
+constexpr std::size_t kMaxBytes = std::size_t{32} << 20U;
+constexpr std::size_t kMaxNodes = 500'000;  // a model of 50,000 entities
 constexpr std::size_t kMaxDepth = 32;
 
 /// Carries a rejection out of yaml-cpp's parser; never leaves this file.
@@ -66,8 +67,11 @@ class TreeBuilder : public YAML::EventHandler {
 
   static int line_of(const YAML::Mark& mark) { return mark.line + 1; }
 
-  static Node make(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
+  Node make(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     if (anchor != 0) throw Refusal{line_of(mark), kNoAnchors};
+    if (++nodes_ > kMaxNodes)
+      throw Refusal{line_of(mark),
+                    "more than " + std::to_string(kMaxNodes) + " values: not a configuration file"};
     const bool binary = tag == kBinaryTag && kind == Node::Kind::scalar;
     if (!tag.empty() && tag != "?" && tag != "!" && !binary) {
       throw Refusal{line_of(mark), "tags (" + printable(tag) + ") are not used in these files"};
@@ -126,6 +130,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   std::vector<Node> open_;
+  std::size_t nodes_ = 0;
 };
 
 Error error_at(const std::string& origin, int line, const std::string& words) {
@@ -163,7 +168,7 @@ Error Problems::error() const {
 }
 
 Result<Node> read_document(const std::string& text, const std::string& origin) {
-  if (text.size() > kMaxBytes) return error_at(origin, 1, "larger than 64 MiB: not a configuration file");
+  if (text.size() > kMaxBytes) return error_at(origin, 1, "larger than 32 MiB: not a configuration file");
   if (const auto bad = find_invalid_utf8(text)) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*bad), '\n');
     return error_at(origin, static_cast<int>(line),
@@ -186,16 +191,19 @@ Result<Node> read_document(const std::string& text, const std::string& origin) {
 }
 
 Result<std::string> read_text(const std::string& path) {
+  // A pipe or a device could keep the reader waiting for ever.
   std::error_code code;
   const auto status = std::filesystem::status(path, code);
   if (std::filesystem::is_directory(status)) return Error{path + ": is a folder, expected a file"};
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return Error{path + ": is a pipe or a device, expected a file"};
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{path + ": cannot be opened: " + std::strerror(errno)};
   std::string text;
   char block[1 << 16];
   while (file.read(block, sizeof block), file.gcount() > 0) {
     text.append(block, static_cast<std::size_t>(file.gcount()));
-    if (text.size() > kMaxBytes) return Error{path + ": larger than 64 MiB: not a configuration file"};
+    if (text.size() > kMaxBytes) return Error{path + ": larger than 32 MiB: not a configuration file"};
   }
   if (file.bad()) return Error{path + ": cannot be read: " + std::strerror(errno)};
   return text;

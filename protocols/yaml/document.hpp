@@ -48,10 +48,10 @@ class Problems {
 };
 
 /// Reads one document. Rejected, with the line: invalid YAML or UTF-8, anchors and aliases, tags (except
-/// !!binary), a duplicate key, a second document, more than 64 MiB, nesting deeper than 32.
+/// !!binary), a duplicate key, a second document, more than 32 MiB or 500,000 values, nesting deeper than 32.
 Result<Node> read_document(const std::string& text, const std::string& origin);
 
-/// The text of a file, or why it cannot be read.
+/// The text of a file, or why it cannot be read. Pipes and devices are refused.
 Result<std::string> read_text(const std::string& path);
 
 }  // namespace parhelion::yaml

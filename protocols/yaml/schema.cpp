@@ -4,6 +4,8 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
 #include <stdexcept>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
@@ -311,6 +313,35 @@ int line_of(const Node& root, const std::vector<std::string>& path) {
   return node->line;
 }
 
+/// The keys at the top level of a text that need not be YAML: what stands before a colon at the beginning of
+/// a line, or anywhere in a document in flow style. At most 1,000, of the first megabyte.
+std::vector<std::string> top_keys(std::string_view text) {
+  static const std::regex in_block(R"re((?:^|\n)["']?([A-Za-z0-9_]{1,64})["']?\s*:(?=\s|$))re");
+  static const std::regex in_flow(R"re([{,]\s*["']?([A-Za-z0-9_]{1,64})["']?\s*:)re");
+  text = text.substr(0, std::size_t{1} << 20);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const bool flow = first != std::string_view::npos && text[first] == '{';
+  std::vector<std::string> keys;
+  for (std::cregex_iterator at(text.data(), text.data() + text.size(), flow ? in_flow : in_block), end;
+       at != end && keys.size() < 1000; ++at)
+    keys.push_back((*at)[1]);
+  return keys;
+}
+
+/// Whether the text is meant for a schema with these keys: one of its own is among them, or nearly.
+bool is_meant_for(const std::string& text, const std::vector<std::string>& names) {
+  static const std::set<std::string> in_many_files{"name", "source", "pose", "version"};
+  const bool is_empty = text.find_first_not_of(" \t\r\n{}") == std::string::npos;
+  const std::vector<std::string> keys = top_keys(text);
+  const auto is_ours = [&](const std::string& key) {
+    return !in_many_files.contains(key) &&
+           (std::find(names.begin(), names.end(), key) != names.end() || !nearest_name(key, names).empty());
+  };
+  const auto says_nothing = [&](const std::string& key) { return in_many_files.contains(key); };
+  return is_empty || std::any_of(keys.begin(), keys.end(), is_ours) ||
+         (!keys.empty() && std::all_of(keys.begin(), keys.end(), says_nothing));
+}
+
 }  // namespace
 
 void check(Node& root, std::string_view name, Problems& problems) {
@@ -326,8 +357,19 @@ void check(Node& root, std::string_view name, Problems& problems) {
   for (const auto& fault : results) problems.add(line_of(root, fault.context), fault.description);
 }
 
+Result<Node> read_document_for(const std::string& text, const std::string& origin, std::string_view schema) {
+  const Json& known = schema_named(schema).text;
+  const auto names = keys_of(known.at("properties"));
+  if (!is_meant_for(text, names)) {
+    return Error{origin + ": is not a file of the kind '" + known.at("title").get<std::string>() +
+                 "': expected keys such as " +
+                 listed({names.begin(), names.begin() + std::min<std::ptrdiff_t>(3, std::ssize(names))})};
+  }
+  return read_document(text, origin);
+}
+
 Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema) {
-  auto document = read_document(text, origin);
+  auto document = read_document_for(text, origin, schema);
   if (!document) return document.error();
   Problems problems(origin);
   check(*document, schema, problems);

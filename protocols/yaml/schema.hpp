@@ -14,7 +14,11 @@ namespace parhelion::yaml {
 /// value has the type required by the schema, is finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
-/// Reads one document and checks it against `schema`. Error: what read_document or check found, by line.
+/// Reads one document that is meant for `schema`. Error: what read_document found, by line. Where no key at
+/// its top level is one of the schema's, or nearly, it is another file, of which the error shows nothing.
+Result<Node> read_document_for(const std::string& text, const std::string& origin, std::string_view schema);
+
+/// The same, checked against `schema`. Error: what read_document_for or check found, by line.
 Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema);
 
 /// The schema whose keys match the document's top level best, misspelt ones included; empty where none does.

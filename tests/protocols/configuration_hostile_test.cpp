@@ -1,11 +1,13 @@
 // Malicious YAML: each reader returns an Error within a short time, without a crash.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "tests/protocols/damaged_text.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion {
 namespace {
@@ -28,14 +30,14 @@ TEST(HostileYaml, DeepNestingIsRefused) {
   for (const char* opening : {"[", "{", "{a: ", "- ", "[[{", "? ", "a: {b: ["}) {
     EXPECT_NE(error_of(repeat(opening, 100'000)), "") << opening;
   }
-  std::string indented;
-  for (int depth = 0; depth < 1'000; ++depth)
+  std::string indented = "agents:\n";
+  for (int depth = 1; depth < 1'000; ++depth)
     indented += std::string(static_cast<std::size_t>(depth), ' ') + "a:\n";
   EXPECT_THAT(error_of(indented), ::testing::HasSubstr("nested too deeply"));
 }
 
 TEST(HostileYaml, AliasBombIsRefusedAtItsFirstAnchor) {
-  std::string bomb = "a: &a [x, x, x, x, x, x, x, x, x, x]\n";
+  std::string bomb = "agents: &a [x, x, x, x, x, x, x, x, x, x]\n";
   for (char name = 'b'; name <= 'z'; ++name) {
     const std::string last(1, static_cast<char>(name - 1));
     bomb += std::string(1, name) + ": &" + name + " [" + repeat("*" + last + ", ", 9) + "*" + last + "]\n";
@@ -58,6 +60,9 @@ TEST(HostileYaml, InvalidUtf8IsRefusedWithItsPlace) {
 TEST(HostileYaml, HugeTextsAndListsAreRefused) {
   EXPECT_NE(error_of("physics_rate: " + repeat("9", 1'000'000) + " Hz"), "");
   EXPECT_NE(error_of("agents: [" + repeat("x,", 200'000) + "]"), "");
+  const auto endless = parse_scenario("agents: [" + repeat("x,", 15'000'000) + "]", "s.yaml");
+  ASSERT_FALSE(endless);
+  EXPECT_THAT(endless.error().message, testing::HasSubstr("more than 500000 values"));
   EXPECT_NE(error_of(repeat("k: 1\n", 100'000)), "");
   std::string keys;
   for (int i = 0; i < 20'000; ++i) keys += "key" + std::to_string(i) + ": 1\n";
@@ -65,6 +70,31 @@ TEST(HostileYaml, HugeTextsAndListsAreRefused) {
   EXPECT_NE(error_of(repeat("\"", 100'001)), "");
   EXPECT_NE(error_of(repeat("!", 100'000)), "");
   EXPECT_NE(error_of(repeat("-", 100'000)), "");
+}
+
+TEST(HostileYaml, AFileOfAnotherKindIsRefusedWithoutItsContents) {
+  for (const char* text : {"root:$6$rounds$sECRETsECRET:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n",
+                           "apiVersion: v1\nkind: Secret\npassword: sECRET\n", "{\"password\": \"sECRET\"}",
+                           "sECRET", "- sECRET\n", "password: sECRET\npassword: sECRET\n",
+                           "password: &sECRET x\n", "[sECRET", "password: \"sECRET"}) {
+    for (const std::string& message :
+         {parse_scenario(text, "f").error().message, parse_model(text, "f").error().message,
+          parse_robot_description(text, "f").error().message}) {
+      EXPECT_EQ(message.find("sECRET"), std::string::npos) << message;
+      EXPECT_EQ(message.find("password"), std::string::npos) << message;
+      EXPECT_NE(message.find("expected keys such as"), std::string::npos) << message;
+    }
+  }
+}
+
+TEST(HostileYaml, PipesAndDevicesAreRefusedAtOnce) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  for (const std::string& path : {folder / "pipe", std::string("/dev/zero")}) {
+    const auto read = load_scenario(path);
+    ASSERT_FALSE(read) << path;
+    EXPECT_NE(read.error().message.find("expected a file"), std::string::npos) << read.error().message;
+  }
 }
 
 TEST(HostileYaml, FlippedBytesAndTruncationsNeverCrash) {

@@ -122,13 +122,13 @@ TEST(Scenario, RefusesInvalidValues) {
       {"channels: {SCAM: x}", "unknown channel 'SCAM', did you mean 'SCAN'?"},
       {"channels: {SCAN: 'a b'}", "name of a channel: expected 1 to 63"},
       {"name: a\nname: b", "s.yaml:2: key 'name' is a duplicate (first in line 1)"},
-      {"- a", "expected keys with values, found a list"},
+      {"- a", "is not a file of the kind 'Scenario': expected keys such as agents, "},
       {"", "s.yaml:1: the file is empty"},
       {"name: a\n---\nname: b", "a second document"},
       {"name: [a", "s.yaml:"},
       {"name: &x a", "anchors and aliases"},
       {"name: !!int a", "tags"},
-      {"? [a]\n: b", "a key must be plain text"},
+      {"level: 3\n? [a]\n: b", "a key must be plain text"},
   };
   for (const Mistake& mistake : mistakes) {
     EXPECT_THAT(scenario_error(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;

@@ -124,8 +124,8 @@ TEST_F(ServeTest, AnInstructorStopsTheRobotAfterACrashWithoutLoggingInAgain) {
       testing::RawClient(port).post("/api/v1/login", R"({"name":"root","password":"correct horse"})");
   ASSERT_EQ(entered.status, 204) << entered.body;
   const std::string set = entered.headers.at("set-cookie"), cookie = set.substr(0, set.find(';'));
-  const std::string child = child_of(server);
-  kill(std::stoi(child), SIGKILL);
+  const pid_t child = child_of(server);
+  kill(child, SIGKILL);
   ASSERT_TRUE(await_server(server, 2));
   ASSERT_NE(child_of(server), child);
   testing::RawClient page(port);
