@@ -57,7 +57,7 @@ inline cloud::PointCloud<Cloud> scan_of(const SemanticModel& site,
       Transform<Map, Cloud>::planar(viewpoints.at(0).x(), viewpoints[0].y(), yaw, viewpoints[0].z())
           .inverse();
   std::mt19937_64 random(11);
-  std::normal_distribution<double> error(0, noise);
+  std::normal_distribution<double> error;  // times noise, which may be 0
   cloud::PointCloud<Cloud> cloud;
   for (std::size_t v = 0; v < viewpoints.size(); ++v) {
     cloud.viewpoints.push_back(T_cloud_map * viewpoints[v]);
@@ -68,7 +68,7 @@ inline cloud::PointCloud<Cloud> scan_of(const SemanticModel& site,
                                     std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
         const auto hit = tree.cast(viewpoints[v], along, 30);
         if (!std::isfinite(hit.range)) continue;
-        const Eigen::Vector3d p = viewpoints[v] + (hit.range + error(random)) * along;
+        const Eigen::Vector3d p = viewpoints[v] + (hit.range + noise * error(random)) * along;
         cloud.points.push_back((T_cloud_map * p).cast<float>());
         cloud.scans.push_back(static_cast<std::uint16_t>(v));
       }

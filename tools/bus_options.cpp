@@ -20,8 +20,8 @@ Result<std::unique_ptr<Bus>> BusOptions::open(std::function<void(const RefusedMe
 }
 
 Result<std::unique_ptr<Bus>> BusOptions::open(const std::string& command) const {
-  return open([command, told = std::set<SignatureFault>()](const RefusedMessage& message) mutable {
-    if (!told.insert(message.fault).second) return;
+  return open([command, reported = std::set<SignatureFault>()](const RefusedMessage& message) mutable {
+    if (!reported.insert(message.fault).second) return;
     std::fprintf(stderr, "parhelion %s: a message on %s was %s: refused\n", command.c_str(),
                  std::string(message.channel).c_str(), to_string(message.fault));
   });

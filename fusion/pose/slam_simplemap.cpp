@@ -5,16 +5,25 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <limits>
 
+#include "fusion/pose/isolation.hpp"
 #include "fusion/pose/mapped_scan.hpp"
 
 namespace parhelion::pose {
 namespace {
 
 using mrpt::obs::CObservation2DRangeScan;
+
+// Of reading a map.
+constexpr std::uint64_t kMinBytes = std::uint64_t{1} << 29U;
+constexpr std::uint64_t kMinSeconds = 4, kBytesPerSecond = 2'000'000;
 
 mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& T) {
   return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble44(Eigen::Matrix4d(T.matrix())));
@@ -83,6 +92,14 @@ mrpt::maps::CSimpleMap simplemap_of(std::span<const MappedScan> scans) {
   return map;
 }
 
+/// Throws where the file is damaged, and may crash.
+mrpt::maps::CSimpleMap load(const std::string& path) {
+  mrpt::maps::CSimpleMap map;
+  mrpt::io::CFileGZInputStream file(path);
+  mrpt::serialization::archiveFrom(file) >> map;
+  return map;
+}
+
 }  // namespace
 
 Status write_simplemap(std::span<const MappedScan> scans, const std::string& path) {
@@ -94,15 +111,18 @@ Status write_simplemap(std::span<const MappedScan> scans, const std::string& pat
 
 Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
   const Error unreadable{
-      path + ": is not a readable .simplemap; expected a file of MRPT (gzip) with CSimpleMap in it"};
-  mrpt::maps::CSimpleMap map;
-  try {
-    mrpt::io::CFileGZInputStream file;
-    if (!file.open(path)) return Error{path + ": cannot be opened"};
-    mrpt::serialization::archiveFrom(file) >> map;
-  } catch (const std::exception&) {
-    return unreadable;
-  }
+      path +
+      ": is not a readable .simplemap; expected a file of MRPT (gzip) with CSimpleMap in it, undamaged"};
+  if (access(path.c_str(), R_OK) != 0) return Error{path + ": cannot be opened: " + std::strerror(errno)};
+  std::error_code no_file;
+  const std::uint64_t size = std::filesystem::file_size(path, no_file);
+  if (no_file) return unreadable;
+  const ChildLimits limits{kMinBytes + 16 * size, kMinSeconds + size / kBytesPerSecond};
+  const auto tried = run_in_child(limits, [&](const auto&) { load(path); });
+  if (!tried) return tried.error();
+  if (!tried->completed) return unreadable;
+  const AllocationLimit memory(2 * limits.bytes);
+  const mrpt::maps::CSimpleMap map = load(path);
   std::vector<MappedScan> scans;
   for (std::size_t i = 0; i < map.size(); ++i) {
     mrpt::poses::CPose3DPDF::ConstPtr pose;

@@ -78,7 +78,7 @@ Secret read_secret(const yaml::Node& map, yaml::Problems& problems) {
   return secret;
 }
 
-std::vector<std::string> read_words(const yaml::Node& map, const char* key) {
+std::vector<std::string> read_list(const yaml::Node& map, const char* key) {
   std::vector<std::string> words;
   if (const yaml::Node* list = map.find(key)) {
     for (const yaml::Node& item : list->items) words.push_back(item.text);
@@ -87,8 +87,8 @@ std::vector<std::string> read_words(const yaml::Node& map, const char* key) {
 }
 
 Sender read_sender(const yaml::Node& map, yaml::Problems& problems) {
-  Sender sender{map.find("name")->text, read_secret(map, problems), read_words(map, "roles"),
-                read_words(map, "channels")};
+  Sender sender{map.find("name")->text, read_secret(map, problems), read_list(map, "roles"),
+                read_list(map, "channels")};
   if (sender.roles.empty() && sender.channels.empty())
     problems.add(map.line, "sender '" + sender.name + "': expected roles or channels");
   for (const std::string& pattern : sender.channels) {
@@ -97,7 +97,7 @@ Sender read_sender(const yaml::Node& map, yaml::Problems& problems) {
   return sender;
 }
 
-void write_words(yaml::Writer& writer, const char* key, const std::vector<std::string>& words) {
+void write_list(yaml::Writer& writer, const char* key, const std::vector<std::string>& words) {
   if (words.empty()) return;
   std::string list;
   for (const std::string& word : words) list += (list.empty() ? "[" : ", ") + yaml::Writer::quote(word);
@@ -184,8 +184,8 @@ std::string to_yaml(const Keys& keys) {
   for (const Sender& sender : keys.senders) {
     writer.begin_item();
     writer.text("name", sender.name);
-    write_words(writer, "roles", sender.roles);
-    write_words(writer, "channels", sender.channels);
+    write_list(writer, "roles", sender.roles);
+    write_list(writer, "channels", sender.channels);
     write_secret(writer, sender.secret);
     writer.end_item();
   }

@@ -330,16 +330,16 @@ std::vector<std::string> top_keys(std::string_view text) {
 
 /// Whether the text is meant for a schema with these keys: one of its own is among them, or nearly.
 bool is_meant_for(const std::string& text, const std::vector<std::string>& names) {
-  static const std::set<std::string> in_many_files{"name", "source", "pose", "version"};
+  static const std::set<std::string> common_keys{"name", "source", "pose", "version"};
   const bool is_empty = text.find_first_not_of(" \t\r\n{}") == std::string::npos;
   const std::vector<std::string> keys = top_keys(text);
   const auto is_ours = [&](const std::string& key) {
-    return !in_many_files.contains(key) &&
+    return !common_keys.contains(key) &&
            (std::find(names.begin(), names.end(), key) != names.end() || !nearest_name(key, names).empty());
   };
-  const auto says_nothing = [&](const std::string& key) { return in_many_files.contains(key); };
+  const auto is_common = [&](const std::string& key) { return common_keys.contains(key); };
   return is_empty || std::any_of(keys.begin(), keys.end(), is_ours) ||
-         (!keys.empty() && std::all_of(keys.begin(), keys.end(), says_nothing));
+         (!keys.empty() && std::all_of(keys.begin(), keys.end(), is_common));
 }
 
 }  // namespace

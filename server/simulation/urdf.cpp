@@ -33,13 +33,13 @@ std::string text_of(const XMLElement& element, const char* name) {
 }
 
 /// The element by its tag and name, for messages.
-std::string words_for(const XMLElement& element) {
+std::string description_of(const XMLElement& element) {
   const std::string name = text_of(element, "name");
   return element.Name() + (name.empty() ? "" : " '" + yaml::printable(name) + "'");
 }
 
 [[noreturn]] void refuse(const XMLElement& element, const std::string& words) {
-  throw Refused{element.GetLineNum(), words_for(element) + ": " + words};
+  throw Refused{element.GetLineNum(), description_of(element) + ": " + words};
 }
 
 const XMLElement& required_child(const XMLElement& element, const char* tag) {
@@ -174,7 +174,7 @@ class Reader {
     const auto [other, is_new] = carrier_.emplace(child, &joint);
     if (!is_new) {
       refuse(joint, "closes a loop: link '" + yaml::printable(child) + "' hangs from " +
-                        words_for(*other->second) + " already; a robot is a tree of links");
+                        description_of(*other->second) + " already; a robot is a tree of links");
     }
     children_[end_of(joint, "parent")].push_back(&joint);
   }
@@ -185,7 +185,7 @@ class Reader {
     for (const auto& [name, link] : links_) {
       if (carrier_.contains(name)) continue;
       if (root != nullptr)
-        refuse(*link, "no joint connects it to " + words_for(*root) + "; a robot is a tree of links");
+        refuse(*link, "no joint connects it to " + description_of(*root) + "; a robot is a tree of links");
       root = link;
     }
     if (root == nullptr)
@@ -266,7 +266,7 @@ class Reader {
       try {
         return read();
       } catch (const Refused& refused) {
-        throw Refused{refused.line, words_for(link) + ": " + refused.words};
+        throw Refused{refused.line, description_of(link) + ": " + refused.words};
       }
     };
     for (auto* part = link.FirstChildElement("visual"); part; part = part->NextSiblingElement("visual"))

@@ -6,11 +6,15 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
+#include <sys/resource.h>
 #include <zlib.h>
 
 #include <cmath>
+#include <random>
 
+#include "fusion/pose/mapped_scan.hpp"
 #include "protocols/quantile.hpp"
+#include "tests/long_run.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 
@@ -185,6 +189,36 @@ TEST(ImportRawlog, DamagedObjectInTheMiddleIsSkipped) {
   EXPECT_EQ(report->find(channel::kScan)->kept, 225U);
   EXPECT_EQ(report->find(channel::kOdometry)->kept, 224U);
   EXPECT_EQ(report->refused, 1U);
+}
+
+// 200 in each run, 5,000 in the long one.
+TEST(ImportSimplemap, FlippedBitsNeverCrashAndNeverFillTheMemory) {
+  TemporaryFolder folder;
+  pose::MappedScan mapped;
+  mapped.scan.angle_min = -1;
+  mapped.scan.angle_increment = 0.01F;
+  mapped.scan.ranges.assign(200, 5);
+  const std::string path = folder / "map.simplemap";
+  ASSERT_TRUE(pose::write_simplemap(std::vector<pose::MappedScan>(5, mapped), path));
+  ASSERT_EQ(pose::read_simplemap(path)->size(), 5U);
+  const auto whole = inflated(path);
+  std::mt19937 random(7);
+  const int trials = test::long_run() ? 5000 : 200;
+  int refused = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    auto bytes = whole;
+    for (int flip = 0; flip < 3; ++flip)
+      bytes[random() % bytes.size()] ^= static_cast<char>(1U << (random() % 8));
+    // With a correct checksum: only the contents are wrong.
+    gzFile file = gzopen(path.c_str(), "wb");
+    gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size()));
+    gzclose(file);
+    refused += pose::read_simplemap(path) ? 0 : 1;
+  }
+  EXPECT_GT(refused, 0);
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  EXPECT_LT(used.ru_maxrss, 1L << 20) << "kB";
 }
 
 mrpt::obs::CObservation2DRangeScan::Ptr clockwise_scan() {

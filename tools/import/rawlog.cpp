@@ -10,10 +10,10 @@
 #include <cstdio>
 #include <limits>
 
+#include "fusion/pose/isolation.hpp"
 #include "protocols/channels.hpp"
 #include "tools/import/first_stamp.hpp"
 #include "tools/import/importers.hpp"
-#include "tools/import/isolation.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/rawlog_reader.hpp"
 #include "tools/import/recording_writer.hpp"
@@ -244,8 +244,7 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
     (void)read_rawlog(reading, survey);
   });
   if (!trust) return trust.error();
-  std::optional<AllocationLimit> limit;
-  if (!trust->intact) limit.emplace(kParentHeadroom);
+  const pose::AllocationLimit limit(kParentHeadroom);
   const auto size = static_cast<double>(std::filesystem::file_size(options.input));
   const auto part = [&](double fraction) -> std::function<void(double)> {
     if (!progress) return {};

@@ -8,19 +8,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <new>
 #include <utility>
 
+#include "fusion/pose/isolation.hpp"
 #include "tools/import/gzip_file.hpp"
-#include "tools/import/isolation.hpp"
 
 namespace parhelion::tools {
 namespace {
 
 namespace obs = mrpt::obs;
 
-constexpr std::uint64_t kChildHeadroom = 1ULL << 29;  // bytes
+constexpr std::uint64_t kMaxBytes = 1ULL << 29;  // of memory that a reader may need besides what it has
+constexpr std::uint64_t kMinSeconds = 4, kBytesPerSecond = 2'000'000;  // of processor time
 constexpr int kMaxCrashes = 200;
 
 /// MRPT's own gzip stream cannot seek back to the start of a damaged object.
@@ -142,17 +144,22 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
 Result<Trust> judge_rawlog(const std::string& path,
                            const std::function<void(const RawlogReading& reading)>& try_out) {
   Trust trust;
-  trust.intact = GzipFile::intact(path);
-  for (int crashes = 0; !trust.intact && crashes < kMaxCrashes; ++crashes) {
-    const auto end = run_in_child([&](const std::function<void(std::uint64_t)>& report) {
-      const AllocationLimit limit(kChildHeadroom);
+  std::error_code no_file;
+  const std::uint64_t size = std::filesystem::file_size(path, no_file);
+  if (no_file) return Error{path + ": cannot be read: " + no_file.message()};
+  const pose::ChildLimits limits{kMaxBytes, kMinSeconds + size / kBytesPerSecond};
+  for (int crashes = 0; crashes < kMaxCrashes; ++crashes) {
+    const auto end = pose::run_in_child(limits, [&](const std::function<void(std::uint64_t)>& report) {
       try_out({path, trust, report, {}});
     });
     if (!end) return end.error();
     if (end->completed) return trust;
+    if (end->out_of_time) {
+      return Error{path + ": MRPT needed more than " + std::to_string(limits.seconds) +
+                   " s of processor time for it: too damaged to be read"};
+    }
     if (!end->last || !trust.crashing.insert(*end->last).second) break;
   }
-  if (trust.intact) return trust;
   return Error{path + ": too damaged to be read"};
 }
 

@@ -28,7 +28,6 @@ struct RawlogVisitor {
 
 /// Result of checking a file.
 struct Trust {
-  bool intact = false;               ///< its checksum is correct
   std::set<std::uint64_t> crashing;  ///< byte offsets of objects that crash MRPT
 };
 
@@ -42,8 +41,8 @@ struct RawlogReading {
 /// Reads all objects in file order. After a damaged object, reading resumes at the next recognizable one.
 Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor);
 
-/// MRPT crashes on some damage. A file without a correct checksum is read in child processes, by `try_out`,
-/// until none crashes; objects that cause a crash are skipped.
+/// MRPT crashes on some damage. The file is read in child processes, by `try_out`, until none crashes;
+/// objects that cause a crash are skipped. Error: a child used too much processor time.
 Result<Trust> judge_rawlog(const std::string& path,
                            const std::function<void(const RawlogReading& reading)>& try_out);
 

@@ -65,7 +65,7 @@ inline double hit(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from, c
 inline std::vector<Eigen::Vector3f> scan(const Boxes& boxes, const Eigen::Isometry3d& T, int rings,
                                          double noise, unsigned seed, double longest = 30) {
   std::mt19937 generator(seed);
-  std::normal_distribution<double> error(0, noise);
+  std::normal_distribution<double> error;  // times noise, which may be 0
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < rings; ++i) {
     const double elevation = (140.0 * i / (rings - 1) - 70) * std::numbers::pi / 180;
@@ -76,7 +76,7 @@ inline std::vector<Eigen::Vector3f> scan(const Boxes& boxes, const Eigen::Isomet
       double range = longest;
       for (const Eigen::AlignedBox3d& box : boxes)
         range = std::min(range, hit(box, T.translation(), T.linear() * ray));
-      const double e = error(generator);
+      const double e = noise * error(generator);
       if (range < longest) points.push_back(((range + e) * ray).cast<float>());
     }
   }

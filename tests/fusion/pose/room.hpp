@@ -73,14 +73,14 @@ inline Scan scan_from(const std::vector<Segment>& walls, const RobotDescription&
   scan.stamp = stamp;
   scan.angle_min = static_cast<float>(laser.angle_min);
   scan.angle_increment = static_cast<float>(laser.angle_increment);
-  std::normal_distribution<double> noise(0, sigma);
+  std::normal_distribution<double> noise;  // times sigma, which may be 0
   for (int i = 0; i < laser.beams; ++i) {
     const auto beam = static_cast<std::size_t>(i);
     const double dt = laser.beam_time(beam, static_cast<std::size_t>(laser.beams)).seconds();
     const Pose2 T_map_laser = T_map_base * moved(twist, dt) * planar(laser.T_base_laser);
     const double angle = static_cast<double>(scan.angle_min) + i * static_cast<double>(scan.angle_increment);
     const double range = cast(walls, T_map_laser.position(), T_map_laser.yaw + angle);
-    scan.ranges.push_back(static_cast<float>(range + noise(random)));
+    scan.ranges.push_back(static_cast<float>(range + sigma * noise(random)));
   }
   return scan;
 }

@@ -54,7 +54,8 @@ std::vector<Order> any_orders() {
 void command(Simulation& simulation, const Order& order, const std::optional<RealRobotState>& real) {
   AgentDefinition definition = agent("agent" + std::to_string(order.who),
                                      static_cast<AgentKind>(order.who % 4), order.x, order.y, order.yaw);
-  definition.behaviour.kind = static_cast<BehaviourKind>(order.steps % 8);
+  definition.behaviour.kind =
+      static_cast<BehaviourKind>(order.steps % (static_cast<int>(kLastBehaviourKind) + 1));
   definition.behaviour.speed = 0.3 + std::abs(order.x) / 4;
   definition.behaviour.yields = order.steps % 3 == 0;
   definition.behaviour.waypoints = {{-order.x, order.y}, {order.y, order.x}};

@@ -41,8 +41,9 @@ struct Curriculum {
     }
     training::rank_difficulties(offers);
     std::mt19937_64 random(seed);
-    std::normal_distribution<double> off(0, spread);
-    for (const training::TaskOffer& offer : offers) true_difficulty.push_back(offer.difficulty + off(random));
+    std::normal_distribution<double> off;  // times spread, which may be 0
+    for (const training::TaskOffer& offer : offers)
+      true_difficulty.push_back(offer.difficulty + spread * off(random));
   }
 };
 

@@ -152,7 +152,7 @@ TEST_F(Server, ClosesTheOldestIdleConnectionWithoutALogInForANewerOne) {
   EXPECT_NE(audit().find("closed for a newer one"), std::string::npos);
 }
 
-TEST_F(Server, IdleConnectionsGiveWayBeforeThoseThatAreServed) {
+TEST_F(Server, IdleConnectionsAreClosedBeforeThoseThatAreServed) {
   open({.connections = 6, .strangers = 2});
   RawClient busy(port()), idle(port());
   ASSERT_EQ(idle.get("/healthz").status, 200);

@@ -1,4 +1,4 @@
-#include "tools/import/isolation.hpp"
+#include "fusion/pose/isolation.hpp"
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -6,11 +6,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 
-namespace parhelion::tools {
+namespace parhelion::pose {
 namespace {
 
 void be_silent() {
@@ -21,11 +22,14 @@ void be_silent() {
   close(null);
 }
 
-[[noreturn]] void run_child(int pipe_end,
+[[noreturn]] void run_child(int pipe_end, const ChildLimits& limits,
                             const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
   be_silent();
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
+  const rlimit time{limits.seconds, limits.seconds + 1};
+  setrlimit(RLIMIT_CPU, &time);
+  const AllocationLimit memory(limits.bytes);
   try {
     work([pipe_end](std::uint64_t at) {
       if (write(pipe_end, &at, sizeof at) != static_cast<ssize_t>(sizeof at)) _exit(2);
@@ -55,7 +59,8 @@ AllocationLimit::~AllocationLimit() {
   if (active_) setrlimit(RLIMIT_AS, &before_);
 }
 
-Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
+Result<ChildEnd> run_in_child(const ChildLimits& limits,
+                              const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
   int ends[2];
   if (pipe(ends) != 0) return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
   const pid_t child = fork();
@@ -66,7 +71,7 @@ Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(
   }
   if (child == 0) {
     close(ends[0]);
-    run_child(ends[1], work);
+    run_child(ends[1], limits, work);
   }
   close(ends[1]);
   ChildEnd end;
@@ -84,7 +89,8 @@ Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   end.completed = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  end.out_of_time = WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
   return end;
 }
 
-}  // namespace parhelion::tools
+}  // namespace parhelion::pose

@@ -1,4 +1,4 @@
-// Runs code that may crash on damaged input in a child process.
+// Runs a reader of MRPT, which may crash on damaged input or fill the memory, in a child process.
 #pragma once
 
 #include <sys/resource.h>
@@ -9,7 +9,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion::tools {
+namespace parhelion::pose {
 
 /// While it lives, this process can allocate at most `headroom` bytes more than it has, so that a corrupt
 /// count makes an allocation fail instead of exhausting the machine.
@@ -25,13 +25,20 @@ class AllocationLimit {
   bool active_ = false;
 };
 
+struct ChildLimits {
+  std::uint64_t bytes = 0;    ///< that the child may allocate
+  std::uint64_t seconds = 0;  ///< of processor time
+};
+
 struct ChildEnd {
-  bool completed = false;             ///< false: it crashed
+  bool completed = false;             ///< false: it crashed, or reached a limit
+  bool out_of_time = false;           ///< it used all its processor time
   std::optional<std::uint64_t> last;  ///< its last report
 };
 
 /// Runs `work` in a child process without output; `work` calls its argument to report its position. Error: no
 /// process could be created.
-Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
+Result<ChildEnd> run_in_child(const ChildLimits& limits,
+                              const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
 
-}  // namespace parhelion::tools
+}  // namespace parhelion::pose
