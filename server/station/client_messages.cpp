@@ -217,10 +217,11 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
     read.command = std::move(*command);
     return {};
   };
-  read.name = word(message, type == "chat"                             ? "to"
+  read.name = word(message, type == "chat"                             ? "to_person"
                             : type == "estop" || type == "estop_reset" ? "robot"
                                                                        : "name");
   read.text = word(message, "text");
+  read.role = role_of(word(message, "to_role"));
   read.value = number(message, "value", 0);
   if (type == "control") {
     const std::string action = word(message, "action");

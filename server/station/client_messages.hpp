@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocols/instructor_command.hpp"
 #include "protocols/status.hpp"
+#include "server/station/http/identity.hpp"
 
 namespace parhelion::station {
 
@@ -28,7 +30,7 @@ struct ClientMessage {
     end,
     save,  ///< `name`
     report,
-    chat,  ///< `name` is the addressee
+    chat,  ///< to `role`, or to the person `name`; neither: to everybody
     mark,
     pause,
     resume,
@@ -43,6 +45,7 @@ struct ClientMessage {
   Subscription subscription;
   InstructorCommand command;  ///< without stamp and request, which the instructor service adds
   std::string name, text;
+  std::optional<Role> role;
   double value = 0;
 };
 const char* to_string(ClientMessage::Kind kind);

@@ -230,12 +230,14 @@ std::string plans_json(std::span<const EntityPlan> plans) {
 }
 
 std::string chat_json(const ChatLine& line) {
-  return text_of({{"type", "chat"},
-                  {"t", rounded(line.t)},
-                  {"from", line.from},
-                  {"role", role_name(line.role)},
-                  {"to", line.to},
-                  {"text", line.text}});
+  Json chat{{"type", "chat"},
+            {"t", rounded(line.t)},
+            {"from", line.from},
+            {"role", role_name(line.role)},
+            {"text", line.text}};
+  if (line.to_role) chat["to_role"] = role_name(*line.to_role);
+  if (!line.to_person.empty()) chat["to_person"] = line.to_person;
+  return text_of(chat);
 }
 
 std::string mark_json(const MarkLine& line) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,11 +44,15 @@ struct EntityPlan {
 };
 std::string plans_json(std::span<const EntityPlan> plans);
 
-/// Chat messages of a session.
+/// A chat message of a session. Recipients: those of a role, or one person; neither: everybody. A person may
+/// have the name of a role.
 struct ChatLine {
-  double t = 0;  ///< s of the session
-  std::string from, to, text;
+  double t = 0;      ///< s of the session
+  std::string from;  ///< name of a person
   Role role = Role::observer;
+  std::optional<Role> to_role;
+  std::string to_person;
+  std::string text;
 };
 struct MarkLine {
   double t = 0;

@@ -225,7 +225,12 @@ Result<std::string> InstructorService::save(const ClientMessage& message) {
 }
 
 Result<std::string> InstructorService::send_chat(WebClient& client, const ClientMessage& message) {
-  const ChatLine line{feed_.t(feed_.now()), client.who().name, message.name, message.text, client.who().role};
+  const ChatLine line{.t = feed_.t(feed_.now()),
+                      .from = client.who().name,
+                      .role = client.who().role,
+                      .to_role = message.role,
+                      .to_person = message.name,
+                      .text = message.text};
   const Status kept = notes_.add(line, runtime::wall_now());
   const SharedText text = shared_text(chat_json(line));
   for (const Subscriber& subscriber : feed_.subscribers().all()) {

@@ -51,7 +51,8 @@ Status SessionNotes::add(const MarkLine& line, WallTime now) {
 }
 
 bool is_for(const ChatLine& line, const Identity& who) {
-  return line.to == "all" || line.to == who.name || line.from == who.name || line.to == role_name(who.role);
+  const bool everybody = !line.to_role && line.to_person.empty();
+  return everybody || line.to_role == who.role || line.to_person == who.name || line.from == who.name;
 }
 
 }  // namespace parhelion::station

@@ -146,9 +146,8 @@ TEST_F(BaseStationTest, InstructorRoutesAreRefusedToTraineesAndObservers) {
       EXPECT_EQ(RawClient(port_).get(path, cookie(role)).status, 403) << role << path;
   }
   const auto observer = open_client("observer");
-  for (const char* text :
-       {R"({"type":"report","request":1,"name":"x"})", R"({"type":"chat","request":1,"to":"all","text":"x"})",
-        R"({"type":"estop","request":1})"})
+  for (const char* text : {R"({"type":"report","request":1,"name":"x"})",
+                           R"({"type":"chat","request":1,"text":"x"})", R"({"type":"estop","request":1})"})
     EXPECT_EQ(ask(*observer, text)["ok"], false) << text;
   EXPECT_EQ(RawClient(port_).open_socket("/ws/teleop", cookie("observer")).status, 403);
   EXPECT_TRUE(commands().empty());
@@ -215,7 +214,7 @@ TEST_F(BaseStationTest, MarkupInNamesAndMessagesStaysText) {
       ask(*client, R"({"type":"agent","request":1,"action":"spawn","x":1,"y":1,"name":")" + markup + "\"}");
   EXPECT_EQ(spawn["ok"], false) << "no name has such letters";
   const auto observer = open_client("observer");
-  ask(*client, R"({"type":"chat","request":2,"to":"all","text":")" + markup + "\"}");
+  ask(*client, R"({"type":"chat","request":2,"text":")" + markup + "\"}");
   EXPECT_EQ(next(*observer, "chat")["text"], markup);
   const RawAnswer made = RawClient(port_).post(
       "/api/v1/accounts", R"({"name":")" + markup + R"(","role":"trainee","password":"12345678"})",

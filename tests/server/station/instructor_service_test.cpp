@@ -187,11 +187,34 @@ TEST_F(InstructorServiceTest, PauseRateSeekAndEndBecomePlayerCommands) {
   EXPECT_EQ(client->newest("reply")["ok"], false);
 }
 
+TEST_F(InstructorServiceTest, AnAccountWithTheNameOfARoleDoesNotReadMessagesToThatRole) {
+  begin(configuration({}));
+  const auto ada = open(1, station::Role::instructor, "ada"), tom = open(2, station::Role::trainee, "tom"),
+             namesake = open(3, station::Role::trainee, "instructor"),
+             everybody = open(4, station::Role::observer, "all");
+  service_->receive(*tom, R"({"type":"chat","to_role":"instructor","text":"a word to the staff"})", now());
+  EXPECT_EQ(ada->newest("chat")["to_role"], "instructor");
+  EXPECT_TRUE(namesake->messages_of_type("chat").empty());
+  service_->receive(*tom, R"({"type":"chat","to_person":"instructor","text":"a word to a friend"})", now());
+  EXPECT_EQ(namesake->newest("chat")["to_person"], "instructor");
+  EXPECT_EQ(ada->messages_of_type("chat").size(), 1U);
+  service_->receive(*ada, R"({"type":"chat","to_person":"all","text":"to one"})", now());
+  EXPECT_EQ(everybody->newest("chat")["text"], "to one");
+  EXPECT_EQ(tom->messages_of_type("chat").size(), 2U) << "his own two";
+  ListeningClient later(5, station::Role::trainee, "instructor");
+  service_->greet(later);
+  EXPECT_EQ(later.messages_of_type("chat").size(), 1U);
+
+  service_->receive(
+      *tom, R"({"type":"chat","request":7,"to_role":"instructor","to_person":"ada","text":"x"})", now());
+  EXPECT_EQ(tom->newest("reply")["ok"], false) << "to one or the other";
+}
+
 TEST_F(InstructorServiceTest, MessagesReachTheirRecipientsAndAreKeptBesideTheSession) {
   begin(configuration({}));
   const auto ada = open(1, station::Role::instructor, "ada"), tom = open(2, station::Role::trainee, "tom"),
              bo = open(3, station::Role::observer, "bo");
-  service_->receive(*ada, R"({"type":"chat","to":"trainee","text":"mind the <b>door</b>"})", now());
+  service_->receive(*ada, R"({"type":"chat","to_role":"trainee","text":"mind the <b>door</b>"})", now());
   EXPECT_EQ(tom->newest("chat")["text"], "mind the <b>door</b>");
   EXPECT_EQ(ada->messages_of_type("chat").size(), 1U);
   EXPECT_TRUE(bo->messages_of_type("chat").empty());
@@ -249,7 +272,7 @@ TEST_F(InstructorServiceTest, OneTraineeCannotFillTheNotesOrCrowdOutOthers) {
   begin(configuration({}));
   const auto tom = open(1, station::Role::trainee, "tom"), ada = open(2);
   const std::string words(2000, 'x');
-  const std::string chat = R"({"type":"chat","request":1,"to":"all","text":")" + words + "\"}";
+  const std::string chat = R"({"type":"chat","request":1,"text":")" + words + "\"}";
   for (int i = 0; i < 20; ++i) service_->receive(*tom, chat, now());
   EXPECT_EQ(ada->messages_of_type("chat").size(), 3U) << "at once; then two a second";
   EXPECT_THAT(tom->newest("reply")["text"].get<std::string>(), HasSubstr("two a second"));
@@ -261,7 +284,7 @@ TEST_F(InstructorServiceTest, OneTraineeCannotFillTheNotesOrCrowdOutOthers) {
   EXPECT_FALSE(tom->closed);
   EXPECT_NEAR(static_cast<double>(ada->messages_of_type("chat").size()), 1150, 60);
   EXPECT_LE(std::filesystem::file_size(folder_ / "notes.jsonl"), 1'100'000U);
-  service_->receive(*ada, R"({"type":"chat","request":9,"to":"all","text":"enough"})", now());
+  service_->receive(*ada, R"({"type":"chat","request":9,"text":"enough"})", now());
   EXPECT_EQ(ada->newest("reply")["ok"], true);
   EXPECT_EQ(tom->newest("chat")["text"], "enough");
 }

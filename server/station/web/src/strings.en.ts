@@ -254,6 +254,7 @@ export const strings = {
     text: "Message",
     to: "To",
     everyone: "everyone",
+    everyRole: (role: string) => `every ${role.toLowerCase()}`,
     send: "Send",
     log: "Messages",
     message: (from: string, text: string) => `${from}: ${text}`,

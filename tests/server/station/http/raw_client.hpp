@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -178,8 +179,9 @@ class RawClient {
     return send(frame + std::string(payload));
   }
   bool send_text(std::string_view text) { return send_frame(0x81, text); }
-  /// nullopt: the server closed the connection. Replies to pings.
+  /// nullopt: the server closed the connection, or sent only pings for kPatienceMs. Replies to pings.
   std::optional<Frame> frame() {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(kPatienceMs);
     while (true) {
       const auto head = take(2);
       if (!head) return std::nullopt;
@@ -195,7 +197,9 @@ class RawClient {
       const int opcode = (*head)[0] & 0x0f;
       if (opcode == 9) {
         send_frame(0x8a, *payload);
-        continue;
+        if (std::chrono::steady_clock::now() < deadline) continue;
+        ADD_FAILURE() << "the server sent nothing but pings";
+        return std::nullopt;
       }
       return Frame{opcode, *payload};
     }

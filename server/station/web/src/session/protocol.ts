@@ -45,7 +45,9 @@ export interface Injection { type: "injection"; live: boolean; reason: string; p
 export interface PoseState { type: "pose"; state: string; sigma_m: number | null }
 export interface Operator { name: string; robot: string; state: string; console: string }
 export interface Operators { type: "operators"; list: Operator[] }
-export interface Chat { type: "chat"; from: string; role: Role; to: string; text: string; t: number }
+/** Recipients of a message: a role or a person, which may have the name of a role; neither: everybody. */
+export interface Recipients { to_role?: Role; to_person?: string }
+export interface Chat extends Recipients { type: "chat"; from: string; role: Role; text: string; t: number }
 export interface Mark { type: "mark"; t: number; text: string; by: string }
 export interface Control {
   type: "control"; mode: "live" | "recorded"; paused: boolean; rate: number; position: number; duration: number | null;
