@@ -42,6 +42,7 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       real_time_(options.real_time),
       sent_(configuration),
       outbox_(&bus, std::move(log), &sent_),
+      log_watch_(options.session),
       mr_scan_(configuration.channels.bus(channel::kMrScan)),
       guard_(options.guard,
              [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
@@ -150,6 +151,7 @@ std::string LiveSession::run_until_stopped() {
     note_given_up();
     take_answers();
     take_models();
+    report_lost_log();
     housekeeping();
     if (options_.loop_runs) options_.loop_runs();
   }
@@ -176,7 +178,9 @@ void LiveSession::end() {
   take_answers();
   syncer_.request_stop();
   syncer_.join();
+  check_log();
   (void)outbox_.sync();
+  report_lost_log();
 }
 
 void LiveSession::handle(Arrived arrived) {

@@ -8,6 +8,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "server/runtime/guard.hpp"
 #include "server/runtime/inbox.hpp"
+#include "server/runtime/log_watch.hpp"
 #include "server/runtime/loop.hpp"
 #include "server/runtime/render_thread.hpp"
 #include "server/runtime/view_source.hpp"
@@ -52,7 +53,9 @@ class LiveSession : private tick::ScanSink {
   void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
   Message note(LoopDecision::Kind kind, std::uint64_t sequence);
   void housekeeping();
-  void sync_each_second(const std::stop_token& stop);
+  void look_after_log(const std::stop_token& stop);
+  void check_log();
+  void report_lost_log();
   void publish_status(ArrivalTime now);
   Report report();
 
@@ -61,6 +64,7 @@ class LiveSession : private tick::ScanSink {
   const RealTimeScope real_time_;  // before the threads that scans wait for: they inherit it
   SentMessages sent_;
   Outbox outbox_;
+  const LogWatch log_watch_;
   const std::string mr_scan_;
   Guard guard_;
   Inbox inbox_;
@@ -82,7 +86,8 @@ class LiveSession : private tick::ScanSink {
   std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
   bool robot_stopped_ = false;  // last value passed to robot_stop_held
   RobotStop commanded_;         // last value passed to ServeOptions::commanded
-  std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
+  bool log_lost_ = false;       // people were told
+  std::jthread syncer_{[this](const std::stop_token& stop) { look_after_log(stop); }};
 };
 
 }  // namespace parhelion::runtime

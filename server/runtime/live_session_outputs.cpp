@@ -8,8 +8,9 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int kAgentsNice = 15;                 // agents' images: lower priority than the trainee's robot
-constexpr Duration kSyncPeriod = seconds(1.0);  // limits the loss at a power cut (promise 6)
+constexpr int kAgentsNice = 15;  // agents' images: lower priority than the trainee's robot
+constexpr Duration kWatchPeriod = milliseconds(250);
+constexpr int kChecksPerSync = 4;  // a sync each second limits the loss at a power cut (promise 6)
 constexpr Duration kStatusPeriod = seconds(1.0);
 
 }  // namespace
@@ -88,13 +89,29 @@ void LiveSession::note_refused_messages() {
 }
 
 /// On its own thread: a slow disk delays no scan.
-void LiveSession::sync_each_second(const std::stop_token& stop) {
+void LiveSession::look_after_log(const std::stop_token& stop) {
   lower_priority(0);
   std::mutex mutex;
   std::condition_variable_any woken;
   std::unique_lock lock(mutex);
   const auto stopped = [&stop] { return stop.stop_requested(); };
-  while (!woken.wait_for(lock, stop, std::chrono::nanoseconds(kSyncPeriod.ns), stopped)) (void)outbox_.sync();
+  for (int checks = 1; !woken.wait_for(lock, stop, std::chrono::nanoseconds(kWatchPeriod.ns), stopped);
+       ++checks) {
+    check_log();
+    if (checks % kChecksPerSync == 0) (void)outbox_.sync();
+  }
+}
+
+void LiveSession::check_log() {
+  if (const Status there = log_watch_.check(); !there) outbox_.give_up_log(there.error().message);
+}
+
+/// Once and at once, while the session can still be repeated.
+void LiveSession::report_lost_log() {
+  if (log_lost_ || outbox_.complete()) return;
+  log_lost_ = true;
+  if (options_.notify) options_.notify("the session is incomplete: " + outbox_.log_error());
+  publish_status(last_);
 }
 
 void LiveSession::publish_status(ArrivalTime now) {

@@ -58,10 +58,13 @@ Status Outbox::sync() {
     if (!log_ || !log_error_.empty()) return {};
   }
   Status synced = log_->sync();
-  if (synced) return synced;
-  const std::lock_guard lock(mutex_);
-  if (log_error_.empty()) log_error_ = synced.error().message;
+  if (!synced) give_up_log(synced.error().message);
   return synced;
+}
+
+void Outbox::give_up_log(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  if (log_error_.empty()) log_error_ = reason;
 }
 
 bool Outbox::complete() const {

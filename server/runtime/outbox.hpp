@@ -40,7 +40,10 @@ class Outbox {
   /// Flushes to the disk while sending continues; on failure the session is incomplete. One thread at a time.
   Status sync();
 
-  /// False since a write failed.
+  /// Ends the log: nothing more is written, and the session is incomplete.
+  void give_up_log(const std::string& reason);
+
+  /// False since a write failed or the log was given up.
   bool complete() const;
   std::string log_error() const;
   /// SHA-256 over the payloads in order, per output channel.

@@ -280,6 +280,20 @@ TEST_F(ServeTest, ServeKeepsAStoppedRobotStoppedAfterACrash) {
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
 }
 
+TEST_F(ServeTest, ASessionWhoseLogWasDeletedFails) {
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  std::filesystem::remove(folder_ / "session.lcm");
+  ASSERT_TRUE(await_server(server, 2)) << "it goes on serving, and answers";
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 1);
+  const std::string output = test::text_of(folder_ / "serve.txt");
+  EXPECT_NE(output.find("session.lcm: deleted or moved during the session"), std::string::npos) << output;
+  EXPECT_NE(output.find("INCOMPLETE"), std::string::npos) << output;
+}
+
 TEST_F(ServeTest, AnEmergencyStopPersistsAcrossServersUntilReset) {
   {
     test::Process server(serve("first.lcm"), folder_ / "serve.txt");
