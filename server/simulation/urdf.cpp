@@ -141,8 +141,7 @@ class Reader {
     add_link(root);
     add_children(root, 0);
     for (const auto& [name, link] : links_) {
-      const bool reached = std::any_of(robot_.links.begin(), robot_.links.end(),
-                                       [&](const RobotLink& each) { return each.name == name; });
+      const bool reached = std::ranges::find(robot_.links, name, &RobotLink::name) != robot_.links.end();
       if (!reached) {
         refuse(*link, "is not connected to '" + robot_.links[0].name +
                           "': its joints make a loop; a robot is a tree of links");

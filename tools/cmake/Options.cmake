@@ -17,6 +17,10 @@ option(PARHELION_HARDEN "Checks at run time against faults of memory" ${harden})
 option(PARHELION_FUZZ "Build the libFuzzer targets (clang only)" OFF)
 
 find_program(CCACHE ccache)
+# ccache's own variable: set where the cache would be empty, as in CI.
+if(DEFINED ENV{CCACHE_DISABLE})
+  set(CCACHE "")
+endif()
 if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
