@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "protocols/bus/multicast_group.hpp"
+#include "protocols/bus/shared_bus.hpp"
 #include "protocols/codec.hpp"
 #include "server/runtime/crowd_time.hpp"
 #include "server/runtime/grade_session.hpp"
@@ -19,7 +20,6 @@
 #include "server/runtime/session_files.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/web_site.hpp"
-#include "server/station/tapped_bus.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
@@ -87,15 +87,14 @@ Result<tick::Configuration> configuration_for(const Arguments& arguments, Bus& b
 }
 
 /// The network reader gets the same priority as the loop.
-Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const BusOptions& options,
-                                                            runtime::RealTime real_time,
-                                                            runtime::RefusedMessages& refused) {
+Result<std::unique_ptr<SharedBus>> open_bus(const BusOptions& options, runtime::RealTime real_time,
+                                            runtime::RefusedMessages& refused) {
   auto speaker = options.open_speaker();
   if (!speaker) return speaker.error();
   const runtime::RealTimeScope scope(real_time);
   auto network = options.open([&refused](const RefusedMessage& message) { refused.add(message); });
   if (!network) return network.error();
-  return std::make_unique<station::TappedBus>(std::move(*network), std::move(*speaker));
+  return std::make_unique<SharedBus>(std::move(*network), std::move(*speaker));
 }
 
 /// After an instructor has ended the session: serves the report until the server is stopped.
@@ -143,7 +142,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   report_state(options, manager);
   runtime::RefusedMessages refused;
   if (!arguments.bus.keys.empty()) options.refused = &refused;
-  auto bus = open_tapped_bus(arguments.bus, options.real_time, refused);
+  auto bus = open_bus(arguments.bus, options.real_time, refused);
   if (!bus) return fail(bus.error().message);
   const auto group = parse_lcm_url(chosen_lcm_url(arguments.bus.url));
   options.open_bus = arguments.bus.keys.empty() && group && !group->this_machine_only;
@@ -172,7 +171,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   std::unique_ptr<LiveStation> station;
   if (!arguments.http.empty()) {
     auto opened = LiveStation::open(
-        {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->tap()); },
+        {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->connect()); },
          arguments.session, arguments.cloud, options.robot_stopped},
         *configuration);
     if (!opened) return fail(opened.error().message);

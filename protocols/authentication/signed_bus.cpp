@@ -38,12 +38,14 @@ class SignedBus : public Bus {
   }
 
   Status subscribe(const std::string& pattern, int capacity) override {
-    return bus_->subscribe(pattern, capacity);
+    return bus_->subscribe(pattern, std::max(capacity, kMinCapacity));
   }
   std::uint64_t dropped() const override { return bus_->dropped(); }
 
  private:
   static constexpr int kMaxRefused = 1000;  // in one call: a flood must not keep the caller
+  static constexpr int kMinCapacity =
+      256;  // messages not yet verified: a flood must not displace genuine ones
 
   bool accept(Message& message) {
     const auto verdict = verifier_.verify(message.channel, message.payload, wall_clock());

@@ -7,7 +7,6 @@
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/web_site.hpp"
 #include "server/station/robot_watch.hpp"
-#include "server/station/shared_endpoint.hpp"
 #include "server/station/web/page_files.hpp"
 
 namespace parhelion::station {
@@ -79,7 +78,6 @@ struct BaseStation::Parts {
     teleop.reset();
   }
 
-  std::unique_ptr<SharedEndpoint> bus;
   std::unique_ptr<Bus> teleop_bus;
   std::unique_ptr<TeleopService> teleop;
   std::unique_ptr<VideoFeed> video;
@@ -94,7 +92,9 @@ struct BaseStation::Parts {
 
 Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   if (options.station.recorded) return {};
-  teleop_bus = bus->connect();
+  auto bus = options.open_bus();
+  if (!bus) return bus.error();
+  teleop_bus = std::move(*bus);
   TeleopOptions teleop_options;
   teleop_options.now = [] { return runtime::steady_now(); };
   teleop_options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
@@ -111,11 +111,14 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
 }
 
 Status BaseStation::Parts::open_video(const BaseStationOptions& options) {
-  video = std::make_unique<VideoFeed>(bus->connect(), video_options(options.station));
+  auto video_bus = options.open_bus(), watch_bus = options.open_bus();
+  if (!video_bus) return video_bus.error();
+  if (!watch_bus) return watch_bus.error();
+  video = std::make_unique<VideoFeed>(std::move(*video_bus), video_options(options.station));
   site->server().on_socket("/ws/video", Access::logged_in(), video->socket());
   site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::kStreamType, video->stream());
-  watch = std::make_unique<RobotWatch>(bus->connect(), options.station.configuration, *video, teleop.get(),
-                                       options.why_not_driven);
+  watch = std::make_unique<RobotWatch>(std::move(*watch_bus), options.station.configuration, *video,
+                                       teleop.get(), options.why_not_driven);
   return watch->start();
 }
 
@@ -131,9 +134,8 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   auto opened = WebSite::open(std::move(web));
   if (!opened) return opened.error();
   site = std::move(*opened);
-  auto network = options.open_bus();
-  if (!network) return network.error();
-  bus = std::make_unique<SharedEndpoint>(std::move(*network));
+  auto bus = options.open_bus();
+  if (!bus) return bus.error();
   if (Status driving = open_driving(options); !driving) return driving;
   if (Status pictures = open_video(options); !pictures) return pictures;
   StationOptions& station_options = options.station;
@@ -147,7 +149,7 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
     };
     station_options.stopped = [this] { return !teleop->stops().empty(); };
   }
-  auto made = Station::open(bus->connect(), site->server(), std::move(station_options));
+  auto made = Station::open(std::move(*bus), site->server(), std::move(station_options));
   if (!made) return made.error();
   station = std::move(*made);
   site->metrics([this](MetricsText& text) {

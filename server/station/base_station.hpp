@@ -22,8 +22,8 @@ struct BaseStationOptions {
                                ///< can drive it
   bool robot_stopped = false;  ///< an emergency stop of an earlier server process still holds the trainee's
                                ///< robot
-  /// Opens an endpoint of the session's bus. Called once, on a thread whose priority the station's threads
-  /// inherit.
+  /// Opens an endpoint of the session's bus, for each part of the station. Called on a thread whose priority
+  /// the station's threads inherit.
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;
 };
 

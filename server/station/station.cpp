@@ -6,13 +6,15 @@
 #include <utility>
 
 #include "server/runtime/wall_clock.hpp"
+#include "server/station/client_events.hpp"
 #include "server/station/http/cached_content.hpp"
-#include "server/station/mailbox.hpp"
 
 namespace parhelion::station {
 namespace {
 
-constexpr Duration kBusPoll = milliseconds(50), kLookPeriod = milliseconds(20), kBusAgain = milliseconds(500);
+constexpr Duration kBusPeriod = milliseconds(5), kLookPeriod = milliseconds(20),
+                   kBusAgain = milliseconds(500);
+constexpr int kMaxMessagesAtOnce = 64;  // of the bus, between two events of pages
 
 /// State for handlers on the server's thread.
 struct Published {
@@ -101,38 +103,28 @@ struct Station::Running {
   void add_socket(HttpServer& server);
   HttpResponse map() const;
   std::string hello(const Identity& who);
-  void receive(const std::stop_token& stop);
   void work(const std::stop_token& stop);
-  void take(StationEvent& event);
+  void take_messages(WallTime now);
+  void take(ClientEvent& event, WallTime now);
 
   const StationOptions options;
   std::unique_ptr<Bus> bus;
-  Mailbox mailbox;
+  WallTime bus_next;  ///< the bus is not read before: it has failed
+  ClientEvents clients;
   StateFeed feed;
   InstructorService instructor_service;
   Published published;
-  std::jthread receiver, worker;
+  std::jthread worker;
 };
-
-void Station::Running::receive(const std::stop_token& stop) {
-  while (!stop.stop_requested()) {
-    Message message;
-    const auto received = bus->receive(message, kBusPoll);
-    if (!received) {
-      mailbox.put(BusFailed{received.error().message});
-      std::this_thread::sleep_for(std::chrono::nanoseconds(kBusAgain.ns));
-      continue;
-    }
-    if (*received && !mailbox.put(std::move(message))) return;
-  }
-}
 
 void Station::Running::work(const std::stop_token& stop) {
   WallTime looked;
-  StationEvent event;
+  ClientEvent event;
   while (!stop.stop_requested()) {
-    if (mailbox.take(event, kLookPeriod)) take(event);
+    const bool came = clients.take(event, kBusPeriod);
     const WallTime now = runtime::steady_now();
+    if (came) take(event, now);
+    take_messages(now);
     if (now - looked < kLookPeriod) continue;
     looked = now;
     feed.look(now);
@@ -141,11 +133,22 @@ void Station::Running::work(const std::stop_token& stop) {
   }
 }
 
-void Station::Running::take(StationEvent& event) {
-  const WallTime now = runtime::steady_now();
-  if (auto* message = std::get_if<Message>(&event)) {
-    feed.take(*message, now);
-  } else if (auto* connected = std::get_if<ClientConnected>(&event)) {
+void Station::Running::take_messages(WallTime now) {
+  if (now < bus_next) return;
+  Message message;
+  for (int i = 0; i < kMaxMessagesAtOnce; ++i) {
+    const auto came = bus->receive(message, Duration{0});
+    if (!came) {
+      feed.bus_failed(came.error().message);
+      bus_next = now + kBusAgain;
+    }
+    if (!came || !*came) return;
+    feed.take(message, now);
+  }
+}
+
+void Station::Running::take(ClientEvent& event, WallTime now) {
+  if (auto* connected = std::get_if<ClientConnected>(&event)) {
     feed.open(connected->client);
     instructor_service.greet(*connected->client);
   } else if (auto* client_text = std::get_if<ClientText>(&event)) {
@@ -155,8 +158,6 @@ void Station::Running::take(StationEvent& event) {
     }
   } else if (auto* closed = std::get_if<ClientDisconnected>(&event)) {
     feed.close(closed->client);
-  } else if (auto* failed = std::get_if<BusFailed>(&event)) {
-    feed.bus_failed(failed->why);
   }
 }
 
@@ -223,13 +224,13 @@ void Station::Running::add_report_routes(HttpServer& server) {
 void Station::Running::add_socket(HttpServer& server) {
   SocketHandler handler;
   handler.opened = [this](std::shared_ptr<WebClient> client) {
-    mailbox.put(ClientConnected{std::move(client)});
+    clients.put(ClientConnected{std::move(client)});
   };
   handler.received = [this](WebClient& client, std::string_view bytes, bool binary) {
     if (binary) return client.close(1003, "expected text");
-    if (!mailbox.put(ClientText{client.id(), std::string(bytes)})) client.close(1013, "too many messages");
+    if (!clients.put(ClientText{client.id(), std::string(bytes)})) client.close(1013, "too many messages");
   };
-  handler.closed = [this](WebClient& client) { mailbox.put(ClientDisconnected{client.id()}); };
+  handler.closed = [this](WebClient& client) { clients.put(ClientDisconnected{client.id()}); };
   server.on_socket("/ws/state", Access::logged_in(), std::move(handler));
 }
 
@@ -243,16 +244,11 @@ Result<std::unique_ptr<Station>> Station::open(std::unique_ptr<Bus> bus, HttpSer
   if (const Status listens = running->listen(); !listens) return listens.error();
   running->add_routes(server);
   Running* it = running.get();
-  running->receiver = std::jthread([it](const std::stop_token& stop) { it->receive(stop); });
   running->worker = std::jthread([it](const std::stop_token& stop) { it->work(stop); });
   return std::unique_ptr<Station>(new Station(std::move(running)));
 }
 
-Station::~Station() {
-  running_->receiver.request_stop();
-  running_->worker.request_stop();
-  running_->mailbox.close();
-}
+Station::~Station() = default;
 
 void Station::set_report(std::string json_text, std::string page) {
   const std::lock_guard lock(running_->published.mutex);
