@@ -1,5 +1,7 @@
 #include "protocols/scenario.hpp"
 
+#include <arpa/inet.h>
+
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -173,6 +175,18 @@ void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Prob
                           "; lower some rates, or raise the limit if the machine can render as many");
 }
 
+std::vector<std::string> read_hosts(const Node& list, yaml::Problems& problems) {
+  std::vector<std::string> hosts;
+  for (const Node& each : list.items) {
+    in_addr address{};
+    if (inet_pton(AF_INET, each.text.c_str(), &address) != 1)
+      problems.add(each.line, "'hosts': expected an IPv4 address, as 192.168.1.20, not '" +
+                                  yaml::printable(each.text) + "'");
+    hosts.push_back(each.text);
+  }
+  return hosts;
+}
+
 Scenario read_scenario(Node& node, yaml::Problems& problems) {
   Scenario scenario;
   yaml::read(node, "name", scenario.name);
@@ -182,6 +196,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
   if (const Node* mode = node.find("authentication")) scenario.authentication = mode->text == "sign";
+  if (const Node* hosts = node.find("hosts")) scenario.hosts = read_hosts(*hosts, problems);
   yaml::read(node, "mapping", scenario.mapping);
   yaml::read(node, "max_agents", scenario.max_agents);
   yaml::read(node, "max_agent_image_rate", scenario.max_agent_image_rate);
@@ -299,6 +314,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.model.empty()) writer.text("model", scenario.model);
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   if (scenario.authentication) writer.word("authentication", "sign");
+  writer.texts("hosts", scenario.hosts);
   if (scenario.mapping) writer.word("mapping", "true");
   writer.integer("max_agents", scenario.max_agents);
   writer.quantity("max_agent_image_rate", scenario.max_agent_image_rate, Quantity::rate);

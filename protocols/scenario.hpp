@@ -65,7 +65,9 @@ struct Scenario {
   std::string model;          ///< path of a semantic model; empty: open floor
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
   bool authentication =
-      false;             ///< the server starts only with keys, and refuses messages without a signature
+      false;  ///< the server starts only with keys, and refuses messages without a signature
+  /// IPv4 addresses of other machines whose messages are accepted without keys; see OtherHosts.
+  std::vector<std::string> hosts;
   bool mapping = false;  ///< DEPTH images extend the model while the server runs
   InjectionLimits injection;
   ContactLimits contact;

@@ -15,8 +15,10 @@ void BusOptions::add_to(CLI::App& command) {
       ->envname("PARHELION_KEYS");
 }
 
-Result<std::unique_ptr<Bus>> BusOptions::open(std::function<void(const RefusedMessage&)> refused) const {
-  return with_keys(open_network_bus(url), std::move(refused));
+Result<std::unique_ptr<Bus>> BusOptions::open(std::function<void(const RefusedMessage&)> refused,
+                                              std::optional<OtherHosts> hosts) const {
+  if (!keys.empty()) hosts.reset();
+  return with_keys(open_network_bus(url, std::move(hosts)), std::move(refused));
 }
 
 Result<std::unique_ptr<Bus>> BusOptions::open(const std::string& command) const {

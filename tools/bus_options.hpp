@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocols/authentication/signed_bus.hpp"
@@ -16,8 +17,9 @@ struct BusOptions {
   std::string keys;  ///< path; empty: nothing is signed or verified
 
   void add_to(CLI::App& command);
-  /// `refused`: see sign().
-  Result<std::unique_ptr<Bus>> open(std::function<void(const RefusedMessage&)> refused) const;
+  /// `refused`: see sign(). `hosts`: without keys, see open_network_bus().
+  Result<std::unique_ptr<Bus>> open(std::function<void(const RefusedMessage&)> refused,
+                                    std::optional<OtherHosts> hosts = {}) const;
   /// Tells `command`'s user of the first message refused for each reason.
   Result<std::unique_ptr<Bus>> open(const std::string& command) const;
   /// For publishing only.

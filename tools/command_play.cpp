@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "server/station/console/terminal.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/play/play_keys.hpp"
 #include "tools/play/play_station.hpp"
@@ -22,7 +23,8 @@ namespace {
 constexpr Duration kLook = milliseconds(100);  // polling interval of keys and end
 
 struct Arguments {
-  std::string log, url, http, foxglove, prefix = "PLAY_";
+  std::string log, http, foxglove, prefix = "PLAY_";
+  BusOptions bus;
   runtime::PlayOptions options;
   bool publish = false;
 };
@@ -89,7 +91,7 @@ Exit run(Arguments& arguments) {
   std::unique_ptr<Bus> network;
   std::optional<PlayedBus> played;
   if (arguments.publish) {
-    auto opened = open_network_bus(arguments.url);
+    auto opened = arguments.bus.open_speaker();
     if (!opened) return fail(opened.error().message);
     network = std::move(*opened);
     auto guarded = PlayedBus::open(*network, *scenario, arguments.prefix);
@@ -161,7 +163,8 @@ void add_play(CLI::App& app, Exit& exit) {
                    "Of the channels; empty: their own names, and no command goes out")
       ->needs(publish)
       ->capture_default_str();
-  command->add_option("--url", arguments->url, "LCM URL to publish on")->needs(publish);
+  arguments->bus.add_to(*command);
+  command->get_option("--url")->needs(publish);
   command->footer(
       "Example:\n  parhelion play session.lcm\n  parhelion play session.lcm --http 127.0.0.1:8080\n  "
       "parhelion play session.lcm --publish --rate 2 --loop\n\n" +

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "server/runtime/replay.hpp"
+#include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
@@ -13,7 +14,8 @@ namespace {
 
 struct Arguments {
   runtime::ReplayOptions options;
-  std::string scenario, robot, report, url;
+  std::string scenario, robot, report;
+  BusOptions bus;
   std::uint64_t seed = 0;
   bool publish = false;
 };
@@ -34,8 +36,8 @@ Exit run(Arguments& arguments, const CLI::App& command) {
   if (!arguments.robot.empty()) options.robot = arguments.robot;
   if (command.count("--seed") > 0) options.seed = arguments.seed;
   std::unique_ptr<Bus> bus;
-  if (arguments.publish || !arguments.url.empty()) {
-    auto opened = open_network_bus(arguments.url);
+  if (arguments.publish || !arguments.bus.url.empty()) {
+    auto opened = arguments.bus.open_speaker();
     if (!opened) return fail(opened.error().message);
     bus = std::move(*opened);
     options.bus = bus.get();
@@ -75,8 +77,8 @@ void add_replay(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(0.0, 1e6));
   command->add_option("--threads", arguments->options.threads, "1: render between inputs; more: in parallel")
       ->check(CLI::Range(1, 64));
-  command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM");
-  command->add_option("--url", arguments->url, "LCM URL to publish on (implies --publish)");
+  command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM; --url implies it");
+  arguments->bus.add_to(*command);
   command->add_flag("--force", arguments->options.overwrite, "Overwrite files that exist");
   command->footer(
       "Example: parhelion replay localized.lcm --scenario lab.yaml -o session.lcm --report report.json\n\n"

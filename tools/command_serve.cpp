@@ -71,28 +71,32 @@ Result<std::optional<RobotDescription>> robot_for(const Scenario& scenario, Bus&
   return robot;
 }
 
-Result<tick::Configuration> configuration_for(const Arguments& arguments, Bus& bus,
-                                              const runtime::ServeOptions& options, ServerMemory& memory) {
-  const auto files = runtime::load_session_files(arguments.scenario, arguments.robot);
-  if (!files) return files.error();
-  if (files->scenario.authentication && arguments.bus.keys.empty()) {
+Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
+  auto files = runtime::load_session_files(arguments.scenario, arguments.robot);
+  if (files && files->scenario.authentication && arguments.bus.keys.empty()) {
     return Error{arguments.scenario +
                  ": authentication: sign needs --keys FILE; `parhelion key new` makes them"};
   }
-  if (files->robot) return tick::configure(files->scenario, *files->robot, files->model, files->robot_models);
-  const auto robot = robot_for(files->scenario, bus, options, memory);
+  return files;
+}
+
+Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files, Bus& bus,
+                                              const runtime::ServeOptions& options, ServerMemory& memory) {
+  if (files.robot) return tick::configure(files.scenario, *files.robot, files.model, files.robot_models);
+  const auto robot = robot_for(files.scenario, bus, options, memory);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
-  return tick::configure(files->scenario, **robot, files->model, files->robot_models);
+  return tick::configure(files.scenario, **robot, files.model, files.robot_models);
 }
 
 /// The network reader gets the same priority as the loop.
-Result<std::unique_ptr<SharedBus>> open_bus(const BusOptions& options, runtime::RealTime real_time,
-                                            runtime::RefusedMessages& refused) {
+Result<std::unique_ptr<SharedBus>> open_bus(const BusOptions& options, OtherHosts hosts,
+                                            runtime::RealTime real_time, runtime::RefusedMessages& refused) {
   auto speaker = options.open_speaker();
   if (!speaker) return speaker.error();
   const runtime::RealTimeScope scope(real_time);
-  auto network = options.open([&refused](const RefusedMessage& message) { refused.add(message); });
+  auto network =
+      options.open([&refused](const RefusedMessage& message) { refused.add(message); }, std::move(hosts));
   if (!network) return network.error();
   return std::make_unique<SharedBus>(std::move(*network), std::move(*speaker));
 }
@@ -140,9 +144,15 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   options.real_time = *runtime::parse_real_time(arguments.real_time);
   options.stop = stop_asked;
   report_state(options, manager);
+  const auto files = load_files(arguments);
+  if (!files) return fail(files.error().message);
   runtime::RefusedMessages refused;
   if (!arguments.bus.keys.empty()) options.refused = &refused;
-  auto bus = open_bus(arguments.bus, options.real_time, refused);
+  runtime::RefusedHosts refused_hosts;
+  options.refused_hosts = &refused_hosts;
+  auto bus = open_bus(
+      arguments.bus, {files->scenario.hosts, [&refused_hosts](const auto& host) { refused_hosts.add(host); }},
+      options.real_time, refused);
   if (!bus) return fail(bus.error().message);
   const auto group = parse_lcm_url(chosen_lcm_url(arguments.bus.url));
   options.open_bus = arguments.bus.keys.empty() && group && !group->this_machine_only;
@@ -150,7 +160,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
     options.notify(
         "other machines can send on this bus, and nothing is signed: anyone in the network can move the "
         "robot; see docs/security.md");
-  const auto configuration = configuration_for(arguments, **bus, options, memory);
+  const auto configuration = configuration_for(*files, **bus, options, memory);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   const auto state =
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);

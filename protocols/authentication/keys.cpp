@@ -97,13 +97,6 @@ Sender read_sender(const yaml::Node& map, yaml::Problems& problems) {
   return sender;
 }
 
-void write_list(yaml::Writer& writer, const char* key, const std::vector<std::string>& words) {
-  if (words.empty()) return;
-  std::string list;
-  for (const std::string& word : words) list += (list.empty() ? "[" : ", ") + yaml::Writer::quote(word);
-  writer.line(key, list + "]");
-}
-
 void write_secret(yaml::Writer& writer, const Secret& secret) {
   writer.line("secret", "\"" + yaml::to_base64(secret) + "\"");
 }
@@ -184,8 +177,8 @@ std::string to_yaml(const Keys& keys) {
   for (const Sender& sender : keys.senders) {
     writer.begin_item();
     writer.text("name", sender.name);
-    write_list(writer, "roles", sender.roles);
-    write_list(writer, "channels", sender.channels);
+    writer.texts("roles", sender.roles);
+    writer.texts("channels", sender.channels);
     write_secret(writer, sender.secret);
     writer.end_item();
   }

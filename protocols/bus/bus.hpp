@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,9 +38,17 @@ class Bus {
   virtual std::uint64_t dropped() const = 0;
 };
 
+/// Other machines whose datagrams are received. Their addresses can be forged by anyone in the network.
+struct OtherHosts {
+  std::vector<std::string> addresses;  ///< IPv4, as 192.168.1.20
+  /// Called once for each of the first hosts that are refused, in a thread of the bus. May be empty.
+  std::function<void(const std::string& address)> refused;
+};
+
 /// LCM over the network; empty url: LCM_DEFAULT_URL, else udpm with ttl=0 and a receive buffer of 4 MiB. An
-/// error names the missing multicast route and the command that adds it.
-Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url);
+/// error names the missing multicast route and the command that adds it. `hosts` absent: all machines; with
+/// ttl=0 only this one in any case.
+Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url, std::optional<OtherHosts> hosts = {});
 
 /// Endpoints in one process that receive each other's messages; for tests. Thread-safe.
 class MemoryBusHub {

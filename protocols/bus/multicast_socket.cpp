@@ -58,8 +58,15 @@ ArrivalTime wall_clock() {
 
 }  // namespace
 
-MulticastSocket::MulticastSocket(int file, bool this_machine_only)
-    : file_(file), this_machine_only_(this_machine_only), buffer_(kBatch * kMaxDatagram) {}
+MulticastSocket::MulticastSocket(int file, const std::optional<OtherHosts>& hosts)
+    : file_(file), any_host_(!hosts), buffer_(kBatch * kMaxDatagram) {
+  if (!hosts) return;
+  refused_ = hosts->refused;
+  for (const std::string& each : hosts->addresses) {
+    in_addr address{};
+    if (inet_pton(AF_INET, each.c_str(), &address) == 1) other_hosts_.push_back(ntohl(address.s_addr));
+  }
+}
 
 MulticastSocket::~MulticastSocket() { close(file_); }
 
@@ -113,8 +120,8 @@ Status MulticastSocket::read(const std::function<void(const Datagram&)>& take) {
       if (receipt.has_lost) lost_ = std::max<std::uint64_t>(lost_, receipt.lost);
       const ArrivalTime arrival = receipt.has_arrival ? receipt.arrival : wall_clock();
       const DatagramSender sender{ntohl(senders[i].sin_addr.s_addr), ntohs(senders[i].sin_port)};
-      if (this_machine_only_ && !is_local(sender.address, arrival)) {
-        ++strangers_;
+      if (!is_accepted(sender.address, arrival)) {
+        refuse(sender.address);
         continue;
       }
       take({sender,
@@ -125,6 +132,22 @@ Status MulticastSocket::read(const std::function<void(const Datagram&)>& take) {
     if (static_cast<std::size_t>(received) < kBatch) break;
   }
   return {};
+}
+
+bool MulticastSocket::is_accepted(std::uint32_t address, ArrivalTime now) {
+  return any_host_ || std::ranges::find(other_hosts_, address) != other_hosts_.end() ||
+         is_local(address, now);
+}
+
+void MulticastSocket::refuse(std::uint32_t address) {
+  ++strangers_;
+  if (refused_hosts_.size() >= kMaxNamedHosts) return;
+  if (std::ranges::find(refused_hosts_, address) != refused_hosts_.end()) return;
+  refused_hosts_.push_back(address);
+  if (!refused_) return;
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const in_addr at{htonl(address)};
+  refused_(inet_ntop(AF_INET, &at, text.data(), text.size()));
 }
 
 /// Addresses of the machine's interfaces may change; they are read again for an unknown one, once a second

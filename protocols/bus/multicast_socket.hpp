@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "protocols/bus/bus.hpp"
 #include "protocols/bus/multicast_group.hpp"
 #include "protocols/bus/reassembly.hpp"
 #include "protocols/status.hpp"
@@ -23,7 +25,8 @@ class MulticastSocket {
     std::span<const std::uint8_t> bytes;  ///< valid until the next call
   };
 
-  explicit MulticastSocket(int file, bool this_machine_only);
+  /// `file`: of open(). `hosts` absent: all machines.
+  MulticastSocket(int file, const std::optional<OtherHosts>& hosts);
   ~MulticastSocket();
   MulticastSocket(const MulticastSocket&) = delete;
   MulticastSocket& operator=(const MulticastSocket&) = delete;
@@ -40,10 +43,16 @@ class MulticastSocket {
   std::uint64_t strangers() const { return strangers_; }  ///< datagrams refused as of another machine
 
  private:
+  static constexpr std::size_t kMaxNamedHosts = 16;
+
+  bool is_accepted(std::uint32_t address, ArrivalTime now);
   bool is_local(std::uint32_t address, ArrivalTime now);
+  void refuse(std::uint32_t address);
 
   const int file_;
-  const bool this_machine_only_;
+  bool any_host_ = true;
+  std::vector<std::uint32_t> other_hosts_, refused_hosts_;
+  std::function<void(const std::string& address)> refused_;
   std::vector<std::uint8_t> buffer_;
   std::vector<std::uint32_t> local_addresses_;
   ArrivalTime addresses_read_;

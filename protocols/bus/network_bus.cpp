@@ -82,10 +82,10 @@ class NetworkSpeaker : public Bus {
 
 class NetworkBus : public Bus {
  public:
-  NetworkBus(lcm_t* lcm, int socket, const MulticastGroup& group, std::string url)
+  NetworkBus(lcm_t* lcm, int socket, const std::optional<OtherHosts>& hosts, std::string url)
       : lcm_(lcm),
         url_(std::move(url)),
-        socket_(socket, group.this_machine_only),
+        socket_(socket, hosts),
         reassembly_([this](std::string_view channel) { return max_payload(channel); }),
         news_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
         ended_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
@@ -264,7 +264,7 @@ Result<std::unique_ptr<Bus>> open_network_speaker(const std::string& url) {
   return std::unique_ptr<Bus>(std::make_unique<NetworkSpeaker>(opened->lcm, opened->url));
 }
 
-Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
+Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url, std::optional<OtherHosts> hosts) {
   const auto opened = open_lcm(url);
   if (!opened) return opened.error();
   const auto socket = MulticastSocket::open(opened->group);
@@ -272,7 +272,8 @@ Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
     lcm_destroy(opened->lcm);
     return Error{"network bus " + opened->url + ": " + socket.error().message};
   }
-  auto bus = std::make_unique<NetworkBus>(opened->lcm, *socket, opened->group, opened->url);
+  if (opened->group.this_machine_only) hosts = OtherHosts{{}, hosts ? hosts->refused : nullptr};
+  auto bus = std::make_unique<NetworkBus>(opened->lcm, *socket, hosts, opened->url);
   if (!bus->receives_itself())
     return Error{"network bus " + opened->url + ": the program does not receive its own messages" +
                  kRouteRemedy};

@@ -65,6 +65,13 @@ void Writer::line(std::string_view key, std::string_view value) {
   text_.append(key).append(": ").append(value) += '\n';
 }
 
+void Writer::texts(std::string_view key, const std::vector<std::string>& values) {
+  if (values.empty()) return;
+  std::string list;
+  for (const std::string& value : values) list += (list.empty() ? "[" : ", ") + quote(value);
+  line(key, list + "]");
+}
+
 void Writer::block(std::string_view key, std::string_view tag, std::string_view text, std::size_t width) {
   line(key, std::string(tag) + (text.empty() ? " \"\"" : " |"));
   for (std::size_t i = 0; i < text.size(); i += width) {

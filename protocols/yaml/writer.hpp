@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocols/yaml/quantity.hpp"
 
@@ -11,6 +12,8 @@ namespace parhelion::yaml {
 class Writer {
  public:
   void text(std::string_view key, std::string_view value) { line(key, quote(value)); }
+  /// A list in one line; nothing if it is empty.
+  void texts(std::string_view key, const std::vector<std::string>& values);
   void word(std::string_view key, std::string_view value) { line(key, value); }
   void flag(std::string_view key, bool value) { line(key, value ? "true" : "false"); }
   template <class Integer>

@@ -47,6 +47,7 @@ class LiveSession : private tick::ScanSink {
   void note_given_up();
   void note_foreign_messages();
   void note_refused_messages();
+  void note_refused_hosts();
   void send_frames();
   void take_answers();
   void take_models();
@@ -71,6 +72,7 @@ class LiveSession : private tick::ScanSink {
   RenderThread renderer_;
   std::optional<RenderThread> agents_renderer_;  // from the first image of an agent's camera on
   std::optional<ViewSource> views_;
+  std::string refused_hosts_;  // so far
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_;
   StageClock stages_;

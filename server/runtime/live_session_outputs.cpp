@@ -64,6 +64,7 @@ void LiveSession::housekeeping() {
   last_housekeeping_ = steady_now();
   note_foreign_messages();
   note_refused_messages();
+  note_refused_hosts();
   publish_status(last_);
 }
 
@@ -85,6 +86,18 @@ void LiveSession::note_refused_messages() {
     }
     const std::int64_t count = tick::refused_message_count(configuration_, first.fault, first.channel);
     decide(LoopDecision::Kind::refused_message, static_cast<std::uint64_t>(count), inbox_.stamp());
+  }
+}
+
+void LiveSession::note_refused_hosts() {
+  if (options_.refused_hosts == nullptr) return;
+  for (const std::string& host : options_.refused_hosts->take()) {
+    refused_hosts_ += (refused_hosts_.empty() ? "" : ", ") + host;
+    if (options_.notify) {
+      options_.notify("messages of " + host +
+                      " are refused: they are not signed (docs/security.md), and the scenario's 'hosts' does "
+                      "not list this machine");
+    }
   }
 }
 
@@ -139,6 +152,7 @@ Report LiveSession::report() {
   if (options_.refused != nullptr) report.messages_refused = options_.refused->count();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);
+  if (!refused_hosts_.empty()) report.notes["refused_hosts"] = refused_hosts_;
   if (options_.open_bus)
     report.notes["open_bus"] =
         "anyone in this network can move the robot: authentication is off (docs/security.md)";

@@ -10,6 +10,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/status.hpp"
 #include "server/runtime/inbox.hpp"
+#include "server/runtime/refused_hosts.hpp"
 #include "server/runtime/refused_messages.hpp"
 #include "server/runtime/report.hpp"
 #include "server/runtime/site_mapper.hpp"
@@ -40,9 +41,10 @@ struct ServeOptions {
   /// Called on each change of the emergency stop, before anything else; may be empty. The stored value
   /// outlives a server that crashes.
   std::function<void(bool)> robot_stop_held;
-  std::function<void()> begun;         ///< called when the session and its log exist; may be empty
-  bool open_bus = false;               ///< other machines can send messages, and nothing is signed
-  RefusedMessages* refused = nullptr;  ///< of a bus with signatures; none: nothing is refused
+  std::function<void()> begun;            ///< called when the session and its log exist; may be empty
+  bool open_bus = false;                  ///< other machines can send messages, and nothing is signed
+  RefusedMessages* refused = nullptr;     ///< of a bus with signatures; none: nothing is refused
+  RefusedHosts* refused_hosts = nullptr;  ///< may be none
   /// Called when a real robot is commanded for the first time, and when further joints are; may be empty.
   std::function<void(const RobotStop&)> commanded;
   /// Called by the loop in each round, at least ten times a second: never while the loop hangs. May be empty.

@@ -118,6 +118,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.model = text();
   a.robot = text();
   a.authentication = *rc::gen::arbitrary<bool>();
+  if (*rc::gen::arbitrary<bool>()) a.hosts = {"192.168.1.20", "10.0.0.7"};
   a.mapping = *rc::gen::arbitrary<bool>();
   a.max_agents = static_cast<std::uint64_t>(*rc::gen::inRange(1, 10'001));
   a.max_agent_image_rate = between(10, 240);
@@ -147,6 +148,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->physics_rate == a.physics_rate);
   RC_ASSERT(b->model == a.model);
   RC_ASSERT(b->authentication == a.authentication);
+  RC_ASSERT(b->hosts == a.hosts);
   RC_ASSERT(b->mapping == a.mapping);
   RC_ASSERT(b->max_agents == a.max_agents);
   RC_ASSERT(b->max_agent_image_rate == a.max_agent_image_rate);
