@@ -102,6 +102,19 @@ TEST(ImportRosbagCamera, ReportsACameraWithoutCalibrationAndInventsNone) {
   EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("without calibration")));
 }
 
+TEST(ImportRosbagCamera, AScanTopicWithoutAReadableScanIsRefusedMessageByMessage) {
+  TemporaryFolder folder;
+  WrittenBag bag = bag_with_camera();
+  bag.add("/scan", "sensor_msgs/LaserScan", 101, RosBytes().raw("no scan"));
+  bag.write(folder / "broken.bag");
+  const auto report =
+      import_recording(test::import_options(folder / "broken.bag", folder / "broken.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->refused, 1U);
+  EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("/scan: no readable scan")));
+  EXPECT_FALSE(ImportedLog(folder / "broken.lcm").robot().laser.has_value());
+}
+
 TEST(ImportRosbagCamera, DepthIsConvertedToMillimetresAndKeepsHoles) {
   TemporaryFolder folder;
   WrittenBag bag = bag_with_camera();

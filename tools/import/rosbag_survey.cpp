@@ -274,8 +274,11 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
   const std::string base = base_frame(survey, choice);
   notes.push_back("base_link is the bag's frame '" + base + "'");
   std::optional<LaserDescription> laser;
-  if (choice.scan) {
-    LaserEvidence evidence = survey.lasers.at(*choice.scan);
+  const auto seen = choice.scan ? survey.lasers.find(*choice.scan) : survey.lasers.end();
+  if (choice.scan && seen == survey.lasers.end())
+    notes.push_back(*choice.scan + ": no readable scan, so the description has no laser");
+  if (seen != survey.lasers.end()) {
+    LaserEvidence evidence = seen->second;
     bool moves = false;
     if (const auto pose = survey.frames.find(base, survey.topics.at(*choice.scan).frame, moves)) {
       evidence.T_base_laser = Transform<Base, Laser>(*pose);
