@@ -1,6 +1,7 @@
 #include "fusion/pose/frozen_map.hpp"
 
 #include <filesystem>
+#include <new>
 
 #include "fusion/pose/mapped_scan.hpp"
 
@@ -75,11 +76,13 @@ Result<FrozenMap> from_grid(const std::string& path) {
 
 }  // namespace
 
-Result<FrozenMap> load_frozen_map(const std::string& path, double resolution) {
+Result<FrozenMap> load_frozen_map(const std::string& path, double resolution) try {
   const std::string kind = std::filesystem::path(path).extension().string();
   if (kind == ".simplemap") return from_simplemap(path, resolution);
   if (kind == ".yaml" || kind == ".yml") return from_grid(path);
   return Error{path + ": is neither .simplemap nor .yaml; expected a map of MRPT or a ROS map's YAML file"};
+} catch (const std::bad_alloc&) {
+  return Error{path + ": needs more memory than this machine has; use a smaller map"};
 }
 
 }  // namespace parhelion::pose

@@ -16,6 +16,7 @@ namespace {
 constexpr double kOccupiedThreshold = 0.65, kFreeThreshold = 0.196;  ///< map_server's defaults
 constexpr std::uint8_t kPgmOccupied = 0, kPgmUnknown = 205, kPgmFree = 254;
 constexpr long kMaxCells = 400'000'000;
+constexpr double kFarthest = 1e6;  ///< m
 
 std::uint8_t trinary(float occupied) {
   const auto p = static_cast<double>(occupied);
@@ -114,8 +115,8 @@ Result<MapHeader> read_header(const std::string& path) {
     header.x = origin[0].as<double>();
     header.y = origin[1].as<double>();
     header.yaw = origin.size() > 2 ? origin[2].as<double>() : 0;
-    if (!std::isfinite(header.x) || !std::isfinite(header.y))
-      return fail(origin.Mark(), "origin must be finite");
+    if (!(std::abs(header.x) <= kFarthest && std::abs(header.y) <= kFarthest))
+      return fail(origin.Mark(), "origin must be at most 1000 km from the map's frame");
     if (header.yaw != 0)
       return fail(origin.Mark(), "a rotated origin (yaw other than 0) is not supported: rotate the image");
     if (root["negate"]) header.negate = root["negate"].as<int>() != 0;

@@ -24,6 +24,8 @@ using mrpt::obs::CObservation2DRangeScan;
 // Of reading a map.
 constexpr std::uint64_t kMinBytes = std::uint64_t{1} << 29U;
 constexpr std::uint64_t kMinSeconds = 4, kBytesPerSecond = 2'000'000;
+// A map of more is damaged: its grids would take gigabytes.
+constexpr double kFarthest = 1e6, kMaxArea = 1e6;  ///< m from the map's origin, and m^2
 
 mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& T) {
   return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble44(Eigen::Matrix4d(T.matrix())));
@@ -100,6 +102,27 @@ mrpt::maps::CSimpleMap load(const std::string& path) {
   return map;
 }
 
+/// Error: a point or pose that is not finite or too far away, or a map that is too large.
+Status check_extent(std::span<const MappedScan> scans, const std::string& path) {
+  Eigen::AlignedBox2d extent;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    std::vector<Eigen::Vector2d> reached{scans[i].T_map_base.position()};
+    for (const Eigen::Vector2d& p : points_of(scans[i])) reached.push_back(scans[i].T_map_base * p);
+    for (const Eigen::Vector2d& p : reached) {
+      if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest)
+        return Error{path + ": scan " + std::to_string(i + 1) + " reaches farther than 1000 km from the " +
+                     "map's origin; the file is damaged, make the map again"};
+      extent.extend(p);
+    }
+  }
+  constexpr double margin = 20;  // of the grids
+  if ((extent.sizes().array() + margin).prod() > kMaxArea)
+    return Error{path + ": its scans cover " + std::to_string(std::lround(extent.sizes().x())) + " m x " +
+                 std::to_string(std::lround(extent.sizes().y())) +
+                 " m, expected at most 1 km^2; the file is damaged, make the map again"};
+  return {};
+}
+
 }  // namespace
 
 Status write_simplemap(std::span<const MappedScan> scans, const std::string& path) {
@@ -137,6 +160,7 @@ Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
     }
   }
   if (scans.empty()) return Error{path + ": contains no 2D range scan, expected at least one"};
+  if (const Status extent = check_extent(scans, path); !extent) return extent.error();
   return scans;
 }
 

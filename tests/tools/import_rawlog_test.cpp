@@ -221,6 +221,21 @@ TEST(ImportSimplemap, FlippedBitsNeverCrashAndNeverFillTheMemory) {
   EXPECT_LT(used.ru_maxrss, 1L << 20) << "kB";
 }
 
+TEST(ImportSimplemap, AMapThatIsTooLargeIsRefusedWithItsSize) {
+  TemporaryFolder folder;
+  pose::MappedScan near;
+  near.scan.angle_increment = 0.01F;
+  near.scan.ranges.assign(20, 5);
+  pose::MappedScan far = near, farther = near;
+  far.T_map_base = {2000, 1000, 0};
+  farther.T_map_base.x = 1e9;
+  const std::string path = folder / "map.simplemap";
+  ASSERT_TRUE(pose::write_simplemap(std::vector{near, far}, path));
+  EXPECT_THAT(pose::read_simplemap(path).error().message, ::testing::HasSubstr("1 km^2"));
+  ASSERT_TRUE(pose::write_simplemap(std::vector{near, farther}, path));
+  EXPECT_THAT(pose::read_simplemap(path).error().message, ::testing::HasSubstr("scan 2 reaches farther"));
+}
+
 mrpt::obs::CObservation2DRangeScan::Ptr clockwise_scan() {
   auto scan = mrpt::obs::CObservation2DRangeScan::Create();
   scan->timestamp = mrpt::Clock::fromDouble(1e9);

@@ -93,6 +93,8 @@ TEST_F(MapFile, ErrorsNameTheLineAndWhatWasExpected) {
             std::string::npos);
   EXPECT_NE(error_of("image: m.pgm\nresolution: 0.1\norigin: 5\n").find("bad.yaml:3"), std::string::npos);
   EXPECT_NE(error_of("image: m.pgm\nresolution: 0.1\norigin: [0, 0, 1.5]\n").find("yaw"), std::string::npos);
+  EXPECT_NE(error_of("image: m.pgm\nresolution: 0.1\norigin: [1e300, 0, 0]\n").find("1000 km"),
+            std::string::npos);
   EXPECT_NE(error_of("image: m.pgm\nresolution: 0.1\n").find("origin"), std::string::npos);
   EXPECT_NE(error_of(good + "mode: raw\n").find("bad.yaml:4"), std::string::npos);
   EXPECT_NE(error_of(good + "free_thresh: 0.9\n").find("free_thresh"), std::string::npos);
