@@ -15,6 +15,7 @@ struct Arguments {
   std::vector<std::string> places;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   std::string output = "-", shard = "1/1";
+  std::uint64_t memory = 1024;  // MB
   bool force = false;
 };
 
@@ -50,9 +51,14 @@ Exit run(const Arguments& arguments) {
   read_shard(arguments.shard, shard, shards);
   const auto logs = runtime::shard_of(*all, shard - 1, shards);
   Progress progress("batch", "sessions");
-  const auto rows = runtime::grade_batch(logs, arguments.threads, [&](std::size_t done, std::size_t of) {
-    progress.update(static_cast<double>(done), static_cast<double>(of));
-  });
+  runtime::GradeProcess process;
+  process.bytes = arguments.memory << 20U;
+  const auto rows = runtime::grade_batch(
+      logs, arguments.threads,
+      [&](std::size_t done, std::size_t of) {
+        progress.update(static_cast<double>(done), static_cast<double>(of));
+      },
+      process);
   progress.finish();
   const Status written = write_text(
       arguments.output, ends_with(arguments.output, ".json") ? to_json(rows) : runtime::to_csv(rows),
@@ -81,11 +87,15 @@ void add_batch(CLI::App& app, Exit& exit) {
   command->add_option("-o,--output", arguments->output, "Table, .csv or .json; default: CSV on the terminal");
   command->add_option("--shard", arguments->shard, "Only this part of them, as 2/8, for many machines")
       ->check(check_shard);
+  command->add_option("--memory", arguments->memory, "For each session, MB")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U))
+      ->capture_default_str();
   command->add_flag("--force", arguments->force, "Overwrite the table");
   command->footer(
       "Example: parhelion batch sessions/ -o results.csv\n\n"
       "In the order of their names. A log that cannot be graded is in the table with the reason, and the\n"
-      "command then ends with 1.");
+      "command then ends with 1. Each log is graded in a process of its own: one that crashes or needs more\n"
+      "memory than --memory does not end the others.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -10,9 +10,17 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <mutex>
+#include <new>
+#include <string_view>
 
 namespace parhelion::pose {
 namespace {
+
+constexpr int kOutOfMemory = 4;  // exit code
+
+/// Held from the pipe to the fork, so that no other child inherits the pipe's writing end and keeps it open.
+std::mutex forking;
 
 void be_silent() {
   const int null = open("/dev/null", O_WRONLY);
@@ -22,8 +30,19 @@ void be_silent() {
   close(null);
 }
 
-[[noreturn]] void run_child(int pipe_end, const ChildLimits& limits,
-                            const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
+void write_all(int pipe_end, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(pipe_end, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) _exit(2);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+/// `work` gets the writing end of a pipe to the parent.
+using Work = std::function<void(int pipe_end)>;
+
+[[noreturn]] void run_child(int pipe_end, const ChildLimits& limits, const Work& work) {
   be_silent();
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
@@ -31,14 +50,64 @@ void be_silent() {
   setrlimit(RLIMIT_CPU, &time);
   const AllocationLimit memory(limits.bytes);
   try {
-    work([pipe_end](std::uint64_t at) {
-      if (write(pipe_end, &at, sizeof at) != static_cast<ssize_t>(sizeof at)) _exit(2);
-    });
+    work(pipe_end);
+  } catch (const std::bad_alloc&) {
+    _exit(kOutOfMemory);
   } catch (const std::exception&) {
     _exit(3);
   }
   // Skips destructors and does not flush buffers of the parent.
   _exit(0);
+}
+
+struct Child {
+  pid_t pid;
+  int pipe_end;  ///< reading
+};
+
+Result<Child> start(const ChildLimits& limits, const Work& work) {
+  std::unique_lock lock(forking);
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0)
+    return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
+  const pid_t child = fork();
+  if (child < 0) {
+    close(ends[0]);
+    close(ends[1]);
+    return Error{std::string("no child process: ") + std::strerror(errno)};
+  }
+  if (child == 0) {
+    lock.unlock();  // the child may start children
+    close(ends[0]);
+    run_child(ends[1], limits, work);
+  }
+  close(ends[1]);
+  return Child{child, ends[0]};
+}
+
+/// Up to `size` bytes; fewer at the end of the child.
+std::size_t read_up_to(int pipe_end, char* bytes, std::size_t size) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t got = read(pipe_end, bytes + done, size - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
+ChildEnd wait_for(const Child& child) {
+  close(child.pipe_end);
+  int status = 0;
+  while (waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  ChildEnd end;
+  end.completed = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  end.out_of_memory = WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory;
+  end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  end.out_of_time = end.signal == SIGXCPU || end.signal == SIGKILL;
+  return end;
 }
 
 }  // namespace
@@ -61,36 +130,39 @@ AllocationLimit::~AllocationLimit() {
 
 Result<ChildEnd> run_in_child(const ChildLimits& limits,
                               const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
-  int ends[2];
-  if (pipe(ends) != 0) return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
-  const pid_t child = fork();
-  if (child < 0) {
-    close(ends[0]);
-    close(ends[1]);
-    return Error{std::string("no child process: ") + std::strerror(errno)};
-  }
-  if (child == 0) {
-    close(ends[0]);
-    run_child(ends[1], limits, work);
-  }
-  close(ends[1]);
-  ChildEnd end;
+  const auto child = start(limits, [&work](int pipe_end) {
+    work([pipe_end](std::uint64_t at) {
+      write_all(pipe_end, {reinterpret_cast<const char*>(&at), sizeof at});
+    });
+  });
+  if (!child) return child.error();
+  std::optional<std::uint64_t> last;
   std::uint64_t at = 0;
-  for (;;) {
-    const ssize_t got = read(ends[0], &at, sizeof at);
-    if (got == static_cast<ssize_t>(sizeof at)) {
-      end.last = at;
-    } else if (got >= 0 || errno != EINTR) {
-      break;
-    }
-  }
-  close(ends[0]);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  end.completed = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  end.out_of_time = WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  while (read_up_to(child->pipe_end, reinterpret_cast<char*>(&at), sizeof at) == sizeof at) last = at;
+  ChildEnd end = wait_for(*child);
+  end.last = last;
   return end;
+}
+
+Result<ChildResult> result_of_child(const ChildLimits& limits, const std::function<std::string()>& work) {
+  const auto child = start(limits, [&work](int pipe_end) { write_all(pipe_end, work()); });
+  if (!child) return child.error();
+  ChildResult result;
+  char block[1 << 16];
+  while (const std::size_t got = read_up_to(child->pipe_end, block, sizeof block))
+    result.bytes.append(block, got);
+  result.end = wait_for(*child);
+  if (!result.end.completed) result.bytes.clear();
+  return result;
+}
+
+std::string describe(const ChildEnd& end, const ChildLimits& limits) {
+  if (end.completed) return "completed";
+  if (end.out_of_memory) return "needs more than " + std::to_string(limits.bytes >> 20U) + " MB";
+  if (end.out_of_time)
+    return "needs more than " + std::to_string(limits.seconds) + " s of processor time, or was killed";
+  if (end.signal != 0) return std::string("crashed (") + strsignal(end.signal) + ")";
+  return "ended with an unexpected error";
 }
 
 }  // namespace parhelion::pose

@@ -1,4 +1,4 @@
-// Runs a reader of MRPT, which may crash on damaged input or fill the memory, in a child process.
+// Runs work that may crash on damaged input or fill the memory in a child process.
 #pragma once
 
 #include <sys/resource.h>
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "protocols/status.hpp"
 
@@ -33,6 +34,8 @@ struct ChildLimits {
 struct ChildEnd {
   bool completed = false;             ///< false: it crashed, or reached a limit
   bool out_of_time = false;           ///< it used all its processor time
+  bool out_of_memory = false;         ///< an allocation failed
+  int signal = 0;                     ///< that ended it; 0: none
   std::optional<std::uint64_t> last;  ///< its last report
 };
 
@@ -40,5 +43,16 @@ struct ChildEnd {
 /// process could be created.
 Result<ChildEnd> run_in_child(const ChildLimits& limits,
                               const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
+
+struct ChildResult {
+  ChildEnd end;
+  std::string bytes;  ///< what `work` returned; empty unless completed
+};
+
+/// The same for work that returns bytes. May be called by several threads.
+Result<ChildResult> result_of_child(const ChildLimits& limits, const std::function<std::string()>& work);
+
+/// Why it did not complete, for people: "needs more than 1024 MB", "crashed (Segmentation fault)".
+std::string describe(const ChildEnd& end, const ChildLimits& limits);
 
 }  // namespace parhelion::pose

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "fusion/pose/isolation.hpp"
 #include "server/training/csv.hpp"
 
 namespace parhelion::runtime {
@@ -26,7 +27,82 @@ Status add_folder(const std::string& folder, std::vector<std::string>& logs) {
   return {};
 }
 
-BatchRow row_of(const std::string& log) {
+using Json = nlohmann::ordered_json;
+
+/// To the parent process, as bytes that give the same row.
+std::string packed(const BatchRow& row) {
+  const Json json = {row.log,        row.error,      row.identity, row.scenario,     row.robot,
+                     row.grade,      row.level,      row.score,    row.awarded,      row.deducted,
+                     row.max,        row.fraction,   row.passed,   row.complete,     row.tasks,
+                     row.tasks_done, row.deductions, row.duration, row.skipped_bytes};
+  std::string bytes;
+  Json::to_cbor(json, bytes);
+  return bytes;
+}
+
+BatchRow unpacked(const std::string& bytes) {
+  const Json json = Json::from_cbor(bytes);
+  BatchRow row;
+  std::size_t i = 0;
+  const auto next = [&](auto& field) { json.at(i++).get_to(field); };
+  for (std::string* text : {&row.log, &row.error, &row.identity, &row.scenario, &row.robot, &row.grade})
+    next(*text);
+  next(row.level);
+  for (double* number : {&row.score, &row.awarded, &row.deducted, &row.max, &row.fraction}) next(*number);
+  next(row.passed);
+  next(row.complete);
+  for (std::size_t* count : {&row.tasks, &row.tasks_done, &row.deductions}) next(*count);
+  next(row.duration);
+  next(row.skipped_bytes);
+  return row;
+}
+
+BatchRow failed_row(const std::string& log, const std::string& reason) {
+  BatchRow row;
+  row.log = log;
+  row.error = log + ": " + reason;
+  return row;
+}
+
+BatchRow grade_in_process(const std::string& log, const GradeProcess& process) {
+  constexpr std::uint64_t bytes_per_second = 2'000'000;
+  std::error_code ignored;
+  const std::uintmax_t size = fs::file_size(log, ignored);
+  const pose::ChildLimits limits{process.bytes, process.seconds + (ignored ? 0 : size / bytes_per_second)};
+  const auto child = pose::result_of_child(limits, [&] { return packed(process.grade(log)); });
+  if (!child) return failed_row(log, child.error().message);
+  if (child->end.completed) return unpacked(child->bytes);
+  return failed_row(log, "its grading " + pose::describe(child->end, limits) +
+                             "; the log may be damaged: check it with `parhelion validate`");
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> session_logs(const std::vector<std::string>& places) {
+  std::vector<std::string> logs;
+  for (const std::string& place : places) {
+    std::error_code ignored;
+    if (fs::is_directory(place, ignored)) {
+      if (const Status added = add_folder(place, logs); !added) return added.error();
+    } else if (fs::exists(place, ignored)) {
+      logs.push_back(place);
+    } else {
+      return Error{place + ": there is no such file or folder"};
+    }
+  }
+  std::sort(logs.begin(), logs.end());
+  logs.erase(std::unique(logs.begin(), logs.end()), logs.end());
+  return logs;
+}
+
+std::vector<std::string> shard_of(const std::vector<std::string>& logs, std::size_t shard,
+                                  std::size_t shards) {
+  std::vector<std::string> ours;
+  for (std::size_t i = shard; i < logs.size(); i += shards) ours.push_back(logs[i]);
+  return ours;
+}
+
+BatchRow grade_log(const std::string& log) {
   BatchRow row;
   row.log = log;
   const auto session = session_record(log);
@@ -56,41 +132,16 @@ BatchRow row_of(const std::string& log) {
   return row;
 }
 
-}  // namespace
-
-Result<std::vector<std::string>> session_logs(const std::vector<std::string>& places) {
-  std::vector<std::string> logs;
-  for (const std::string& place : places) {
-    std::error_code ignored;
-    if (fs::is_directory(place, ignored)) {
-      if (const Status added = add_folder(place, logs); !added) return added.error();
-    } else if (fs::exists(place, ignored)) {
-      logs.push_back(place);
-    } else {
-      return Error{place + ": there is no such file or folder"};
-    }
-  }
-  std::sort(logs.begin(), logs.end());
-  logs.erase(std::unique(logs.begin(), logs.end()), logs.end());
-  return logs;
-}
-
-std::vector<std::string> shard_of(const std::vector<std::string>& logs, std::size_t shard,
-                                  std::size_t shards) {
-  std::vector<std::string> ours;
-  for (std::size_t i = shard; i < logs.size(); i += shards) ours.push_back(logs[i]);
-  return ours;
-}
-
 std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
-                                  const std::function<void(std::size_t, std::size_t)>& progress) {
+                                  const std::function<void(std::size_t, std::size_t)>& progress,
+                                  const GradeProcess& process) {
   std::vector<BatchRow> rows(logs.size());
   std::atomic<std::size_t> next = 0;
   std::size_t done = 0;
   std::mutex reporting;
   const auto work = [&] {
     for (std::size_t i = next++; i < logs.size(); i = next++) {
-      rows[i] = row_of(logs[i]);
+      rows[i] = grade_in_process(logs[i], process);
       const std::lock_guard lock(reporting);
       ++done;
       if (progress) progress(done, logs.size());
@@ -128,7 +179,6 @@ std::string to_csv(const std::vector<BatchRow>& rows) {
 }
 
 std::string to_json(const std::vector<BatchRow>& rows) {
-  using Json = nlohmann::ordered_json;
   Json json = Json::array();
   for (const BatchRow& row : rows) {
     if (!row.error.empty()) {

@@ -32,10 +32,23 @@ Result<std::vector<std::string>> session_logs(const std::vector<std::string>& pl
 std::vector<std::string> shard_of(const std::vector<std::string>& logs, std::size_t shard,
                                   std::size_t shards);
 
-/// A row for each log, in order, the same for any number of threads (at least 1). `progress`: logs done and
-/// in total; never called concurrently; may be empty.
+/// Grades one log in this process.
+BatchRow grade_log(const std::string& log);
+
+/// The process in which each log is graded, so that one that crashes or needs too much does not end the
+/// others.
+struct GradeProcess {
+  std::uint64_t bytes = std::uint64_t{1} << 30U;  ///< that it may allocate
+  std::uint64_t seconds = 60;                     ///< of processor time, and one more for each 2 MB of log
+  std::function<BatchRow(const std::string&)> grade = grade_log;
+};
+
+/// A row for each log, in order, the same for any number of threads (at least 1). The error of a row whose
+/// process died gives the reason. `progress`: logs done and in total; never called concurrently; may be
+/// empty.
 std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
-                                  const std::function<void(std::size_t, std::size_t)>& progress = {});
+                                  const std::function<void(std::size_t, std::size_t)>& progress = {},
+                                  const GradeProcess& process = {});
 
 /// CSV by RFC 4180 with a header line; a JSON array of objects. Numbers convert back to the same bits.
 std::string to_csv(const std::vector<BatchRow>& rows);

@@ -5,6 +5,10 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <thread>
 #include <vector>
 
 namespace parhelion::pose {
@@ -40,6 +44,33 @@ TEST(Isolation, GivesAChildNoMoreMemoryThanItMayHave) {
     ASSERT_TRUE(end);
     EXPECT_EQ(end->completed, bytes < kLimits.bytes) << bytes;
   }
+}
+
+TEST(Isolation, ReturnsTheBytesOfAChildFromSeveralThreads) {
+  std::vector<std::jthread> threads;
+  for (std::size_t i = 0; i < 4; ++i) {
+    threads.emplace_back([i] {
+      const std::string bytes(100'000 * i, static_cast<char>(i));
+      for (int turn = 0; turn < 20; ++turn) {
+        const auto result = result_of_child(kLimits, [&] { return bytes; });
+        ASSERT_TRUE(result);
+        EXPECT_TRUE(result->end.completed);
+        EXPECT_EQ(result->bytes, bytes);
+      }
+    });
+  }
+}
+
+TEST(Isolation, DescribesWhyAChildDied) {
+  const auto reason = [](const std::function<std::string()>& work) {
+    const auto result = result_of_child(kLimits, work);
+    EXPECT_EQ(result->bytes, "");
+    return describe(result->end, kLimits);
+  };
+  EXPECT_EQ(reason([]() -> std::string { abort(); }), "crashed (Aborted)");
+  EXPECT_EQ(reason([] { return std::string(std::size_t{1} << 30U, 'x'); }), "needs more than 128 MB");
+  EXPECT_EQ(reason([]() -> std::string { throw std::runtime_error("no"); }),
+            "ended with an unexpected error");
 }
 
 TEST(Isolation, AChildThatIsDoneHasCompleted) {

@@ -2,7 +2,9 @@
 #include "server/runtime/grade_batch.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,6 +15,7 @@
 namespace parhelion::runtime {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 class GradeBatch : public testing::Test {
@@ -81,6 +84,35 @@ TEST_F(GradeBatch, ABadLogIsReportedAndTheOthersAreGraded) {
   // Each line of the table has the same number of fields.
   const std::string csv = to_csv(rows);
   EXPECT_EQ(std::count(csv.begin(), csv.begin() + static_cast<long>(csv.find('\r')), ','), 18);
+}
+
+/// Crashes at 3.lcm, allocates without end at 5.lcm, never ends at 7.lcm.
+BatchRow hostile_grade(const std::string& log) {
+  if (log.ends_with("3.lcm")) raise(SIGSEGV);
+  std::vector<std::vector<char>> memory;
+  while (log.ends_with("5.lcm")) memory.emplace_back(1 << 20U, 'x');
+  while (log.ends_with("7.lcm")) getpid();
+  return grade_log(log);
+}
+
+TEST_F(GradeBatch, ALogWhoseGradingDiesIsReportedAndTheOthersAreGraded) {
+  const auto logs = *session_logs({folder_ / "b"});
+  const GradeProcess process{std::uint64_t{1} << 28U, 1, hostile_grade};
+  for (const unsigned threads : {1U, 4U}) {
+    const auto rows = grade_batch(logs, threads, {}, process);
+    ASSERT_EQ(rows.size(), 6U);
+    for (const BatchRow& row : rows) {
+      if (row.log.ends_with("3.lcm"))
+        EXPECT_THAT(row.error, AllOf(HasSubstr("b/3.lcm: "), HasSubstr("crashed (Segmentation fault)")));
+      else if (row.log.ends_with("5.lcm"))
+        EXPECT_THAT(row.error, AllOf(HasSubstr("b/5.lcm: "), HasSubstr("needs more than 256 MB")));
+      else if (row.log.ends_with("7.lcm"))
+        EXPECT_THAT(row.error, AllOf(HasSubstr("b/7.lcm: "), HasSubstr("1 s of processor time")));
+      else
+        EXPECT_EQ(row.error, "") << row.log;
+    }
+    EXPECT_EQ(to_csv({rows[0]}), to_csv({grade_log(rows[0].log)})) << "the same row as in this process";
+  }
 }
 
 TEST_F(GradeBatch, ATruncatedLogIsGradedAsTheSameSession) {
