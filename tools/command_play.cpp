@@ -44,6 +44,17 @@ Result<runtime::Recording> open_recording(const std::string& path) {
   return recording;
 }
 
+void report_damage(const runtime::Recording& recording, const std::string& log) {
+  const std::vector<std::string> findings = recording.findings();
+  for (const std::string& finding : findings) std::fprintf(stderr, "parhelion play: %s\n", finding.c_str());
+  if (!findings.empty())
+    std::fprintf(
+        stderr,
+        "parhelion play: %llu bytes are damaged and left out; check the log with `parhelion validate "
+        "%s`\n",
+        static_cast<unsigned long long>(recording.skipped_bytes()), log.c_str());
+}
+
 Result<std::unique_ptr<station::FoxgloveServer>> show_in_foxglove(const std::string& address,
                                                                   const runtime::Player& player,
                                                                   MemoryBusHub& hub) {
@@ -79,9 +90,7 @@ Exit run(Arguments& arguments) {
   catch_stop_signals();
   auto recording = open_recording(arguments.log);
   if (!recording) return fail(recording.error().message);
-  if (recording->skipped_bytes() > 0)
-    std::fprintf(stderr, "parhelion play: %llu bytes of %s are damaged and left out\n",
-                 static_cast<unsigned long long>(recording->skipped_bytes()), arguments.log.c_str());
+  report_damage(*recording, arguments.log);
   if (arguments.options.start > recording->duration())
     return fail("--start-offset " + std::to_string(arguments.options.start) + " s; the recording is " +
                 std::to_string(recording->duration()) + " s long");

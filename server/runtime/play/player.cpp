@@ -117,6 +117,6 @@ PlayState Player::state() const {
           recording_.duration()};
 }
 
-ArrivalTime Player::clock() const { return recording_.arrival(0) + seconds(state().position); }
+ArrivalTime Player::clock() const { return recording_.arrival_at(state().position); }
 
 }  // namespace parhelion::runtime

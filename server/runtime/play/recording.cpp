@@ -5,24 +5,28 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <utility>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/bus/log_format.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "server/runtime/play/play_times.hpp"
 #include "server/tick/instructor_input.hpp"
 
 namespace parhelion::runtime {
 namespace {
 
 struct Entry {
-  std::uint64_t offset;  ///< of the payload
-  std::int64_t arrival;  ///< ns
-  std::int64_t t;        ///< ns since the session's start, does not decrease
-  std::uint32_t size;
-  std::uint16_t channel;
+  std::uint64_t offset = 0;  ///< of the payload
+  std::int64_t arrival = 0;  ///< ns
+  std::int64_t t = 0;        ///< ns since the session's start, does not decrease
+  std::uint32_t size = 0;
+  std::uint16_t channel = 0;
 };
 
 /// Messages of one channel.
@@ -63,6 +67,21 @@ bool is_marked(EventKind kind) {
   }
 }
 
+constexpr std::size_t kMaxFindings = 10;
+
+/// "83.1 years later", "5.0 s earlier".
+std::string apart_text(Duration time) {
+  constexpr std::pair<double, const char*> units[] = {
+      {365.25 * 86400, "years"}, {86400, "days"}, {3600, "h"}, {60, "min"}, {0, "s"}};
+  const double s = std::abs(time.seconds());
+  const auto* unit = std::begin(units);
+  while (s < unit->first) ++unit;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.1f %s %s", s / std::max(1.0, unit->first), unit->second,
+                time.ns < 0 ? "earlier" : "later");
+  return text;
+}
+
 }  // namespace
 
 struct Recording::State {
@@ -75,14 +94,19 @@ struct Recording::State {
   std::vector<Channel> channels;
   std::map<std::string, std::uint16_t, std::less<>> channel_numbers;
   std::vector<RecordedMark> marks;
+  std::vector<std::size_t> mark_entries;
   std::uint64_t skipped = 0;
+  std::vector<std::string> findings;
+  std::size_t more_findings = 0;
 
   ~State() {
     if (file >= 0) close(file);
   }
   Status begin(const Message& message);
   Status add(const Message& message, std::uint64_t end);
-  bool handle_event(const Message& message, double t);
+  void place_in_time();
+  void find(std::string what);
+  bool handle_event(const Message& message);
   std::uint16_t number_of(const std::string& channel);
 };
 
@@ -90,7 +114,8 @@ struct Recording::State {
 Status Recording::State::begin(const Message& message) {
   if (message.channel != channel::kMrSession) {
     return Error{path + ": its first message is on " + message.channel +
-                 ", expected MR_SESSION: a session log, as serve and replay -o write it"};
+                 ", expected MR_SESSION: a session log, as serve and replay -o write it" +
+                 (findings.empty() ? "" : "; the log is damaged: " + findings.front())};
   }
   if (const Status read = decode(message.channel, message.payload, session); !read) return read;
   const auto scenario = parse_scenario(session.scenario_yaml, path + " (MR_SESSION scenario)");
@@ -113,7 +138,7 @@ std::uint16_t Recording::State::number_of(const std::string& name) {
 }
 
 /// Whether it is repeated after a seek.
-bool Recording::State::handle_event(const Message& message, double t) {
+bool Recording::State::handle_event(const Message& message) {
   Event event;
   if (!decode(message.channel, message.payload, event)) return true;
   if (event.kind == EventKind::contact_continues) return false;
@@ -121,7 +146,8 @@ bool Recording::State::handle_event(const Message& message, double t) {
     std::string text = event.subject;
     if (!event.object.empty()) text += (text.empty() ? "" : ", ") + event.object;
     if (!event.text.empty()) text += (text.empty() ? "" : ": ") + event.text;
-    marks.push_back({t, to_string(event.kind), std::move(text), is_bad(event.kind)});
+    mark_entries.push_back(entries.size() - 1);
+    marks.push_back({0, to_string(event.kind), std::move(text), is_bad(event.kind)});
   }
   return true;
 }
@@ -130,14 +156,40 @@ Status Recording::State::add(const Message& message, std::uint64_t end) {
   if (entries.empty()) {
     if (const Status begun = begin(message); !begun) return begun;
   }
-  const std::int64_t since = entries.empty() ? 0 : message.arrival.ns - entries.front().arrival;
-  const std::int64_t t = entries.empty() ? 0 : std::max(since, entries.back().t);
   const std::uint16_t number = number_of(message.channel);
   const auto size = static_cast<std::uint32_t>(message.payload.size());
-  entries.push_back({end - size, message.arrival.ns, t, size, number});
-  if (message.channel == events_channel && !handle_event(message, static_cast<double>(t) * 1e-9)) return {};
+  entries.push_back({end - size, message.arrival.ns, 0, size, number});
+  if (message.channel == events_channel && !handle_event(message)) return {};
   channels[number].entries.push_back(entries.size() - 1);
   return {};
+}
+
+void Recording::State::find(std::string what) {
+  if (findings.size() < kMaxFindings)
+    findings.push_back(std::move(what));
+  else
+    ++more_findings;
+}
+
+void Recording::State::place_in_time() {
+  std::vector<std::int64_t> arrivals;
+  for (const Entry& entry : entries) arrivals.push_back(entry.arrival);
+  const PlayTimes played = play_times(arrivals);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    entries[i].arrival = played.times[i].arrival;
+    entries[i].t = played.times[i].t;
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    marks[i].t = static_cast<double>(entries[mark_entries[i]].t) * 1e-9;
+  for (const StampFinding& finding : played.findings) {
+    const Entry& entry = entries[finding.message];
+    const std::string& name = channels[entry.channel].name;
+    const std::uint64_t byte = entry.offset - name.size() - kHeaderSize;
+    find(path + ": byte " + std::to_string(byte) + ": " + name + " is stamped " + apart_text(finding.step) +
+         " than the message beside it, expected 0 to 60 s later; " +
+         (finding.damaged ? "the stamp is damaged: it is played with that message"
+                          : "the gap is left out: playing continues at once"));
+  }
 }
 
 Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -155,12 +207,20 @@ Result<Recording> Recording::open(const std::string& path,
   if (state->file < 0) return Error{path + ": cannot be opened: " + std::strerror(errno)};
   while (true) {
     const auto next = reader->next();
-    if (!next) continue;  // damage: counted below
+    if (!next) {
+      state->find(next.error().message);
+      continue;
+    }
     if (!*next) break;
     if (const Status added = state->add(**next, reader->offset()); !added) return added.error();
     if (progress && !progress(reader->offset(), reader->size())) return Error{"stopped"};
   }
-  if (state->entries.empty()) return Error{path + ": no message in it; expected a session log"};
+  if (state->entries.empty()) {
+    const std::string damage =
+        state->findings.empty() ? "" : "; the log is damaged: " + state->findings.front();
+    return Error{path + ": no message in it; expected a session log" + damage};
+  }
+  state->place_in_time();
   state->skipped = reader->skipped_bytes();
   return Recording(std::move(state));
 }
@@ -174,6 +234,17 @@ const std::vector<RecordedMark>& Recording::marks() const { return state_->marks
 std::uint64_t Recording::skipped_bytes() const { return state_->skipped; }
 const std::string& Recording::channel(std::size_t i) const {
   return state_->channels[state_->entries[i].channel].name;
+}
+
+std::vector<std::string> Recording::findings() const {
+  std::vector<std::string> lines = state_->findings;
+  if (state_->more_findings > 0) lines.push_back("and " + std::to_string(state_->more_findings) + " more");
+  return lines;
+}
+
+ArrivalTime Recording::arrival_at(double t) const {
+  const Entry& entry = state_->entries[std::max<std::size_t>(1, count_until(t)) - 1];
+  return ArrivalTime{entry.arrival} + (seconds(t) - Duration{entry.t});
 }
 
 std::size_t Recording::count_until(double t) const {

@@ -25,7 +25,8 @@ struct RecordedMark {
 class Recording {
  public:
   /// Indexes the log. Error: it cannot be read, or its first message is not MR_SESSION. Damaged parts are
-  /// skipped and counted. `progress`: bytes done and in total; may be empty; false stops.
+  /// skipped and counted, damaged stamps and long gaps are not waited for (play_times.hpp); findings() has
+  /// both. `progress`: bytes done and in total; may be empty; false stops.
   static Result<Recording> open(const std::string& path,
                                 const std::function<bool(std::uint64_t, std::uint64_t)>& progress = {});
   Recording(Recording&&) noexcept;
@@ -36,7 +37,9 @@ class Recording {
   std::size_t size() const;  ///< messages
   ArrivalTime arrival(std::size_t i) const;
   const std::string& channel(std::size_t i) const;
-  /// s since the session's start; does not decrease.
+  /// The arrival that is played at `t` s.
+  ArrivalTime arrival_at(double t) const;
+  /// s since the session's start, without long gaps; does not decrease.
   double t(std::size_t i) const;
   double duration() const;  ///< s, to the last message
   /// Number of messages up to `t` s.
@@ -50,6 +53,8 @@ class Recording {
 
   const std::vector<RecordedMark>& marks() const;
   std::uint64_t skipped_bytes() const;  ///< lost to damage
+  /// What is damaged, for people, a line each with file and byte; after the first ten only their number.
+  std::vector<std::string> findings() const;
 
  private:
   struct State;

@@ -1,8 +1,10 @@
 // A recording plays in real time, and its state at a position does not depend on how it was reached.
 #include "server/runtime/play/player.hpp"
 
+#include <functional>
 #include <map>
 
+#include "server/runtime/play/play_times.hpp"
 #include "tests/server/runtime/play/random_session.hpp"
 
 namespace parhelion::runtime {
@@ -169,6 +171,55 @@ TEST_F(PlayerTest, MarksHaveTheTimesOfImportantEvents) {
   }
   EXPECT_GT(bad, 0U);
   EXPECT_LT(bad, all.marks().size());
+}
+
+/// 20 messages, 0.1 s apart; `change` damages their stamps (ns).
+std::vector<std::int64_t> stamps(const std::function<void(std::vector<std::int64_t>&)>& change) {
+  std::vector<std::int64_t> all;
+  for (std::int64_t i = 0; i < 20; ++i) all.push_back(test::kSessionStart.ns + i * 100'000'000);
+  change(all);
+  return all;
+}
+
+constexpr std::int64_t kCentury = 3'155'760'000'000'000'000;  // ns
+
+TEST(PlayTimes, ADamagedStampIsPlayedWithTheMessageBeforeIt) {
+  for (const std::int64_t by : {kCentury, -test::kSessionStart.ns, std::int64_t{30'000'000'000}}) {
+    for (const std::size_t at : {0U, 1U, 7U, 18U}) {
+      const auto played = play_times(stamps([&](auto& all) { all[at] += by; }));
+      ASSERT_EQ(played.times.size(), 20U);
+      if (at != 0 || by > 0) {
+        ASSERT_EQ(played.findings.size(), 1U) << by << " at " << at;
+        EXPECT_EQ(played.findings[0].message, at);
+        EXPECT_TRUE(played.findings[0].damaged);
+      }
+      EXPECT_LE(played.times.back().t, 1'900'000'000) << by << " at " << at;
+      EXPECT_GE(played.times.back().t, 1'700'000'000) << by << " at " << at;
+    }
+  }
+}
+
+TEST(PlayTimes, ALongGapIsNotWaitedFor) {
+  const auto played = play_times(stamps([](auto& all) {
+    for (std::size_t i = 10; i < all.size(); ++i) all[i] += kCentury;
+  }));
+  ASSERT_EQ(played.findings.size(), 1U);
+  EXPECT_EQ(played.findings[0].message, 10U);
+  EXPECT_FALSE(played.findings[0].damaged);
+  EXPECT_EQ(played.times[10].t, played.times[9].t);
+  EXPECT_EQ(played.times[19].t, 1'800'000'000);
+  EXPECT_EQ(played.times[19].arrival, test::kSessionStart.ns + kCentury + 1'900'000'000);
+}
+
+TEST(PlayTimes, UndamagedStampsAreUnchanged) {
+  const auto all = stamps([](auto&) {});
+  const auto played = play_times(all);
+  EXPECT_TRUE(played.findings.empty());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(played.times[i].arrival, all[i]);
+    EXPECT_EQ(played.times[i].t, all[i] - all[0]);
+  }
+  EXPECT_TRUE(play_times({}).times.empty());
 }
 
 TEST_F(PlayerTest, DistinguishesADamagedLogFromNoSessionLog) {
