@@ -226,7 +226,9 @@ bool add_task(const Json& statement, std::vector<SessionRecord>& sessions) {
   Grade when;
   read_when(statement, when);
   TaskGrade task;
-  task.name = statement.at("object").at("definition").at("name").begin()->get<std::string>();
+  const Json& names = statement.at("object").at("definition").at("name");  // by language
+  if (names.empty()) refuse(statement.at("object").at("definition"), "expected the name of a task");
+  task.name = names.begin()->get<std::string>();
   task.required = required && required->get<bool>();
   const auto known = enumerator(outcome ? outcome->get<std::string>() : "", TaskOutcome::out_of_time);
   if (!known) refuse(statement.at("context").at("extensions"), "expected the outcome of a task");

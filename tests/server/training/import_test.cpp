@@ -1,6 +1,8 @@
 // Import of records: once, all or nothing.
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/server/training/exported_group.hpp"
 #include "tests/server/training/records_fixture.hpp"
 
@@ -28,6 +30,15 @@ TEST_F(ImportTest, ARepeatedImportAddsOnceAndAFailedOneNothing) {
   // An export in another format is the same.
   const auto statements = histories_from_xapi(to_xapi(group(), "https://school.example"), "a");
   EXPECT_EQ(take(*records_, *statements)->present, 3U);
+}
+
+TEST_F(ImportTest, ATaskWithoutANameIsRefused) {
+  auto statements = nlohmann::json::parse(to_xapi(group(), "https://school.example"));
+  for (auto& statement : statements) statement["object"]["definition"]["name"] = nlohmann::json::object();
+  const auto histories = histories_from_xapi(statements.dump(), "a.json");
+  ASSERT_FALSE(histories.ok());
+  EXPECT_NE(histories.error().message.find("expected the name of a task"), std::string::npos)
+      << histories.error().message;
 }
 
 TEST_F(ImportTest, ANameGivenAsPseudonymIsStoredAsAName) {
