@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <opencv2/core.hpp>
@@ -129,6 +130,11 @@ Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTi
 }
 
 Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
+  // A pipe or a device could keep the reader waiting for ever.
+  std::error_code code;
+  if (const auto status = std::filesystem::status(path, code);
+      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return Error{path + ": is no regular file, expected an image"};
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return Error{path + ": can't be opened: " + std::strerror(errno)};
   const auto size = static_cast<std::size_t>(file.tellg());

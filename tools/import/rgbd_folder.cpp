@@ -117,14 +117,19 @@ std::optional<SensorTime> tum_stamp(const std::string& word) {
 std::vector<RgbdFile> read_tum_images(const fs::path& folder, const char* list,
                                       std::vector<Refusal>& refused) {
   std::vector<RgbdFile> files;
+  std::map<SensorTime, std::uint64_t> line_of;
   for (const auto& [number, words] : list_lines(folder / list)) {
+    const std::string place = list + std::string(":") + std::to_string(number);
     const auto stamp = words.size() == 2 ? tum_stamp(words[0]) : std::nullopt;
-    if (stamp) {
-      files.push_back({*stamp, folder / words[1], number});
-    } else {
-      refused.push_back(
-          {list + std::string(":") + std::to_string(number), "'timestamp filename' is expected"});
+    if (!stamp) {
+      refused.push_back({place, "'timestamp filename' is expected"});
+      continue;
     }
+    const auto [first, is_new] = line_of.emplace(*stamp, number);
+    if (is_new)
+      files.push_back({*stamp, folder / words[1], number});
+    else
+      refused.push_back({place, "the timestamp of line " + std::to_string(first->second) + " again"});
   }
   return files;
 }
