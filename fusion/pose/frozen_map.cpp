@@ -1,5 +1,6 @@
 #include "fusion/pose/frozen_map.hpp"
 
+#include <exception>
 #include <filesystem>
 #include <new>
 
@@ -83,6 +84,8 @@ Result<FrozenMap> load_frozen_map(const std::string& path, double resolution) tr
   return Error{path + ": is neither .simplemap nor .yaml; expected a map of MRPT or a ROS map's YAML file"};
 } catch (const std::bad_alloc&) {
   return Error{path + ": needs more memory than this machine has; use a smaller map"};
+} catch (const std::exception&) {
+  return Error{path + ": MRPT cannot make a grid of its scans; the file is damaged, make the map again"};
 }
 
 }  // namespace parhelion::pose

@@ -1,6 +1,7 @@
 #include "fusion/pose/isolation.hpp"
 
 #include <fcntl.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,7 +18,8 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr int kOutOfMemory = 4;  // exit code
+constexpr int kOutOfMemory = 4;                              // exit code
+constexpr std::uint64_t kResultFollows = ~std::uint64_t{0};  // in place of a report
 
 /// Held from the pipe to the fork, so that no other child inherits the pipe's writing end and keeps it open.
 std::mutex forking;
@@ -97,12 +99,18 @@ std::size_t read_up_to(int pipe_end, char* bytes, std::size_t size) {
   return done;
 }
 
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
 ChildEnd wait_for(const Child& child) {
   close(child.pipe_end);
   int status = 0;
-  while (waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {
+  rusage used{};
+  while (wait4(child.pid, &status, 0, &used) < 0 && errno == EINTR) {
   }
   ChildEnd end;
+  end.seconds = seconds_of(used.ru_utime) + seconds_of(used.ru_stime);
   end.completed = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   end.out_of_memory = WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory;
   end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
@@ -130,28 +138,40 @@ AllocationLimit::~AllocationLimit() {
 
 Result<ChildEnd> run_in_child(const ChildLimits& limits,
                               const std::function<void(const std::function<void(std::uint64_t)>&)>& work) {
-  const auto child = start(limits, [&work](int pipe_end) {
-    work([pipe_end](std::uint64_t at) {
-      write_all(pipe_end, {reinterpret_cast<const char*>(&at), sizeof at});
-    });
+  auto result = result_of_child(limits, [&work](const auto& report) {
+    work(report);
+    return std::string();
   });
-  if (!child) return child.error();
-  std::optional<std::uint64_t> last;
-  std::uint64_t at = 0;
-  while (read_up_to(child->pipe_end, reinterpret_cast<char*>(&at), sizeof at) == sizeof at) last = at;
-  ChildEnd end = wait_for(*child);
-  end.last = last;
-  return end;
+  if (!result) return result.error();
+  return result->end;
 }
 
-Result<ChildResult> result_of_child(const ChildLimits& limits, const std::function<std::string()>& work) {
-  const auto child = start(limits, [&work](int pipe_end) { write_all(pipe_end, work()); });
+Result<ChildResult> result_of_child(
+    const ChildLimits& limits,
+    const std::function<std::string(const std::function<void(std::uint64_t)>&)>& work,
+    const std::function<void(std::uint64_t)>& on_report) {
+  const auto child = start(limits, [&work](int pipe_end) {
+    const auto report = [pipe_end](std::uint64_t at) {
+      write_all(pipe_end, {reinterpret_cast<const char*>(&at), sizeof at});
+    };
+    const std::string bytes = work(report);
+    report(kResultFollows);
+    write_all(pipe_end, bytes);
+  });
   if (!child) return child.error();
   ChildResult result;
+  std::optional<std::uint64_t> last;
+  std::uint64_t at = 0;
+  while (read_up_to(child->pipe_end, reinterpret_cast<char*>(&at), sizeof at) == sizeof at &&
+         at != kResultFollows) {
+    last = at;
+    if (on_report) on_report(at);
+  }
   char block[1 << 16];
   while (const std::size_t got = read_up_to(child->pipe_end, block, sizeof block))
     result.bytes.append(block, got);
   result.end = wait_for(*child);
+  result.end.last = last;
   if (!result.end.completed) result.bytes.clear();
   return result;
 }

@@ -36,11 +36,12 @@ struct ChildEnd {
   bool out_of_time = false;           ///< it used all its processor time
   bool out_of_memory = false;         ///< an allocation failed
   int signal = 0;                     ///< that ended it; 0: none
+  double seconds = 0;                 ///< of processor time that it used
   std::optional<std::uint64_t> last;  ///< its last report
 };
 
-/// Runs `work` in a child process without output; `work` calls its argument to report its position. Error: no
-/// process could be created.
+/// Runs `work` in a child process without output; `work` calls its argument to report its position, any
+/// number but the greatest. Error: no process could be created.
 Result<ChildEnd> run_in_child(const ChildLimits& limits,
                               const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
 
@@ -49,8 +50,12 @@ struct ChildResult {
   std::string bytes;  ///< what `work` returned; empty unless completed
 };
 
-/// The same for work that returns bytes. May be called by several threads.
-Result<ChildResult> result_of_child(const ChildLimits& limits, const std::function<std::string()>& work);
+/// The same for work that returns bytes. `on_report` gets each report; it may be empty. May be called by
+/// several threads.
+Result<ChildResult> result_of_child(
+    const ChildLimits& limits,
+    const std::function<std::string(const std::function<void(std::uint64_t)>&)>& work,
+    const std::function<void(std::uint64_t)>& on_report = {});
 
 /// Why it did not complete, for people: "needs more than 1024 MB", "crashed (Segmentation fault)".
 std::string describe(const ChildEnd& end, const ChildLimits& limits);

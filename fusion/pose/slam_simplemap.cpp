@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <stdexcept>
 
 #include "fusion/pose/isolation.hpp"
 #include "fusion/pose/mapped_scan.hpp"
@@ -94,12 +95,68 @@ mrpt::maps::CSimpleMap simplemap_of(std::span<const MappedScan> scans) {
   return map;
 }
 
-/// Throws where the file is damaged, and may crash.
-mrpt::maps::CSimpleMap load(const std::string& path) {
+/// All 2D range scans. Throws where the file is damaged, and may crash.
+std::vector<MappedScan> load(const std::string& path) {
   mrpt::maps::CSimpleMap map;
   mrpt::io::CFileGZInputStream file(path);
   mrpt::serialization::archiveFrom(file) >> map;
-  return map;
+  std::vector<MappedScan> scans;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    mrpt::poses::CPose3DPDF::ConstPtr pose;
+    mrpt::obs::CSensoryFrame::ConstPtr frame;
+    map.get(i, pose, frame);
+    if (!pose || !frame) throw std::runtime_error("no pose or no frame");
+    mrpt::poses::CPose3D mean;
+    pose->getMean(mean);
+    for (const auto& observation : *frame) {
+      const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation);
+      if (scan) scans.push_back(from_mrpt(*scan, mean));
+    }
+  }
+  return scans;
+}
+
+/// A scan as bytes, from the child that has read it: all but the ranges, their number, the ranges.
+struct PackedScan {
+  double x, y, yaw, range_max;
+  double T_base_laser[16];
+  float angle_min, angle_increment;
+  std::uint64_t ranges;
+};
+
+std::string packed(std::span<const MappedScan> scans) {
+  std::string bytes;
+  for (const MappedScan& scan : scans) {
+    PackedScan head{
+        scan.T_map_base.x,   scan.T_map_base.y,         scan.T_map_base.yaw,    scan.range_max, {},
+        scan.scan.angle_min, scan.scan.angle_increment, scan.scan.ranges.size()};
+    Eigen::Map<Eigen::Matrix4d>(head.T_base_laser) = scan.T_base_laser.isometry().matrix();
+    bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
+    bytes.append(reinterpret_cast<const char*>(scan.scan.ranges.data()),
+                 scan.scan.ranges.size() * sizeof(float));
+  }
+  return bytes;
+}
+
+std::vector<MappedScan> unpacked(const std::string& bytes) {
+  std::vector<MappedScan> scans;
+  for (std::size_t at = 0; at < bytes.size();) {
+    PackedScan head;
+    std::memcpy(&head, bytes.data() + at, sizeof head);
+    at += sizeof head;
+    MappedScan& scan = scans.emplace_back();
+    scan.T_map_base = {head.x, head.y, head.yaw};
+    Eigen::Isometry3d T;
+    T.matrix() = Eigen::Map<const Eigen::Matrix4d>(head.T_base_laser);
+    scan.T_base_laser = Transform<Base, Laser>(T);
+    scan.range_max = head.range_max;
+    scan.scan.angle_min = head.angle_min;
+    scan.scan.angle_increment = head.angle_increment;
+    scan.scan.ranges.resize(head.ranges);
+    std::memcpy(scan.scan.ranges.data(), bytes.data() + at, head.ranges * sizeof(float));
+    at += head.ranges * sizeof(float);
+  }
+  return scans;
 }
 
 /// Error: a point or pose that is not finite or too far away, or a map that is too large.
@@ -141,24 +198,10 @@ Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
   const std::uint64_t size = std::filesystem::file_size(path, no_file);
   if (no_file) return unreadable;
   const ChildLimits limits{kMinBytes + 16 * size, kMinSeconds + size / kBytesPerSecond};
-  const auto tried = run_in_child(limits, [&](const auto&) { load(path); });
-  if (!tried) return tried.error();
-  if (!tried->completed) return unreadable;
-  const AllocationLimit memory(2 * limits.bytes);
-  const mrpt::maps::CSimpleMap map = load(path);
-  std::vector<MappedScan> scans;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    mrpt::poses::CPose3DPDF::ConstPtr pose;
-    mrpt::obs::CSensoryFrame::ConstPtr frame;
-    map.get(i, pose, frame);
-    if (!pose || !frame) return unreadable;
-    mrpt::poses::CPose3D mean;
-    pose->getMean(mean);
-    for (const auto& observation : *frame) {
-      const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation);
-      if (scan) scans.push_back(from_mrpt(*scan, mean));
-    }
-  }
+  const auto read = result_of_child(limits, [&](const auto&) { return packed(load(path)); });
+  if (!read) return read.error();
+  if (!read->end.completed) return unreadable;
+  std::vector<MappedScan> scans = unpacked(read->bytes);
   if (scans.empty()) return Error{path + ": contains no 2D range scan, expected at least one"};
   if (const Status extent = check_extent(scans, path); !extent) return extent.error();
   return scans;

@@ -69,7 +69,7 @@ BatchRow grade_in_process(const std::string& log, const GradeProcess& process) {
   std::error_code ignored;
   const std::uintmax_t size = fs::file_size(log, ignored);
   const pose::ChildLimits limits{process.bytes, process.seconds + (ignored ? 0 : size / bytes_per_second)};
-  const auto child = pose::result_of_child(limits, [&] { return packed(process.grade(log)); });
+  const auto child = pose::result_of_child(limits, [&](const auto&) { return packed(process.grade(log)); });
   if (!child) return failed_row(log, child.error().message);
   if (child->end.completed) return unpacked(child->bytes);
   return failed_row(log, "its grading " + pose::describe(child->end, limits) +

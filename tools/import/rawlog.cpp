@@ -10,20 +10,18 @@
 #include <cstdio>
 #include <limits>
 
-#include "fusion/pose/isolation.hpp"
 #include "protocols/channels.hpp"
 #include "tools/import/first_stamp.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/rawlog_reader.hpp"
 #include "tools/import/recording_writer.hpp"
+#include "tools/import/report_bytes.hpp"
 
 namespace parhelion::tools {
 namespace {
 
 namespace obs = mrpt::obs;
-
-constexpr std::uint64_t kParentHeadroom = 1ULL << 30;  // bytes
 
 /// MRPT counts 100 ns since 1601; 0 means not set. Implausible times are refused when they are written.
 SensorTime sensor_time(const mrpt::system::TTimeStamp& stamp) {
@@ -235,23 +233,17 @@ Result<RobotDescription> describe(const ImportOptions& options, const LaserSeen&
   return describe_robot(options, std::move(*laser), notes);
 }
 
-}  // namespace
-
-Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress) {
+/// In the process that may crash.
+Result<ImportReport> import_here(const ImportOptions& options, const RawlogReading& reading) {
   const std::string path = options.input.string();
-  const auto trust = judge_rawlog(path, [](const RawlogReading& reading) {
-    Survey survey;
-    (void)read_rawlog(reading, survey);
-  });
-  if (!trust) return trust.error();
-  const pose::AllocationLimit limit(kParentHeadroom);
   const auto size = static_cast<double>(std::filesystem::file_size(options.input));
-  const auto part = [&](double fraction) -> std::function<void(double)> {
-    if (!progress) return {};
-    return [&, fraction](double done) { progress(size * fraction + done / 2, size); };
+  // Two passes, each half of the progress.
+  const auto pass = [&](double begun) -> RawlogReading {
+    return {path, reading.crashing, reading.before_object,
+            [&reading, begun](double done) { reading.progress(begun + done / 2); }};
   };
   Survey survey;
-  if (const Status read = read_rawlog({path, *trust, {}, part(0)}, survey); !read) return read.error();
+  if (const Status read = read_rawlog(pass(0), survey); !read) return read.error();
   const auto laser = choose_topic(options, channel::kScan, keys(survey.lasers), "2D range scan");
   if (!laser) return laser.error();
   const bool paired = survey.actions > 0;
@@ -271,8 +263,24 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
   if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
   Copy copy(*writer, *laser, *odometer);
   if (paired && !*odometer) copy.start_at_origin();
-  if (const Status read = read_rawlog({path, *trust, {}, part(0.5)}, copy); !read) return read.error();
+  if (const Status read = read_rawlog(pass(size / 2), copy); !read) return read.error();
   return writer->finish();
+}
+
+}  // namespace
+
+Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress) {
+  std::error_code unknown;
+  const auto size = static_cast<double>(std::filesystem::file_size(options.input, unknown));
+  const auto bytes = work_on_rawlog(
+      options.input.string(),
+      [&](const RawlogReading& reading) { return to_bytes(import_here(options, reading)); },
+      [&](double done) {
+        if (progress) progress(done, size);
+      });
+  if (bytes) return import_result(*bytes);
+  RecordingWriter::remove_unfinished(options);
+  return bytes.error();
 }
 
 }  // namespace parhelion::tools

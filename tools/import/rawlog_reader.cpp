@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <limits>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "fusion/pose/isolation.hpp"
@@ -22,7 +23,8 @@ namespace {
 namespace obs = mrpt::obs;
 
 constexpr std::uint64_t kMaxBytes = 1ULL << 29;  // of memory that a reader may need besides what it has
-constexpr std::uint64_t kMinSeconds = 4, kBytesPerSecond = 2'000'000;  // of processor time
+constexpr std::uint64_t kMinSeconds = 1, kBytesPerSecond = 500'000;  // of processor time, in all
+constexpr std::uint64_t kProgress = std::uint64_t{1} << 63U;  // marks reports that are no object's offset
 constexpr int kMaxCrashes = 200;
 
 /// MRPT's own gzip stream cannot seek back to the start of a damaged object.
@@ -122,7 +124,7 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
     }
     file.seek(start);
     if (reading.before_object) reading.before_object(start);
-    const auto what = reading.trust.crashing.count(start) > 0
+    const auto what = reading.crashing.count(start) > 0
                           ? Result<std::string>(std::string("MRPT can't read it"))
                           : read_object(archive, visitor, place);
     if (!what) return what.error();
@@ -141,24 +143,37 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
   }
 }
 
-Result<Trust> judge_rawlog(const std::string& path,
-                           const std::function<void(const RawlogReading& reading)>& try_out) {
-  Trust trust;
+Result<std::string> work_on_rawlog(const std::string& path,
+                                   const std::function<std::string(const RawlogReading&)>& work,
+                                   const std::function<void(double)>& progress) {
   std::error_code no_file;
   const std::uint64_t size = std::filesystem::file_size(path, no_file);
   if (no_file) return Error{path + ": cannot be read: " + no_file.message()};
   const pose::ChildLimits limits{kMaxBytes, kMinSeconds + size / kBytesPerSecond};
+  std::set<std::uint64_t> crashing;
+  double used = 0;
   for (int crashes = 0; crashes < kMaxCrashes; ++crashes) {
-    const auto end = pose::run_in_child(limits, [&](const std::function<void(std::uint64_t)>& report) {
-      try_out({path, trust, report, {}});
-    });
-    if (!end) return end.error();
-    if (end->completed) return trust;
-    if (end->out_of_time) {
+    std::optional<std::uint64_t> object;
+    auto child = pose::result_of_child(
+        limits,
+        [&](const std::function<void(std::uint64_t)>& report) {
+          return work({path, crashing, report,
+                       [&report](double done) { report(kProgress | static_cast<std::uint64_t>(done)); }});
+        },
+        [&](std::uint64_t report) {
+          if ((report & kProgress) == 0)
+            object = report;
+          else if (progress)
+            progress(static_cast<double>(report & ~kProgress));
+        });
+    if (!child) return child.error();
+    if (child->end.completed) return std::move(child->bytes);
+    used += child->end.seconds;
+    if (child->end.out_of_time || used > static_cast<double>(limits.seconds)) {
       return Error{path + ": MRPT needed more than " + std::to_string(limits.seconds) +
                    " s of processor time for it: too damaged to be read"};
     }
-    if (!end->last || !trust.crashing.insert(*end->last).second) break;
+    if (!object || !crashing.insert(*object).second) break;
   }
   return Error{path + ": too damaged to be read"};
 }

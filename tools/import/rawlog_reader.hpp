@@ -26,14 +26,9 @@ struct RawlogVisitor {
   virtual void read_one() {}
 };
 
-/// Result of checking a file.
-struct Trust {
-  std::set<std::uint64_t> crashing;  ///< byte offsets of objects that crash MRPT
-};
-
 struct RawlogReading {
   std::string path;
-  const Trust& trust;
+  const std::set<std::uint64_t>& crashing;           ///< byte offsets of objects that crash MRPT: skipped
   std::function<void(std::uint64_t)> before_object;  ///< called with the offset of each object
   std::function<void(double)> progress;              ///< called with the bytes done, of the file on disk
 };
@@ -41,9 +36,11 @@ struct RawlogReading {
 /// Reads all objects in file order. After a damaged object, reading resumes at the next recognizable one.
 Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor);
 
-/// MRPT crashes on some damage. The file is read in child processes, by `try_out`, until none crashes;
-/// objects that cause a crash are skipped. Error: a child used too much processor time.
-Result<Trust> judge_rawlog(const std::string& path,
-                           const std::function<void(const RawlogReading& reading)>& try_out);
+/// MRPT crashes on some damage, so `work` reads in a child process and returns bytes. Where it crashes it is
+/// started again, and the object that caused it is skipped. `progress` may be empty. Error: `work` needs too
+/// much processor time, or crashes too often.
+Result<std::string> work_on_rawlog(const std::string& path,
+                                   const std::function<std::string(const RawlogReading&)>& work,
+                                   const std::function<void(double)>& progress);
 
 }  // namespace parhelion::tools

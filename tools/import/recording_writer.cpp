@@ -30,6 +30,10 @@ Duration median_interval(const std::vector<std::pair<SensorTime, Place>>& stamps
   return {median(intervals)};
 }
 
+std::filesystem::path partial_file(const ImportOptions& options) {
+  return options.output.string() + ".partial";
+}
+
 }  // namespace
 
 struct RecordingWriter::State {
@@ -102,6 +106,11 @@ RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
 RecordingWriter::~RecordingWriter() = default;
 
+void RecordingWriter::remove_unfinished(const ImportOptions& options) {
+  std::error_code ignored;
+  std::filesystem::remove(partial_file(options), ignored);
+}
+
 Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, std::string place_prefix,
                                                 std::string read_unit) {
   std::error_code ignored;
@@ -112,7 +121,7 @@ Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, st
     return Error{options.output.string() + ": is the input itself; give another name"};
   }
   auto state = std::make_unique<State>();
-  state->partial = options.output.string() + ".partial";
+  state->partial = partial_file(options);
   state->place_prefix = std::move(place_prefix);
   state->report.input = options.input.string();
   state->report.output = options.output.string();

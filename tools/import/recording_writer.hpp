@@ -27,6 +27,8 @@ class RecordingWriter {
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
   /// Removes an unfinished file.
   ~RecordingWriter();
+  /// The same for one of a process that has died.
+  static void remove_unfinished(const ImportOptions& options);
 
   /// Writes the first event; `first` is the stamp of the next one.
   Status describe(const RobotDescription& robot, SensorTime first);

@@ -52,7 +52,7 @@ TEST(Isolation, ReturnsTheBytesOfAChildFromSeveralThreads) {
     threads.emplace_back([i] {
       const std::string bytes(100'000 * i, static_cast<char>(i));
       for (int turn = 0; turn < 20; ++turn) {
-        const auto result = result_of_child(kLimits, [&] { return bytes; });
+        const auto result = result_of_child(kLimits, [&](const Report&) { return bytes; });
         ASSERT_TRUE(result);
         EXPECT_TRUE(result->end.completed);
         EXPECT_EQ(result->bytes, bytes);
@@ -61,9 +61,24 @@ TEST(Isolation, ReturnsTheBytesOfAChildFromSeveralThreads) {
   }
 }
 
+TEST(Isolation, GivesReportsAndResultApart) {
+  std::vector<std::uint64_t> reports;
+  const auto result = result_of_child(
+      kLimits,
+      [](const Report& report) {
+        for (std::uint64_t i = 0; i < 5; ++i) report(i);
+        return std::string("five");
+      },
+      [&](std::uint64_t report) { reports.push_back(report); });
+  ASSERT_TRUE(result);
+  EXPECT_EQ(reports, (std::vector<std::uint64_t>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(result->bytes, "five");
+  EXPECT_EQ(result->end.last, 4U);
+}
+
 TEST(Isolation, DescribesWhyAChildDied) {
   const auto reason = [](const std::function<std::string()>& work) {
-    const auto result = result_of_child(kLimits, work);
+    const auto result = result_of_child(kLimits, [&](const Report&) { return work(); });
     EXPECT_EQ(result->bytes, "");
     return describe(result->end, kLimits);
   };
