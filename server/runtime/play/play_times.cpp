@@ -10,7 +10,7 @@ constexpr std::int64_t kTolerance = 1'000'000'000;  // ns by which stamps may go
 
 /// Whether most of the next messages satisfy `is`.
 template <class Predicate>
-bool most_after(std::span<const std::int64_t> arrivals, std::size_t i, Predicate is) {
+bool majority_after(std::span<const std::int64_t> arrivals, std::size_t i, Predicate is) {
   const auto next = arrivals.subspan(i + 1, std::min(kWitnesses, arrivals.size() - i - 1));
   return 2 * std::count_if(next.begin(), next.end(), is) > static_cast<std::ptrdiff_t>(next.size());
 }
@@ -25,7 +25,7 @@ PlayTimes play_times(std::span<const std::int64_t> arrivals) {
   PlayTimes played;
   if (arrivals.empty()) return played;
   const auto is_ahead = [&](std::size_t i) {
-    return most_after(arrivals, i, [&](std::int64_t next) { return next < arrivals[i] - kTolerance; });
+    return majority_after(arrivals, i, [&](std::int64_t next) { return next < arrivals[i] - kTolerance; });
   };
   std::int64_t last = arrivals.size() > 1 && is_ahead(0) ? arrivals[1] : arrivals[0];
   std::int64_t t = 0, start = last;  // start: the arrival that is played at t = 0
@@ -36,7 +36,7 @@ PlayTimes play_times(std::span<const std::int64_t> arrivals) {
       last = stamp;
     } else {
       const bool confirmed =
-          !ahead && most_after(arrivals, i, [&](std::int64_t next) { return follows(next, stamp); });
+          !ahead && majority_after(arrivals, i, [&](std::int64_t next) { return follows(next, stamp); });
       played.findings.push_back({i, !confirmed, Duration{stamp - last}});
       if (confirmed) {
         last = stamp;
