@@ -132,6 +132,7 @@ std::string to_json(const std::vector<TraineeHistory>& trainees) {
 }
 
 Result<Histories> histories_from_json(const std::string& text, const std::string& origin) {
+  if (nested_deeper(text, kMaxJsonLevels)) return Error{origin + kTooDeep};
   Histories histories;
   try {
     const Json json = Json::parse(text);

@@ -263,6 +263,7 @@ std::string to_xapi(const std::vector<TraineeHistory>& trainees, const std::stri
 }
 
 Result<Histories> histories_from_xapi(const std::string& text, const std::string& origin) {
+  if (nested_deeper(text, kMaxJsonLevels)) return Error{origin + kTooDeep};
   Histories histories;
   std::map<std::string, std::size_t> places;
   const auto take = [&](const Json& statement) {

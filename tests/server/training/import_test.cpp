@@ -41,6 +41,17 @@ TEST_F(ImportTest, ATaskWithoutANameIsRefused) {
       << histories.error().message;
 }
 
+TEST_F(ImportTest, DeepNestingIsRefused) {
+  const std::string deep = std::string(300'000, '[') + std::string(300'000, ']');
+  for (const std::string& text :
+       {deep, "{\"statements\":" + deep + "}", "{\"format\":\"parhelion records\",\"a\":" + deep + "}"}) {
+    const auto histories = histories_from(text, "a.json");
+    ASSERT_FALSE(histories.ok());
+    EXPECT_THAT(histories.error().message, HasSubstr("a.json: nested more than 100 levels deep"));
+  }
+  EXPECT_TRUE(histories_from("[\"\\\"" + deep + "\"]", "a.json").ok()) << "brackets of a text do not count";
+}
+
 TEST_F(ImportTest, ANameGivenAsPseudonymIsStoredAsAName) {
   const std::vector<TraineeHistory> called{{{"Anna Schmidt", "", ""}, {test::recorded_session(1)}},
                                            {{"4711", "Ben", ""}, {}}};
