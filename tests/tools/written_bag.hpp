@@ -1,4 +1,4 @@
-// A ROS 1 bag written by hand, uncompressed: for messages that no available recording contains.
+// A ROS 1 bag written by hand: for messages that no available recording contains.
 #pragma once
 
 #include <cstdint>
@@ -61,11 +61,13 @@ class WrittenBag {
     chunk_ += record(field("op", "\x02") + field("conn", number(known->second)) + field("time", time),
                      message.bytes());
   }
-  void write(const std::filesystem::path& path) const {
+  /// `pack` compresses the chunk as its field `compression` says.
+  void write(const std::filesystem::path& path, const std::string& compression = "none",
+             std::string (*pack)(const std::string&) = nullptr) const {
     const std::string size = number(static_cast<std::uint32_t>(chunk_.size()));
-    write_text(path,
-               "#ROSBAG V2.0\n" + record(field("op", "\x03"), std::string(100, ' ')) +
-                   record(field("compression", "none") + field("op", "\x05") + field("size", size), chunk_));
+    write_text(path, "#ROSBAG V2.0\n" + record(field("op", "\x03"), std::string(100, ' ')) +
+                         record(field("compression", compression) + field("op", "\x05") + field("size", size),
+                                pack == nullptr ? chunk_ : pack(chunk_)));
   }
 
  private:
