@@ -253,11 +253,11 @@ Result<DemoResult> Demo::run() {
                         ? (std::filesystem::path(options_.folder) / "session.lcm").string()
                         : options_.session;
   using Step = Status (Demo::*)();
+  bool live = false;  // a live session is ended by stopping it; its pictures are still drawn
   for (const Step step : {&Demo::import, &Demo::build_map, &Demo::localize, &Demo::make_scenario,
                           &Demo::add_camera, &Demo::replay_with_agents, &Demo::draw}) {
     if (const Status done = (this->*step)(); !done) return done.error();
-    // A live session is ended by stopping it.
-    const bool live = step == &Demo::replay_with_agents && !options_.http.empty();
+    live = live || (step == &Demo::replay_with_agents && !options_.http.empty());
     if (!live && options_.stop && options_.stop()) return Error{"stopped"};
   }
   return std::move(result_);
