@@ -133,7 +133,7 @@ MachineCheck check_bus_reach(const std::string& url) {
   if (group->this_machine_only)
     return {name, Verdict::ok, "this machine only (ttl=0); for a robot on the network: ttl=1", ""};
   const auto sender = sender_address(*group);
-  const std::string remedy = "ip route add 224.0.0.0/4 dev INTERFACE, the one to the robot";
+  const std::string remedy = "ip route replace 224.0.0.0/4 dev INTERFACE, the one to the robot";
   if (!sender)
     return {name, Verdict::fail, "no multicast route leaves this machine: " + sender.error().message, remedy};
   if (sender->starts_with("127."))

@@ -30,7 +30,8 @@ namespace parhelion {
 namespace {
 
 constexpr const char* kRouteRemedy =
-    "; give the machine a multicast route: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
+    "; give the machine a multicast route: ip link set lo multicast on; "
+    "ip route replace 224.0.0.0/4 dev lo src 127.0.0.1";
 
 /// Queries the kernel for a route to the group: liblcm would print the reason instead of returning it.
 Status check_route(const std::string& url, const MulticastGroup& group) {
