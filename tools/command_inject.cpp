@@ -62,7 +62,7 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
   char waited[32];
   std::snprintf(waited, sizeof waited, "%g", timeout);
   return fail("no server replied within " + std::string(waited) +
-              " s; is `parhelion serve` running on this LCM network?");
+              " s; is `parhelion serve` running on this LCM network, and does it accept these --keys?");
 }
 
 Exit run(const InjectArguments& arguments) {
