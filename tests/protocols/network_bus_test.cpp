@@ -155,7 +155,8 @@ TEST(NetworkBus, TheErrorWithoutAMulticastRouteExplainsHowToAddOne) {
   ASSERT_TRUE(WIFEXITED(status));
   if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "this machine allows no network namespace";
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_NE(error_text.find("ip route replace 224.0.0.0/4 dev lo src 127.0.0.1"), std::string::npos) << error_text;
+  EXPECT_NE(error_text.find("ip route replace 224.0.0.0/4 dev lo src 127.0.0.1"), std::string::npos)
+      << error_text;
 }
 
 }  // namespace
