@@ -46,7 +46,8 @@ Result<FrozenMap> from_simplemap(const std::string& path, double resolution) {
   }
   map.likelihood = CorrelativeMap(all, kSearchResolution);
   const std::string beside = std::filesystem::path(path).replace_extension(".yaml").string();
-  if (std::filesystem::exists(beside)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(beside, ignored)) {
     auto grid = load_ros_map(beside);
     if (!grid) return grid.error();
     map.grid = std::move(*grid);

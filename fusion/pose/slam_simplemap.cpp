@@ -24,7 +24,7 @@ using mrpt::obs::CObservation2DRangeScan;
 
 // Of reading a map.
 constexpr std::uint64_t kMinBytes = std::uint64_t{1} << 29U;
-constexpr std::uint64_t kMinSeconds = 4, kBytesPerSecond = 2'000'000;
+constexpr std::uint64_t kMinSeconds = 1, kBytesPerSecond = 500'000;
 // A map of more is damaged: its grids would take gigabytes.
 constexpr double kFarthest = 1e6, kMaxArea = 1e6;  ///< m from the map's origin, and m^2
 

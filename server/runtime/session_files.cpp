@@ -94,7 +94,8 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
   if (const Status level = tick::check_level(files.scenario); !level)
     return Error{place_of(path, "level") + level.error().message};
   if (!files.scenario.model.empty()) {
-    if (!std::filesystem::exists(files.scenario.model))
+    std::error_code ignored;  // a name that is too long does not exist either
+    if (!std::filesystem::exists(files.scenario.model, ignored))
       return Error{place_of(path, "model") + "model " + files.scenario.model +
                    " is not there. One of a recorded site is made first: `parhelion demo --headless --fast "
                    "--folder " +

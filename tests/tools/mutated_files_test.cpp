@@ -1,5 +1,5 @@
 // Every reader of files on damaged ones: it accepts them or gives an error with a message. It never crashes,
-// takes more than 5 s or more than 1 GB.
+// and never takes more than 5 s of processor time or 1 GB.
 #include <gtest/gtest.h>
 
 #include <cstdio>
