@@ -127,6 +127,11 @@ try {
       assert.deepEqual(asked.filter((each) => !each.startsWith(address) && !/^(data|blob):/.test(each)), [], role);
     }
   });
+
+  await step("^C ends the demo, and it names its pictures", async () => {
+    assert.equal(await demo.stop(), 0);
+    await demo.printed(/^map +\S+\.png$/m);
+  });
 } finally {
   await browser.close();
   await demo.stop();

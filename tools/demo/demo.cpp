@@ -199,6 +199,7 @@ Status Demo::serve_live() {
   live.stop = options_.stop;
   auto report = serve_demo(*configuration, live);
   if (!report) return report.error();
+  notify("ended      reading " + result_.session + " for the pictures");
   runtime::ReplayOptions recorded;
   recorded.log = result_.session;
   if (const Status looked = look_on(recorded); !looked) return looked;
