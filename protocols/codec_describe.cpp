@@ -265,8 +265,9 @@ std::string summarize(const HazardReading& reading) {
 std::string summarize(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string summarize(const WorldMessage& world) {
-  std::string text = format("step %llu, attitude %s, %zu bodies", static_cast<unsigned long long>(world.step),
-                            world.attitude_known ? "known" : "not known", world.bodies.size());
+  std::string text =
+      format("step %llu, robot ", static_cast<unsigned long long>(world.step)) + quoted(world.robot) +
+      format(", attitude %s, %zu bodies", world.attitude_known ? "known" : "not known", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
   }

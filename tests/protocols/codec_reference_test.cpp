@@ -521,6 +521,7 @@ RC_GTEST_PROP(CodecReference, WorldMessage, ()) {
   WorldMessage world, back;
   world.stamp = {any_utime() * 1000 + *rc::gen::inRange(0, 1000)};
   world.step = *rc::gen::arbitrary<std::uint64_t>();
+  world.robot = any_text();
   world.attitude_known = *rc::gen::arbitrary<bool>();
   for (int i = *rc::gen::inRange(0, 8); i > 0; --i) {
     world.bodies.push_back({any_text(), any_text(), any_enumerator(kLastAgentKind),
@@ -530,6 +531,7 @@ RC_GTEST_PROP(CodecReference, WorldMessage, ()) {
   const auto reference = through_liblcm<world_t>(world, back);
   RC_ASSERT(back.stamp == world.stamp && back.step == world.step &&
             back.bodies.size() == world.bodies.size());
+  RC_ASSERT(back.robot == world.robot && reference.robot == world.robot);
   RC_ASSERT(back.attitude_known == world.attitude_known &&
             (reference.attitude_known != 0) == world.attitude_known);
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
