@@ -210,7 +210,9 @@ class Runner {
     for (const int output : {STDOUT_FILENO, STDERR_FILENO}) close(output);  // libraries write there
     for (int i = 0; i < 2; ++i) (void)open("/dev/null", O_WRONLY);
     const rlimit memory{std::uint64_t{1} << 30U, std::uint64_t{1} << 30U};
+#ifndef PARHELION_ADDRESS_SANITIZER  // its shadow memory takes terabytes of addresses
     setrlimit(RLIMIT_AS, &memory);
+#endif
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
     for (std::size_t i = next_; i < n_; ++i) {
