@@ -209,8 +209,8 @@ class Runner {
   [[noreturn]] void read_all(int pipe_end) const {
     for (const int output : {STDOUT_FILENO, STDERR_FILENO}) close(output);  // libraries write there
     for (int i = 0; i < 2; ++i) (void)open("/dev/null", O_WRONLY);
-    const rlimit memory{std::uint64_t{1} << 30U, std::uint64_t{1} << 30U};
 #ifndef PARHELION_ADDRESS_SANITIZER  // its shadow memory takes terabytes of addresses
+    const rlimit memory{std::uint64_t{1} << 30U, std::uint64_t{1} << 30U};
     setrlimit(RLIMIT_AS, &memory);
 #endif
     const rlimit no_core{0, 0};
