@@ -1,5 +1,6 @@
 // Injects faults into a live server that has a robot and a trainee, and prints what each one did.
 //   parhelion_faults [PART OF A NAME]
+//   parhelion_faults --stranger MINUTES: somebody without a key tries to make the robot move
 //   parhelion_faults --set-clock: those that set this machine's clock, for two seconds each
 #include <cmath>
 #include <cstdio>
@@ -7,6 +8,7 @@
 #include <thread>
 
 #include "tests/fault/faults.hpp"
+#include "tests/fault/stranger.hpp"
 
 namespace {
 
@@ -79,6 +81,11 @@ std::string run(const test::Fault& fault, int port) {
 
 int main(int argc, char** argv) try {
   const std::string argument = argc > 1 ? argv[1] : "";
+  if (argument == "--stranger")
+    return parhelion::test::withstands_stranger(20'000 + getpid() % 20'000,
+                                                parhelion::seconds(60 * std::stod(argc > 2 ? argv[2] : "1")))
+               ? 0
+               : 1;
   const bool set_clock = argument == "--set-clock";
   const std::string wanted = set_clock ? "" : argument;
   int port = 20'000 + getpid() % 20'000, harmful = 0;
