@@ -10,8 +10,8 @@
 namespace parhelion::pose {
 namespace {
 
-// Little-endian: "PHM1", id (length, bytes), sigma, side of a cell, number of cells; of each cell its column
-// and row, number of points, and moments. Numbers have 32 bits.
+// Little-endian: "PHM1", id (length, bytes), sigma, side of a cell (64 bits), number of cells; of each cell
+// its column and row, number of points, and moments. The other numbers have 32 bits.
 constexpr std::uint32_t kMark = 0x314D4850;
 constexpr std::size_t kCellSize = 8 * 4;
 constexpr std::size_t kMaxCells = 2'000'000;  ///< 20,000 m^2 of surfaces at 0.1 m
@@ -27,6 +27,11 @@ class Packer {
   }
   void number(std::int32_t value) { number(static_cast<std::uint32_t>(value)); }
   void number(double value) { number(std::bit_cast<std::uint32_t>(static_cast<float>(value))); }
+  void exact(double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    number(static_cast<std::uint32_t>(bits));
+    number(static_cast<std::uint32_t>(bits >> 32U));
+  }
 
   std::vector<std::uint8_t> bytes;
 };
@@ -46,6 +51,10 @@ class Unpacker {
   }
   std::int32_t integer() { return static_cast<std::int32_t>(number()); }
   double real() { return static_cast<double>(std::bit_cast<float>(number())); }
+  double exact() {
+    const std::uint64_t low = number();
+    return std::bit_cast<double>(low | std::uint64_t{number()} << 32U);
+  }
   std::string text(std::size_t size) {
     const auto part = left_.first(std::min(size, left_.size()));
     left_ = left_.subspan(part.size());
@@ -102,7 +111,7 @@ Result<std::vector<std::uint8_t>> pack_matching_map(const std::string& path) {
   packer.number(static_cast<std::uint32_t>(map->grid.id.size()));
   packer.bytes.insert(packer.bytes.end(), map->grid.id.begin(), map->grid.id.end());
   packer.number(map->sigma);
-  packer.number(map->fine.cell());
+  packer.exact(map->fine.cell());
   packer.number(static_cast<std::uint32_t>(cells.size()));
   for (const SurfelMap::Moments& cell : cells) {
     packer.number(cell.column);
@@ -121,7 +130,7 @@ Result<MatchingMap> unpack_matching_map(std::span<const std::uint8_t> bytes, con
   MatchingMap map;
   map.id = from.text(id_size);
   map.sigma = from.real();
-  const double cell = from.real();
+  const double cell = from.exact();
   const std::size_t count = from.number();
   if (!(map.sigma > 0 && map.sigma < 1) || !(cell >= kMinCell && cell <= kMaxCell) || count > kMaxCells ||
       from.left() != count * kCellSize)

@@ -39,7 +39,9 @@ TEST_F(MatchingMapTest, HasTheSurfacesOfItsFile) {
   EXPECT_EQ(map->packed, bytes_);
   EXPECT_FALSE(map->id.empty());
   SurfelMap fine(0.1), coarse(0.4);
-  for (const MappedScan& scan : scans_) {
+  const auto scans = read_simplemap(path_);  // as the file rounds them
+  ASSERT_TRUE(scans) << scans.error().message;
+  for (const MappedScan& scan : *scans) {
     fine.add(points_of(scan), scan.T_map_base);
     coarse.add(points_of(scan), scan.T_map_base);
   }
@@ -51,8 +53,9 @@ TEST_F(MatchingMapTest, HasTheSurfacesOfItsFile) {
         const Surfel *expected = a->nearest(p), *found = b->nearest(p);
         ASSERT_EQ(expected == nullptr, found == nullptr);
         if (expected == nullptr) continue;
-        // Of two that are equally near, rounding may choose the other.
-        EXPECT_NEAR((expected->mean - p).norm(), (found->mean - p).norm(), 1e-4);
+        // Of two that are equally near, rounding may choose the other; and a point on the border of two
+        // coarse cells may count for the other one.
+        EXPECT_NEAR((expected->mean - p).norm(), (found->mean - p).norm(), b == &map->fine ? 1e-4 : 0.01);
         ++compared;
       }
     }
