@@ -78,10 +78,17 @@ void take_scan(const tick::RobotState& robot, Session& session) {
   session.scans.push_back(std::move(seen));
 }
 
-Result<Session> read_session(const std::string& log) {
+/// What is replayed: a session log, or a log with SLAM's estimates and the scenario for it.
+struct Recorded {
+  std::string log;
+  std::optional<std::string> scenario;
+};
+
+Result<Session> read_session(const Recorded& recorded) {
   Session session;
   runtime::ReplayOptions options;
-  options.log = log;
+  options.log = recorded.log;
+  options.scenario = recorded.scenario;
   options.watch = [&](const tick::Configuration& configuration, const Message& input,
                       const tick::RobotState& robot) {
     session.laser = *configuration.robot.laser;
@@ -223,10 +230,10 @@ class Flicker {
     of.shown = shown;
     of.stamp = stamp;
     while (!of.vanished.empty() && stamp - of.vanished.front() > seconds(60.0)) of.vanished.pop_front();
-    most_ = std::max(most_, of.vanished.size());
+    max_ = std::max(max_, of.vanished.size());
   }
   std::size_t total() const { return total_; }
-  std::size_t most_in_a_minute() const { return most_; }
+  std::size_t max_in_a_minute() const { return max_; }
 
  private:
   struct OfAgent {
@@ -235,7 +242,7 @@ class Flicker {
     std::deque<SensorTime> vanished;
   };
   std::map<std::string, OfAgent> agents_;
-  std::size_t total_ = 0, most_ = 0;
+  std::size_t total_ = 0, max_ = 0;
 };
 
 double percent(std::size_t part, std::size_t whole) {
@@ -266,12 +273,12 @@ void print_gate(const Session& session, const GateCounts& counts, const Flicker&
   std::printf("  withheld with a pose %zu, needlessly %zu (%.1f %%)\n", counts.withheld, counts.within,
               percent(counts.within, counts.withheld));
   std::printf("agents vanish %zu times, one at most %zu times in a minute\n", flicker.total(),
-              flicker.most_in_a_minute());
+              flicker.max_in_a_minute());
 }
 
 /// The error of the reference itself, which bounds what can be measured with it.
-int compare_references(const std::string& log, const std::string& map, const std::string& truth_log) {
-  const auto session = read_session(log);
+int compare_references(const Recorded& recorded, const std::string& map, const std::string& truth_log) {
+  const auto session = read_session(recorded);
   if (!session) return std::fprintf(stderr, "%s\n", session.error().message.c_str()), 1;
   const auto reference = match_with_mrpt(*session, map);
   if (!reference) return std::fprintf(stderr, "%s\n", reference.error().message.c_str()), 1;
@@ -288,8 +295,8 @@ int compare_references(const std::string& log, const std::string& map, const std
   return errors.empty() ? 1 : 0;
 }
 
-int measure(const std::string& log, const std::string& kind, const std::string& path) {
-  const auto session = read_session(log);
+int measure(const Recorded& recorded, const std::string& kind, const std::string& path) {
+  const auto session = read_session(recorded);
   if (!session) return std::fprintf(stderr, "%s\n", session.error().message.c_str()), 1;
   const auto reference = kind == "--truth" ? read_truth(path) : match_with_mrpt(*session, path);
   if (!reference) return std::fprintf(stderr, "%s\n", reference.error().message.c_str()), 1;
@@ -412,27 +419,43 @@ Status make(const std::filesystem::path& folder, const test::TrueDriveOptions& o
 }  // namespace
 }  // namespace parhelion
 
-/// bench_server_phantoms SESSION --truth LOG       against LOG's REFERENCE_POSE
-/// bench_server_phantoms SESSION --map SIMPLEMAP   against MRPT's ICP in the map that SLAM localized in
-/// bench_server_phantoms SESSION --map SIMPLEMAP --truth LOG   how good that reference itself is
-/// bench_server_phantoms --make FOLDER [SEED [PEOPLE [MOVED]]]   a drive with known truth, in an office of
-/// which the fraction MOVED of the furniture stands elsewhere than when it was mapped
+namespace parhelion {
+namespace {
+
+int make(const std::vector<std::string>& words) {
+  test::TrueDriveOptions options;
+  if (words.size() > 2) options.seed = static_cast<std::uint32_t>(std::stoul(words[2]));
+  if (words.size() > 3) options.people = std::stoi(words[3]);
+  const Status made = make(words[1], options, words.size() > 4 ? std::stod(words[4]) : 0);
+  if (!made) std::fprintf(stderr, "%s\n", made.error().message.c_str());
+  return made ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace parhelion
+
+/// bench_server_phantoms LOG [--scenario FILE] and one of these:
+///   --truth LOG                   against LOG's REFERENCE_POSE
+///   --map SIMPLEMAP               against MRPT's ICP in the map that SLAM localized in
+///   --map SIMPLEMAP --truth LOG   how good that reference itself is
+/// bench_server_phantoms --make FOLDER [SEED [PEOPLE [MOVED]]]: a drive with known truth, in an office of
+/// which the fraction MOVED of the furniture stands elsewhere than when it was mapped.
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
-  if (words.size() >= 2 && words[0] == "--make") {
-    parhelion::test::TrueDriveOptions options;
-    if (words.size() > 2) options.seed = static_cast<std::uint32_t>(std::stoul(words[2]));
-    if (words.size() > 3) options.people = std::stoi(words[3]);
-    const auto made = parhelion::make(words[1], options, words.size() > 4 ? std::stod(words[4]) : 0);
-    if (!made) std::fprintf(stderr, "%s\n", made.error().message.c_str());
-    return made ? 0 : 1;
+  if (words.size() >= 2 && words[0] == "--make") return parhelion::make(words);
+  std::map<std::string, std::string> options;
+  for (std::size_t i = 1; i + 1 < words.size(); i += 2) options[words[i]] = words[i + 1];
+  if (options.contains("--truth") || options.contains("--map")) {
+    parhelion::Recorded recorded{words[0], {}};
+    if (options.contains("--scenario")) recorded.scenario = options["--scenario"];
+    if (options.contains("--truth") && options.contains("--map"))
+      return parhelion::compare_references(recorded, options["--map"], options["--truth"]);
+    const std::string kind = options.contains("--truth") ? "--truth" : "--map";
+    return parhelion::measure(recorded, kind, options[kind]);
   }
-  if (words.size() == 3 && (words[1] == "--truth" || words[1] == "--map"))
-    return parhelion::measure(words[0], words[1], words[2]);
-  if (words.size() == 5 && words[1] == "--map" && words[3] == "--truth")
-    return parhelion::compare_references(words[0], words[2], words[4]);
-  std::fprintf(stderr,
-               "usage: bench_server_phantoms SESSION --truth LOG | SESSION --map SIMPLEMAP | --make FOLDER "
-               "[SEED [PEOPLE [MOVED]]]\n");
+  std::fprintf(
+      stderr,
+      "usage: bench_server_phantoms LOG [--scenario FILE] [--map SIMPLEMAP] [--truth LOG], or --make "
+      "FOLDER [SEED [PEOPLE [MOVED]]]\n");
   return 2;
 }
