@@ -92,6 +92,7 @@ struct WorldMessage {
   };
   SensorTime stamp;  ///< simulation time of the poses, on the server's clock
   std::uint64_t step = 0;
+  std::string robot;            ///< name of the trainee's robot; it has bodies only while its pose is known
   bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
   std::vector<Entry> bodies;
 };

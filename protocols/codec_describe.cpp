@@ -229,9 +229,12 @@ std::string summarize(const SessionHeader& header) {
 std::string summarize(const ScanInfo& info) {
   std::size_t replaced = 0;
   for (const std::int16_t agent : info.beam_agent) replaced += agent >= 0;
-  return format("%s, %zu of %zu beams of %zu agents, predicted error %.3f m ",
-                info.live ? "live" : "degraded", replaced, info.beam_agent.size(), info.agents.size(),
-                info.predicted_error) +
+  return format(
+             "%s, %zu of %zu beams of %zu agents, predicted error %.3f m, pose %s, residual %.3f m, "
+             "explained "
+             "%.2f ",
+             info.live ? "live" : "degraded", replaced, info.beam_agent.size(), info.agents.size(),
+             info.predicted_error, quoted(info.pose).c_str(), info.residual, info.explained) +
          quoted(info.reason);
 }
 
@@ -265,8 +268,9 @@ std::string summarize(const HazardReading& reading) {
 std::string summarize(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string summarize(const WorldMessage& world) {
-  std::string text = format("step %llu, attitude %s, %zu bodies", static_cast<unsigned long long>(world.step),
-                            world.attitude_known ? "known" : "not known", world.bodies.size());
+  std::string text =
+      format("step %llu, robot ", static_cast<unsigned long long>(world.step)) + quoted(world.robot) +
+      format(", attitude %s, %zu bodies", world.attitude_known ? "known" : "not known", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
   }

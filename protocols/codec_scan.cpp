@@ -61,6 +61,17 @@ Status decode(std::string_view channel, Bytes bytes, ScanInfo& info) {
   if (!(info.predicted_error >= 0)) {
     reader.fail_value("predicted_error", info.predicted_error, "metres, not negative, or infinity");
   }
+  reader.text("pose", info.pose);
+  for (int i = 0; i < 9; ++i) {
+    const double value = reader.number<double>("pose_covariance");
+    if (std::isnan(value)) reader.fail_value("pose_covariance", value, "a number or infinity");
+    info.pose_covariance(i / 3, i % 3) = value;
+  }
+  info.residual = reader.number<double>("residual");
+  if (!(info.residual >= 0))
+    reader.fail_value("residual", info.residual, "metres, not negative, or infinity");
+  info.explained = reader.number<double>("explained");
+  if (!(info.explained >= 0 && info.explained <= 1)) reader.fail_value("explained", info.explained, "0 to 1");
   info.agents.resize(reader.count("nagents", 5, INT16_MAX));
   for (std::string& name : info.agents) reader.text("agents", name);
   info.beam_agent.resize(reader.count("nbeams", sizeof(std::int16_t), kMaxBeams));
@@ -77,6 +88,10 @@ void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes) {
   writer.boolean(info.live);
   writer.text(info.reason);
   writer.number(info.predicted_error);
+  writer.text(info.pose);
+  for (int i = 0; i < 9; ++i) writer.number(info.pose_covariance(i / 3, i % 3));
+  writer.number(info.residual);
+  writer.number(info.explained);
   writer.count(info.agents.size());
   for (const std::string& name : info.agents) writer.text(name);
   writer.count(info.beam_agent.size());

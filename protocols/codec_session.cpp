@@ -32,6 +32,7 @@ Status decode(std::string_view channel, Bytes bytes, SessionHeader& header) {
   header.stamp = reader.utime();
   reader.text("scenario_yaml", header.scenario_yaml);
   reader.text("model_yaml", header.model_yaml);
+  reader.raw("map", reader.count("map_size", 1, INT32_MAX), header.map);
   reader.text("robot_yaml", header.robot_yaml);
   header.seed = static_cast<std::uint64_t>(reader.number<std::int64_t>("seed"));
   reader.text("version", header.version);
@@ -49,6 +50,8 @@ void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes) {
   writer.number(header.stamp.utime());
   writer.text(header.scenario_yaml);
   writer.text(header.model_yaml);
+  writer.count(header.map.size());
+  writer.raw(header.map);
   writer.text(header.robot_yaml);
   writer.number(static_cast<std::int64_t>(header.seed));
   writer.text(header.version);

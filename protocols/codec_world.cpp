@@ -70,6 +70,7 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
   wire::Reader reader(channel, "world_t", world_t::getHash(), bytes);
   world.stamp.ns = reader.nanosecond_stamp();
   world.step = static_cast<std::uint64_t>(reader.number<std::int64_t>("step"));
+  reader.text("robot", world.robot);
   world.attitude_known = reader.boolean("attitude_known");
   world.bodies.resize(reader.count("nbodies", kMinBodySize, kMaxBodies));
   for (WorldMessage::Entry& body : world.bodies) {
@@ -92,6 +93,7 @@ void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes) {
   wire::Writer writer(world_t::getHash(), bytes);
   writer.nanosecond_stamp(world.stamp);
   writer.number(static_cast<std::int64_t>(world.step));
+  writer.text(world.robot);
   writer.boolean(world.attitude_known);
   writer.count(world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {

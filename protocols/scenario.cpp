@@ -194,6 +194,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   yaml::read(node, "seed", scenario.seed);
   yaml::read(node, "physics_rate", scenario.physics_rate);
   yaml::read(node, "model", scenario.model);
+  yaml::read(node, "map", scenario.map);
+  if (const Node* matching = node.find("scan_matching")) scenario.scan_matching = matching->text != "off";
   yaml::read(node, "robot", scenario.robot);
   if (const Node* mode = node.find("authentication")) scenario.authentication = mode->text == "sign";
   if (const Node* hosts = node.find("hosts")) scenario.hosts = read_hosts(*hosts, problems);
@@ -295,6 +297,7 @@ Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint6
   if (!scenario) return scenario;
   const auto folder = std::filesystem::path(path).parent_path();
   resolve(scenario->model, folder);
+  resolve(scenario->map, folder);
   resolve(scenario->robot, folder);
   // Models without a file extension are installed ones, by name.
   for (AgentDefinition& agent : scenario->agents) {
@@ -312,6 +315,8 @@ std::string to_yaml(const Scenario& scenario) {
   writer.integer("seed", scenario.seed);
   writer.quantity("physics_rate", scenario.physics_rate, Quantity::rate);
   if (!scenario.model.empty()) writer.text("model", scenario.model);
+  if (!scenario.map.empty()) writer.text("map", scenario.map);
+  if (!scenario.scan_matching) writer.text("scan_matching", "off");
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   if (scenario.authentication) writer.word("authentication", "sign");
   writer.texts("hosts", scenario.hosts);

@@ -63,6 +63,8 @@ struct Scenario {
   std::uint64_t seed = 1;
   double physics_rate = 240;  ///< Hz
   std::string model;          ///< path of a semantic model; empty: open floor
+  std::string map;            ///< path of the map that SLAM localizes in; empty: scans are not matched
+  bool scan_matching = true;  ///< scans are matched to the map, if there is one
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
   bool authentication =
       false;  ///< the server starts only with keys, and refuses messages without a signature

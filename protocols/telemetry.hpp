@@ -1,7 +1,9 @@
 // Messages of the server other than scans and images.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +27,7 @@ struct SessionHeader {
   std::string version;                      ///< of parhelion and of the libraries that affect results
   std::vector<std::string> input_channels;  ///< names on the bus of the inputs
   std::vector<RobotModelTexts> robot_models;
+  std::vector<std::uint8_t> map = {};  ///< packed surfaces of the map; empty: scans are not matched
 };
 
 /// MR_SCAN_INFO: which agent each beam of the MR_SCAN with the same utime hit.
@@ -35,6 +38,13 @@ struct ScanInfo {
   double predicted_error = 0;            ///< m, 1 sigma of a return at the nearest agent; infinity: no pose
   std::vector<std::string> agents;       ///< names that beam_agent refers to
   std::vector<std::int16_t> beam_agent;  ///< per beam: index into agents, -1: none
+  std::string pose = {};                 ///< "matched" to the map, or why the pose was carried by odometry
+  /// x, y, yaw of the robot in the map at the stamp; infinite: no pose.
+  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
+  double residual =
+      std::numeric_limits<double>::infinity();  ///< m, RMS distance of the explained returns from the map's
+                                                ///< surfaces; infinity: not matched
+  double explained = 0;                         ///< fraction of the returns that lie on the map's surfaces
 };
 
 /// LOOP: decisions that depend on wall time; replay repeats them.

@@ -209,8 +209,10 @@ class Runner {
   [[noreturn]] void read_all(int pipe_end) const {
     for (const int output : {STDOUT_FILENO, STDERR_FILENO}) close(output);  // libraries write there
     for (int i = 0; i < 2; ++i) (void)open("/dev/null", O_WRONLY);
+#ifndef PARHELION_ADDRESS_SANITIZER  // its shadow memory takes terabytes of addresses
     const rlimit memory{std::uint64_t{1} << 30U, std::uint64_t{1} << 30U};
     setrlimit(RLIMIT_AS, &memory);
+#endif
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
     for (std::size_t i = next_; i < n_; ++i) {

@@ -82,11 +82,12 @@ Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
 
 Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files, Bus& bus,
                                               const runtime::ServeOptions& options, ServerMemory& memory) {
-  if (files.robot) return tick::configure(files.scenario, *files.robot, files.model, files.robot_models);
+  if (files.robot)
+    return tick::configure(files.scenario, *files.robot, files.model, files.robot_models, files.map);
   const auto robot = robot_for(files.scenario, bus, options, memory);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
-  return tick::configure(files.scenario, **robot, files.model, files.robot_models);
+  return tick::configure(files.scenario, **robot, files.model, files.robot_models, files.map);
 }
 
 /// The network reader gets the same priority as the loop.

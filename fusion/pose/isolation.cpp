@@ -1,6 +1,8 @@
 #include "fusion/pose/isolation.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,18 +13,16 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <mutex>
 #include <new>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace parhelion::pose {
 namespace {
 
 constexpr int kOutOfMemory = 4;                              // exit code
 constexpr std::uint64_t kResultFollows = ~std::uint64_t{0};  // in place of a report
-
-/// Held from the pipe to the fork, so that no other child inherits the pipe's writing end and keeps it open.
-std::mutex forking;
 
 void be_silent() {
   const int null = open("/dev/null", O_WRONLY);
@@ -46,6 +46,7 @@ using Work = std::function<void(int pipe_end)>;
 
 [[noreturn]] void run_child(int pipe_end, const ChildLimits& limits, const Work& work) {
   be_silent();
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   const rlimit time{limits.seconds, limits.seconds + 1};
@@ -62,52 +63,80 @@ using Work = std::function<void(int pipe_end)>;
   _exit(0);
 }
 
-struct Child {
-  pid_t pid;
-  int pipe_end;  ///< reading
-};
-
-Result<Child> start(const ChildLimits& limits, const Work& work) {
-  std::unique_lock lock(forking);
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0)
-    return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
-  const pid_t child = fork();
-  if (child < 0) {
-    close(ends[0]);
+class Child {
+ public:
+  static Result<Child> start(const ChildLimits& limits, const Work& work) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0)
+      return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
+    const pid_t pid = fork();
+    if (pid < 0) {
+      const Error error{std::string("no child process: ") + std::strerror(errno)};
+      close(ends[0]);
+      close(ends[1]);
+      return error;
+    }
+    if (pid == 0) {
+      close(ends[0]);
+      run_child(ends[1], limits, work);
+    }
     close(ends[1]);
-    return Error{std::string("no child process: ") + std::strerror(errno)};
+    return Child(pid, ends[0]);
   }
-  if (child == 0) {
-    lock.unlock();  // the child may start children
-    close(ends[0]);
-    run_child(ends[1], limits, work);
-  }
-  close(ends[1]);
-  return Child{child, ends[0]};
-}
 
-/// Up to `size` bytes; fewer at the end of the child.
-std::size_t read_up_to(int pipe_end, char* bytes, std::size_t size) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = read(pipe_end, bytes + done, size - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    done += static_cast<std::size_t>(got);
+  int pipe_end() const { return pipe_end_; }
+
+  /// Waits for what the child sends next, and gives its reports to `on_report`. False: it sends no more.
+  bool receive(const std::function<void(std::uint64_t)>& on_report) {
+    char block[1 << 16];
+    const ssize_t got = read(pipe_end_, block, sizeof block);
+    if (got <= 0) return got < 0 && errno == EINTR;
+    received_.append(block, static_cast<std::size_t>(got));
+    take_reports(on_report);
+    return true;
   }
-  return done;
-}
+
+  ChildResult finish() {
+    ChildResult result;
+    result.end = wait_for_end();
+    result.end.last = last_;
+    if (result.end.completed && result_follows_) result.bytes = std::move(received_);
+    return result;
+  }
+
+ private:
+  Child(pid_t pid, int pipe_end) : pid_(pid), pipe_end_(pipe_end) {}
+
+  void take_reports(const std::function<void(std::uint64_t)>& on_report) {
+    std::size_t taken = 0;
+    for (std::uint64_t at = 0; !result_follows_ && received_.size() - taken >= sizeof at;) {
+      std::memcpy(&at, received_.data() + taken, sizeof at);
+      taken += sizeof at;
+      result_follows_ = at == kResultFollows;
+      if (result_follows_) break;
+      last_ = at;
+      if (on_report) on_report(at);
+    }
+    received_.erase(0, taken);
+  }
+  ChildEnd wait_for_end() const;
+
+  pid_t pid_;
+  int pipe_end_;  ///< reading
+  std::string received_;
+  bool result_follows_ = false;
+  std::optional<std::uint64_t> last_;
+};
 
 double seconds_of(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-ChildEnd wait_for(const Child& child) {
-  close(child.pipe_end);
+ChildEnd Child::wait_for_end() const {
+  close(pipe_end_);
   int status = 0;
   rusage used{};
-  while (wait4(child.pid, &status, 0, &used) < 0 && errno == EINTR) {
+  while (wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {
   }
   ChildEnd end;
   end.seconds = seconds_of(used.ru_utime) + seconds_of(used.ru_stime);
@@ -118,8 +147,23 @@ ChildEnd wait_for(const Child& child) {
   return end;
 }
 
+/// Sends the reports of `work`, then its result.
+Work sending(const WorkOfChild& work) {
+  return [&work](int pipe_end) {
+    const auto report = [pipe_end](std::uint64_t at) {
+      write_all(pipe_end, {reinterpret_cast<const char*>(&at), sizeof at});
+    };
+    const std::string bytes = work(report);
+    report(kResultFollows);
+    write_all(pipe_end, bytes);
+  };
+}
+
 }  // namespace
 
+#ifdef PARHELION_ADDRESS_SANITIZER
+AllocationLimit::AllocationLimit(std::uint64_t) {}
+#else
 AllocationLimit::AllocationLimit(std::uint64_t headroom) {
   std::FILE* statm = std::fopen("/proc/self/statm", "r");
   unsigned long pages = 0;
@@ -131,6 +175,7 @@ AllocationLimit::AllocationLimit(std::uint64_t headroom) {
   limit.rlim_cur = std::min<rlim_t>(before_.rlim_cur, wanted);
   active_ = setrlimit(RLIMIT_AS, &limit) == 0;
 }
+#endif
 
 AllocationLimit::~AllocationLimit() {
   if (active_) setrlimit(RLIMIT_AS, &before_);
@@ -146,34 +191,39 @@ Result<ChildEnd> run_in_child(const ChildLimits& limits,
   return result->end;
 }
 
-Result<ChildResult> result_of_child(
-    const ChildLimits& limits,
-    const std::function<std::string(const std::function<void(std::uint64_t)>&)>& work,
-    const std::function<void(std::uint64_t)>& on_report) {
-  const auto child = start(limits, [&work](int pipe_end) {
-    const auto report = [pipe_end](std::uint64_t at) {
-      write_all(pipe_end, {reinterpret_cast<const char*>(&at), sizeof at});
-    };
-    const std::string bytes = work(report);
-    report(kResultFollows);
-    write_all(pipe_end, bytes);
-  });
+Result<ChildResult> result_of_child(const ChildLimits& limits, const WorkOfChild& work,
+                                    const std::function<void(std::uint64_t)>& on_report) {
+  auto child = Child::start(limits, sending(work));
   if (!child) return child.error();
-  ChildResult result;
-  std::optional<std::uint64_t> last;
-  std::uint64_t at = 0;
-  while (read_up_to(child->pipe_end, reinterpret_cast<char*>(&at), sizeof at) == sizeof at &&
-         at != kResultFollows) {
-    last = at;
-    if (on_report) on_report(at);
+  while (child->receive(on_report)) {
   }
-  char block[1 << 16];
-  while (const std::size_t got = read_up_to(child->pipe_end, block, sizeof block))
-    result.bytes.append(block, got);
-  result.end = wait_for(*child);
-  result.end.last = last;
-  if (!result.end.completed) result.bytes.clear();
-  return result;
+  return child->finish();
+}
+
+void results_of_children(std::size_t count, std::size_t at_once,
+                         const std::function<ChildTask(std::size_t)>& task,
+                         const std::function<void(std::size_t, Result<ChildResult>)>& on_result) {
+  std::vector<std::pair<std::size_t, Child>> running;
+  std::vector<pollfd> pipes;
+  for (std::size_t next = 0; next < count || !running.empty();) {
+    for (; next < count && running.size() < std::max<std::size_t>(at_once, 1); ++next) {
+      const ChildTask todo = task(next);
+      auto child = Child::start(todo.limits, sending(todo.work));
+      if (child) {
+        running.emplace_back(next, std::move(*child));
+      } else {
+        on_result(next, child.error());
+      }
+    }
+    pipes.clear();
+    for (const auto& [index, child] : running) pipes.push_back({child.pipe_end(), POLLIN, 0});
+    poll(pipes.data(), pipes.size(), -1);
+    for (std::size_t i = running.size(); i-- > 0;) {
+      if (pipes[i].revents == 0 || running[i].second.receive({})) continue;
+      on_result(running[i].first, running[i].second.finish());
+      running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
 }
 
 std::string describe(const ChildEnd& end, const ChildLimits& limits) {

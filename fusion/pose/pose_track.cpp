@@ -1,12 +1,17 @@
 #include "fusion/pose/pose_track.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
+
+#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t kEstimateSlots = 256;
+constexpr double kMaxChi2 = 16.3;     ///< 99.9 % of three degrees of freedom
+constexpr int kPlanar[] = {0, 1, 5};  ///< x, y, yaw
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -74,18 +79,26 @@ PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& opti
       options_(options),
       odometry_(options.history, options.max_extrapolation),
       odometry_drift_(robot),
-      estimates_(kEstimateSlots) {}
+      estimates_(kEstimateSlots),
+      refinements_(kEstimateSlots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
   const OdometryTrack::Taken taken = odometry_.add(odometry);
   if (taken != OdometryTrack::Taken::yes) ++rejected_;
   if (taken == OdometryTrack::Taken::restarted) {
-    estimates_.clear();
-    T_map_odom_.reset();
+    restart();
     odometry_drift_.forget();
-    provisional_ = lost_ = relocalizing_ = false;
+    lost_ = relocalizing_ = false;
   }
-  if (provisional_) align_odometry(estimates_.newest());
+  if (anchor_ && anchor_->provisional) take_odometry_at_anchor();
+}
+
+void PoseTrack::restart() {
+  estimates_.clear();
+  refinements_.clear();
+  scan_motion_.forget();
+  anchor_.reset();
+  previous_anchor_.reset();
 }
 
 PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
@@ -99,8 +112,7 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
     // The history is cleared only where odometry confirms that the clock restarted.
     if (!odometry_.empty() && odometry_.newest_stamp() - estimate.stamp > options_.history)
       return Correction::ignored;
-    estimates_.clear();
-    T_map_odom_.reset();
+    restart();
   }
   mismatch_ = !options_.map_id.empty() && estimate.map_id != options_.map_id;
   if (mismatch_) return Correction::ignored;
@@ -116,9 +128,8 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
     sample.jumped = (expected.translation() - estimate.T_map_base.translation()).norm() >
                         options_.relocalization_distance ||
                     angle_between(expected, estimate.T_map_base) > options_.relocalization_angle;
-    learn(sample, expected);
   }
-  if (!align_odometry(sample)) {
+  if (!agrees_with_scans(sample) && !anchor(sample)) {
     ++rejected_;
     return Correction::ignored;
   }
@@ -133,32 +144,106 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
   return Correction::small;
 }
 
-void PoseTrack::learn(const EstimateSample& estimate, const Transform<Map, Base>& expected) {
-  if (!T_map_odom_ || provisional_) return;
-  const auto odometry = odometry_.at(estimate.stamp);
-  if (!odometry || odometry->ahead > 0) return;
-  const Pose2 there = planar(expected), here = planar(estimate.T_map_base);
-  const PoseCovariance own = estimates_.newest().covariance + estimate.covariance;
+const PoseTrack::EstimateSample* PoseTrack::refinement_at(SensorTime stamp) const {
+  const std::size_t age = refinements_.age_at(stamp);
+  if (age == refinements_.count() || refinements_.newest(age).stamp != stamp) return nullptr;
+  return &refinements_.newest(age);
+}
+
+/// SLAM's estimate is older than the newest matched scan and made from the same scans: where it agrees, it
+/// says nothing new.
+bool PoseTrack::agrees_with_scans(const EstimateSample& estimate) const {
+  const EstimateSample* refinement = refinement_at(estimate.stamp);
+  if (refinement == nullptr || estimate.jumped) return false;
+  const Pose2 a = planar(refinement->T_map_base), b = planar(estimate.T_map_base);
+  const Eigen::Vector3d off(b.x - a.x, b.y - a.y, wrap_angle(b.yaw - a.yaw));
+  const Eigen::Matrix3d covariance = (refinement->covariance + estimate.covariance)(kPlanar, kPlanar);
+  return off.dot(covariance.inverse() * off) <= kMaxChi2;
+}
+
+bool PoseTrack::anchor(const EstimateSample& correction) {
+  if (odometry_.empty()) return true;
+  if (!odometry_.at(correction.stamp)) return false;
+  previous_anchor_ = anchor_;
+  anchor_ = Anchor{correction.stamp, correction.T_map_base, correction.covariance, {}, true};
+  return take_odometry_at_anchor();
+}
+
+bool PoseTrack::take_odometry_at_anchor() {
+  const auto odometry = odometry_.at(anchor_->stamp);
+  if (!odometry) return false;
+  anchor_->odometry = *odometry;
+  anchor_->provisional = odometry->ahead > 0;
+  T_map_odom_ = anchor_->T_map_base * transform<Odom, Base>(odometry->T_odom_base).inverse();
+  if (!anchor_->provisional) learn_drift();
+  return true;
+}
+
+/// From what odometry predicted for the anchor from the one before.
+void PoseTrack::learn_drift() {
+  if (!previous_anchor_ || previous_anchor_->provisional || previous_anchor_->stamp >= anchor_->stamp) return;
+  const Anchor& before = *previous_anchor_;
+  const Pose2 expected =
+      planar(before.T_map_base) * (before.odometry.T_odom_base.inverse() * anchor_->odometry.T_odom_base);
+  const Pose2 here = planar(anchor_->T_map_base);
+  const PoseCovariance own = before.covariance + anchor_->covariance;
   // A jump is a relocalization: odometry drift is updated only by the largest step that counts as a
   // correction.
   odometry_drift_.learn(
-      {.driven = std::abs(odometry->driven - at_correction_.driven),
-       .turned = std::abs(odometry->turned - at_correction_.turned),
-       .distance = std::min((here.position() - there.position()).norm(), options_.relocalization_distance),
-       .angle = std::min(angle_between(expected, estimate.T_map_base), options_.relocalization_angle),
+      {.driven = std::abs(anchor_->odometry.driven - before.odometry.driven),
+       .turned = std::abs(anchor_->odometry.turned - before.odometry.turned),
+       .distance = std::min((here.position() - expected.position()).norm(), options_.relocalization_distance),
+       .angle = std::min(std::abs(wrap_angle(here.yaw - expected.yaw)), options_.relocalization_angle),
        .position_variance = (own(0, 0) + own(1, 1)) / 2,
        .yaw_variance = own(5, 5)});
 }
 
-bool PoseTrack::align_odometry(const EstimateSample& estimate) {
-  provisional_ = false;
-  if (odometry_.empty()) return true;
-  const auto odometry = odometry_.at(estimate.stamp);
-  if (!odometry) return false;
-  at_correction_ = *odometry;
-  provisional_ = odometry->ahead > 0;
-  T_map_odom_ = estimate.T_map_base * transform<Odom, Base>(odometry->T_odom_base).inverse();
-  return true;
+std::optional<MatchPrior> PoseTrack::match_prior(SensorTime stamp) const {
+  if (!anchor_ || estimates_.count() == 0 || stamp - estimates_.newest().stamp > options_.max_slam_age)
+    return std::nullopt;
+  const auto pose = at(stamp);
+  const auto odometry = odometry_.at(stamp);
+  if (!pose || !odometry) return std::nullopt;
+  const double driven = std::abs(odometry->driven - anchor_->odometry.driven);
+  const double turned = std::abs(odometry->turned - anchor_->odometry.turned);
+  const Eigen::Matrix3d known = pose->covariance(kPlanar, kPlanar);
+  return MatchPrior{planar(pose->T_map_base), known + odometry_covariance(robot_, driven, turned),
+                    pose->twist};
+}
+
+void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance) {
+  const auto carried = at(stamp);
+  if (!carried) return;
+  // Moved in the plane: height and tilt stay.
+  const Pose2 correction = T_map_base * planar(carried->T_map_base).inverse();
+  EstimateSample refined{stamp, transform<Map, Map>(correction) * carried->T_map_base, carried->covariance};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) refined.covariance(kPlanar[i], kPlanar[j]) = covariance(i, j);
+  }
+  if (refinements_.count() > 0 && stamp <= refinements_.newest().stamp) return;
+  const auto by_odometry = odometry_.at(stamp);
+  const Pose2 predicted = planar(T_map_odom_ * transform<Odom, Base>(by_odometry->T_odom_base));
+  scan_motion_.add(stamp, T_map_base, predicted);
+  if (anchor(refined)) refinements_.push(refined);
+}
+
+std::optional<PoseAtInstant> PoseTrack::from_scans(SensorTime t) const {
+  if (!scan_motion_.is_preferred() || refinements_.count() == 0 ||
+      refinements_.newest().stamp != anchor_->stamp)
+    return std::nullopt;
+  const auto predicted = scan_motion_.at(t);
+  if (!predicted) return std::nullopt;
+  const Pose2 correction = predicted->T_map_base * planar(anchor_->T_map_base).inverse();
+  PoseAtInstant pose;
+  pose.T_map_base = transform<Map, Map>(correction) * anchor_->T_map_base;
+  PoseCovariance covariance = anchor_->covariance;
+  covariance(5, 5) += predicted->yaw_variance;
+  covariance = propagated(covariance, pose.T_map_base.translation() - anchor_->T_map_base.translation());
+  covariance(0, 0) += predicted->position_variance;
+  covariance(1, 1) += predicted->position_variance;
+  pose.covariance = covariance;
+  pose.twist = predicted->twist;
+  return pose;
 }
 
 PoseCovariance PoseTrack::extrapolation_growth(double dt) const {
@@ -179,24 +264,27 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
     why = reason(missing);
     return std::nullopt;
   }
-  if (!T_map_odom_) {
+  if (!anchor_) {
     why = NoPose::no_slam;
     return std::nullopt;
   }
-  const EstimateSample& estimate = estimates_.newest();
+  if (auto pose = from_scans(t)) {
+    pose->age = t - estimates_.newest().stamp;
+    return pose;
+  }
   PoseAtInstant pose;
-  pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(odometry->T_odom_base);
-  const double driven = std::abs(odometry->driven - at_correction_.driven);
-  const double turned = std::abs(odometry->turned - at_correction_.turned);
+  pose.T_map_base = T_map_odom_ * transform<Odom, Base>(odometry->T_odom_base);
+  const double driven = std::abs(odometry->driven - anchor_->odometry.driven);
+  const double turned = std::abs(odometry->turned - anchor_->odometry.turned);
   const double position_variance = odometry_drift_.position_variance(driven);
-  // The heading error is applied at the start, so that it affects the whole path since the SLAM estimate.
-  PoseCovariance covariance = estimate.covariance;
+  // The heading error is applied at the start, so that it affects the whole path since the correction.
+  PoseCovariance covariance = anchor_->covariance;
   covariance(5, 5) += odometry_drift_.yaw_variance(driven, turned);
-  covariance = propagated(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
+  covariance = propagated(covariance, pose.T_map_base.translation() - anchor_->T_map_base.translation());
   covariance(0, 0) += position_variance;
   covariance(1, 1) += position_variance;
   pose.covariance = covariance + extrapolation_growth(odometry->ahead);
-  pose.age = t - estimate.stamp;
+  pose.age = t - estimates_.newest().stamp;
   pose.twist = odometry->twist;
   return pose;
 }
@@ -256,7 +344,8 @@ std::optional<PoseAtInstant> PoseTrack::predict(SensorTime t, NoPose& why) const
 
 Transform<Map, Base> PoseTrack::expected_pose(SensorTime t) const {
   NoPose why{};
-  if (T_map_odom_) {
+  if (const EstimateSample* refinement = refinement_at(t)) return refinement->T_map_base;
+  if (anchor_) {
     if (const auto pose = from_odometry(t, why)) return pose->T_map_base;
   } else if (const auto pose = from_estimates(t, why)) {
     return pose->T_map_base;
@@ -284,8 +373,7 @@ double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map) 
   const Eigen::Vector3d r = p_map - pose.T_map_base.translation();
   Eigen::Matrix<double, 2, 3> J;
   J << 1, 0, -r.y(), 0, 1, r.x();
-  constexpr int planar_rows[] = {0, 1, 5};
-  const Eigen::Matrix3d planar_covariance = pose.covariance(planar_rows, planar_rows);
+  const Eigen::Matrix3d planar_covariance = pose.covariance(kPlanar, kPlanar);
   const Eigen::Matrix2d at_place = J * planar_covariance * J.transpose();
   return std::sqrt(
       std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(at_place).eigenvalues().maxCoeff()));

@@ -1,5 +1,5 @@
-// The robot's pose at any instant: odometry, corrected by SLAM.
-// pose(t) = T_map_odom (last SLAM estimate) * T_odom_base(t), with age and covariance.
+// The robot's pose at any instant: odometry, corrected by SLAM and by scans matched to the map.
+// pose(t) = T_map_odom (last correction) * T_odom_base(t), with age and covariance.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,8 @@
 #include "fusion/pose/odometry_drift.hpp"
 #include "fusion/pose/odometry_track.hpp"
 #include "fusion/pose/ring.hpp"
+#include "fusion/pose/scan_motion.hpp"
+#include "fusion/pose/scan_refinement.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
@@ -16,7 +18,7 @@ namespace parhelion::pose {
 struct PoseAtInstant {
   Transform<Map, Base> T_map_base;
   PoseCovariance covariance =
-      PoseCovariance::Zero();  ///< map frame, including odometry drift since the last SLAM estimate
+      PoseCovariance::Zero();  ///< map frame, including odometry drift since the last correction
   Duration age;  ///< since the stamp of the last SLAM estimate; negative for an instant before it
   bool attitude_known = false;  ///< roll and pitch are measured; else they are those of planar SLAM: zero
   Twist2 twist;                 ///< body frame, from odometry (without odometry: from two SLAM estimates)
@@ -39,8 +41,9 @@ struct PoseTrackOptions {
   Duration max_extrapolation = milliseconds(500);
   double relocalization_distance = 0.2;                            ///< m
   double relocalization_angle = 5 * 3.14159265358979323846 / 180;  ///< rad
-  double recovered_sigma = 0.05;  ///< m, 1 sigma below which injection resumes
-  std::string map_id;             ///< empty: any
+  double recovered_sigma = 0.05;         ///< m, 1 sigma below which injection resumes
+  Duration max_slam_age = seconds(2.0);  ///< without an estimate for longer, scans are matched no more
+  std::string map_id;                    ///< empty: any
 };
 
 /// Fixed-size histories; adding never allocates after construction. All instants are SensorTime of the
@@ -50,6 +53,11 @@ struct PoseTrackOptions {
 /// samples, and with the last twist beyond them. A SLAM estimate for an instant that odometry has not reached
 /// yet is placed by extrapolation and placed again when odometry arrives. Without any odometry (a hand-held
 /// camera), SLAM estimates are interpolated, and extrapolated beyond the last.
+///
+/// A scan that was matched to the map (refine) corrects the pose as an estimate for its stamp would. SLAM
+/// stays the source: it decides whether there is a pose, and where the two disagree by more than their
+/// covariances allow, its estimate replaces what scans gave. Where odometry predicts the scans clearly worse
+/// than their own motion does, that motion carries the pose in its place.
 ///
 /// A stamp that jumps back by more than the history means that the sensor's clock restarted: the history is
 /// cleared.
@@ -68,6 +76,11 @@ class PoseTrack {
   void add(const Odometry& odometry);
   Correction add(const PoseEstimate& estimate);
 
+  /// What a match of the scan with this stamp may start from; none: it cannot be matched.
+  std::optional<MatchPrior> match_prior(SensorTime stamp) const;
+  /// The pose of a scan that was matched from match_prior(stamp). `covariance`: x, y, yaw, map frame.
+  void refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance);
+
   /// The pose, or why there is none. Never an identity instead.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
   std::uint64_t rejected() const { return rejected_; }  ///< number of rejected inputs
@@ -80,23 +93,37 @@ class PoseTrack {
     PoseCovariance covariance = PoseCovariance::Zero();
     bool jumped = false;  ///< must not be interpolated from the previous one
   };
+  /// What the pose is carried from by odometry.
+  struct Anchor {
+    SensorTime stamp;
+    Transform<Map, Base> T_map_base;
+    PoseCovariance covariance = PoseCovariance::Zero();
+    OdometryAtInstant odometry;  ///< at the stamp
+    bool provisional = false;    ///< `odometry` was extrapolated: taken again when odometry arrives
+  };
   std::optional<PoseAtInstant> from_odometry(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> predict(SensorTime t, NoPose& why) const;
   Transform<Map, Base> expected_pose(SensorTime t) const;
   PoseCovariance extrapolation_growth(double dt) const;
-  bool align_odometry(const EstimateSample& estimate);
-  void learn(const EstimateSample& estimate, const Transform<Map, Base>& expected);
+  /// False: odometry has a gap there.
+  bool anchor(const EstimateSample& correction);
+  std::optional<PoseAtInstant> from_scans(SensorTime t) const;
+  bool take_odometry_at_anchor();
+  void learn_drift();
+  const EstimateSample* refinement_at(SensorTime stamp) const;
+  bool agrees_with_scans(const EstimateSample& estimate) const;
   void restart();
 
   RobotDescription robot_;
   PoseTrackOptions options_;
   OdometryTrack odometry_;
   OdometryDrift odometry_drift_;
-  Ring<EstimateSample> estimates_;
-  std::optional<Transform<Map, Odom>> T_map_odom_;
-  OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last SLAM estimate
-  bool provisional_ = false;         ///< at_correction_ was extrapolated: aligned again when odometry arrives
+  Ring<EstimateSample> estimates_;    ///< of SLAM
+  Ring<EstimateSample> refinements_;  ///< of scans matched to the map
+  ScanMotion scan_motion_;
+  std::optional<Anchor> anchor_, previous_anchor_;
+  Transform<Map, Odom> T_map_odom_;  ///< valid where there is an anchor
   bool lost_ = false;
   bool relocalizing_ = false;
   bool mismatch_ = false;

@@ -95,8 +95,14 @@ Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, 
 Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
                          std::span<const Eigen::Vector2d> points_base, const Pose2& expected,
                          const Eigen::Matrix3d& prior, const MatchOptions& options) {
-  const auto better = [](Match a, Match b) { return b.cost < a.cost ? b : a; };
   const std::vector<Eigen::Vector2d> few = thinned(points_base, 120);
+  return match_from_several(fine, coarse, points_base, few, expected, prior, options);
+}
+
+Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
+                         std::span<const Eigen::Vector2d> points_base, std::span<const Eigen::Vector2d> few,
+                         const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options) {
+  const auto better = [](Match a, Match b) { return b.cost < a.cost ? b : a; };
   MatchOptions rough = options;
   rough.iterations = 6;
   rough.gate = coarse.cell();

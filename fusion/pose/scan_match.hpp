@@ -36,5 +36,9 @@ Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, 
 Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
                          std::span<const Eigen::Vector2d> points_base, const Pose2& expected,
                          const Eigen::Matrix3d& prior, const MatchOptions& options);
+/// The same; never allocates. `few`: some 120 of the points, spread evenly, for the search.
+Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
+                         std::span<const Eigen::Vector2d> points_base, std::span<const Eigen::Vector2d> few,
+                         const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options);
 
 }  // namespace parhelion::pose

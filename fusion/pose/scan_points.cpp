@@ -4,21 +4,26 @@
 
 namespace parhelion::pose {
 
+Eigen::Vector2d deskewed_point(const Scan& scan, std::size_t beam, const LaserDescription& laser,
+                               const Twist2& twist) {
+  const double range = scan.ranges[beam];
+  const double angle = static_cast<double>(scan.angle_min) +
+                       static_cast<double>(beam) * static_cast<double>(scan.angle_increment);
+  const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
+  const Eigen::Vector2d p_base = (laser.T_base_laser * p_laser).head<2>();
+  const bool moving = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
+  const double dt = moving ? laser.beam_time(beam, scan.ranges.size()).seconds() : 0;
+  return dt == 0 ? p_base : moved(twist, dt) * p_base;
+}
+
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist) {
   ScanPoints result{
       scan.stamp,          laser.T_base_laser.translation().head<2>(), {}, scan.ranges.size(), scan.angle_min,
       scan.angle_increment};
   result.points.reserve(scan.ranges.size());
-  const bool moving = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
-    const double range = scan.ranges[i];
-    const double angle = static_cast<double>(scan.angle_min) +
-                         static_cast<double>(i) * static_cast<double>(scan.angle_increment);
-    const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
-    const Eigen::Vector2d p_base = (laser.T_base_laser * p_laser).head<2>();
-    const double dt = moving ? laser.beam_time(i, scan.ranges.size()).seconds() : 0;
-    result.points.push_back(dt == 0 ? p_base : moved(twist, dt) * p_base);
+    if (laser.convention.classify(scan.ranges[i]) == BeamKind::hit)
+      result.points.push_back(deskewed_point(scan, i, laser, twist));
   }
   return result;
 }

@@ -22,6 +22,9 @@ struct ScanPoints {
 /// `twist`: of the base during the sweep. Only hits become points; those of a rolled or tilted laser are
 /// projected to the floor plane.
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist);
+/// One point of it, which must be a hit.
+Eigen::Vector2d deskewed_point(const Scan& scan, std::size_t beam, const LaserDescription& laser,
+                               const Twist2& twist);
 
 /// The scan that a robot at rest at the stamp would have taken: the points resampled at regular beam angles,
 /// interpolated on the line between neighbours. NaN: unknown.

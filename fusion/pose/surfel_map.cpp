@@ -74,12 +74,52 @@ void SurfelMap::add(std::span<const Eigen::Vector2d> points_base, const Pose2& T
     cell.xx += weight * dx * dx, cell.xy += weight * dx * dy, cell.yy += weight * dy * dy;
     // Rounding must not leave residues where all points were removed.
     if (cell.n < 0.5) cell.n = cell.x = cell.y = cell.xx = cell.xy = cell.yy = 0;
-    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-        if (Cell* neighbour = find(x, y)) neighbour->stale = true;
-      }
+    mark_stale(cx, cy);
+  }
+}
+
+void SurfelMap::add(const Moments& moments) {
+  Cell& cell = make(moments.column, moments.row);
+  cell.n += moments.n;
+  cell.x += moments.x, cell.y += moments.y;
+  cell.xx += moments.xx, cell.xy += moments.xy, cell.yy += moments.yy;
+  mark_stale(moments.column, moments.row);
+}
+
+/// The surfels that contain the cell's points.
+void SurfelMap::mark_stale(std::int64_t cx, std::int64_t cy) {
+  for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+      if (Cell* neighbour = find(x, y)) neighbour->stale = true;
     }
   }
+}
+
+template <class Visit>
+void SurfelMap::for_each_cell(Visit visit) const {
+  for (std::int64_t t = 0; t < tiles_x_ * tiles_y_; ++t) {
+    Tile* tile = tiles_[static_cast<std::size_t>(t)].get();
+    if (tile == nullptr) continue;
+    const std::int64_t x0 = (tx0_ + t % tiles_x_) * kTileCells, y0 = (ty0_ + t / tiles_x_) * kTileCells;
+    for (std::int64_t i = 0; i < kTileCells * kTileCells; ++i)
+      visit(tile->cells[static_cast<std::size_t>(i)], x0 + i % kTileCells, y0 + i / kTileCells);
+  }
+}
+
+std::vector<SurfelMap::Moments> SurfelMap::moments() const {
+  std::vector<Moments> all;
+  for_each_cell([&](const Cell& cell, std::int64_t cx, std::int64_t cy) {
+    if (cell.n > 0)
+      all.push_back({static_cast<std::int32_t>(cx), static_cast<std::int32_t>(cy), cell.n, cell.x, cell.y,
+                     cell.xx, cell.xy, cell.yy});
+  });
+  return all;
+}
+
+void SurfelMap::finish() {
+  for_each_cell([this](Cell& cell, std::int64_t cx, std::int64_t cy) {
+    if (cell.stale) refresh(cell, cx, cy);
+  });
 }
 
 void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {

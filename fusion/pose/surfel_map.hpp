@@ -36,6 +36,18 @@ class SurfelMap {
   /// The same by checking every cell; for tests.
   const Surfel* nearest_slow(const Eigen::Vector2d& p_map) const;
 
+  /// What a cell is made from: its column and row from the map's origin, and the number and moments (m, m^2)
+  /// of its points about its centre.
+  struct Moments {
+    std::int32_t column = 0, row = 0;
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  };
+  /// Of the cells that have points, tile by tile.
+  std::vector<Moments> moments() const;
+  void add(const Moments& moments);
+  /// Computes all surfels, so that nearest() only reads: for a map that changes no more.
+  void finish();
+
  private:
   static constexpr int kTileCells = 16;
   struct Cell {
@@ -51,6 +63,9 @@ class SurfelMap {
   Cell& make(std::int64_t cx, std::int64_t cy);
   void grow(std::int64_t tx, std::int64_t ty);
   const Surfel* surfel(std::int64_t cx, std::int64_t cy) const;
+  void mark_stale(std::int64_t cx, std::int64_t cy);
+  template <class Visit>
+  void for_each_cell(Visit visit) const;
   void refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const;
 
   double cell_;

@@ -1,11 +1,8 @@
 #include "server/runtime/grade_batch.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "fusion/pose/isolation.hpp"
 #include "server/training/csv.hpp"
@@ -64,15 +61,18 @@ BatchRow failed_row(const std::string& log, const std::string& reason) {
   return row;
 }
 
-BatchRow grade_in_process(const std::string& log, const GradeProcess& process) {
+pose::ChildLimits limits_for(const std::string& log, const GradeProcess& process) {
   constexpr std::uint64_t bytes_per_second = 2'000'000;
-  std::error_code ignored;
-  const std::uintmax_t size = fs::file_size(log, ignored);
-  const pose::ChildLimits limits{process.bytes, process.seconds + (ignored ? 0 : size / bytes_per_second)};
-  const auto child = pose::result_of_child(limits, [&](const auto&) { return packed(process.grade(log)); });
+  std::error_code failed;
+  const std::uintmax_t size = fs::file_size(log, failed);
+  return {process.bytes, process.seconds + (failed ? 0 : size / bytes_per_second)};
+}
+
+BatchRow row_from(const std::string& log, const Result<pose::ChildResult>& child,
+                  const GradeProcess& process) {
   if (!child) return failed_row(log, child.error().message);
   if (child->end.completed) return unpacked(child->bytes);
-  return failed_row(log, "its grading " + pose::describe(child->end, limits) +
+  return failed_row(log, "its grading " + pose::describe(child->end, limits_for(log, process)) +
                              "; the log may be damaged: check it with `parhelion validate`");
 }
 
@@ -132,26 +132,19 @@ BatchRow grade_log(const std::string& log) {
   return row;
 }
 
-std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
+std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned at_once,
                                   const std::function<void(std::size_t, std::size_t)>& progress,
                                   const GradeProcess& process) {
   std::vector<BatchRow> rows(logs.size());
-  std::atomic<std::size_t> next = 0;
   std::size_t done = 0;
-  std::mutex reporting;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < logs.size(); i = next++) {
-      rows[i] = grade_in_process(logs[i], process);
-      const std::lock_guard lock(reporting);
-      ++done;
-      if (progress) progress(done, logs.size());
-    }
+  const auto task = [&](std::size_t i) {
+    return pose::ChildTask{limits_for(logs[i], process),
+                           [&, i](const auto&) { return packed(process.grade(logs[i])); }};
   };
-  std::vector<std::jthread> others;
-  const std::size_t wanted = std::min<std::size_t>(std::max(threads, 1U), logs.size());
-  for (std::size_t i = 1; i < wanted; ++i) others.emplace_back(work);
-  work();
-  others.clear();  // joins
+  pose::results_of_children(logs.size(), at_once, task, [&](std::size_t i, const auto& child) {
+    rows[i] = row_from(logs[i], child, process);
+    if (progress) progress(++done, logs.size());
+  });
   return rows;
 }
 

@@ -43,10 +43,9 @@ struct GradeProcess {
   std::function<BatchRow(const std::string&)> grade = grade_log;
 };
 
-/// A row for each log, in order, the same for any number of threads (at least 1). The error of a row whose
-/// process died gives the reason. `progress`: logs done and in total; never called concurrently; may be
-/// empty.
-std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
+/// A row for each log, in order, the same for any number of processes at once (at least 1). The error of a
+/// row whose process died gives the reason. `progress`: logs done and in total; may be empty.
+std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned at_once,
                                   const std::function<void(std::size_t, std::size_t)>& progress = {},
                                   const GradeProcess& process = {});
 

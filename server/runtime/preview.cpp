@@ -61,6 +61,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
   tick::RobotModels robot_models = recorded ? recorded->robot_models : tick::RobotModels{};
+  auto map = recorded ? recorded->map : nullptr;
   std::optional<RobotDescription> robot;
   if (recorded) robot = recorded->robot;  // may have come from a file, so ROBOT does not count
   if (options.scenario) {
@@ -69,6 +70,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
     scenario = std::move(files->scenario);
     model = std::move(files->model);
     robot_models = std::move(files->robot_models);
+    map = std::move(files->map);
     if (files->robot) robot = std::move(files->robot);
   } else if (options.robot && tick::simulates_trainee(scenario)) {
     return Error{*options.robot +
@@ -89,7 +91,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
                  ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
   }
   if (options.seed) scenario.seed = *options.seed;
-  return tick::configure(scenario, *robot, model, std::move(robot_models));
+  return tick::configure(scenario, *robot, model, std::move(robot_models), std::move(map));
 }
 
 }  // namespace parhelion::runtime

@@ -118,7 +118,9 @@ std::string to_json(const Report& report) {
                    {"out", tally.scans_out},
                    {"degraded", degraded},
                    {"not_in_log", tally.scans_left_out},
-                   {"foreign", tally.foreign_scans}};
+                   {"foreign", tally.foreign_scans},
+                   {"matched", tally.scans_matched},
+                   {"not_matched", tally.scans_not_matched}};
   json["beams"] = {{"total", tally.beams_total}, {"replaced", tally.beams_replaced}};
   json["frames"] = {{"in", tally.frames_in},
                     {"out", tally.frames_out},

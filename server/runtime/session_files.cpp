@@ -75,6 +75,18 @@ Status load_robot_models(const std::string& path, SessionFiles& files) {
   return {};
 }
 
+/// Only the scans of a real robot are matched.
+Status load_map(const std::string& path, SessionFiles& files) {
+  const Scenario& scenario = files.scenario;
+  if (scenario.map.empty() || !scenario.scan_matching || tick::simulates_trainee(scenario)) return {};
+  const auto packed = pose::pack_matching_map(scenario.map);
+  if (!packed) return Error{place_of(path, "map") + packed.error().message};
+  auto map = pose::unpack_matching_map(*packed, scenario.map);
+  if (!map) return Error{place_of(path, "map") + map.error().message};
+  files.map = std::make_shared<const pose::MatchingMap>(std::move(*map));
+  return {};
+}
+
 }  // namespace
 
 Result<RobotDescription> load_usable_robot(const std::string& path) {
@@ -106,6 +118,7 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     if (!model) return model.error();
     files.model = std::move(*model);
   }
+  if (const Status loaded = load_map(path, files); !loaded) return loaded.error();
   if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();
   if (tick::simulates_trainee(files.scenario)) {
     if (!robot.empty())

@@ -11,9 +11,10 @@ namespace parhelion::runtime {
 
 struct SessionFiles {
   Scenario scenario;
-  SemanticModel model;                    ///< empty if the scenario names none
-  std::optional<RobotDescription> robot;  ///< none: to come from the ROBOT channel
-  tick::RobotModels robot_models;         ///< all shipped ones, and those named by the scenario
+  SemanticModel model;                           ///< empty if the scenario names none
+  std::optional<RobotDescription> robot;         ///< none: to come from the ROBOT channel
+  std::shared_ptr<const pose::MatchingMap> map;  ///< null: scans are not matched
+  tick::RobotModels robot_models;                ///< all shipped ones, and those named by the scenario
 };
 
 /// Reads the scenario at `path`, its model, and the robot description at `robot` or, if empty, the

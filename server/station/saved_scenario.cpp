@@ -31,6 +31,7 @@ Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, 
   Scenario scenario = feed.configuration().scenario;
   scenario.name = name;
   scenario.model = absolute(scenario.model);
+  scenario.map = absolute(scenario.map);
   scenario.robot = absolute(scenario.robot);
   scenario.drawn_values.clear();
   scenario.agents.clear();

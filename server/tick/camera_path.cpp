@@ -1,6 +1,7 @@
 #include "server/tick/camera_path.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "protocols/codec.hpp"
@@ -43,22 +44,38 @@ void add_occluders(const RobotDescription& robot, const CameraPath& path, render
   job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
 }
 
-/// Leaves out agents whose position in the image is too uncertain, and those withheld from the scan.
-void leave_out_uncertain(const InjectionLimits& limits, const pose::PoseAtInstant& pose,
+/// A scan of about the same instant, whose pose is better known than that of an image between two scans.
+bool has_recent_scan(const ScanState& scan, SensorTime t) {
+  constexpr Duration recent = milliseconds(500);
+  return scan.have_real && t - scan.real.stamp < recent && scan.real.stamp - t < recent;
+}
+
+/// Leaves out agents that are withheld from the scans. Without a recent scan, and beyond the laser's range,
+/// those whose position in the image is too uncertain. Otherwise an agent in sight would flicker between
+/// scans.
+void leave_out_uncertain(const Configuration& configuration, const pose::PoseAtInstant& pose, SensorTime t,
                          const CameraPath& path, WorldSnapshot& world) {
+  const double followed = has_recent_scan(path.scan, t)
+                              ? static_cast<double>(configuration.robot.laser->convention.range_max)
+                              : 0;
   std::vector<BodyState>& bodies = world.bodies;
   std::vector<const BodyDefinition*> definitions;
   for_each_body(world, [&](const BodyDefinition& body, const BodyState&) { definitions.push_back(&body); });
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < bodies.size(); begin = end) {
-    double worst = 0;
+    double worst = 0, nearest = std::numeric_limits<double>::infinity();
     for (end = begin; end < bodies.size() && definitions[end]->entity == definitions[begin]->entity; ++end) {
       const double error = pose::predicted_error(pose, bodies[end].T_map_body.translation());
       if (!(error <= worst)) worst = error;
+      const Eigen::Vector3d offset = bodies[end].T_map_body.translation() - pose.T_map_base.translation();
+      nearest = std::min(nearest, offset.norm());
     }
+    const std::string& entity = definitions[begin]->entity;
     const bool shown =
         !definitions[begin]->injectable ||
-        path.gate.admit(definitions[begin]->entity, worst, world.stamp, limits, path.simulation);
+        (nearest <= followed ? path.gate.shows(entity)
+                             : path.gate.admit(entity, worst, world.stamp, configuration.scenario.injection,
+                                               path.simulation));
     for (std::size_t i = begin; shown && i < end; ++i) bodies[kept++] = bodies[i];
   }
   bodies.resize(kept);
@@ -119,7 +136,7 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
   if (!turn) return unchanged("camera head: " + turn.error().message);
   if (!path.simulation.at(path.pose.clock.to_server(job.image.stamp), job.world))
     return unchanged("the world at the image's stamp is not known");
-  leave_out_uncertain(configuration.scenario.injection, *pose, path, job.world);
+  leave_out_uncertain(configuration, *pose, job.image.stamp, path, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * *turn * job.camera.T_base_optical;
   show_at_their_rows(job.camera, path, job);

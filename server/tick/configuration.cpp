@@ -8,6 +8,13 @@ namespace {
 constexpr std::string_view kTeleopPrefix = "MR_AGENT_";
 constexpr std::string_view kTeleopSuffix = "_TELEOP";
 
+Status check_map(const Scenario& scenario, const SemanticModel& model, const pose::MatchingMap* map) {
+  if (map == nullptr || model.map_id.empty() || map->id == model.map_id) return {};
+  return Error{"scenario '" + scenario.name + "': map " + scenario.map + " has the id " + map->id +
+               ", the model is of map " + model.map_id +
+               "; give the map that the model was made from, or make " + "the model again"};
+}
+
 /// The last part of a path.
 std::string file_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
@@ -134,9 +141,12 @@ Status check_robot(const RobotDescription& robot) {
 }
 
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model, RobotModels robot_models) {
+                                const SemanticModel& model, RobotModels robot_models,
+                                std::shared_ptr<const pose::MatchingMap> map) {
   if (const Status level = check_level(scenario); !level) return level.error();
-  Configuration configuration{scenario, robot, model, ChannelMap(scenario), std::move(robot_models)};
+  if (const Status same = check_map(scenario, model, map.get()); !same) return same.error();
+  Configuration configuration{scenario,      robot, model, ChannelMap(scenario), std::move(robot_models),
+                              std::move(map)};
   if (simulates_trainee(scenario)) {
     auto description = trainee_description(scenario, configuration.robot_models);
     if (!description) return description.error();
@@ -172,12 +182,14 @@ SessionHeader session_header(const Configuration& configuration, SensorTime star
   // Model and robot are embedded: only their file names are kept, so that no local folder is revealed.
   Scenario scenario = configuration.scenario;
   scenario.model = file_name(scenario.model);
+  scenario.map = file_name(scenario.map);
   scenario.robot = file_name(scenario.robot);
   SessionHeader header;
   header.stamp = start;
   header.scenario_yaml = to_yaml(scenario);
   header.model_yaml = to_yaml(configuration.model);
   header.robot_yaml = to_yaml(configuration.robot);
+  if (configuration.map) header.map = configuration.map->packed;
   header.seed = configuration.scenario.seed;
   header.version = version_text();
   header.input_channels = configuration.channels.inputs();
@@ -200,7 +212,13 @@ Result<Configuration> configuration_from(const SessionHeader& header, const std:
     if (!each) return each.error();
     robot_models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*each)));
   }
-  return configure(*scenario, *robot, *model, std::move(robot_models));
+  std::shared_ptr<const pose::MatchingMap> map;
+  if (!header.map.empty()) {
+    auto unpacked = pose::unpack_matching_map(header.map, origin + " (MR_SESSION map)");
+    if (!unpacked) return unpacked.error();
+    map = std::make_shared<const pose::MatchingMap>(std::move(*unpacked));
+  }
+  return configure(*scenario, *robot, *model, std::move(robot_models), std::move(map));
 }
 
 std::string version_text() {

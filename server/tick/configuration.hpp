@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "fusion/pose/matching_map.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
@@ -71,6 +72,7 @@ struct Configuration {
   SemanticModel model;
   ChannelMap channels{Scenario{}};
   RobotModels robot_models;  ///< those that AgentDefinition::model and Trainee::model name
+  std::shared_ptr<const pose::MatchingMap> map = nullptr;  ///< null: scans are not matched
 };
 
 /// Levels 1 and 2: the trainee's robot is simulated, and its sensors are outputs.
@@ -84,9 +86,10 @@ Result<RobotDescription> trainee_description(const Scenario& scenario, const Rob
 Status check_level(const Scenario& scenario);
 Status check_robot(const RobotDescription& robot);
 
-/// Checks the parts with check_level and check_robot.
+/// Checks the parts with check_level and check_robot, and that the map is the one that the model is of.
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model, RobotModels robot_models = {});
+                                const SemanticModel& model, RobotModels robot_models = {},
+                                std::shared_ptr<const pose::MatchingMap> map = nullptr);
 
 /// Name of the robot that is graded; without a training the trainee's.
 std::string graded_robot(const Configuration& configuration);

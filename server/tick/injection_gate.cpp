@@ -43,4 +43,9 @@ bool InjectionGate::admit(const std::string& agent, double error, SimulationTime
   return false;
 }
 
+bool InjectionGate::shows(const std::string& agent) const {
+  return std::none_of(hidden_.begin(), hidden_.end(),
+                      [&](const Hidden& each) { return each.agent == agent; });
+}
+
 }  // namespace parhelion::tick

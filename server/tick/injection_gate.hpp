@@ -21,6 +21,9 @@ class InjectionGate {
   bool admit(const std::string& agent, double error, SimulationTime first, const InjectionLimits& limits,
              simulation::Simulation& simulation);
 
+  /// As the last measurement decided; true for an agent that none had in range.
+  bool shows(const std::string& agent) const;
+
   /// A change of whether an agent is shown.
   struct Change {
     std::string agent;

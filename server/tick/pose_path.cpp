@@ -9,6 +9,7 @@ namespace {
 pose::PoseTrackOptions track_options(const Configuration& configuration) {
   pose::PoseTrackOptions options;
   options.map_id = configuration.model.map_id;
+  if (options.map_id.empty() && configuration.map) options.map_id = configuration.map->id;
   return options;
 }
 
@@ -43,7 +44,9 @@ void apply_estimate(const TickContext& context, const Message& input, const Pose
 PoseState::PoseState(const Configuration& configuration)
     : track(configuration.robot, track_options(configuration)),
       attitude(configuration.robot.imu),
-      joints(heads(configuration.robot)) {}
+      joints(heads(configuration.robot)) {
+  if (configuration.map) refiner.emplace(*configuration.robot.laser, configuration.map);
+}
 
 std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t, pose::NoPose* why) {
   auto at_t = pose.track.at(t, why);
@@ -53,6 +56,20 @@ std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime 
     at_t->attitude_known = true;
   }
   return at_t;
+}
+
+pose::RefinedPose match_scan(const Scan& scan, PoseState& pose) {
+  pose::RefinedPose refined;
+  if (!pose.refiner) return refined;
+  const auto prior = pose.track.match_prior(scan.stamp);
+  if (!prior) {
+    refined.match = pose::ScanMatch::no_prior;
+    return refined;
+  }
+  refined = pose.refiner->refine(scan, *prior);
+  if (refined.match == pose::ScanMatch::matched)
+    pose.track.refine(scan.stamp, refined.T_map_base, refined.covariance);
+  return refined;
 }
 
 void handle_odometry(const TickContext& context, const Message& input, PoseState& pose) {

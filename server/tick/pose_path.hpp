@@ -9,6 +9,7 @@
 #include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/joint_track.hpp"
 #include "fusion/pose/pose_track.hpp"
+#include "fusion/pose/scan_refinement.hpp"
 #include "protocols/bus/bus.hpp"
 #include "protocols/joints.hpp"
 #include "server/simulation/simulation.hpp"
@@ -29,7 +30,8 @@ struct PoseState {
   pose::PoseTrack track;
   pose::AttitudeTrack attitude;
   pose::JointTrack joints;
-  ClockOffset clock;  ///< of the robot against the server's
+  std::optional<pose::ScanRefiner> refiner;  ///< none: scans are not matched
+  ClockOffset clock;                         ///< of the robot against the server's
   JointPositions joint_positions;
   Joints joint_state;  ///< scratch of JOINT_STATE
 
@@ -43,6 +45,9 @@ struct PoseState {
 /// sensor where known. `why`: the reason if there is none.
 std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t,
                                               pose::NoPose* why = nullptr);
+
+/// Matches the scan to the map, and corrects the pose track where that succeeds.
+pose::RefinedPose match_scan(const Scan& scan, PoseState& pose);
 
 void handle_odometry(const TickContext& context, const Message& input, PoseState& pose);
 void handle_imu(const TickContext& context, const Message& input, PoseState& pose);

@@ -29,6 +29,15 @@ struct SweepPoses {
 
 Outcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
 
+/// To MR_SCAN_INFO and the report.
+void report_match(const pose::RefinedPose& refined, Tally& tally, ScanInfo& info) {
+  info.pose = to_string(refined.match);
+  if (refined.match == pose::ScanMatch::off || refined.match == pose::ScanMatch::no_prior) return;
+  info.residual = refined.residual;
+  info.explained = refined.explained;
+  ++(refined.match == pose::ScanMatch::matched ? tally.scans_matched : tally.scans_not_matched);
+}
+
 Outcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
                          SweepPoses& poses) {
   const LaserDescription& laser = *context.configuration.robot.laser;
@@ -39,6 +48,8 @@ Outcome find_sweep_poses(const TickContext& context, const Message& input, const
   if (!path.pose.clock.add(input.arrival, last)) {
     return {Degraded::clock, "the stamp is more than a second off the robot's clock"};
   }
+  const pose::RefinedPose refined = match_scan(scan.real, path.pose);
+  report_match(refined, context.tally, scan.info);
   pose::NoPose why{};
   const auto start = robot_pose(path.pose, first, &why);
   if (!start) return no_pose(why);
@@ -48,6 +59,8 @@ Outcome find_sweep_poses(const TickContext& context, const Message& input, const
       !path.simulation.at(path.pose.clock.to_server(last), scan.world_end)) {
     return {Degraded::history, "the world at the scan's stamp is older than the history or ahead of it"};
   }
+  constexpr int planar[] = {0, 1, 5};
+  scan.info.pose_covariance = end->covariance(planar, planar);
   poses = {*start, *end, {start->T_map_base * laser.T_base_laser, end->T_map_base * laser.T_base_laser}};
   return {};
 }
@@ -198,7 +211,10 @@ Outcome compute_scan(const TickContext& context, const Message& input, const Sca
   stages.ended(Stage::decode);
   scan.info.live = true;
   scan.info.reason.clear();
-  scan.info.predicted_error = std::numeric_limits<double>::infinity();
+  scan.info.predicted_error = scan.info.residual = std::numeric_limits<double>::infinity();
+  scan.info.pose_covariance.setConstant(std::numeric_limits<double>::infinity());
+  scan.info.pose = pose::to_string(pose::ScanMatch::no_prior);
+  scan.info.explained = 0;
   if (scan.have_real) outcome = try_inject(context, input, path, poses, stages);
   if (outcome.cause == Degraded::none) {
     encode(scan.out, scan.mr_scan);

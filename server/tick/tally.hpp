@@ -30,6 +30,7 @@ struct Tally {
   std::uint64_t scans_left_out = 0;  ///< of these, published unchanged and missing in the session log
   std::uint64_t foreign_scans = 0;   ///< messages on SCAN of another type: not forwarded, not in scans_in
   std::array<std::uint64_t, kDegradedKinds> scans_degraded{};
+  std::uint64_t scans_matched = 0, scans_not_matched = 0;  ///< to the map
   std::uint64_t beams_total = 0, beams_replaced = 0;
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
   std::uint64_t agent_frames_in = 0, agent_frames_out = 0;  ///< of agents' cameras: due, and published

@@ -48,6 +48,7 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   WorldMessage& message = world.message;
   message.stamp = {now.stamp.ns};
   message.step = now.step;
+  message.robot = context.configuration.robot.name;
   message.attitude_known = now.attitude_known;
   message.bodies.clear();
   for_each_body(now, [&](const BodyDefinition& definition, const BodyState& body) {

@@ -3,9 +3,10 @@
 // seconds. Without pages a console on LCM does that, so that both servers process the same scans in the same
 // world. A stationary robot in a room of wandering robots sends 361 beams at 20 Hz over LCM. Video has its
 // own bench.
-//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH]]]]
-// WHICH: both (interleaved), pages or nobody. As issue 6 requires, in 200 minutes: bench_server_station
-// PARHELION 10 600 30; memory alone, in ten: bench_server_station PARHELION 1 600 30 pages
+//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH [signed]]]]]
+// WHICH: both (interleaved), pages or nobody. `signed`: server and robot sign and verify every message. As
+// issue 6 requires, in 200 minutes: bench_server_station PARHELION 10 600 30; memory alone, in ten:
+// bench_server_station PARHELION 1 600 30 pages
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -21,6 +22,7 @@
 #include <vector>
 
 #include "fusion/scan/augment.hpp"
+#include "protocols/authentication/signed_bus.hpp"
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
@@ -58,11 +60,28 @@ RobotDescription description() {
   return robot;
 }
 
-void write_files(const fs::path& folder, int agents) {
+void make_keys(const std::string& program, const fs::path& folder) {
+  const std::string command = "'" + program + "' key new rover --role robot --role localization --server '" +
+                              (folder / "server.keys").string() + "' -o '" +
+                              (folder / "rover.keys").string() + "' > /dev/null";
+  if (std::system(command.c_str()) != 0) throw std::runtime_error(command + ": failed");
+}
+
+std::unique_ptr<Bus> open_robot_bus(const fs::path& folder, bool with_keys) {
+  auto bus = open_network_bus(kUrl);
+  if (!bus) throw std::runtime_error(bus.error().message);
+  if (!with_keys) return std::move(*bus);
+  const auto keys = load_keys(folder / "rover.keys");
+  if (!keys) throw std::runtime_error(keys.error().message);
+  return sign(std::move(*bus), *keys, {});
+}
+
+void write_files(const fs::path& folder, int agents, bool with_keys) {
   Scenario scenario;
   scenario.name = "bench";
   scenario.model = "model.yaml";
   scenario.robot = "robot.yaml";
+  scenario.authentication = with_keys;
   for (int i = 0; i < agents; ++i) {
     AgentDefinition agent = test::agent("robot_" + std::to_string(i), AgentKind::robot, -18 + 1.5 * (i % 24),
                                         -10 + 2.0 * (i / 24), BehaviourKind::wander);
@@ -74,7 +93,7 @@ void write_files(const fs::path& folder, int agents) {
   std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
 }
 
-pid_t start_server(const std::string& program, const fs::path& folder, bool with_pages) {
+pid_t start_server(const std::string& program, const fs::path& folder, bool with_pages, bool with_keys) {
   std::vector<std::string> arguments{program,
                                      "serve",
                                      folder / "scenario.yaml",
@@ -86,6 +105,7 @@ pid_t start_server(const std::string& program, const fs::path& folder, bool with
                                      "--no-restart",
                                      "--url",
                                      kUrl};
+  if (with_keys) arguments.insert(arguments.end(), {"--keys", folder / "server.keys"});
   if (with_pages) {
     fs::remove_all(folder / "state");
     arguments.insert(arguments.end(),
@@ -228,8 +248,9 @@ struct Run {
   std::vector<long> memory;  // kB, ten equally spaced measurements
 };
 
-Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages) {
-  const pid_t server = start_server(program, folder, with_pages);
+Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages,
+        bool with_keys) {
+  const pid_t server = start_server(program, folder, with_pages, with_keys);
   await_news(folder, "serving");
   int ends[2] = {-1, -1};
   pid_t pages = 0;
@@ -249,8 +270,7 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
     }
     pass(1.5);  // log-ins use memory and processor time on purpose; afterwards the load is steady
   }
-  auto robot = open_network_bus(kUrl);
-  if (!robot) throw std::runtime_error(robot.error().message);
+  const std::unique_ptr<Bus> robot = open_robot_bus(folder, with_keys);
   Run result;
   std::thread memory([&] {
     pass(kSettled);
@@ -259,7 +279,7 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
       if (i + 1 < kLooks) pass((duration - 2.5 - kSettled) / (kLooks - 1));
     }
   });
-  send_scans(**robot, duration - 2, !with_pages);
+  send_scans(*robot, duration - 2, !with_pages);
   memory.join();
   kill(server, SIGINT);
   int status = 0;
@@ -297,7 +317,8 @@ double middle(std::vector<double> values) {
 
 int main(int argc, char** argv) {
   if (argc < 2)
-    return std::fprintf(stderr, "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS [both|pages|nobody]]]]\n",
+    return std::fprintf(stderr,
+                        "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS [both|pages|nobody [signed]]]]]\n",
                         argv[0]),
            2;
   const int rounds = argc > 2 ? std::stoi(argv[2]) : 3;
@@ -306,12 +327,14 @@ int main(int argc, char** argv) {
   const std::string which = argc > 5 ? argv[5] : "both";
   const test::TemporaryFolder folder;
   const fs::path path = folder / "";
-  write_files(path, agents);
+  const bool with_keys = argc > 6 && argv[6] == std::string("signed");
+  if (with_keys) make_keys(argv[1], path);
+  write_files(path, agents, with_keys);
   std::vector<double> p50[2], p99[2];
   for (int i = 0; i < rounds; ++i) {
     for (const bool with_pages : {i % 2 == 1, i % 2 == 0}) {
       if (which == (with_pages ? "nobody" : "pages")) continue;
-      const Run result = run(argv[1], path, duration, with_pages);
+      const Run result = run(argv[1], path, duration, with_pages, with_keys);
       p50[with_pages].push_back(result.p50);
       p99[with_pages].push_back(result.p99);
     }

@@ -1,8 +1,10 @@
 #include "tests/fault/faults.hpp"
 
 #include <sys/resource.h>
+#include <sys/timex.h>
 
 #include <chrono>
+#include <stdexcept>
 #include <thread>
 
 #include "tests/protocols/raw_datagrams.hpp"
@@ -79,6 +81,32 @@ void keep_busy(FaultBed&) {
     });
   }
   wait(seconds(3.0));
+}
+
+/// Adds `span` to the machine's clock; false where this process may not.
+bool step_machine_clock(Duration span) {
+  constexpr std::int64_t ns_per_s = 1'000'000'000;
+  timex step{};
+  step.modes = ADJ_SETOFFSET | ADJ_NANO;
+  step.time.tv_sec = span.ns >= 0 ? span.ns / ns_per_s : -((-span.ns + ns_per_s - 1) / ns_per_s);
+  step.time.tv_usec = span.ns - step.time.tv_sec * ns_per_s;  // ns, never negative
+  return clock_adjtime(CLOCK_REALTIME, &step) >= 0;
+}
+
+/// The clock of the server's machine; the robot keeps its own.
+Fault machine_clock(Duration span) {
+  const bool ahead = span.ns > 0;
+  return {.name = "server's clock set " + std::to_string(std::abs(span.ns) / 1'000'000'000) + " s " +
+                  (ahead ? "ahead" : "back"),
+          .inject =
+              [=](FaultBed& bed) {
+                if (!step_machine_clock(span)) throw std::runtime_error("this process may not set the clock");
+                bed.robot.set_clock(-span);
+                wait(seconds(2.0));
+                step_machine_clock(-span);
+                bed.robot.set_clock({});
+              },
+          .is_noise = true};
 }
 
 void repeat_a_command(FaultBed& bed) {
@@ -170,6 +198,12 @@ std::vector<Fault> all_faults() {
                           },
                       .is_noise = true});
   }
+  return faults;
+}
+
+std::vector<Fault> clock_faults() {
+  std::vector<Fault> faults;
+  for (const double s : {2.0, -2.0, 3600.0, -3600.0}) faults.push_back(machine_clock(seconds(s)));
   return faults;
 }
 

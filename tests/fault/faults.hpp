@@ -25,5 +25,7 @@ struct Fault {
 };
 
 std::vector<Fault> all_faults();
+/// Those that set this machine's clock for two seconds, for which the program needs the right.
+std::vector<Fault> clock_faults();
 
 }  // namespace parhelion::test

@@ -1,11 +1,14 @@
 // Injects faults into a live server that has a robot and a trainee, and prints what each one did.
 //   parhelion_faults [PART OF A NAME]
+//   parhelion_faults --stranger MINUTES: somebody without a key tries to make the robot move
+//   parhelion_faults --set-clock: those that set this machine's clock, for two seconds each
 #include <cmath>
 #include <cstdio>
 #include <string>
 #include <thread>
 
 #include "tests/fault/faults.hpp"
+#include "tests/fault/stranger.hpp"
 
 namespace {
 
@@ -77,13 +80,20 @@ std::string run(const test::Fault& fault, int port) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const std::string wanted = argc > 1 ? argv[1] : "";
+  const std::string argument = argc > 1 ? argv[1] : "";
+  if (argument == "--stranger")
+    return parhelion::test::withstands_stranger(20'000 + getpid() % 20'000,
+                                                parhelion::seconds(60 * std::stod(argc > 2 ? argv[2] : "1")))
+               ? 0
+               : 1;
+  const bool set_clock = argument == "--set-clock";
+  const std::string wanted = set_clock ? "" : argument;
   int port = 20'000 + getpid() % 20'000, harmful = 0;
   std::printf(
       "| fault | scans sent | answered | first stop after | restarted, answers after | fastest MR_CMD | harm "
       "|\n"
       "|---|---|---|---|---|---|---|\n");
-  for (const parhelion::test::Fault& fault : parhelion::test::all_faults()) {
+  for (const auto& fault : set_clock ? parhelion::test::clock_faults() : parhelion::test::all_faults()) {
     if (fault.name.find(wanted) == std::string::npos) continue;
     if (!run(fault, port++).empty()) ++harmful;
   }

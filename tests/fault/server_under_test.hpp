@@ -23,6 +23,7 @@ class ServerUnderTest {
     scenario.name = "faults";
     scenario.model = "model.yaml";
     scenario.robot = "robot.yaml";
+    scenario.authentication = !keys_.empty();
     scenario.agents = {agent("person", AgentKind::person, 3.5, 1)};
     std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
     start();

@@ -277,6 +277,15 @@ TEST(MalformedMessages, ABeamOfAnUnlistedAgent) {
   EXPECT_NE(refusal(ScanInfo{test::kSampleStamp, true, "", NAN, {}, {}}).find("predicted_error"),
             std::string::npos);
   EXPECT_EQ(refusal(ScanInfo{test::kSampleStamp, false, "no pose", INFINITY, {}, {}}), "taken");
+  ScanInfo info{test::kSampleStamp, true, "", 0, {}, {}};
+  info.explained = 1.5;
+  EXPECT_NE(refusal(info).find("explained"), std::string::npos);
+  info.explained = 1;
+  info.residual = -1;
+  EXPECT_NE(refusal(info).find("residual"), std::string::npos);
+  info.residual = 0;
+  info.pose_covariance(2, 0) = NAN;
+  EXPECT_NE(refusal(info).find("pose_covariance"), std::string::npos);
 }
 
 TEST(Describe, ControlCharactersAreWrittenInHex) {

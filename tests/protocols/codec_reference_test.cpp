@@ -425,8 +425,11 @@ RC_GTEST_PROP(CodecReference, SessionHeader, ()) {
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i) header.input_channels.push_back(any_text());
   for (int i = *rc::gen::inRange(0, 3); i > 0; --i)
     header.robot_models.push_back({any_text(), any_text(), any_text()});
+  for (int i = *rc::gen::inRange(0, 300); i > 0; --i)
+    header.map.push_back(static_cast<std::uint8_t>(*rc::gen::inRange(0, 256)));
   SessionHeader back;
   const auto reference = through_liblcm<session_t>(header, back);
+  RC_ASSERT(back.map == header.map && reference.map == header.map);
   RC_ASSERT(back.stamp == header.stamp && back.scenario_yaml == header.scenario_yaml);
   RC_ASSERT(back.model_yaml == header.model_yaml && back.robot_yaml == header.robot_yaml);
   RC_ASSERT(back.seed == header.seed && back.version == header.version);
@@ -477,7 +480,15 @@ RC_GTEST_PROP(CodecReference, ScanInfo, ()) {
     info.beam_agent.push_back(
         static_cast<std::int16_t>(*rc::gen::inRange(-1, static_cast<int>(info.agents.size()))));
   }
+  info.pose = any_text();
+  info.residual = std::abs(any_within(1));
+  info.explained = *rc::gen::inRange(0, 101) / 100.0;
+  for (int i = 0; i < 9; ++i) info.pose_covariance(i / 3, i % 3) = any_within(10);
   const auto reference = through_liblcm<scan_info_t>(info, back);
+  RC_ASSERT(back.pose == info.pose && reference.pose == info.pose);
+  RC_ASSERT(back.residual == info.residual && back.explained == info.explained);
+  RC_ASSERT(back.pose_covariance == info.pose_covariance &&
+            reference.pose_covariance[5] == info.pose_covariance(1, 2));
   RC_ASSERT(back.stamp == info.stamp && back.live == info.live && back.reason == info.reason);
   RC_ASSERT(back.predicted_error == info.predicted_error && back.agents == info.agents);
   RC_ASSERT(back.beam_agent == info.beam_agent && reference.beam_agent == info.beam_agent &&
@@ -521,6 +532,7 @@ RC_GTEST_PROP(CodecReference, WorldMessage, ()) {
   WorldMessage world, back;
   world.stamp = {any_utime() * 1000 + *rc::gen::inRange(0, 1000)};
   world.step = *rc::gen::arbitrary<std::uint64_t>();
+  world.robot = any_text();
   world.attitude_known = *rc::gen::arbitrary<bool>();
   for (int i = *rc::gen::inRange(0, 8); i > 0; --i) {
     world.bodies.push_back({any_text(), any_text(), any_enumerator(kLastAgentKind),
@@ -530,6 +542,7 @@ RC_GTEST_PROP(CodecReference, WorldMessage, ()) {
   const auto reference = through_liblcm<world_t>(world, back);
   RC_ASSERT(back.stamp == world.stamp && back.step == world.step &&
             back.bodies.size() == world.bodies.size());
+  RC_ASSERT(back.robot == world.robot && reference.robot == world.robot);
   RC_ASSERT(back.attitude_known == world.attitude_known &&
             (reference.attitude_known != 0) == world.attitude_known);
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {

@@ -103,6 +103,7 @@ inline WorldMessage sample_world() {
   WorldMessage world;
   world.stamp = {kSampleStamp.ns + 1};
   world.step = 240;
+  world.robot = "rover";
   world.attitude_known = true;
   world.bodies.resize(2);
   world.bodies[0].entity = "guide-1";

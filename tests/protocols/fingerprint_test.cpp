@@ -61,8 +61,8 @@ TEST(Fingerprint, OwnTypesAreUnchanged) {
   EXPECT_EQ(fingerprint<joints_t>(), 0x5446b6c04d532a98U);
   EXPECT_EQ(fingerprint<robot_t>(), 0x01848a2e835a8412U);
   EXPECT_EQ(fingerprint<model_t>(), 0x62c27ab1a2f2a9b3U);
-  EXPECT_EQ(fingerprint<session_t>(), 0x8e6ea8dfbb13ae7fU);
-  EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
+  EXPECT_EQ(fingerprint<session_t>(), 0x348ba8fe510a4d32U);
+  EXPECT_EQ(fingerprint<scan_info_t>(), 0xbaab5b61c1f33176U);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
   EXPECT_EQ(fingerprint<agent_spawn_t>(), 0xdfc1f2fee7d8b5e3U);
@@ -79,7 +79,7 @@ TEST(Fingerprint, OwnTypesAreUnchanged) {
   EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0xb24d58f9e36606c5U);
   EXPECT_EQ(fingerprint<hazard_reading_t>(), 0x273b8d493089dcdfU);
-  EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);
+  EXPECT_EQ(fingerprint<world_t>(), 0x2a251185e3ca5ab0U);
 }
 
 }  // namespace

@@ -78,10 +78,7 @@ class DriveTerminalTest : public testing::Test {
   /// time, as a held key repeats.
   bool until(Terminal& terminal, const std::string& keys, const std::function<bool()>& done) {
     WorldMessage world;
-    world.bodies.resize(1);
-    world.bodies[0].entity = "trainee";
-    world.bodies[0].kind = AgentKind::robot;
-    world.bodies[0].owner = BodyOwner::real_robot;
+    world.robot = "trainee";  // without bodies: its pose is unknown
     for (const WallTime end = runtime::steady_now() + seconds(20); !done() && runtime::steady_now() < end;) {
       world.stamp = {runtime::wall_now().ns};
       publish(channel::kMrWorld, world);

@@ -125,7 +125,7 @@ Status Demo::localize() {
   SlamLogOptions options;
   options.input = files_.recording;
   options.output = files_.localized;
-  options.map = files_.map + ".yaml";
+  options.map = files_.map + ".simplemap";
   options.slam.start = Eigen::Vector3d::Zero();  // a map's origin is where its recording began
   options.overwrite = options_.overwrite;
   const auto localized = localize_log(options, progress("localize"));
@@ -141,9 +141,7 @@ Status Demo::make_scenario() {
   Scenario scenario;
   scenario.name = "demo";
   scenario.model = files_.model;
-  // The recording's odometry is about 0.1 s out of step with its scans, so an agent 8 m away cannot be placed
-  // better than to 0.2 m (1 sigma).
-  scenario.injection.max_error = 0.5;
+  scenario.map = std::filesystem::path(files_.map).filename().string() + ".simplemap";  // beside the scenario
   const auto agents = place_agents(map_, map_.path);
   if (!agents) return agents.error();
   scenario.agents = *agents;

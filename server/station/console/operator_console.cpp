@@ -19,9 +19,7 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
     const auto same = [&](const DrivenRobot& known) { return known.name == robot.name; };
     if (std::none_of(robots.begin(), robots.end(), same)) robots.push_back(std::move(robot));
   };
-  for (const WorldMessage::Entry& body : world.bodies) {
-    if (body.owner == BodyOwner::real_robot) add({body.entity, channel::kTeleop, channel::kJointCmd});
-  }
+  if (!world.robot.empty()) add({world.robot, channel::kTeleop, channel::kJointCmd});
   for (const WorldMessage::Entry& body : world.bodies) {
     if (body.owner == BodyOwner::agent && body.kind == AgentKind::robot)
       add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", ""});

@@ -130,6 +130,7 @@ struct WrittenSession {
     WorldMessage made;
     made.stamp = SensorTime::from_utime(us(t));
     made.step = step;
+    made.robot = robot().name;
     made.attitude_known = true;
     WorldMessage::Entry own;
     own.entity = robot().name;

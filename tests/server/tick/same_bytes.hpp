@@ -45,6 +45,8 @@ inline std::string scan_info_fields(const ScanInfo& live, const ScanInfo& replay
   differ("live", live.live ? "true" : "false", replayed.live ? "true" : "false");
   differ("reason", live.reason, replayed.reason);
   differ("predicted_error", exact(live.predicted_error), exact(replayed.predicted_error));
+  differ("pose", live.pose, replayed.pose);
+  differ("residual", exact(live.residual), exact(replayed.residual));
   differ("agents", names(live), names(replayed));
   const std::size_t beams = std::min(live.beam_agent.size(), replayed.beam_agent.size());
   for (std::size_t i = 0; i < beams; ++i) {

@@ -102,6 +102,21 @@ TEST_F(TickTest, TickStopsTheRobotOnTeleopTimeout) {
   EXPECT_EQ(given.back().twist.wz, 0);
 }
 
+TEST_F(TickTest, TickNamesARobotWhosePoseWasNeverKnownAndLetsItCrawl) {
+  start(test::configuration({}));
+  for (std::int64_t us = test::kStartUs; us < test::kStartUs + 1'500'000; us += 50'000) {
+    const double asked = us == test::kStartUs ? 0 : 0.5;  // the dead-man is pressed after the start
+    feed(test::message(channel::kTeleop, us, TwistCommand{SensorTime::from_utime(us), {asked, 0, 0}}));
+    advance_to(ArrivalTime::from_utime(us + 10'000));
+  }
+  const auto worlds = decoded<WorldMessage>(channel::kMrWorld);
+  ASSERT_FALSE(worlds.empty());
+  for (const WorldMessage& world : worlds) EXPECT_EQ(world.robot, configuration_.robot.name);
+  const auto given = decoded<TwistCommand>(channel::kMrCmd);
+  ASSERT_FALSE(given.empty());
+  EXPECT_NEAR(given.back().twist.vx, configuration_.scenario.contact.crawl_speed, 1e-6);
+}
+
 /// A robot in emergency stop stands, whatever is commanded, until the stop is released and the dead-man was
 /// released.
 TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstAnyDriver) {

@@ -50,11 +50,22 @@ TEST_F(OperatorConsoleTest, FindsTheTraineesRobotFirstAndEachRobotOnce) {
   add("robot_2", AgentKind::robot, BodyOwner::agent);
   add("person_1", AgentKind::person, BodyOwner::agent);
   add("trainee", AgentKind::robot, BodyOwner::real_robot);
+  world.robot = "trainee";
   const auto robots = robots_in(world);
   ASSERT_EQ(robots.size(), 2U);
   EXPECT_EQ(robots[0].name, "trainee");
   EXPECT_EQ(robots[0].teleop, channel::kTeleop);
   EXPECT_EQ(robots[1].teleop, "MR_AGENT_robot_2_TELEOP");
+}
+
+TEST_F(OperatorConsoleTest, FindsTheTraineesRobotWhileItsPoseIsUnknown) {
+  WorldMessage world;
+  world.robot = "trainee";
+  const auto robots = robots_in(world);
+  ASSERT_EQ(robots.size(), 1U);
+  EXPECT_EQ(robots[0].name, "trainee");
+  EXPECT_EQ(robots[0].teleop, channel::kTeleop);
+  EXPECT_EQ(robots[0].joints, channel::kJointCmd);
 }
 
 TEST_F(OperatorConsoleTest, PublishesNothingBeforeARobotIsChosenAndNamesKnownRobots) {

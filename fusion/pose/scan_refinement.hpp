@@ -1,0 +1,62 @@
+// The robot's own pose at the instant of a scan: the scan matched to a map that does not change, from the
+// pose that odometry predicts. An iterated extended Kalman update (scan_match.hpp), so that along a corridor,
+// where a scan says nothing, the prediction decides and the covariance says so.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "fusion/pose/matching_map.hpp"
+#include "protocols/pose2.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scan.hpp"
+
+namespace parhelion::pose {
+
+/// What is known before the match, at the scan's stamp.
+struct MatchPrior {
+  Pose2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame
+  Twist2 twist;                                          ///< body frame
+};
+
+/// How a scan was placed.
+enum class ScanMatch : std::uint8_t {
+  matched,
+  off,           ///< no map, or the scenario says so
+  no_prior,      ///< no pose, no odometry, or no word from SLAM for a while
+  few_points,    ///< fewer than ten returns
+  unexplained,   ///< too few returns lie on the map's surfaces: people around the robot, another place
+  beyond_prior,  ///< farther from the prediction than it can be wrong
+};
+const char* to_string(ScanMatch match);
+
+struct RefinedPose {
+  ScanMatch match = ScanMatch::off;
+  Pose2 T_map_base;                                      ///< valid where matched
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; valid where matched
+  double residual = 0;   ///< m, RMS distance of the explained returns from the map's surfaces
+  double explained = 0;  ///< fraction of the returns used that lie on the map's surfaces
+};
+
+/// Bounded work for each scan: at most `kPoints` returns are used, and the number of iterations is fixed.
+/// Never allocates after the first scan. Deterministic.
+class ScanRefiner {
+ public:
+  static constexpr std::size_t kPoints = 240;
+
+  ScanRefiner(const LaserDescription& laser, std::shared_ptr<const MatchingMap> map);
+
+  RefinedPose refine(const Scan& scan, const MatchPrior& prior);
+
+ private:
+  void take_points(const Scan& scan, const Twist2& twist);
+
+  LaserDescription laser_;
+  std::shared_ptr<const MatchingMap> map_;
+  std::vector<std::uint32_t> hits_;            ///< beams
+  std::vector<Eigen::Vector2d> points_, few_;  ///< m, base_link at the stamp
+};
+
+}  // namespace parhelion::pose

@@ -1,0 +1,50 @@
+#include "fusion/pose/scan_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace parhelion::pose {
+namespace {
+
+SensorTime at(double s) { return SensorTime{1'000'000'000'000'000} + seconds(s); }
+const Twist2 kTwist{0.5, 0, 0.3};
+
+/// A circle at constant speed; odometry's predictions are `sigma` m off.
+ScanMotion driven(double sigma, int scans) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise;
+  ScanMotion motion;
+  for (int i = 0; i < scans; ++i) {
+    const Pose2 truth = moved(kTwist, 0.1 * i);
+    const Pose2 seen = truth * Pose2{0.003 * noise(random), 0.003 * noise(random), 0};
+    motion.add(at(0.1 * i), seen, truth * Pose2{sigma * noise(random), 0, sigma / 5 * noise(random)});
+  }
+  return motion;
+}
+
+TEST(ScanMotion, IsPreferredOnlyWhereOdometryIsClearlyWorse) {
+  EXPECT_FALSE(driven(0.001, 100).is_preferred());
+  EXPECT_FALSE(driven(0.1, 5).is_preferred()) << "too few scans to tell";
+  EXPECT_TRUE(driven(0.1, 100).is_preferred());
+}
+
+TEST(ScanMotion, PredictsWithAnErrorThatItStates) {
+  const ScanMotion motion = driven(0.1, 100);
+  for (const double ahead : {-0.1, 0.05, 0.2, 0.4}) {
+    const auto predicted = motion.at(at(9.9 + ahead));
+    ASSERT_TRUE(predicted);
+    const double error = (predicted->T_map_base.position() - moved(kTwist, 9.9 + ahead).position()).norm();
+    EXPECT_LT(error, 3 * std::sqrt(2 * predicted->position_variance) + 0.01) << ahead;
+  }
+  EXPECT_FALSE(motion.at(at(9.9 + 0.6))) << "too far ahead";
+}
+
+TEST(ScanMotion, KnowsNoMotionAfterAGap) {
+  ScanMotion motion = driven(0.1, 100);
+  motion.add(at(20), {}, std::nullopt);
+  EXPECT_FALSE(motion.at(at(20.1)));
+}
+
+}  // namespace
+}  // namespace parhelion::pose
