@@ -40,6 +40,7 @@ struct SeenScan {
   std::optional<Pose2> used;  ///< T_map_base with which it was injected; none: no pose
   bool live = false;          ///< false: MR_SCAN equals SCAN
   std::string reason;
+  std::string pose;               ///< how it was placed: ScanInfo::pose
   std::vector<SeenAgent> agents;  ///< all of them
   std::set<std::string> shown;    ///< those with a replaced beam
 };
@@ -64,13 +65,14 @@ std::vector<SeenAgent> agents_of(const WorldSnapshot& world) {
   return agents;
 }
 
-void take_scan(const tick::RobotState& robot, Session& session) {
+void capture_scan(const tick::RobotState& robot, Session& session) {
   SeenScan seen;
   seen.scan = robot.scan.real;
   if (const auto pose = tick::robot_pose(robot.pose, seen.scan.stamp)) seen.used = planar(pose->T_map_base);
   const ScanInfo& info = robot.scan.info;
   seen.live = info.live;
   seen.reason = info.reason;
+  seen.pose = info.pose;
   seen.agents = agents_of(robot.scan.world_end);
   for (const std::int16_t agent : info.beam_agent) {
     if (info.live && agent >= 0) seen.shown.insert(info.agents[static_cast<std::size_t>(agent)]);
@@ -95,7 +97,7 @@ Result<Session> read_session(const Recorded& recorded) {
     session.max_error = configuration.scenario.injection.max_error;
     PoseEstimate estimate;
     const tick::InputKind kind = configuration.channels.kind(input.channel);
-    if (kind == tick::InputKind::scan) take_scan(robot, session);
+    if (kind == tick::InputKind::scan) capture_scan(robot, session);
     if (kind == tick::InputKind::pose_cov && decode(input.channel, input.payload, estimate) &&
         estimate.state == SlamState::tracking)
       session.slam[estimate.stamp] = planar(estimate.T_map_base);
@@ -252,9 +254,10 @@ double percent(std::size_t part, std::size_t whole) {
 void print_scans(const Session& session) {
   const auto localized = std::find_if(session.scans.begin(), session.scans.end(),
                                       [](const SeenScan& seen) { return seen.used.has_value(); });
-  std::map<std::string, std::size_t> reasons;
+  std::map<std::string, std::size_t> reasons, poses;
   std::size_t unchanged = 0;
   for (auto seen = localized; seen != session.scans.end(); ++seen) {
+    ++poses[seen->pose];
     if (seen->live) continue;
     ++unchanged;
     ++reasons[seen->reason];
@@ -263,6 +266,7 @@ void print_scans(const Session& session) {
   std::printf("scans %zu, since the first pose %zu, of them unchanged %zu (%.1f %%)\n", session.scans.size(),
               all, unchanged, percent(unchanged, all));
   for (const auto& [reason, count] : reasons) std::printf("  %5zu %s\n", count, reason.c_str());
+  for (const auto& [pose, count] : poses) std::printf("  %5zu pose: %s\n", count, pose.c_str());
 }
 
 void print_gate(const Session& session, const GateCounts& counts, const Flicker& flicker) {
@@ -288,7 +292,7 @@ int compare_references(const Recorded& recorded, const std::string& map, const s
   for (const SeenScan& seen : session->scans) {
     const auto matched = reference->find(seen.scan.stamp), known = truth->find(seen.scan.stamp);
     if (matched == reference->end() || known == truth->end()) continue;
-    const SeenScan placed{seen.scan, matched->second, {}, {}, {}, {}};
+    const SeenScan placed{seen.scan, matched->second, {}, {}, {}, {}, {}};
     add_phantom_errors(session->laser, placed, known->second, errors);
   }
   print_errors("the reference itself", errors);
@@ -310,7 +314,7 @@ int measure(const Recorded& recorded, const std::string& kind, const std::string
     if (truth == reference->end()) continue;
     const Pose2& T_map_base = truth->second;
     if (const auto estimate = session->slam.find(seen.scan.stamp); estimate != session->slam.end()) {
-      SeenScan by_slam{seen.scan, estimate->second, {}, {}, {}, {}};
+      SeenScan by_slam{seen.scan, estimate->second, {}, {}, {}, {}, {}};
       add_phantom_errors(session->laser, by_slam, T_map_base, slam);
     }
     if (seen.used) {
@@ -368,6 +372,7 @@ Scenario scenario_of(const test::TrueBuilding& building) {
   Scenario scenario;
   scenario.name = "true drive";
   scenario.model = "model.yaml";
+  scenario.map = "map.simplemap";
   for (const double x : {4.0, 11.0, 18.0, 21.0}) {
     AgentDefinition& agent = scenario.agents.emplace_back();
     agent.name = "box_" + std::to_string(scenario.agents.size());

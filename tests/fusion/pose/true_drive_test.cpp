@@ -26,11 +26,11 @@ TEST(TrueDrive, HasOdometryThatIsLateByWhatWasAsked) {
   double late = 0, early = 1;
   for (const Odometry& odometry : drive.odometry) {
     // The instant of the truth that it equals, among those that the jitter allows.
-    const Pose2 said = start * planar(odometry.T_odom_base);
+    const Pose2 by_odometry = start * planar(odometry.T_odom_base);
     const double t = odometry_time(odometry);
     double nearest = 1, at = 0;
     for (double delay = 0.07; delay < 0.1301; delay += 0.001) {
-      const double off = (drive.path.at(t - delay).position() - said.position()).norm();
+      const double off = (drive.path.at(t - delay).position() - by_odometry.position()).norm();
       if (off < nearest) nearest = off, at = delay;
     }
     ASSERT_LT(nearest, 0.002);
