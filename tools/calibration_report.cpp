@@ -74,6 +74,12 @@ std::string laser_lines(const CalibrationReport& report) {
   return text + "\n";
 }
 
+/// Whether odometry agrees with the scans at least as well as before where the result was not fitted.
+bool holds(const CalibrationReport& report) {
+  const pose::MotionCheck &before = report.check_before, &after = report.check_after;
+  return after.position_rms <= 1.05 * before.position_rms && after.yaw_rms <= 1.05 * before.yaw_rms;
+}
+
 bool is_shown(const CalibrationReport& report, const Unit& unit) {
   return unit.parameter != P::reference_offset || report.motion.references > 0;
 }
@@ -127,7 +133,11 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
   }
   text += format("odometry against scans over 2 s, %zu windows of the part held back (%zu scans):\n",
                  report.check_after.windows, report.scans_held_back);
-  return text + check_line("before", report.check_before) + check_line("after", report.check_after);
+  text += check_line("before", report.check_before) + check_line("after", report.check_after);
+  return holds(report) ? text
+                       : text +
+                             "the result does not hold on the part held back: do not use it; drive again, "
+                             "with turns both ways\n";
 }
 
 std::string to_json(const CalibrationReport& report, const CalibrationOptions& options) {
@@ -155,6 +165,7 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
         {"dropout", report.laser->noise.dropout}, {"intensity_codes", report.laser->intensity_codes}};
   }
   json["advice"] = report.motion.advice;
+  json["holds"] = report.check_after.windows > 0 && holds(report);
   json["held_back"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
   return json.dump(2) + "\n";
 }
@@ -169,6 +180,7 @@ Status draw_calibration(const CalibrationReport& report, const std::string& path
                             1e3 * report.check_after.position_rms, kDegrees * report.check_after.yaw_rms);
   picture.map = &report.map;
   picture.width = 1000;
+  picture.focus = 0.6;  // differences are centimetres
   picture.paths = {{"scan matching", {32, 38, 46}, positions(report.path_after.by_laser), {}},
                    {"odometry before", {207, 34, 46}, positions(report.path_before.by_odometry), {}},
                    {"odometry after", {31, 111, 235}, positions(report.path_after.by_odometry), {}}};
