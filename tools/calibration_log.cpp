@@ -144,15 +144,16 @@ Result<TrackedDrive> tracked(const RecordedDrive& drive, const RobotDescription&
 
 /// The parts of the drive that calibrate and that check.
 struct Parts {
-  RecordedDrive calibrating, held_back;
+  RecordedDrive calibrating, validation;
 };
 
 Parts split(const RecordedDrive& drive, const CalibrationOptions& options) {
   const auto events = static_cast<double>(drive.events.size());
-  const double kept = options.hold_back_start ? options.hold_back : 1 - options.hold_back;
+  const double kept =
+      options.validate_on_start ? options.validation_fraction : 1 - options.validation_fraction;
   const auto at = static_cast<std::size_t>(std::lround(kept * events));
   RecordedDrive first = part_of(drive, 0, at), second = part_of(drive, at, drive.events.size());
-  if (options.hold_back_start) std::swap(first, second);
+  if (options.validate_on_start) std::swap(first, second);
   return {std::move(first), std::move(second)};
 }
 
@@ -173,9 +174,9 @@ Error in_file(const CalibrationOptions& options, const Error& error) {
           error.message};
 }
 
-Status check_on(const RecordedDrive& held_back, const CalibrationOptions& options, CalibrationReport& report,
+Status check_on(const RecordedDrive& validation, const CalibrationOptions& options, CalibrationReport& report,
                 const CalibrationProgress& progress) {
-  const auto other = tracked(held_back, report.after, options, progress);
+  const auto other = tracked(validation, report.after, options, progress);
   if (!other) return other.error();
   const pose::MotionParameters old = pose::motion_parameters(report.before);
   report.check_before = pose::check_motion(other->motion, old, kWindow);
@@ -218,7 +219,7 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   if (const Status read = reader.read(share(progress, 0, 5)); !read) return read.error();
   const Parts parts = split(reader.drive, options);
   report.scans = scans_of(parts.calibrating);
-  report.scans_held_back = scans_of(parts.held_back);
+  report.validation_scans = scans_of(parts.validation);
   report.after = report.before;
   // Twice: the second time scans are corrected for the motion during a sweep with what the first one found.
   constexpr double kShares[] = {5, 40, 75};
@@ -233,8 +234,8 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   }
   add_sweep(*report.before.laser, reader.drive.scans.front().ranges.size(), report.motion);
   learn_noise(parts.calibrating, report);
-  if (report.scans_held_back == 0) return report;
-  if (const Status checked = check_on(parts.held_back, options, report, share(progress, 75, 100)); !checked)
+  if (report.validation_scans == 0) return report;
+  if (const Status checked = check_on(parts.validation, options, report, share(progress, 75, 100)); !checked)
     return in_file(options, checked.error());
   return report;
 }

@@ -128,22 +128,22 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
   text += laser_lines(report);
   for (const std::string& advice : motion.advice) text += "  " + advice + "\n";
   if (report.check_after.windows == 0) {
-    return text + (report.scans_held_back == 0 ? "nothing was held back: not checked\n"
-                                               : "the part held back is too short: not checked\n");
+    return text + (report.validation_scans == 0 ? "no part was kept for validation: not checked\n"
+                                                : "the validation part is too short: not checked\n");
   }
-  text += format("odometry against scans over 2 s, %zu windows of the part held back (%zu scans):\n",
-                 report.check_after.windows, report.scans_held_back);
+  text += format("odometry against scans over 2 s, %zu windows of the validation part (%zu scans):\n",
+                 report.check_after.windows, report.validation_scans);
   text += check_line("before", report.check_before) + check_line("after", report.check_after);
   return holds(report) ? text
                        : text +
-                             "the result does not hold on the part held back: do not use it; drive again, "
+                             "the result does not hold on the validation part: do not use it; drive again, "
                              "with turns both ways\n";
 }
 
 std::string to_json(const CalibrationReport& report, const CalibrationOptions& options) {
   nlohmann::ordered_json json;
   json["scans"] = report.scans;
-  json["scans_held_back"] = report.scans_held_back;
+  json["validation_scans"] = report.validation_scans;
   json["driven_m"] = report.motion.driven;
   json["turned_deg"] = kDegrees * report.motion.turned;
   json["steps"] = report.motion.steps;
@@ -166,15 +166,15 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
   }
   json["advice"] = report.motion.advice;
   json["holds"] = report.check_after.windows > 0 && holds(report);
-  json["held_back"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
+  json["validation"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
   return json.dump(2) + "\n";
 }
 
 Status draw_calibration(const CalibrationReport& report, const std::string& path) {
   if (report.path_after.by_laser.empty())
-    return Error{path + ": no picture, as nothing was held back to check the calibration on"};
+    return Error{path + ": no picture, as no part was kept for validation to check the calibration on"};
   semantic::PlanPicture picture;
-  picture.title = "Calibration, checked on the part held back";
+  picture.title = "Calibration, checked on the validation part";
   picture.subtitle = format("odometry over 2 s: %.1f mm, %.2f deg before; %.1f mm, %.2f deg after (RMS)",
                             1e3 * report.check_before.position_rms, kDegrees * report.check_before.yaw_rms,
                             1e3 * report.check_after.position_rms, kDegrees * report.check_after.yaw_rms);

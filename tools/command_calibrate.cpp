@@ -17,7 +17,8 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  parhelion calibrate drive.lcm -o robot.yaml --picture calibration.png\n"
     "  parhelion calibrate drive.lcm --map site.yaml --track-width 0.45 -o robot.yaml\n\n"
-    "The end of the drive is held back, and odometry is compared with the scans there, before and after. "
+    "The end of the drive is kept for validation: odometry is compared with the scans there, before and "
+    "after. "
     "What\n"
     "the drive does not show is left as it was, with a line that says which drive would show it.";
 
@@ -44,8 +45,8 @@ Exit run(const Arguments& arguments) {
   for (const std::string& path : {arguments.output, arguments.summary, arguments.picture}) {
     if (const Status free = check_writable(path, arguments.overwrite); !free) return failed(free.error());
   }
-  if (!arguments.picture.empty() && arguments.options.hold_back == 0) {
-    std::fprintf(stderr, "parhelion calibrate: --picture shows the part held back: raise --hold-back\n");
+  if (!arguments.picture.empty() && arguments.options.validation_fraction == 0) {
+    std::fprintf(stderr, "parhelion calibrate: --picture shows the validation part: raise --validation\n");
     return Exit::usage;
   }
   Progress line("calibrate", "%");
@@ -79,16 +80,19 @@ void add_calibrate(CLI::App& app, Exit& exit) {
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
-  command->add_option("--hold-back", options.hold_back, "Fraction of the drive that only checks the result")
+  command
+      ->add_option("--validation", options.validation_fraction,
+                   "Fraction of the drive that only checks the result")
       ->check(CLI::Range(0.0, 0.9))
       ->capture_default_str();
-  command->add_flag("--hold-back-start", options.hold_back_start, "Hold back its start instead of its end");
+  command->add_flag("--validate-on-start", options.validate_on_start,
+                    "Validate on its start instead of its end");
   command
       ->add_option("--track-width", options.track_width,
                    "m, assumed by the odometry of a two-wheeled robot: reports its wheels one by one")
       ->check(CLI::Range(0.01, 10.0));
   command->add_option("--summary", arguments->summary, "JSON file for the results");
-  command->add_option("--picture", arguments->picture, "PNG of the part held back, before and after");
+  command->add_option("--picture", arguments->picture, "PNG of the validation part, before and after");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -137,7 +137,8 @@ double dropouts(std::span<const Scan> scans, const RangeConvention& convention) 
 void update(RangeNoise& noise, const Statistics& real, const Statistics& made, double step) {
   for (std::size_t b = 0; b < RangeNoise::kRanges; ++b) {
     if (real.sigma.at(b) <= 0 || made.sigma.at(b) <= 0) continue;
-    const double ratio = std::clamp(real.sigma.at(b) / made.sigma.at(b), 0.5, 2.0);
+    // Damped, as a range between two of these depends on both.
+    const double ratio = std::sqrt(std::clamp(real.sigma.at(b) / made.sigma.at(b), 0.5, 2.0));
     noise.sigma.at(b) = std::max(noise.sigma.at(b) * ratio, std::max(1e-5, 0.02 * step));
   }
   noise.spread = std::clamp(noise.spread + (real.spread - made.spread), 0.0, 1.5);

@@ -28,7 +28,7 @@ constexpr std::array<const char*, kMotionParameters> kNames{
 constexpr std::array<const char*, kMotionParameters> kWhichDrive{
     "drive several metres straight, in view of walls on more than two sides",
     "turn on the spot by a full turn and back",
-    "drive ten metres straight, there and back",
+    "drive ten metres straight, in both directions",
     "turn on the spot, or drive tight curves, both ways",
     "turn on the spot, or drive tight curves, both ways",
     "drive several metres straight, forwards",
