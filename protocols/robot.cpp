@@ -124,6 +124,25 @@ void read_limits(const Node& node, RobotLimits& limits) {
   yaml::read(node, "reaction_time", limits.reaction_time);
 }
 
+OdometryCorrection read_odometry(const Node& node) {
+  OdometryCorrection correction;
+  yaml::read(node, "translation_scale", correction.translation_scale);
+  yaml::read(node, "rotation_scale", correction.rotation_scale);
+  yaml::read(node, "curvature", correction.curvature);
+  yaml::read(node, "time_offset", correction.time_offset);
+  return correction;
+}
+
+void write_odometry(yaml::Writer& writer, const OdometryCorrection& correction) {
+  if (correction == OdometryCorrection{}) return;
+  writer.open("odometry");
+  writer.number("translation_scale", correction.translation_scale);
+  writer.number("rotation_scale", correction.rotation_scale);
+  writer.quantity("curvature", correction.curvature, Quantity::curvature);
+  writer.quantity("time_offset", correction.time_offset, Quantity::time);
+  writer.close();
+}
+
 AttitudeLimits read_attitude(const Node& node, yaml::Problems& problems) {
   AttitudeLimits limits;
   yaml::read_attitude_limits(node, limits);
@@ -205,6 +224,7 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   yaml::read(node, "velocity_frame", kVelocityFrameNames, robot.velocity_frame);
   yaml::read(node, "odometry_error_translation", robot.odometry_error_translation);
   yaml::read(node, "odometry_error_rotation", robot.odometry_error_rotation);
+  if (const Node* odometry = node.find("odometry")) robot.odometry = read_odometry(*odometry);
   yaml::read(node, "source", robot.source);
   return robot;
 }
@@ -297,6 +317,7 @@ std::string to_yaml(const RobotDescription& robot) {
   writer.word("velocity_frame", kVelocityFrameNames.at(static_cast<std::size_t>(robot.velocity_frame)));
   writer.quantity("odometry_error_translation", robot.odometry_error_translation, Quantity::length_ratio);
   writer.quantity("odometry_error_rotation", robot.odometry_error_rotation, Quantity::angle_ratio);
+  write_odometry(writer, robot.odometry);
   if (!robot.source.empty()) writer.text("source", robot.source);
   return writer.take();
 }

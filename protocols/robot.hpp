@@ -37,6 +37,16 @@ struct LineLaserDescription {
   std::vector<HeadJoint> head;  ///< from the base outwards; none: fixed to the base
 };
 
+/// Systematic errors of ODOMETRY, as `parhelion calibrate` measures them. The defaults change nothing.
+struct OdometryCorrection {
+  double translation_scale = 1;  ///< true metres per metre of odometry
+  double rotation_scale = 1;     ///< true radians per radian of odometry
+  double curvature = 0;          ///< rad/m, turned per true metre driven, of which odometry knows nothing
+  double time_offset = 0;        ///< s, to add to a stamp of odometry: then it is on the clock of the scans
+
+  bool operator==(const OdometryCorrection&) const = default;
+};
+
 struct RobotDescription {
   enum class VelocityFrame { body, local };  ///< frame of pose_t.vel
 
@@ -55,6 +65,7 @@ struct RobotDescription {
   /// 1 sigma of odometry per metre driven and per radian turned: m/m and rad/rad.
   double odometry_error_translation = 0.05;
   double odometry_error_rotation = 0.05;
+  OdometryCorrection odometry;
   std::string source;  ///< origin of an imported description
 };
 

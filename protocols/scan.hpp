@@ -1,6 +1,7 @@
 // A planar laser scan as received from the sensor, and the interpretation of its values.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -39,6 +40,19 @@ struct RangeConvention {
   float too_close_sentinel() const;
 };
 
+/// Noise of a laser as learned from its returns on walls (`parhelion calibrate`).
+struct RangeNoise {
+  static constexpr std::size_t kRanges = 6;
+  /// m, 1 sigma before quantization, at ranges of 1, 2, 4, 8, 16 and 32 m; all 0: noise_sigma at any range.
+  std::array<double, kRanges> sigma{};
+  double incidence = 0;    ///< m, 1 sigma in addition per unit of the tangent of the angle of incidence
+  double spread = 0;       ///< 1 sigma of the logarithm of sigma from one patch of a surface to the next
+  double correlation = 0;  ///< of neighbouring beams
+  double dropout = 0;      ///< fraction of beams on a surface without a return
+
+  bool learned() const { return sigma != std::array<double, kRanges>{}; }
+};
+
 /// A planar laser on a robot.
 struct LaserDescription {
   enum class StampBeam : std::uint8_t { first, middle, last };
@@ -50,13 +64,16 @@ struct LaserDescription {
   /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two
   /// interlaced passes.
   int passes = 1;
-  double pass_period = 0;      ///< s between the starts of two passes
-  double beam_interval = 0;    ///< s between two beams of one pass
-  double scan_period = 0;      ///< s between two scans, 0 where unknown
-  double noise_sigma = 0;      ///< m, 1 sigma, of a range
+  double pass_period = 0;    ///< s between the starts of two passes
+  double beam_interval = 0;  ///< s between two beams of one pass
+  double scan_period = 0;    ///< s between two scans, 0 where unknown
+  double noise_sigma = 0;    ///< m, 1 sigma, of a range
+  RangeNoise range_noise;
   double quantization = 0;     ///< m, step of a range on the wire, 0: none
   double intensity_scale = 1;  ///< the sensor's intensity for a reflectivity of 1; that of 0 is 0
-  bool intensities = false;    ///< simulated scans carry intensities, like this sensor's
+  /// Intensities that the sensor writes for surfaces, and the fraction of each; empty: by reflectivity.
+  std::vector<float> intensity_codes, intensity_fractions;
+  bool intensities = false;  ///< simulated scans carry intensities, like this sensor's
   /// For simulated lasers: number of beams.
   int beams = 0;
   double angle_min = 0;        ///< rad

@@ -14,6 +14,7 @@ using AddCommand = void (*)(CLI::App& app, Exit& exit);
 
 void add_import(CLI::App& app, Exit& exit);
 void add_slam(CLI::App& app, Exit& exit);
+void add_calibrate(CLI::App& app, Exit& exit);
 void add_map(CLI::App& app, Exit& exit);
 void add_serve(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);

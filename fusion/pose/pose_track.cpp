@@ -77,13 +77,14 @@ const char* to_string(NoPose why) {
 PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& options)
     : robot_(robot),
       options_(options),
+      corrected_(robot.odometry),
       odometry_(options.history, options.max_extrapolation),
       odometry_drift_(robot),
       estimates_(kEstimateSlots),
       refinements_(kEstimateSlots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
-  const OdometryTrack::Taken taken = odometry_.add(odometry);
+  const OdometryTrack::Taken taken = odometry_.add(corrected_(odometry));
   if (taken != OdometryTrack::Taken::yes) ++rejected_;
   if (taken == OdometryTrack::Taken::restarted) {
     restart();

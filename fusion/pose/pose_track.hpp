@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/odometry_drift.hpp"
 #include "fusion/pose/odometry_track.hpp"
 #include "fusion/pose/ring.hpp"
@@ -117,6 +118,7 @@ class PoseTrack {
 
   RobotDescription robot_;
   PoseTrackOptions options_;
+  CorrectedOdometry corrected_;
   OdometryTrack odometry_;
   OdometryDrift odometry_drift_;
   Ring<EstimateSample> estimates_;    ///< of SLAM

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/odometry_track.hpp"
 
 namespace parhelion::pose {
@@ -15,15 +16,18 @@ class ScanOdometry {
     bool known = true;  ///< false: odometry has no sample for that instant, `step` is identity
   };
 
+  explicit ScanOdometry(const OdometryCorrection& correction = {}) : corrected_(correction) {}
+
   void add(const Odometry& odometry) {
-    track_.add(odometry);
-    latest_ = odometry;
+    latest_ = corrected_(odometry);
+    track_.add(*latest_);
   }
   /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
   /// used directly: in recordings with stamps that go backwards, file order is correct.
   std::optional<Step> step_to(SensorTime stamp);
 
  private:
+  CorrectedOdometry corrected_;
   OdometryTrack track_{seconds(2), milliseconds(500)};
   std::optional<Odometry> latest_;
   std::optional<Pose2> T_odom_base_;  ///< at the previous scan

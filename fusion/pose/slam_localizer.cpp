@@ -22,7 +22,7 @@ constexpr std::size_t kMinPoints = 10;
 class Localizer final : public Slam {
  public:
   Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
-      : robot_(robot), map_(std::move(map)) {
+      : robot_(robot), map_(std::move(map)), odometry_(robot.odometry) {
     match_.range_sigma = map_.sigma;
     if (!options.start) return;
     pose_ = {options.start->x(), options.start->y(), options.start->z()};

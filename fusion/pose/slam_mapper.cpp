@@ -11,7 +11,7 @@ namespace {
 class Mapper final : public Slam {
  public:
   Mapper(const RobotDescription& robot, const SlamOptions& options)
-      : robot_(robot), options_(options), front_end_(robot, {}) {
+      : robot_(robot), options_(options), odometry_(robot.odometry), front_end_(robot, {}) {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 

@@ -1,7 +1,10 @@
 #include "fusion/scan/augment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "fusion/scan/range_noise.hpp"
 
 namespace parhelion::scan {
 namespace {
@@ -32,9 +35,20 @@ bool nearer_than_real(const Measurement& virtual_return, BeamKind real_kind, flo
   return false;
 }
 
-/// In the sensor's own unit.
-float intensity(const LaserDescription& laser, float reflectivity) {
+/// In the sensor's own unit: as learned, else by reflectivity.
+float intensity(const LaserDescription& laser, NoiseKey key, std::size_t beam, float reflectivity) {
+  if (!laser.intensity_codes.empty()) return sample_intensity(laser, key, beam);
   return static_cast<float>(laser.intensity_scale * double{reflectivity});
+}
+
+/// Tangent of the angle of incidence, from the next beam that hits the same body; 0 where there is none.
+double tan_incidence(std::span<const RangeHit> hits, std::size_t i, float angle_increment) {
+  const std::size_t next = i + 1 < hits.size() && hits[i + 1].body == hits[i].body ? i + 1 : i - 1;
+  if (next >= hits.size() || hits[next].body != hits[i].body || !is_hit(hits[next])) return 0;
+  const double across = double{hits[i].range} * std::abs(double{angle_increment});
+  constexpr double kGrazing = 4;  // as an edge of a body is no surface
+  return across > 0 ? std::min(kGrazing, std::abs(double{hits[next].range} - double{hits[i].range}) / across)
+                    : 0;
 }
 
 }  // namespace
@@ -53,11 +67,12 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
     const float real_range = out.ranges[i];
     const BeamKind kind = laser.convention.classify(real_range);
     if (kind == BeamKind::invalid || kind == BeamKind::too_close) continue;
-    const Measurement measured = measure(laser, key, i, hit.range);
+    const Measurement measured =
+        measure_surface(laser, key, i, hit.range, tan_incidence(virtual_hits, i, out.angle_increment));
     const RangeHit* wall = i < building_hits.size() ? &building_hits[i] : nullptr;
     if (!nearer_than_real(measured, kind, real_range, hit.range, wall)) continue;
     out.ranges[i] = measured.range;
-    if (has_intensities) out.intensities[i] = intensity(laser, hit.reflectivity);
+    if (has_intensities) out.intensities[i] = intensity(laser, key, i, hit.reflectivity);
     beam_body[i] = hit.body;
     ++replaced;
   }
@@ -77,7 +92,7 @@ void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const 
     const Measurement measured = measure(laser, key, i, nearest.range);
     out.ranges[i] = measured.range;
     const bool returned = measured.kind == BeamKind::hit || measured.kind == BeamKind::too_close;
-    if (laser.intensities) out.intensities[i] = returned ? intensity(laser, nearest.reflectivity) : 0;
+    if (laser.intensities) out.intensities[i] = returned ? intensity(laser, key, i, nearest.reflectivity) : 0;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fusion/scan/philox.hpp"
+#include "fusion/scan/range_noise.hpp"
 
 namespace parhelion::scan {
 namespace {
@@ -68,27 +69,7 @@ double standard_normal(NoiseKey key, std::size_t beam) {
 }
 
 Measurement measure(const LaserDescription& laser, NoiseKey key, std::size_t beam, float true_range) {
-  const RangeConvention& convention = laser.convention;
-  const Measurement too_close{BeamKind::too_close, convention.too_close_sentinel()};
-  const Measurement no_return{BeamKind::no_return, convention.no_return_sentinel()};
-  if (std::isnan(true_range)) return {BeamKind::invalid, true_range};
-  if (true_range < convention.range_min) return too_close;
-  if (std::isinf(true_range)) return no_return;
-
-  double range = true_range;
-  if (laser.noise_sigma > 0) range += laser.noise_sigma * standard_normal(key, beam);
-  const double step = laser.quantization;
-  if (step > 0) range = step * std::round(range / step);
-  auto written = static_cast<float>(range);
-  if (!(written < convention.range_max)) return no_return;
-
-  // At most two sentinels can be skipped.
-  for (int i = 0; i < 2 && written > 0 && convention.classify(written) == BeamKind::no_return; ++i) {
-    range -= step;
-    written = step > 0 ? static_cast<float>(range) : std::nextafter(written, 0.0F);
-  }
-  if (!(written > 0) || convention.classify(written) != BeamKind::hit) return too_close;
-  return {BeamKind::hit, written};
+  return measure_surface(laser, key, beam, true_range, 0);
 }
 
 float measure_range(const LaserDescription& laser, NoiseKey key, std::size_t beam, float true_range) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "protocols/robot.hpp"
 #include "protocols/yaml/parts.hpp"
@@ -39,6 +40,51 @@ std::string format_sentinel(RangeConvention::Sentinel kind, float value) {
   return "nan";
 }
 
+void read_noise(const Node& map, RangeNoise& noise) {
+  if (const Node* list = map.find("sigma")) {
+    for (std::size_t i = 0; i < noise.sigma.size(); ++i) noise.sigma.at(i) = list->items.at(i).number;
+  }
+  read(map, "incidence", noise.incidence);
+  read(map, "spread", noise.spread);
+  read(map, "correlation", noise.correlation);
+  read(map, "dropout", noise.dropout);
+}
+
+void read_codes(const Node& map, LaserDescription& laser, Problems& problems) {
+  const auto numbers = [&map](const char* key, std::vector<float>& values) {
+    const Node* list = map.find(key);
+    if (list == nullptr) return;
+    values.clear();
+    for (const Node& item : list->items) values.push_back(static_cast<float>(item.number));
+  };
+  numbers("intensity_codes", laser.intensity_codes);
+  numbers("intensity_fractions", laser.intensity_fractions);
+  if (laser.intensity_codes.size() != laser.intensity_fractions.size())
+    problems.add(map.line, "expected as many 'intensity_fractions' as 'intensity_codes'");
+}
+
+std::string number_list(std::span<const float> values) {
+  std::string text;
+  for (const float value : values) text += (text.empty() ? "[" : ", ") + format_number(value);
+  return text + "]";
+}
+
+void write_noise(Writer& writer, const LaserDescription& laser) {
+  const RangeNoise& noise = laser.range_noise;
+  if (noise.learned()) {
+    writer.open("range_noise");
+    writer.line("sigma", format_lengths(noise.sigma.data(), noise.sigma.size()));
+    writer.quantity("incidence", noise.incidence, Quantity::length);
+    writer.number("spread", noise.spread);
+    writer.number("correlation", noise.correlation);
+    writer.number("dropout", noise.dropout);
+    writer.close();
+  }
+  if (laser.intensity_codes.empty()) return;
+  writer.line("intensity_codes", number_list(laser.intensity_codes));
+  writer.line("intensity_fractions", number_list(laser.intensity_fractions));
+}
+
 void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
   RangeConvention& convention = laser.convention;
   read(map, "range_min", convention.range_min);
@@ -52,6 +98,8 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
   read(map, "scan_period", laser.scan_period);
   read(map, "noise_sigma", laser.noise_sigma);
   read(map, "quantization", laser.quantization);
+  if (const Node* noise = map.find("range_noise")) read_noise(*noise, laser.range_noise);
+  read_codes(map, laser, problems);
   read(map, "intensity_scale", laser.intensity_scale);
   read(map, "intensities", laser.intensities);
   read(map, "beams", laser.beams);
@@ -120,6 +168,7 @@ void write_laser(Writer& writer, const LaserDescription& laser) {
   writer.quantity("scan_period", laser.scan_period, Quantity::time);
   writer.quantity("noise_sigma", laser.noise_sigma, Quantity::length);
   writer.quantity("quantization", laser.quantization, Quantity::length);
+  write_noise(writer, laser);
   writer.number("intensity_scale", laser.intensity_scale);
   writer.flag("intensities", laser.intensities);
   writer.integer("beams", laser.beams);

@@ -37,6 +37,7 @@ constexpr Unit kPowerLevels[] = {{"dBm"}};
 constexpr Unit kLosses[] = {{"dB"}};
 constexpr Unit kDoseRates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
 constexpr Unit kConcentrations[] = {{"ppm"}, {"%", 10000, 1}};
+constexpr Unit kCurvatures[] = {{"rad/m"}, {"deg/m", std::numbers::pi, 180}};
 constexpr Unit kDigitalNumbers[] = {{"DN"}};
 
 struct Dimension {
@@ -45,7 +46,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 21> kDimensions{{{"length", kLengths},
+constexpr std::array<Dimension, 22> kDimensions{{{"length", kLengths},
                                                  {"angle", kAngles},
                                                  {"time", kTimes},
                                                  {"rate", kRates},
@@ -65,6 +66,7 @@ constexpr std::array<Dimension, 21> kDimensions{{{"length", kLengths},
                                                  {"loss", kLosses},
                                                  {"dose_rate", kDoseRates},
                                                  {"concentration", kConcentrations},
+                                                 {"curvature", kCurvatures},
                                                  {"digital_number", kDigitalNumbers}}};
 
 const Dimension& dimension(Quantity quantity) { return kDimensions[static_cast<std::size_t>(quantity)]; }

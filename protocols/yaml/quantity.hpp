@@ -30,6 +30,7 @@ enum class Quantity {
   loss,            ///< dB
   dose_rate,       ///< uSv/h, mSv/h
   concentration,   ///< ppm, %
+  curvature,       ///< rad/m, deg/m
   digital_number,  ///< DN: one step of an 8-bit pixel
 };
 

@@ -38,12 +38,13 @@ void Stranger::listen(Duration time) {
   while (runtime::steady_now() < until) {
     const auto came = bus_->receive(message, until - runtime::steady_now());
     if (!came || !*came) continue;
-    heard_.push_back(message);
-    if (heard_.size() > kRemembered) heard_.erase(heard_.begin() + static_cast<long>(below(kRemembered)));
+    received_.push_back(message);
+    if (received_.size() > kRemembered)
+      received_.erase(received_.begin() + static_cast<long>(below(kRemembered)));
   }
 }
 
-const Message& Stranger::heard() { return heard_[below(heard_.size())]; }
+const Message& Stranger::received() { return received_[below(received_.size())]; }
 
 Message Stranger::forgery() {
   const SensorTime now{runtime::wall_now().ns};
@@ -90,7 +91,7 @@ Message Stranger::damaged(Message message) {
 }
 
 Message Stranger::with_trailer_of_another(Message message) {
-  const auto& other = heard().payload;
+  const auto& other = received().payload;
   if (other.size() >= kSignatureSize)
     message.payload.insert(message.payload.end(), other.end() - kSignatureSize, other.end());
   return message;
@@ -121,11 +122,11 @@ void Stranger::attack() {
     case 0:
       return publish("forged, not signed", forgery());
     case 1:
-      return publish("heard, repeated", heard());
+      return publish("received, repeated", received());
     case 2:
-      return publish("heard, on another channel", {heard().channel, {}, heard().payload});
+      return publish("received, on another channel", {received().channel, {}, received().payload});
     case 3:
-      return publish("heard, with flipped bits, cut or longer", damaged(heard()));
+      return publish("received, with flipped bits, cut or longer", damaged(received()));
     case 4:
       return publish("forged, with the trailer of another message", with_trailer_of_another(forgery()));
     case 5:
@@ -139,7 +140,7 @@ void Stranger::attack() {
       return raw_.send(fragment({static_cast<std::uint32_t>(random_()), static_cast<std::uint32_t>(random_()),
                                  static_cast<std::uint32_t>(random_()), static_cast<std::uint16_t>(below(9)),
                                  static_cast<std::uint16_t>(below(9))},
-                                forgery().channel, heard().payload));
+                                forgery().channel, received().payload));
     default:
       ++sent_["forged, to the machine's own address"];
       return to_machine_.send(short_message(forgery()));
@@ -163,7 +164,7 @@ class Site {
 
   std::string url() const { return server_.url(); }
   StandInRobot& robot() { return *robot_; }
-  std::string said() const { return server_.output() + text_of(folder_ / "relay.txt"); }
+  std::string output() const { return server_.output() + text_of(folder_ / "relay.txt"); }
 
   /// The trainee holds the stick until the robot moves or `time` is over.
   bool drives(Duration time) {
@@ -221,7 +222,7 @@ class Site {
 
 bool withstands_stranger(int port, Duration time) {
   Site site(port);
-  if (!site.drives(seconds(20.0))) throw std::runtime_error("does not drive: " + site.said());
+  if (!site.drives(seconds(20.0))) throw std::runtime_error("does not drive: " + site.output());
   Stranger stranger(site.url(), 1);
   std::jthread trainee([&] { site.drives(seconds(3.0)); });
   stranger.listen(seconds(3.0));

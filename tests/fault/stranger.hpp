@@ -27,7 +27,7 @@ class Stranger {
 
  private:
   std::size_t below(std::size_t n) { return random_() % n; }
-  const Message& heard();
+  const Message& received();
   Message forgery();
   Message damaged(Message message);
   Message with_trailer_of_another(Message message);
@@ -39,7 +39,7 @@ class Stranger {
   std::unique_ptr<Bus> bus_;
   RawSender raw_, to_machine_;
   std::mt19937_64 random_;
-  std::deque<Message> heard_;
+  std::deque<Message> received_;
   std::map<std::string, std::uint64_t> sent_;
 };
 

@@ -30,7 +30,7 @@ class ScanMatchingTest : public test::TickTest {
   }
 };
 
-TEST_F(ScanMatchingTest, SaysOfEachScanHowItWasPlaced) {
+TEST_F(ScanMatchingTest, ReportsOfEachScanHowItWasPlaced) {
   start(with_map());
   feed(test::drive(5));
   const auto infos = decoded<ScanInfo>(channel::kMrScanInfo);

@@ -1,0 +1,22 @@
+#include "fusion/pose/odometry_correction.hpp"
+
+namespace parhelion::pose {
+
+Pose2 corrected_step(const OdometryCorrection& correction, const Pose2& step) {
+  const Twist2 raw = twist_to(step);
+  const double forward = correction.translation_scale * raw.vx;
+  return moved({forward, correction.translation_scale * raw.vy,
+                correction.rotation_scale * raw.wz + correction.curvature * forward},
+               1);
+}
+
+Odometry CorrectedOdometry::operator()(const Odometry& odometry) {
+  const Pose2 raw = planar(odometry.T_odom_base);
+  if (correction_ == OdometryCorrection{} || !raw.finite()) return odometry;
+  const Pose2 corrected =
+      last_ ? last_->corrected * corrected_step(correction_, last_->raw.inverse() * raw) : raw;
+  last_ = Last{raw, corrected};
+  return {odometry.stamp + seconds(correction_.time_offset), transform<Odom, Base>(corrected)};
+}
+
+}  // namespace parhelion::pose

@@ -1,0 +1,105 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/scan/laser_learning.hpp"
+#include "protocols/quantile.hpp"
+
+namespace parhelion::scan {
+namespace {
+
+constexpr double kGrazing = 4;  ///< tangent of the angle of incidence
+/// No planar laser has noise of more than a fifth of this; what is rougher is a hedge.
+constexpr double kMaxGate = 0.1;  ///< m
+constexpr std::size_t kBeams = FlatWindow::kBeams;
+
+struct Beams {
+  std::array<Eigen::Vector2d, kBeams> direction;
+  std::array<double, kBeams> range{};
+};
+
+/// 1 / r = line . direction, for the line's normal divided by its distance.
+std::optional<Eigen::Vector2d> fit_line(const Beams& beams) {
+  std::array<double, kBeams> scale = beams.range;  // an error of 1 / r counts r^2 times as much in r
+  Eigen::Vector2d line(0, 0);
+  for (int i = 0; i < 2; ++i) {
+    Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d b(0, 0);
+    for (std::size_t k = 0; k < kBeams; ++k) {
+      const double w = std::pow(scale.at(k), 4);
+      A += w * beams.direction.at(k) * beams.direction.at(k).transpose();
+      b += w / beams.range.at(k) * beams.direction.at(k);
+    }
+    line = A.ldlt().solve(b);
+    for (std::size_t k = 0; k < kBeams; ++k) {
+      const double inverse = line.dot(beams.direction.at(k));
+      if (!(inverse > 1e-4)) return std::nullopt;
+      scale.at(k) = 1 / inverse;
+    }
+  }
+  return line;
+}
+
+void add_statistics(FlatWindow& window) {
+  double squares = 0, products = 0;
+  for (std::size_t k = 0; k < kBeams; ++k) {
+    squares += window.residual.at(k) * window.residual.at(k);
+    if (k > 0) products += window.residual.at(k) * window.residual.at(k - 1);
+  }
+  window.sigma = std::sqrt(squares / (kBeams - 2));
+  window.correlation = squares > 0 ? products / squares : 0;
+}
+
+}  // namespace
+
+std::optional<FlatWindow> fit_window(const Scan& scan, const RangeConvention& convention, std::size_t first) {
+  if (first + kBeams > scan.ranges.size()) return std::nullopt;
+  Beams beams;
+  for (std::size_t k = 0; k < kBeams; ++k) {
+    const float range = scan.ranges[first + k];
+    if (convention.classify(range) != BeamKind::hit) return std::nullopt;
+    const double angle = scan.angle_min + static_cast<double>(first + k) * scan.angle_increment;
+    beams.direction.at(k) = {std::cos(angle), std::sin(angle)};
+    beams.range.at(k) = range;
+  }
+  const auto line = fit_line(beams);
+  if (!line) return std::nullopt;
+  FlatWindow window;
+  window.first = first;
+  for (std::size_t k = 0; k < kBeams; ++k) {
+    window.range.at(k) = 1 / line->dot(beams.direction.at(k));
+    window.residual.at(k) = beams.range.at(k) - window.range.at(k);
+  }
+  const Eigen::Vector2d middle = beams.direction.at(kBeams / 2);
+  const double cosine = line->dot(middle) / line->norm();
+  window.tan_incidence = std::sqrt(std::max(0.0, 1 - cosine * cosine)) / std::max(cosine, 1e-6);
+  if (window.tan_incidence > kGrazing) return std::nullopt;
+  add_statistics(window);
+  return window;
+}
+
+std::vector<FlatWindow> flat_windows(const Scan& scan, const RangeConvention& convention, double gate) {
+  std::vector<FlatWindow> windows;
+  for (std::size_t first = 0; first + kBeams <= scan.ranges.size();) {
+    const auto window = fit_window(scan, convention, first);
+    const bool flat = window && std::all_of(window->residual.begin(), window->residual.end(),
+                                            [gate](double e) { return std::abs(e) <= gate; });
+    if (flat) windows.push_back(*window);
+    first += flat ? kBeams : 3;
+  }
+  return windows;
+}
+
+double flatness_gate(std::span<const Scan> scans, const RangeConvention& convention) {
+  std::vector<double> sigmas;
+  const std::size_t stride = std::max<std::size_t>(1, scans.size() / 200);
+  for (std::size_t i = 0; i < scans.size(); i += stride) {
+    for (std::size_t first = 0; first + kBeams <= scans[i].ranges.size(); first += kBeams) {
+      if (const auto window = fit_window(scans[i], convention, first)) sigmas.push_back(window->sigma);
+    }
+  }
+  // The median of the better half: in a cluttered place every other window lies across an edge.
+  return sigmas.empty() ? 0 : std::clamp(5 * quantile(sigmas, 0.3), 5e-4, kMaxGate);
+}
+
+}  // namespace parhelion::scan

@@ -1,0 +1,105 @@
+// Drives with known errors of odometry, mounting and stamps.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "fusion/pose/calibration/motion_calibration.hpp"
+#include "tests/fusion/pose/room.hpp"
+
+namespace parhelion::test {
+
+/// What is wrong with a generated drive.
+struct DriveErrors {
+  OdometryCorrection odometry{1.02, 0.97, 0.01, -0.1};           ///< that would put it right
+  Pose2 T_base_laser{0.23, -0.04, 0.05};                         ///< true mounting
+  double stamp_jitter = 0.01;                                    ///< s, 1 sigma, of the scans
+  double odometry_noise = 0.0005, odometry_turn_noise = 0.0005;  ///< m, rad, per sample of 50 ms
+  double laser_noise = 0.004, laser_turn_noise = 0.002;          ///< m, rad, of a pose by scan matching
+  double slip = 0.05;  ///< m, of a slip of the wheels each nine seconds
+};
+
+/// The true path of the base, sampled each 5 ms: starts, stops, curves both ways and turns on the spot, twice
+/// around ring_building().
+struct TruePath {
+  static constexpr double kStep = 0.005;  ///< s
+  std::vector<Pose2> poses;
+  std::vector<Twist2> twists;
+  double duration() const { return kStep * static_cast<double>(poses.size() - 1); }
+  std::size_t index(double t) const { return static_cast<std::size_t>(std::lround(t / kStep)); }
+};
+
+inline TruePath brisk_path(double rounds = 2) {
+  TruePath path;
+  Pose2 pose{3.0, 1.4, 0};
+  Twist2 now;
+  // Towards the wanted twist within limits of acceleration.
+  const auto drive = [&](double v, double w, double seconds) {
+    for (double t = 0; t < seconds - 1e-9; t += TruePath::kStep) {
+      const auto towards = [](double from, double to, double largest) {
+        return from + std::clamp(to - from, -largest, largest);
+      };
+      now.vx = towards(now.vx, v, 1.5 * TruePath::kStep);
+      now.wz = towards(now.wz, w, 4.0 * TruePath::kStep);
+      path.poses.push_back(pose);
+      path.twists.push_back(now);
+      pose = pose * moved(now, TruePath::kStep);
+    }
+  };
+  const double legs[] = {7.0, 3.8, 7.0, 3.8};
+  const double quarter = std::numbers::pi / 2;
+  for (int leg = 0; leg < static_cast<int>(4 * rounds); ++leg) {
+    drive(0, 0, 0.5);
+    for (double driven = 0; driven < legs[leg % 4] - 1; driven += 1.2) {
+      drive(0.7, 0.35, 0.6), drive(0.7, -0.35, 0.6);  // a weave
+      drive(0.35, 0, 0.4), drive(0.7, -0.35, 0.6), drive(0.7, 0.35, 0.6);
+    }
+    drive(0, 0, 0.8);
+    drive(0, 1.0, quarter), drive(0, 0, 0.5);
+    if (leg % 2 == 1) drive(0, -1.0, quarter), drive(0, 1.0, quarter), drive(0, 0, 0.5);
+  }
+  return path;
+}
+
+/// Odometry at 20 Hz with these errors; its clock is off by the time offset.
+inline std::vector<Odometry> odometry_of(const TruePath& path, const DriveErrors& errors,
+                                         std::mt19937& random) {
+  std::normal_distribution<double> noise;
+  std::vector<Odometry> odometry;
+  Pose2 odom;
+  constexpr std::size_t stride = 10;
+  double slipping = 0;
+  for (std::size_t i = 0; i + stride < path.poses.size(); i += stride) {
+    const double t = TruePath::kStep * static_cast<double>(i);
+    odometry.push_back(
+        {SensorTime{} + seconds(1000 + t - errors.odometry.time_offset), transform<Odom, Base>(odom)});
+    const Twist2 step = twist_to(path.poses[i].inverse() * path.poses[i + stride]);
+    if (std::fmod(t, 9.0) < 0.04 && t > 1) slipping = 4;
+    const double slip = slipping-- > 0 ? errors.slip / 4 : 0;
+    const OdometryCorrection& true_value = errors.odometry;
+    odom =
+        odom * moved({step.vx / true_value.translation_scale + slip + errors.odometry_noise * noise(random),
+                      step.vy / true_value.translation_scale + errors.odometry_noise * noise(random),
+                      (step.wz - true_value.curvature * step.vx) / true_value.rotation_scale +
+                          errors.odometry_turn_noise * noise(random)},
+                     1);
+  }
+  return odometry;
+}
+
+/// Poses of the laser at 10 Hz, as a matcher would give them.
+inline std::vector<pose::LaserPose> laser_poses_of(const TruePath& path, const DriveErrors& errors,
+                                                   std::mt19937& random) {
+  std::normal_distribution<double> noise;
+  std::vector<pose::LaserPose> poses;
+  for (double t = 0.05; t < path.duration(); t += 0.1) {
+    const Pose2 T_map_laser = path.poses[path.index(t)] * errors.T_base_laser *
+                              Pose2{errors.laser_noise * noise(random), errors.laser_noise * noise(random),
+                                    errors.laser_turn_noise * noise(random)};
+    poses.push_back(
+        {SensorTime{} + seconds(1000 + t + errors.stamp_jitter * noise(random)), T_map_laser, true});
+  }
+  return poses;
+}
+
+}  // namespace parhelion::test

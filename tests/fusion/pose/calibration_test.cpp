@@ -1,0 +1,223 @@
+// Calibration of drives whose errors are known.
+#include <gtest/gtest.h>
+
+#include "fusion/pose/calibration/motion_calibration.hpp"
+#include "fusion/pose/odometry_correction.hpp"
+#include "fusion/pose/slam.hpp"
+#include "tests/fusion/pose/calibration_drive.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+using P = MotionParameter;
+using test::DriveErrors;
+
+constexpr P kOfTheDrive[] = {P::translation_scale, P::rotation_scale, P::curvature,  P::laser_x,
+                             P::laser_y,           P::laser_yaw,      P::time_offset};
+
+/// What the description says before: the drawing of the robot.
+MotionParameters drawn() { return {{}, {0.2, 0, 0}, {}, 0}; }
+
+DriveMotion drive_with(const DriveErrors& errors, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const test::TruePath path = test::brisk_path();
+  return {test::odometry_of(path, errors, random), test::laser_poses_of(path, errors, random), {}};
+}
+
+MotionParameters truth_of(const DriveErrors& errors) { return {errors.odometry, errors.T_base_laser, {}, 0}; }
+
+void expect_within(const MotionCalibration& found, const MotionParameters& truth, double sigmas) {
+  for (const P parameter : kOfTheDrive) {
+    const Measured& measured = found[parameter];
+    EXPECT_TRUE(measured.shown) << to_string(parameter) << ", sigma " << measured.sigma;
+    EXPECT_GT(measured.sigma, 0) << to_string(parameter);
+    EXPECT_LE(std::abs(measured.value - truth[parameter]), sigmas * measured.sigma)
+        << to_string(parameter) << ": " << measured.value << " +- " << measured.sigma << ", true "
+        << truth[parameter];
+  }
+}
+
+TEST(Calibration, FindsScaleMountingAndOffsetWithinThreeSigma) {
+  for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    const DriveErrors errors;
+    const auto found = calibrate_motion(drive_with(errors, seed), drawn());
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    expect_within(*found, truth_of(errors), 3);
+    // The sigmas are worth something, too.
+    EXPECT_LT((*found)[P::translation_scale].sigma, 0.005);
+    EXPECT_LT((*found)[P::laser_yaw].sigma, 0.01);
+    EXPECT_LT((*found)[P::time_offset].sigma, 0.006);
+    EXPECT_GE(found->outliers, 4U) << "slip was not noticed";
+    EXPECT_NEAR(found->jitter.value, errors.stamp_jitter, 0.005);
+  }
+}
+
+TEST(Calibration, FindsALaserTurnedByAQuarterAndOdometryHalfASecondLate) {
+  DriveErrors errors;
+  errors.T_base_laser = {-0.1, 0.15, 1.5};
+  errors.odometry = {0.95, 1.04, -0.02, -0.5};
+  const auto found = calibrate_motion(drive_with(errors, 7), drawn());
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  expect_within(*found, truth_of(errors), 3);
+}
+
+TEST(Calibration, NamesWhatAStraightDriveDoesNotShow) {
+  const DriveErrors errors;
+  std::mt19937 random(3);
+  test::TruePath path;
+  Pose2 pose;
+  for (int i = 0; i < 4000; ++i) {
+    path.poses.push_back(pose);
+    path.twists.push_back({0.5, 0, 0});
+    pose = pose * moved({0.5, 0, 0}, test::TruePath::kStep);
+  }
+  const DriveMotion drive{
+      test::odometry_of(path, errors, random), test::laser_poses_of(path, errors, random), {}};
+  const auto found = calibrate_motion(drive, drawn());
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  for (const P parameter : {P::rotation_scale, P::laser_x, P::laser_y, P::time_offset}) {
+    EXPECT_FALSE((*found)[parameter].shown) << to_string(parameter);
+    EXPECT_EQ((*found)[parameter].value, drawn()[parameter]) << to_string(parameter);
+  }
+  EXPECT_TRUE((*found)[P::translation_scale].shown);
+  EXPECT_GE(found->advice.size(), 4U);
+}
+
+TEST(Calibration, RefusesWhatIsTooShortOrStandsStill) {
+  const DriveErrors errors;
+  DriveMotion drive = drive_with(errors, 1);
+  EXPECT_FALSE(calibrate_motion({}, drawn()).ok());
+  DriveMotion no_odometry{{}, drive.laser, {}};
+  EXPECT_FALSE(calibrate_motion(no_odometry, drawn()).ok());
+  DriveMotion another_clock = drive;
+  for (Odometry& odometry : another_clock.odometry) odometry.stamp = odometry.stamp + seconds(1e6);
+  EXPECT_FALSE(calibrate_motion(another_clock, drawn()).ok());
+  DriveMotion stands = drive;
+  for (LaserPose& pose : stands.laser) pose.T_map_laser = {};
+  EXPECT_FALSE(calibrate_motion(stands, drawn()).ok());
+  drive.laser.resize(20);
+  EXPECT_FALSE(calibrate_motion(drive, drawn()).ok());
+}
+
+TEST(Calibration, HoldsOnAnotherDrive) {
+  const DriveErrors errors;
+  const auto found = calibrate_motion(drive_with(errors, 1), drawn());
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  const DriveMotion other = drive_with(errors, 99);
+  const MotionCheck before = check_motion(other, drawn(), 2),
+                    after = check_motion(other, found->parameters, 2);
+  EXPECT_GT(before.windows, 100U);
+  EXPECT_LT(after.position_rms, 0.5 * before.position_rms);
+  EXPECT_LT(after.yaw_rms, 0.5 * before.yaw_rms);
+}
+
+TEST(Calibration, MeasuresTheLatencyOfAReference) {
+  const DriveErrors errors;
+  DriveMotion drive = drive_with(errors, 5);
+  const test::TruePath path = test::brisk_path();
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise;
+  const Pose2 T_reference_map{4, -2, 0.7};
+  for (double t = 1; t < path.duration() - 1; t += 0.12) {
+    const Pose2 pose = T_reference_map * path.poses[path.index(t)] *
+                       Pose2{0.003 * noise(random), 0.003 * noise(random), 0.002 * noise(random)};
+    PoseStamped sample;
+    sample.stamp = SensorTime{} + seconds(1000 + t + 0.08);
+    sample.T_map_base = transform<Map, Base>(pose);
+    drive.reference.push_back(sample);
+  }
+  const auto found = calibrate_motion(drive, drawn());
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  MotionParameters truth = truth_of(errors);
+  expect_within(*found, truth, 3);
+  const Measured& offset = (*found)[P::reference_offset];
+  EXPECT_TRUE(offset.shown);
+  EXPECT_LE(std::abs(offset.value + 0.08), 3 * offset.sigma) << offset.value << " +- " << offset.sigma;
+}
+
+/// The laser's poses by SLAM, with scans of the real robot and the description `robot`.
+std::vector<LaserPose> by_slam(const test::TruePath& path, const std::vector<Odometry>& odometry,
+                               const RobotDescription& real, const RobotDescription& robot) {
+  std::mt19937 random(11);
+  auto slam = make_mapper(robot, {});
+  EXPECT_TRUE(slam.ok());
+  std::size_t next = 0;
+  for (double t = 0.05; t < path.duration(); t += 0.1) {
+    const SensorTime stamp = SensorTime{} + seconds(1000 + t);
+    for (; next < odometry.size() && odometry[next].stamp <= stamp; ++next) (*slam)->add(odometry[next]);
+    (*slam)->add(test::scan_from(test::ring_building(), real, path.poses[path.index(t)],
+                                 path.twists[path.index(t)], stamp, random));
+  }
+  std::vector<LaserPose> poses;
+  for (const PoseEstimate& estimate : (*slam)->finish())
+    poses.push_back({estimate.stamp, planar(estimate.T_map_base * robot.laser->T_base_laser), true});
+  return poses;
+}
+
+TEST(Calibration, FindsTheErrorsFromScansTakenAtOnce) {
+  const DriveErrors errors;
+  std::mt19937 random(12);
+  const test::TruePath path = test::brisk_path();
+  RobotDescription robot = test::robot_with_laser();  // the drawing
+  robot.laser->beam_interval = 0;  // what is left of a sweep after deskewing is an error of the scans
+  const RobotDescription real = with_motion_parameters(robot, {{}, errors.T_base_laser, {}, 0});
+  DriveMotion drive{test::odometry_of(path, errors, random), {}, {}};
+  const MotionParameters start = motion_parameters(robot);
+  for (int round = 0; round < 2; ++round) {
+    drive.laser = by_slam(path, drive.odometry, real, robot);
+    const auto found = calibrate_motion(drive, start);
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    robot = with_motion_parameters(robot, found->parameters);
+    if (round == 1) expect_within(*found, truth_of(errors), 3);
+  }
+}
+
+TEST(Calibration, GivesTheWheelsOfATwoWheeledRobot) {
+  // Wheels of 1.03 and 0.99 of their nominal size, 0.42 m apart instead of 0.40.
+  const double left = 1.03, right = 0.99, width = 0.42, assumed = 0.40;
+  MotionCalibration found;
+  const auto set = [&found](P parameter, double value) {
+    found.measured[static_cast<std::size_t>(parameter)] = {value, 0.001, true};
+  };
+  const double forward = (left + right) / 2;
+  set(P::translation_scale, forward);
+  set(P::rotation_scale, forward * assumed / width);
+  set(P::curvature, (right - left) / width / forward);
+  const WheelModel wheels = wheel_model(found, assumed);
+  EXPECT_NEAR(wheels.left_scale.value, left, 1e-9);
+  EXPECT_NEAR(wheels.right_scale.value, right, 1e-9);
+  EXPECT_NEAR(wheels.track_width.value, width, 1e-9);
+}
+
+TEST(CorrectedOdometry, PutsTheErrorsRight) {
+  DriveErrors errors;
+  errors.slip = errors.odometry_noise = errors.odometry_turn_noise = 0;
+  std::mt19937 random(1);
+  const test::TruePath path = test::brisk_path();
+  CorrectedOdometry corrected(errors.odometry);
+  Pose2 last;
+  SensorTime stamp;
+  for (const Odometry& raw : test::odometry_of(path, errors, random)) {
+    const Odometry right = corrected(raw);
+    last = planar(right.T_odom_base);
+    stamp = right.stamp;
+  }
+  const double t = (stamp - SensorTime{}).seconds() - 1000;
+  const Pose2 truth = path.poses.front().inverse() * path.poses[path.index(t)];
+  EXPECT_NEAR((last.position() - truth.position()).norm(), 0, 1e-6);
+  EXPECT_NEAR(wrap_angle(last.yaw - truth.yaw), 0, 1e-6);
+}
+
+TEST(CorrectedOdometry, PassesSamplesUnchangedWithoutACorrection) {
+  CorrectedOdometry corrected;
+  const Odometry sample{SensorTime{} + seconds(3), Transform<Odom, Base>::planar(1, 2, 3)};
+  for (int i = 0; i < 2; ++i) {
+    const Odometry out = corrected(sample);
+    EXPECT_EQ(out.stamp, sample.stamp);
+    EXPECT_TRUE(out.T_odom_base.isometry().matrix() == sample.T_odom_base.isometry().matrix());
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::pose

@@ -1,0 +1,70 @@
+// `parhelion calibrate`: calibration from a recorded log, checked on a part of it that was kept for
+// validation.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fusion/pose/calibration/motion_calibration.hpp"
+#include "fusion/pose/slam.hpp"
+#include "fusion/scan/laser_learning.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion::tools {
+
+struct CalibrationOptions {
+  std::filesystem::path input;
+  std::filesystem::path robot;  ///< overrides the log's ROBOT; empty: the log's own
+  std::filesystem::path map;    ///< localizes in it; empty: a map is built from the drive itself
+  std::string scan_channel = "SCAN";
+  std::string odometry_channel = "ODOMETRY";
+  std::string reference_channel;     ///< poses of the base (pose_t); empty: none
+  double validation_fraction = 0.3;  ///< fraction of the drive, its end, that only checks the result
+  bool validate_on_start = false;    ///< its start instead
+  double track_width = 0;            ///< m, assumed by a two-wheeled robot's odometry; 0: not two-wheeled
+};
+
+/// A part of a log, decoded. `step` of an event: index into scans and odometry in the order of arrival.
+struct RecordedDrive {
+  struct Event {
+    bool scan = false;
+    std::size_t index = 0;
+  };
+  std::vector<Event> events;
+  std::vector<Scan> scans;
+  std::vector<Odometry> odometry;
+  std::vector<PoseStamped> reference;
+};
+
+struct CalibrationReport {
+  RobotDescription before, after;
+  pose::MotionCalibration motion;
+  pose::MotionCheck check_before, check_after;  ///< on the validation part
+  std::optional<scan::LearnedLaser> laser;      ///< nullopt: too few flat walls, see laser_note
+  std::string laser_note;
+  std::size_t scans = 0, validation_scans = 0;
+  std::uint64_t refused = 0;          ///< events that could not be decoded
+  std::vector<std::string> findings;  ///< the first twenty of them
+  pose::GridMap map;                  ///< of the validation part
+  pose::ReckonedPath path_before, path_after;
+};
+
+using CalibrationProgress = std::function<void(double done, double total)>;
+
+/// Errors name the file and the channel: no such channel, too short, a robot that hardly moves.
+/// Deterministic.
+Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
+                                        const CalibrationProgress& progress = {});
+
+/// For people, several lines.
+std::string to_text(const CalibrationReport& report, const CalibrationOptions& options);
+std::string to_json(const CalibrationReport& report, const CalibrationOptions& options);
+/// A PNG of the validation part: the path by scan matching, by odometry before and after.
+Status draw_calibration(const CalibrationReport& report, const std::string& path);
+
+}  // namespace parhelion::tools
