@@ -116,8 +116,9 @@ struct TrackedDrive {
 /// SLAM over a part of a drive.
 Result<TrackedDrive> tracked(const RecordedDrive& drive, const RobotDescription& robot,
                              const CalibrationOptions& options, const CalibrationProgress& progress) {
-  auto slam = options.map.empty() ? pose::make_mapper(robot, {})
-                                  : pose::make_localizer(robot, options.map.string(), {});
+  const RobotDescription weak = pose::with_weak_odometry(robot);
+  auto slam = options.map.empty() ? pose::make_mapper(weak, {})
+                                  : pose::make_localizer(weak, options.map.string(), {});
   if (!slam) return slam.error();
   std::vector<PoseEstimate> estimates;
   std::size_t done = 0;
@@ -221,9 +222,10 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   report.scans = scans_of(parts.calibrating);
   report.validation_scans = scans_of(parts.validation);
   report.after = report.before;
-  // Twice: the second time scans are corrected for the motion during a sweep with what the first one found.
-  constexpr double kFractions[] = {5, 40, 75};
-  for (int round = 0; round < 2; ++round) {
+  // Repeated, as SLAM corrects scans for the motion during a sweep with what the round before found, and its
+  // poses still lean towards that a little.
+  constexpr double kFractions[] = {5, 28, 52, 75};
+  for (int round = 0; round < 3; ++round) {
     const auto drive = tracked(parts.calibrating, report.after, options,
                                share(progress, kFractions[round], kFractions[round + 1]));
     if (!drive) return in_file(options, drive.error());

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fusion/scan/laser_learning.hpp"
+#include "fusion/scan/range_noise.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::scan {
@@ -12,6 +13,7 @@ constexpr double kGrazing = 4;  ///< tangent of the angle of incidence
 /// No planar laser has noise of more than a fifth of this; what is rougher is a hedge.
 constexpr double kMaxGate = 0.1;  ///< m
 constexpr std::size_t kBeams = FlatWindow::kBeams;
+constexpr std::size_t kMinInBin = 25;  ///< windows, for a gate of their own
 
 struct Beams {
   std::array<Eigen::Vector2d, kBeams> direction;
@@ -78,28 +80,48 @@ std::optional<FlatWindow> fit_window(const Scan& scan, const RangeConvention& co
   return window;
 }
 
-std::vector<FlatWindow> flat_windows(const Scan& scan, const RangeConvention& convention, double gate) {
+std::vector<FlatWindow> flat_windows(const Scan& scan, const RangeConvention& convention,
+                                     const FlatnessGate& gate) {
   std::vector<FlatWindow> windows;
   for (std::size_t first = 0; first + kBeams <= scan.ranges.size();) {
     const auto window = fit_window(scan, convention, first);
-    const bool flat = window && std::all_of(window->residual.begin(), window->residual.end(),
-                                            [gate](double e) { return std::abs(e) <= gate; });
+    const bool flat = window && gate.passes(*window);
     if (flat) windows.push_back(*window);
     first += flat ? kBeams : 3;
   }
   return windows;
 }
 
-double flatness_gate(std::span<const Scan> scans, const RangeConvention& convention) {
-  std::vector<double> sigmas;
+FlatnessGate::FlatnessGate(std::span<const Scan> scans, const RangeConvention& convention) {
+  std::array<std::vector<double>, RangeNoise::kRanges> sigmas;
+  std::vector<double> all;
   const std::size_t stride = std::max<std::size_t>(1, scans.size() / 200);
   for (std::size_t i = 0; i < scans.size(); i += stride) {
     for (std::size_t first = 0; first + kBeams <= scans[i].ranges.size(); first += kBeams) {
-      if (const auto window = fit_window(scans[i], convention, first)) sigmas.push_back(window->sigma);
+      const auto window = fit_window(scans[i], convention, first);
+      if (!window) continue;
+      sigmas.at(range_bin(window->middle_range())).push_back(window->sigma);
+      all.push_back(window->sigma);
     }
   }
-  // The median of the better half: in a cluttered place every other window lies across an edge.
-  return sigmas.empty() ? 0 : std::clamp(5 * quantile(sigmas, 0.3), 5e-4, kMaxGate);
+  if (all.empty()) return;
+  // In a cluttered place every other window lies across an edge: the median would be one of those.
+  const auto gate = [](std::vector<double>& near) {
+    return std::clamp(5.5 * quantile(near, 0.15), 5e-4, kMaxGate);
+  };
+  largest_.fill(gate(all));
+  // No laser measures worse nearby than farther out: what is rougher there is not flat.
+  std::optional<double> farther;
+  for (std::size_t b = largest_.size(); b-- > 0;) {
+    if (sigmas.at(b).size() >= kMinInBin) farther = std::min(gate(sigmas.at(b)), farther.value_or(kMaxGate));
+    if (farther) largest_.at(b) = *farther;
+  }
+}
+
+bool FlatnessGate::passes(const FlatWindow& window) const {
+  const double largest = largest_.at(range_bin(window.middle_range()));
+  return std::all_of(window.residual.begin(), window.residual.end(),
+                     [largest](double e) { return std::abs(e) <= largest; });
 }
 
 }  // namespace parhelion::scan

@@ -29,11 +29,6 @@ std::optional<FlatWindow> simulated(const FlatWindow& window, const Scan& angles
   return fit_window(scan, laser.convention, 0);
 }
 
-std::size_t bin_of(double range) {
-  return static_cast<std::size_t>(
-      std::clamp(std::lround(std::log2(std::max(range, 0.1))), 0L, long{RangeNoise::kRanges - 1}));
-}
-
 /// What is matched between real and simulated windows.
 struct Statistics {
   std::array<double, RangeNoise::kRanges> sigma{};  ///< median by range, 0: too few
@@ -48,7 +43,7 @@ Statistics statistics(const std::vector<FlatWindow>& windows) {
   std::vector<double> all, ratio, steep, flat, deviation;
   Statistics result;
   for (const FlatWindow& w : windows) {
-    bins.at(bin_of(w.range.at(FlatWindow::kBeams / 2))).push_back(w.sigma);
+    bins.at(range_bin(w.middle_range())).push_back(w.sigma);
     all.push_back(w.sigma);
     result.correlation += w.correlation / static_cast<double>(windows.size());
   }
@@ -57,7 +52,7 @@ Statistics statistics(const std::vector<FlatWindow>& windows) {
   for (std::size_t b = 0; b < bins.size(); ++b)
     result.sigma.at(b) = bins.at(b).size() >= kMinInBin ? median(bins.at(b)) : 0;
   for (const FlatWindow& w : windows) {
-    const double usual = result.sigma.at(bin_of(w.range.at(FlatWindow::kBeams / 2)));
+    const double usual = result.sigma.at(range_bin(w.middle_range()));
     if (usual <= 0) continue;
     deviation.push_back(std::abs(std::log(std::max(w.sigma, 0.02 * usual) / usual)));
     (w.tan_incidence > kSteep ? steep : flat).push_back(w.sigma / usual);
@@ -194,7 +189,7 @@ RangeNoise inferred(const std::vector<std::vector<FlatWindow>>& windows, std::sp
 
 Result<LearnedLaser> learn_laser(std::span<const Scan> scans, const LaserDescription& laser) {
   LearnedLaser learned;
-  const double gate = flatness_gate(scans, laser.convention);
+  const FlatnessGate gate(scans, laser.convention);
   std::vector<std::vector<FlatWindow>> windows;
   std::vector<double> sigmas;
   for (const Scan& scan : scans) {

@@ -21,18 +21,29 @@ struct FlatWindow {
   double tan_incidence = 0;               ///< of its middle beam
   double sigma = 0;                       ///< m, of the residuals, two degrees of freedom taken off
   double correlation = 0;                 ///< of neighbouring residuals
+
+  double middle_range() const { return range[kBeams / 2]; }
 };
 
 /// The line through kBeams returns from beam `first` on: least squares of errors along the beams. nullopt
 /// where one is no return, or where the beams graze the line (more than 76 degrees from its normal).
 std::optional<FlatWindow> fit_window(const Scan& scan, const RangeConvention& convention, std::size_t first);
 
-/// Windows of a scan that do not overlap, and whose residuals are all within `gate` (m).
-std::vector<FlatWindow> flat_windows(const Scan& scan, const RangeConvention& convention, double gate);
+/// What counts as flat: the largest residual (m) near each of RangeNoise's ranges, 5.5 times the sigma that
+/// 15 % of the windows there are below: about four times the noise, whatever the laser, so that corners and
+/// edges are left out.
+class FlatnessGate {
+ public:
+  FlatnessGate(std::span<const Scan> scans, const RangeConvention& convention);
+  bool passes(const FlatWindow& window) const;
 
-/// The gate of flat_windows for a laser: five times the median sigma of all windows of these scans, so that
-/// corners and edges are left out, whatever the laser's noise.
-double flatness_gate(std::span<const Scan> scans, const RangeConvention& convention);
+ private:
+  std::array<double, RangeNoise::kRanges> largest_{};
+};
+
+/// Windows of a scan that do not overlap and pass the gate.
+std::vector<FlatWindow> flat_windows(const Scan& scan, const RangeConvention& convention,
+                                     const FlatnessGate& gate);
 
 struct LearnedLaser {
   double quantization = 0;  ///< m, 0: none found

@@ -43,6 +43,11 @@ double sigma_at(const RangeNoise& noise, double range) {
   return (1 - s) * noise.sigma.at(i) + s * noise.sigma.at(i + 1);
 }
 
+std::size_t range_bin(double range) {
+  return static_cast<std::size_t>(
+      std::clamp(std::lround(std::log2(std::max(range, 0.1))), 0L, long{RangeNoise::kRanges - 1}));
+}
+
 double sample_noise(const LaserDescription& laser, NoiseKey key, std::size_t beam, double range,
                     double tan_incidence) {
   const RangeNoise& noise = laser.range_noise;

@@ -11,6 +11,9 @@ namespace parhelion::scan {
 /// m, median 1 sigma at a range (m), linear between the ranges of RangeNoise::sigma and constant beyond.
 double sigma_at(const RangeNoise& noise, double range);
 
+/// The index of the range of RangeNoise::sigma that is nearest to `range` (m) by its logarithm.
+std::size_t range_bin(double range);
+
 /// m, to add to a true range before it is quantised. `tan_incidence`: tangent of the angle between the beam
 /// and the normal of the surface. A function of (key, beam) only, so it does not depend on the order of
 /// beams: correlation is a moving average over neighbours' samples.

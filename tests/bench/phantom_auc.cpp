@@ -90,7 +90,7 @@ struct Samples {
 
 /// The same surface, injected.
 void add_injected(const FlatWindow& window, const Scan& real, std::size_t sequence,
-                  const LaserDescription& laser, double gate, cv::Mat& rows) {
+                  const LaserDescription& laser, const scan::FlatnessGate& gate, cv::Mat& rows) {
   Scan scan = real;
   const scan::NoiseKey key{7, sequence};
   for (std::size_t i = window.first; i < window.first + kBeams; ++i) {
@@ -104,16 +104,13 @@ void add_injected(const FlatWindow& window, const Scan& real, std::size_t sequen
                               : scan::sample_intensity(laser, key, i);
   }
   const auto fitted = scan::fit_window(scan, laser.convention, window.first);
-  if (!fitted) return;
   // The same selection as of the real ones.
-  for (const double e : fitted->residual) {
-    if (std::abs(e) > gate) return;
-  }
+  if (!fitted || !gate.passes(*fitted)) return;
   append(*fitted, scan, window.first, rows);
 }
 
 Samples samples(std::span<const Scan> scans, std::size_t sequence, const LaserDescription& laser,
-                double gate) {
+                const scan::FlatnessGate& gate) {
   Samples result;
   std::vector<std::pair<std::size_t, FlatWindow>> windows;
   for (std::size_t s = 0; s < scans.size(); ++s) {
@@ -212,7 +209,7 @@ double boosted(const Samples& train, const Samples& test) {
   });
 }
 
-double worst_of(const Recording& recording, const LaserDescription& laser, double gate) {
+double worst_of(const Recording& recording, const LaserDescription& laser, const scan::FlatnessGate& gate) {
   const std::size_t half = recording.scans.size() / 2;
   const std::span<const Scan> all = recording.scans;
   const Samples train = samples(all.first(half), 0, laser, gate);
@@ -232,9 +229,9 @@ int run(const std::string& path) {
     return 1;
   }
   const std::span<const Scan> train = std::span(recording.scans).first(recording.scans.size() / 2);
-  const double gate = scan::flatness_gate(train, recording.laser.convention);
+  const scan::FlatnessGate gate(train, recording.laser.convention);
   const auto learned = scan::learn_laser(train, recording.laser);
-  std::printf("%s: %zu scans, gate %.1f mm\n", path.c_str(), recording.scans.size(), 1e3 * gate);
+  std::printf("%s: %zu scans\n", path.c_str(), recording.scans.size());
   const double preset = worst_of(recording, recording.laser, gate);
   if (!learned) {
     std::printf("  %s\n", learned.error().message.c_str());

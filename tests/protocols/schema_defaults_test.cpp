@@ -81,8 +81,9 @@ TEST(SchemaDefaults, OfARobotDescription) {
   const Json camera = Json::parse(
       R"({"pose": {}, "head": [{"joint": "pan", "axis": [0, 0, 1]}], "width": 4, "height": 3,
           "fx": "4 px", "fy": "4 px", "cx": "2 px", "cy": "1 px"})");
-  const Json laser = Json::parse(R"({"pose": {}, "range_max": "8 m"})");
-  Json document = Json::parse(R"({"imu": {"pose": {}}, "limits": {}, "attitude": {},
+  const Json laser = Json::parse(
+      R"({"pose": {}, "range_max": "8 m", "range_noise": {"sigma": ["1 cm", "1 cm", "1 cm", "1 cm", "1 cm", "1 cm"]}})");
+  Json document = Json::parse(R"({"imu": {"pose": {}}, "limits": {}, "attitude": {}, "odometry": {},
     "footprint": [["0 m", "0 m"], ["1 m", "0 m"], ["0 m", "1 m"]]})");
   document["laser"] = laser;
   document["line_laser"] = laser;

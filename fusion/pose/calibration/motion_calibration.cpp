@@ -16,6 +16,7 @@ using Sigmas = std::array<double, kMotionParameters>;
 constexpr std::size_t kMinPoses = 30;
 constexpr double kMinDriven = 1, kMinTurned = 0.5;  ///< m, rad: less shows nothing
 constexpr std::size_t kBlocks = 10;
+constexpr double kWeakOdometry = 0.15;  ///< m/m, rad/rad
 
 /// A quantity known worse than this (1 sigma) would make the description worse, not better: it is about what
 /// a tape measure and a data sheet give.
@@ -271,6 +272,12 @@ RobotDescription with_motion_parameters(RobotDescription robot, const MotionPara
   const Eigen::AngleAxisd turn(wrap_angle(parameters.T_base_laser.yaw - before.yaw()),
                                Eigen::Vector3d::UnitZ());
   robot.laser->T_base_laser = Transform<Base, Laser>(turn * before.quaternion(), place);
+  return robot;
+}
+
+RobotDescription with_weak_odometry(RobotDescription robot) {
+  robot.odometry_error_translation = std::max(robot.odometry_error_translation, kWeakOdometry);
+  robot.odometry_error_rotation = std::max(robot.odometry_error_rotation, kWeakOdometry);
   return robot;
 }
 

@@ -46,6 +46,10 @@ MotionParameters motion_parameters(const RobotDescription& robot);
 /// The description with odometry and laser mounting (x, y, yaw; height and tilt stay) replaced.
 RobotDescription with_motion_parameters(RobotDescription robot, const MotionParameters& parameters);
 
+/// The description for the SLAM that a calibration starts from: scans count for more. Otherwise the laser's
+/// poses lean towards the odometry and the mounting that are to be checked.
+RobotDescription with_weak_odometry(RobotDescription robot);
+
 /// A quantity with its confidence.
 struct Measured {
   double value = 0,
