@@ -304,6 +304,36 @@ TEST(ImportRawlog, SeveralLasersAreAnErrorThatListsThem) {
   EXPECT_EQ(report->left_out.at("scan FRONT"), 1U);
 }
 
+TEST(ImportRawlog, ASweptLaserIsImportedOnRequest) {
+  TemporaryFolder folder;
+  auto side = clockwise_scan();
+  side->sensorLabel = "SIDE";
+  side->sensorPose = mrpt::poses::CPose3D(0.1, 0.2, 0.3, 0, 0, 1.5);
+  write_rawlog(folder / "two.rawlog", {clockwise_scan(), side});
+  auto options = test::import_options(folder / "two.rawlog", folder / "two.lcm");
+  options.topics["LINES"] = "SIDE";
+  const auto report = import_recording(options, {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const ImportedLog log(folder / "two.lcm");
+  EXPECT_EQ(log.all<Scan>(channel::kScan).size(), 1U);
+  EXPECT_EQ(log.all<Scan>(channel::kLines).size(), 1U);
+  const RobotDescription robot = log.robot();
+  ASSERT_TRUE(robot.line_laser);
+  EXPECT_TRUE(
+      robot.line_laser->laser.T_base_laser.translation().isApprox(Eigen::Vector3d(0.1, 0.2, 0.3), 1e-6));
+}
+
+TEST(ImportRawlog, AChannelThatARawlogLacksIsRefusedWithThoseItHas) {
+  TemporaryFolder folder;
+  write_rawlog(folder / "one.rawlog", {clockwise_scan()});
+  auto options = test::import_options(folder / "one.rawlog", folder / "one.lcm");
+  options.topics["IMU"] = "/imu";
+  const auto refused = import_recording(options, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("IMU=/imu"));
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("SCAN, LINES, ODOMETRY"));
+}
+
 TEST(ImportRawlog, ExistingOutputIsNotOverwrittenWithoutForce) {
   TemporaryFolder folder;
   write_rawlog(folder / "one.rawlog", {clockwise_scan()});

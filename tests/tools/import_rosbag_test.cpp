@@ -62,6 +62,24 @@ TEST(ImportRosbag, SeveralScanTopicsAreAnErrorThatListsThem) {
   EXPECT_FALSE(std::filesystem::exists(folder / "jarvis.lcm"));
 }
 
+TEST(ImportRosbag, ASweptLaserIsImportedOnRequestWithItsMounting) {
+  PARHELION_NEEDS_RECORDING(jarvis());
+  TemporaryFolder folder;
+  auto options = test::import_options(jarvis(), folder / "jarvis.lcm");
+  options.topics["LINES"] = "/driver_laser_navigation/laser_scan";
+  const auto report = import_recording(options, {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_NE(report->find(channel::kLines), nullptr);
+  ASSERT_NE(report->find(channel::kScan), nullptr) << "the other laser was not taken";
+  const ImportedLog log(folder / "jarvis.lcm");
+  EXPECT_EQ(log.all<Scan>(channel::kLines).size(), report->find(channel::kLines)->kept);
+  const RobotDescription robot = log.robot();
+  ASSERT_TRUE(robot.line_laser && robot.laser);
+  EXPECT_TRUE(
+      robot.line_laser->laser.T_base_laser.translation().isApprox(Eigen::Vector3d(0.194, 0, 2), 1e-9));
+  EXPECT_TRUE(robot.laser->T_base_laser.translation().isApprox(Eigen::Vector3d(0.895, 0, 0.1), 1e-9));
+}
+
 TEST(ImportRosbag, ScansAtReferencePosesGiveThinWalls) {
   PARHELION_NEEDS_RECORDING(jarvis());
   TemporaryFolder folder;

@@ -1,10 +1,10 @@
 #include "tools/import/import.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <fstream>
 
+#include "protocols/channels.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/text_lines.hpp"
 
@@ -129,6 +129,21 @@ Result<std::optional<std::string>> choose_topic(const ImportOptions& options, co
                "); choose one, or " + channel + "=none:" + list()};
 }
 
+Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std::string> candidates,
+                                  const std::string& what) {
+  LaserTopics chosen;
+  if (options.topics.count(channel::kLines) > 0) {
+    const auto lines = choose_topic(options, channel::kLines, candidates, what);
+    if (!lines) return lines.error();
+    chosen.lines = *lines;
+    if (*lines) std::erase(candidates, **lines);
+  }
+  const auto scan = choose_topic(options, channel::kScan, candidates, what);
+  if (!scan) return scan.error();
+  chosen.scan = *scan;
+  return chosen;
+}
+
 Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   std::error_code failed;
   if (std::filesystem::is_directory(path, failed)) return ImportFormat::rgbd;
@@ -147,18 +162,46 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
                "of RGB-D frames is expected"};
 }
 
-Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress) {
-  constexpr std::array<std::string_view, 8> known = {"SCAN",  "ODOMETRY",   "CAMERA",         "CAMERA_INFO",
-                                                     "DEPTH", "DEPTH_INFO", "REFERENCE_POSE", "TELEOP"};
-  for (const auto& [channel, topic] : options.topics) {
-    if (std::find(known.begin(), known.end(), channel) == known.end()) {
-      return Error{"--topics " + channel + "=" + topic +
-                   ": no such channel; SCAN, ODOMETRY, CAMERA, CAMERA_INFO, DEPTH, "
-                   "DEPTH_INFO, REFERENCE_POSE or TELEOP is expected"};
-    }
+namespace {
+
+/// What --topics can choose in a recording of this format.
+std::vector<std::string> channels_of(ImportFormat format) {
+  switch (format) {
+    case ImportFormat::rawlog:
+      return {"SCAN", "LINES", "ODOMETRY"};
+    case ImportFormat::carmen:
+      return {"SCAN", "ODOMETRY", "REFERENCE_POSE"};
+    case ImportFormat::rgbd:
+      return {"SCAN", "CAMERA", "DEPTH", "REFERENCE_POSE"};
+    case ImportFormat::rosbag:
+      break;
   }
+  return {"SCAN",       "LINES",          "ODOMETRY", "CAMERA", "CAMERA_INFO", "DEPTH",
+          "DEPTH_INFO", "REFERENCE_POSE", "TELEOP",   "IMU",    "JOINT_STATE"};
+}
+
+Status check_channels(const ImportOptions& options, ImportFormat format) {
+  const auto has = [](const std::vector<std::string>& channels, const std::string& channel) {
+    return std::find(channels.begin(), channels.end(), channel) != channels.end();
+  };
+  const std::vector<std::string> known = channels_of(format);
+  for (const auto& [channel, topic] : options.topics) {
+    // What a format never has can be left out of it.
+    if (has(known, channel) || (topic == "none" && has(channels_of(ImportFormat::rosbag), channel))) continue;
+    std::string list;
+    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+    return Error{options.input.string() + ": --topics " + channel + "=" + topic +
+                 ": no channel that a recording of this format has; expected one of " + list};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress) {
   const auto format = recognise_recording(options.input);
   if (!format) return format.error();
+  if (const Status channels = check_channels(options, *format); !channels) return channels.error();
   switch (*format) {
     case ImportFormat::rawlog:
       return import_rawlog(options, progress);

@@ -21,4 +21,12 @@ Result<std::optional<std::string>> choose_topic(const ImportOptions& options, co
                                                 const std::vector<std::string>& candidates,
                                                 const std::string& what);
 
+struct LaserTopics {
+  std::optional<std::string> scan, lines;
+};
+/// The topics for SCAN and LINES among `candidates`. A swept laser is chosen only on request: by its messages
+/// it is a laser as any other.
+Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std::string> candidates,
+                                  const std::string& what);
+
 }  // namespace parhelion::tools

@@ -142,11 +142,16 @@ class Survey final : public RawlogVisitor {
   }
 };
 
+/// Labels of the sensors to import.
+struct Sensors {
+  LaserTopics lasers;
+  std::optional<std::string> odometer;
+};
+
 /// Second pass: writes the log.
 class Copy final : public RawlogVisitor {
  public:
-  Copy(RecordingWriter& writer, std::optional<std::string> laser, std::optional<std::string> odometer)
-      : writer_(writer), laser_(std::move(laser)), odometer_(std::move(odometer)) {}
+  Copy(RecordingWriter& writer, Sensors sensors) : writer_(writer), sensors_(std::move(sensors)) {}
 
   /// Paired format: the odometry frame's origin is at the start of the recording.
   void start_at_origin() { pending_ = true; }
@@ -169,12 +174,13 @@ class Copy final : public RawlogVisitor {
 
   Status observation(const obs::CObservation& one, Place place) override {
     if (const auto* wheels = dynamic_cast<const obs::CObservationOdometry*>(&one)) {
-      if (odometer_ != label_of(one)) return leave_out("odometry " + label_of(one));
+      if (sensors_.odometer != label_of(one)) return leave_out("odometry " + label_of(one));
       return writer_.put(channel::kOdometry, Odometry{sensor_time(one.timestamp), planar(wheels->odometry)},
                          place);
     }
     if (const auto* range_scan = dynamic_cast<const obs::CObservation2DRangeScan*>(&one)) {
-      if (laser_ != label_of(one)) return leave_out("scan " + label_of(one));
+      if (sensors_.lasers.lines == label_of(one)) return put_lines(*range_scan, place);
+      if (sensors_.lasers.scan != label_of(one)) return leave_out("scan " + label_of(one));
       return put_scan(*range_scan, place);
     }
     return leave_out(one.GetRuntimeClass()->className);
@@ -195,6 +201,13 @@ class Copy final : public RawlogVisitor {
     pending_ = true;
   }
 
+  Status put_lines(const obs::CObservation2DRangeScan& observation, Place place) {
+    const auto scan = to_scan(observation);
+    if (scan) return writer_.put(channel::kLines, *scan, place);
+    writer_.refuse(place, scan.error().message);
+    return {};
+  }
+
   Status put_scan(const obs::CObservation2DRangeScan& observation, Place place) {
     const auto scan = to_scan(observation);
     if (!scan) {
@@ -210,7 +223,7 @@ class Copy final : public RawlogVisitor {
   }
 
   RecordingWriter& writer_;
-  std::optional<std::string> laser_, odometer_;
+  Sensors sensors_;
   Transform<Odom, Base> T_odom_base_;
   bool pending_ = false;
 };
@@ -222,15 +235,38 @@ std::vector<std::string> keys(const std::map<std::string, V>& map) {
   return names;
 }
 
-Result<RobotDescription> describe(const ImportOptions& options, const LaserSeen& seen,
-                                  std::vector<std::string>& notes) {
+Result<LaserDescription> describe_laser(const ImportOptions& options, const LaserSeen& seen,
+                                        std::vector<std::string>& notes) {
   auto laser = seen.evidence.describe(options, notes);
-  if (!laser) return laser.error();
-  if (seen.moved > 0) {
+  if (laser && seen.moved > 0) {
     notes.push_back("the laser moves on the robot: " + std::to_string(seen.moved) +
                     " scans stand elsewhere than the first, whose place the description has");
   }
-  return describe_robot(options, std::move(*laser), notes);
+  return laser;
+}
+
+Result<RobotDescription> describe(const ImportOptions& options, const Survey& survey, const Sensors& sensors,
+                                  std::vector<std::string>& notes) {
+  auto laser = describe_laser(options, survey.lasers.at(*sensors.lasers.scan), notes);
+  if (!laser) return laser.error();
+  RobotDescription robot = describe_robot(options, std::move(*laser), notes);
+  if (!sensors.lasers.lines) return robot;
+  auto lines = describe_laser(options, survey.lasers.at(*sensors.lasers.lines), notes);
+  if (!lines) return lines.error();
+  robot.line_laser = LineLaserDescription{std::move(*lines), {}};
+  return robot;
+}
+
+Result<Sensors> choose_sensors(const ImportOptions& options, const Survey& survey) {
+  auto lasers = choose_lasers(options, keys(survey.lasers), "2D range scan");
+  if (!lasers) return lasers.error();
+  if (!lasers->scan) {
+    return Error{options.input.string() +
+                 ": no 2D range scan in it: a rawlog with CObservation2DRangeScan is expected"};
+  }
+  auto odometer = choose_topic(options, channel::kOdometry, keys(survey.odometers), "odometry");
+  if (!odometer) return odometer.error();
+  return Sensors{std::move(*lasers), std::move(*odometer)};
 }
 
 /// In the process that may crash.
@@ -244,16 +280,12 @@ Result<ImportReport> import_here(const ImportOptions& options, const RawlogReadi
   };
   Survey survey;
   if (const Status read = read_rawlog(pass(0), survey); !read) return read.error();
-  const auto laser = choose_topic(options, channel::kScan, keys(survey.lasers), "2D range scan");
-  if (!laser) return laser.error();
+  const auto sensors = choose_sensors(options, survey);
+  if (!sensors) return sensors.error();
   const bool paired = survey.actions > 0;
-  const auto odometer = choose_topic(options, channel::kOdometry, keys(survey.odometers), "odometry");
-  if (!odometer) return odometer.error();
-  if (!*laser)
-    return Error{path + ": no 2D range scan in it: a rawlog with CObservation2DRangeScan is expected"};
 
   std::vector<std::string> notes;
-  auto robot = describe(options, survey.lasers.at(**laser), notes);
+  auto robot = describe(options, survey, *sensors, notes);
   if (!robot) return robot.error();
   if (paired) notes.push_back("odometry accumulated from actions, stamped at the scan that each leads to");
   robot->source += "; " + joined(notes);
@@ -261,8 +293,8 @@ Result<ImportReport> import_here(const ImportOptions& options, const RawlogReadi
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
   if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
-  Copy copy(*writer, *laser, *odometer);
-  if (paired && !*odometer) copy.start_at_origin();
+  Copy copy(*writer, *sensors);
+  if (paired && !sensors->odometer) copy.start_at_origin();
   if (const Status read = read_rawlog(pass(size / 2), copy); !read) return read.error();
   return writer->finish();
 }

@@ -35,11 +35,7 @@ Result<Wanted> wanted_of(const ImportOptions& options) {
   for (const Source& source :
        {Source{channel::kCamera, {"color"}, "frames"}, Source{channel::kDepth, {"depth"}, "frames"},
         Source{channel::kScan, {"depth"}, "frames to cut a scan from"},
-        Source{channel::kReferencePose, {"pose"}, "poses"},
-        Source{channel::kOdometry, {}, "odometry in a folder of RGB-D frames"},
-        Source{channel::kTeleop, {}, "commands in a folder of RGB-D frames"},
-        Source{"CAMERA_INFO", {}, "topic in a folder of RGB-D frames"},
-        Source{"DEPTH_INFO", {}, "topic in a folder of RGB-D frames"}}) {
+        Source{channel::kReferencePose, {"pose"}, "poses"}}) {
     const auto chosen = choose_topic(options, source.channel, source.names, source.what);
     if (!chosen) return chosen.error();
     taken.push_back(chosen->has_value());

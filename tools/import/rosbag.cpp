@@ -31,7 +31,7 @@ class Copy {
 
   Status operator()(const BagMessage& message) {
     writer_.count_read();
-    if (message.topic == choice_.scan) return put_scan(message);
+    if (message.topic == choice_.scan || message.topic == choice_.lines) return put_scan(message);
     if (choice_.odometry_edge && is_tf(message.type)) return put_tf(message);
     if (message.topic == choice_.odometry) return put_odometry(message);
     if (message.topic == choice_.camera || message.topic == choice_.depth) return put_image(message);
@@ -58,7 +58,8 @@ class Copy {
 
   Status put_scan(const BagMessage& message) {
     const auto scan = ros::read_laser_scan(message.bytes);
-    return scan ? put(channel::kScan, to_scan(*scan), message) : refuse(message, scan.error());
+    if (!scan) return refuse(message, scan.error());
+    return put(message.topic == choice_.lines ? channel::kLines : channel::kScan, to_scan(*scan), message);
   }
 
   Status put_odometry(const BagMessage& message) {
@@ -180,7 +181,8 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
   if (!looked) return looked.error();
   const auto choice = choose(options, survey);
   if (!choice) return choice.error();
-  const bool any = choice->scan || choice->camera || choice->depth || choice->odometry || choice->reference;
+  const bool any = choice->scan || choice->lines || choice->camera || choice->depth || choice->odometry ||
+                   choice->reference;
   if (!any || !survey.first.get()) {
     return Error{options.input.string() +
                  ": no topic that could be imported: LaserScan, Odometry or tf, Image, "

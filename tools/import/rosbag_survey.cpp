@@ -102,6 +102,32 @@ Result<std::optional<std::string>> choose_extra(const ImportOptions& options, co
   return choose_topic(options, channel, candidates, what);
 }
 
+Result<std::optional<LaserDescription>> describe_laser(const ImportOptions& options, const BagSurvey& survey,
+                                                       const std::string& base,
+                                                       const std::optional<std::string>& topic,
+                                                       std::vector<std::string>& notes) {
+  if (!topic) return std::optional<LaserDescription>();
+  const auto seen = survey.lasers.find(*topic);
+  if (seen == survey.lasers.end()) {
+    notes.push_back(*topic + ": no readable scan, so the description has no such laser");
+    return std::optional<LaserDescription>();
+  }
+  LaserEvidence evidence = seen->second;
+  bool moves = false;
+  if (const auto pose = survey.frames.find(base, survey.topics.at(*topic).frame, moves)) {
+    evidence.T_base_laser = Transform<Base, Laser>(*pose);
+    evidence.height_known = true;
+  }
+  if (moves) {
+    notes.push_back(*topic +
+                    ": the laser moves on the robot; the description has its first place. If joints " +
+                    "carry it, give the description a 'line_laser' with their 'head'");
+  }
+  auto described = evidence.describe(options, notes);
+  if (!described) return described.error();
+  return std::optional<LaserDescription>(std::move(*described));
+}
+
 template <class Description>
 Result<std::optional<Description>> describe_camera(const BagSurvey& survey, const std::string& base,
                                                    const std::optional<std::string>& topic,
@@ -221,9 +247,11 @@ Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) 
     to = *from;
     return {};
   };
-  Status done =
-      set(choose_topic(options, channel::kScan, survey.of_type(kLaserScan), kLaserScan), choice.scan);
-  if (done.ok()) done = choose_odometry(options, survey, choice);
+  const auto lasers = choose_lasers(options, survey.of_type(kLaserScan), kLaserScan);
+  if (!lasers) return lasers.error();
+  choice.scan = lasers->scan;
+  choice.lines = lasers->lines;
+  Status done = choose_odometry(options, survey, choice);
   if (done.ok())
     done = set(choose_topic(options, channel::kCamera, images(survey, false), "images"), choice.camera);
   if (done.ok())
@@ -273,23 +301,12 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
                                   const BagChoice& choice, std::vector<std::string>& notes) {
   const std::string base = base_frame(survey, choice);
   notes.push_back("base_link is the bag's frame '" + base + "'");
-  std::optional<LaserDescription> laser;
-  const auto seen = choice.scan ? survey.lasers.find(*choice.scan) : survey.lasers.end();
-  if (choice.scan && seen == survey.lasers.end())
-    notes.push_back(*choice.scan + ": no readable scan, so the description has no laser");
-  if (seen != survey.lasers.end()) {
-    LaserEvidence evidence = seen->second;
-    bool moves = false;
-    if (const auto pose = survey.frames.find(base, survey.topics.at(*choice.scan).frame, moves)) {
-      evidence.T_base_laser = Transform<Base, Laser>(*pose);
-      evidence.height_known = true;
-    }
-    if (moves) notes.push_back("the laser moves on the robot; the description has its first place");
-    auto described = evidence.describe(options, notes);
-    if (!described) return described.error();
-    laser = std::move(*described);
-  }
-  RobotDescription robot = describe_robot(options, std::move(laser), notes);
+  auto laser = describe_laser(options, survey, base, choice.scan, notes);
+  if (!laser) return laser.error();
+  auto lines = describe_laser(options, survey, base, choice.lines, notes);
+  if (!lines) return lines.error();
+  RobotDescription robot = describe_robot(options, std::move(*laser), notes);
+  if (*lines) robot.line_laser = LineLaserDescription{std::move(**lines), {}};
   auto camera = describe_camera<CameraDescription>(survey, base, choice.camera, choice.camera_info, notes);
   auto depth = describe_camera<DepthCameraDescription>(survey, base, choice.depth, choice.depth_info, notes);
   if (!camera) return camera.error();

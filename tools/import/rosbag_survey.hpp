@@ -36,8 +36,8 @@ struct BagSurvey {
 
 /// Topics to import, after --topics; empty: none.
 struct BagChoice {
-  std::optional<std::string> scan, odometry, camera, camera_info, depth, depth_info, reference, teleop, imu,
-      joints;
+  std::optional<std::string> scan, lines, odometry, camera, camera_info, depth, depth_info, reference, teleop,
+      imu, joints;
   std::optional<RosFrames::Key> odometry_edge;  ///< if odometry comes from tf
 };
 
