@@ -95,8 +95,10 @@ class LiveSlam {
       if (!robot) return robot.error();
       if (Status made = start(*robot); !made) return made;
     }
-    // Odometry is interpolated and needed completely; of scans only the newest few are processed.
+    // Odometry and attitude are interpolated and needed completely; of scans only the newest few are
+    // processed.
     for (const auto& [channel, capacity] : {std::pair{options_.odometry_channel, 200},
+                                            {std::string(channel::kImu), 1000},
                                             {options_.scan_channel, 5},
                                             {std::string(channel::kRobot), 1}}) {
       if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
@@ -145,6 +147,11 @@ class LiveSlam {
       if (!asked_for_robot_)
         std::fprintf(stderr, "parhelion slam: no ROBOT message yet; describe the robot with --robot FILE\n");
       asked_for_robot_ = true;
+      return {};
+    }
+    if (message.channel == channel::kImu) {
+      ImuSample sample;
+      if (read(message, sample)) slam_->add_inertial(sample);
       return {};
     }
     if (message.channel == options_.odometry_channel) {

@@ -120,6 +120,14 @@ class LogSlam {
       if (Status read = decode(event.channel, event.payload, message); !read) return read;
       return start(message.yaml, options_.input.string() + ", channel ROBOT");
     }
+    if (event.channel == channel::kImu && slam_) {
+      ImuSample sample;
+      if (const Status read = decode(event.channel, event.payload, sample); read.ok())
+        slam_->add_inertial(sample);
+      else
+        find(read.error().message);
+      return {};
+    }
     if (event.channel != options_.scan_channel && event.channel != options_.odometry_channel) return {};
     if (!slam_) {
       return Error{options_.input.string() + ": has no " + channel::kRobot + " event before its first " +

@@ -11,14 +11,20 @@ namespace {
 constexpr std::size_t kSlots = 2048;  // two seconds at 1 kHz
 constexpr double kSteepest = 80 * std::numbers::pi / 180;
 
+Eigen::Quaterniond tilt(const Attitude& attitude) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  return AngleAxisd(attitude.pitch, Vector3d::UnitY()) * AngleAxisd(attitude.roll, Vector3d::UnitX());
+}
+
 }  // namespace
 
+Transform<Base, Laser> levelled(const Transform<Base, Laser>& T_base_laser, const Attitude& attitude) {
+  return {tilt(attitude) * T_base_laser.quaternion(), tilt(attitude) * T_base_laser.translation()};
+}
+
 Transform<Map, Base> with_attitude(const Transform<Map, Base>& T_map_base, const Attitude& attitude) {
-  using Eigen::AngleAxisd, Eigen::Vector3d;
-  const Eigen::Quaterniond rotation = AngleAxisd(T_map_base.yaw(), Vector3d::UnitZ()) *
-                                      AngleAxisd(attitude.pitch, Vector3d::UnitY()) *
-                                      AngleAxisd(attitude.roll, Vector3d::UnitX());
-  return {rotation, T_map_base.translation()};
+  const Eigen::AngleAxisd heading(T_map_base.yaw(), Eigen::Vector3d::UnitZ());
+  return {Eigen::Quaterniond(heading) * tilt(attitude), T_map_base.translation()};
 }
 
 AttitudeTrack::AttitudeTrack(const std::optional<ImuDescription>& imu) : samples_(imu ? kSlots : 1) {

@@ -15,6 +15,9 @@ struct Attitude {
   double pitch = 0;
 };
 
+/// The laser of a robot that stands on a slope, in a level frame with the same origin and heading.
+Transform<Base, Laser> levelled(const Transform<Base, Laser>& T_base_laser, const Attitude& attitude);
+
 /// `T_map_base` with its roll and pitch replaced; position and heading are unchanged.
 Transform<Map, Base> with_attitude(const Transform<Map, Base>& T_map_base, const Attitude& attitude);
 

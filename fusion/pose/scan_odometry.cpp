@@ -15,7 +15,8 @@ double cautious(double brief, double lasting) {
 
 }  // namespace
 
-std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp) {
+std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp,
+                                                        const std::optional<Attitude>& attitude) {
   if (!latest_) return std::nullopt;
   Step result;
   const auto there = track_.at(stamp);
@@ -36,6 +37,11 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp) {
   }
   if (T_odom_base_) result.step = T_odom_base_->inverse() * *T_odom_base;
   T_odom_base_ = T_odom_base;
+  if (attitude) {
+    const double along = std::cos(attitude->pitch), across = std::cos(attitude->roll);
+    result.step = {along * result.step.x, across * result.step.y, result.step.yaw};
+    result.twist = {along * result.twist.vx, across * result.twist.vy, result.twist.wz};
+  }
   return result;
 }
 

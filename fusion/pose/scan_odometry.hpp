@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/odometry_track.hpp"
 
@@ -23,8 +24,9 @@ class ScanOdometry {
     track_.add(*latest_);
   }
   /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
-  /// used directly: in recordings with stamps that go backwards, file order is correct.
-  std::optional<Step> step_to(SensorTime stamp);
+  /// used directly: in recordings with stamps that go backwards, file order is correct. `attitude`: of the
+  /// base at the scan, where it is measured; wheels measure the way along a slope.
+  std::optional<Step> step_to(SensorTime stamp, const std::optional<Attitude>& attitude = {});
 
  private:
   CorrectedOdometry corrected_;

@@ -1,29 +1,50 @@
 #include "fusion/pose/scan_points.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace parhelion::pose {
 
-Eigen::Vector2d deskewed_point(const Scan& scan, std::size_t beam, const LaserDescription& laser,
-                               const Twist2& twist) {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// A return from lower than this fraction of the laser's height is from the floor, as far as an inertial
+/// sensor can tell.
+constexpr double kFloor = 0.3;
+constexpr double kCeiling = 2.2;  ///< m, the lowest ceilings
+
+}  // namespace
+
+Deskewing::Deskewing(const LaserDescription& laser, const Twist2& twist,
+                     const std::optional<Attitude>& attitude)
+    : laser_(laser),
+      twist_(twist),
+      T_base_laser_(attitude ? levelled(laser.T_base_laser, *attitude) : laser.T_base_laser),
+      lowest_(attitude ? kFloor * T_base_laser_.translation().z() : -kInfinity),
+      highest_(attitude ? std::max(kCeiling, T_base_laser_.translation().z()) : kInfinity) {}
+
+std::optional<Eigen::Vector2d> Deskewing::point(const Scan& scan, std::size_t beam) const {
+  if (laser_.convention.classify(scan.ranges[beam]) != BeamKind::hit) return std::nullopt;
   const double range = scan.ranges[beam];
   const double angle = static_cast<double>(scan.angle_min) +
                        static_cast<double>(beam) * static_cast<double>(scan.angle_increment);
   const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
-  const Eigen::Vector2d p_base = (laser.T_base_laser * p_laser).head<2>();
-  const bool moving = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
-  const double dt = moving ? laser.beam_time(beam, scan.ranges.size()).seconds() : 0;
-  return dt == 0 ? p_base : moved(twist, dt) * p_base;
+  const Eigen::Vector3d p = T_base_laser_ * p_laser;
+  if (p.z() < lowest_ || p.z() > highest_) return std::nullopt;
+  const Eigen::Vector2d p_base = p.head<2>();
+  const bool moving = twist_.vx != 0 || twist_.vy != 0 || twist_.wz != 0;
+  const double dt = moving ? laser_.beam_time(beam, scan.ranges.size()).seconds() : 0;
+  return dt == 0 ? p_base : Eigen::Vector2d(moved(twist_, dt) * p_base);
 }
 
-ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist) {
-  ScanPoints result{
-      scan.stamp,          laser.T_base_laser.translation().head<2>(), {}, scan.ranges.size(), scan.angle_min,
-      scan.angle_increment};
+ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist,
+                    const std::optional<Attitude>& attitude) {
+  const Deskewing deskewing(laser, twist, attitude);
+  ScanPoints result{scan.stamp,         deskewing.laser(), {},
+                    scan.ranges.size(), scan.angle_min,    scan.angle_increment};
   result.points.reserve(scan.ranges.size());
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    if (laser.convention.classify(scan.ranges[i]) == BeamKind::hit)
-      result.points.push_back(deskewed_point(scan, i, laser, twist));
+    if (const auto point = deskewing.point(scan, i)) result.points.push_back(*point);
   }
   return result;
 }

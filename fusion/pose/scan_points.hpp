@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "fusion/pose/attitude_track.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
@@ -19,12 +21,28 @@ struct ScanPoints {
   float angle_min = 0, angle_increment = 0;  ///< rad
 };
 
-/// `twist`: of the base during the sweep. Only hits become points; those of a rolled or tilted laser are
-/// projected to the floor plane.
-ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist);
-/// One point of it, which must be a hit.
-Eigen::Vector2d deskewed_point(const Scan& scan, std::size_t beam, const LaserDescription& laser,
-                               const Twist2& twist);
+/// Places the hits of one scan in base_link.
+class Deskewing {
+ public:
+  /// `twist`: of the base during the sweep. `attitude`: of the base, where it is measured; points are then in
+  /// a level frame with the base's origin and heading.
+  Deskewing(const LaserDescription& laser, const Twist2& twist, const std::optional<Attitude>& attitude);
+
+  /// m, base_link at the stamp, projected to the floor plane. nullopt: no hit, or, on a robot whose attitude
+  /// is measured, a return from floor or ceiling.
+  std::optional<Eigen::Vector2d> point(const Scan& scan, std::size_t beam) const;
+  /// The laser's place, m.
+  Eigen::Vector2d laser() const { return T_base_laser_.translation().head<2>(); }
+
+ private:
+  const LaserDescription& laser_;
+  Twist2 twist_;
+  Transform<Base, Laser> T_base_laser_;
+  double lowest_, highest_;  ///< m, heights over the base between which returns are from walls
+};
+
+ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist,
+                    const std::optional<Attitude>& attitude = {});
 
 /// The scan that a robot at rest at the stamp would have taken: the points resampled at regular beam angles,
 /// interpolated on the line between neighbours. NaN: unknown.

@@ -56,22 +56,24 @@ ScanRefiner::ScanRefiner(const LaserDescription& laser, std::shared_ptr<const Ma
   few_.reserve(kFewPoints);
 }
 
-void ScanRefiner::take_points(const Scan& scan, const Twist2& twist) {
+void ScanRefiner::take_points(const Scan& scan, const MatchPrior& prior) {
   hits_.clear();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     if (laser_.convention.classify(scan.ranges[i]) == BeamKind::hit)
       hits_.push_back(static_cast<std::uint32_t>(i));
   }
+  const Deskewing deskewing(laser_, prior.twist, prior.attitude);
   points_.clear();
-  spread(hits_, kPoints,
-         [&](std::uint32_t beam) { points_.push_back(deskewed_point(scan, beam, laser_, twist)); });
+  spread(hits_, kPoints, [&](std::uint32_t beam) {
+    if (const auto point = deskewing.point(scan, beam)) points_.push_back(*point);
+  });
   few_.clear();
   spread(points_, kFewPoints, [&](const Eigen::Vector2d& point) { few_.push_back(point); });
 }
 
 RefinedPose ScanRefiner::refine(const Scan& scan, const MatchPrior& prior) {
   RefinedPose refined;
-  take_points(scan, prior.twist);
+  take_points(scan, prior);
   if (points_.size() < kMinPoints) {
     refined.match = ScanMatch::few_points;
     return refined;

@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/matching_map.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
@@ -19,6 +21,7 @@ struct MatchPrior {
   Pose2 T_map_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame
   Twist2 twist;                                          ///< body frame
+  std::optional<Attitude> attitude = std::nullopt;       ///< none: not measured
 };
 
 /// How a scan was placed.
@@ -51,7 +54,7 @@ class ScanRefiner {
   RefinedPose refine(const Scan& scan, const MatchPrior& prior);
 
  private:
-  void take_points(const Scan& scan, const Twist2& twist);
+  void take_points(const Scan& scan, const MatchPrior& prior);
 
   LaserDescription laser_;
   std::shared_ptr<const MatchingMap> map_;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
@@ -46,6 +47,9 @@ class Slam {
  public:
   virtual ~Slam() = default;
   virtual void add(const Odometry& odometry) = 0;
+  /// Roll and pitch are taken out of scans. Without samples, or without an `imu` in the description, the
+  /// robot counts as level.
+  virtual void add_inertial(const ImuSample&) {}
   /// The estimate for this scan; nullopt where there is none yet (before the first odometry). Global
   /// localization returns estimates with state initializing until it has converged.
   virtual std::optional<PoseEstimate> add(const Scan& scan) = 0;

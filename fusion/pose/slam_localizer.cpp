@@ -22,7 +22,7 @@ constexpr std::size_t kMinPoints = 10;
 class Localizer final : public Slam {
  public:
   Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
-      : robot_(robot), map_(std::move(map)), odometry_(robot.odometry) {
+      : robot_(robot), map_(std::move(map)), odometry_(robot.odometry), attitude_(robot.imu) {
     match_.range_sigma = map_.sigma;
     if (!options.start) return;
     pose_ = {options.start->x(), options.start->y(), options.start->z()};
@@ -30,11 +30,13 @@ class Localizer final : public Slam {
   }
 
   void add(const Odometry& odometry) override { odometry_.add(odometry); }
+  void add_inertial(const ImuSample& sample) override { attitude_.add(sample); }
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
-    const auto step = odometry_.step_to(scan.stamp);
+    const auto attitude = attitude_.at(scan.stamp);
+    const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
+    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist, attitude);
     switch (mode_) {
       case Mode::searching:
         search(points, step->step);
@@ -141,6 +143,7 @@ class Localizer final : public Slam {
   FrozenMap map_;
   MatchOptions match_;
   ScanOdometry odometry_;
+  AttitudeTrack attitude_;
   GlobalSearch search_;
   Mode mode_ = Mode::searching;
   bool was_tracking_ = false;

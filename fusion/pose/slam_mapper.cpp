@@ -11,16 +11,22 @@ namespace {
 class Mapper final : public Slam {
  public:
   Mapper(const RobotDescription& robot, const SlamOptions& options)
-      : robot_(robot), options_(options), odometry_(robot.odometry), front_end_(robot, {}) {
+      : robot_(robot),
+        options_(options),
+        odometry_(robot.odometry),
+        attitude_(robot.imu),
+        front_end_(robot, {}) {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 
   void add(const Odometry& odometry) override { odometry_.add(odometry); }
+  void add_inertial(const ImuSample& sample) override { attitude_.add(sample); }
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
-    const auto step = odometry_.step_to(scan.stamp);
+    const auto attitude = attitude_.at(scan.stamp);
+    const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
+    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist, attitude);
     const SlamFrontEnd::Estimate tracked = front_end_.add(points, step->step);
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     PoseEstimate estimate = planar_estimate(scan.stamp, tracked.T_map_base, tracked.covariance,
@@ -95,6 +101,7 @@ class Mapper final : public Slam {
   RobotDescription robot_;
   SlamOptions options_;
   ScanOdometry odometry_;
+  AttitudeTrack attitude_;
   SlamFrontEnd front_end_;
   std::vector<PoseEstimate> estimates_;
   std::vector<Pose2> final_;

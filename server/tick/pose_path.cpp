@@ -61,11 +61,12 @@ std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime 
 pose::RefinedPose match_scan(const Scan& scan, PoseState& pose) {
   pose::RefinedPose refined;
   if (!pose.refiner) return refined;
-  const auto prior = pose.track.match_prior(scan.stamp);
+  auto prior = pose.track.match_prior(scan.stamp);
   if (!prior) {
     refined.match = pose::ScanMatch::no_prior;
     return refined;
   }
+  prior->attitude = pose.attitude.at(scan.stamp);
   refined = pose.refiner->refine(scan, *prior);
   if (refined.match == pose::ScanMatch::matched)
     pose.track.refine(scan.stamp, refined.T_map_base, refined.covariance);
