@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
@@ -25,7 +26,8 @@ constexpr const char* kFooter =
     "  parhelion slam --log drive.lcm -o mapped.lcm --save-map site     # builds site.simplemap, .yaml, "
     ".pgm, .png\n"
     "  parhelion slam --log drive.lcm -o located.lcm --map site.yaml --start 0,0,0\n"
-    "  parhelion slam --map site.simplemap                              # live, finds itself\n\n"
+    "  parhelion slam --map site.simplemap                              # live, finds itself\n"
+    "  parhelion slam --log drive.lcm --engine mrpt-rbpf --save-map site  # MRPT's particle filter\n\n"
     "Over a log the same bytes come out each time; step times are in the summary only. Mapping writes the "
     "final\n"
     "trajectory, marked as not causal; injection wants --causal or localization.";
@@ -35,7 +37,7 @@ void ask_to_stop(int) { stop_asked = 1; }
 
 struct Arguments {
   SlamLogOptions options;
-  std::string start, delay = "20ms", summary;
+  std::string start, delay = "20ms", summary, engine = "parhelion";
   BusOptions bus;
 };
 
@@ -61,6 +63,10 @@ bool parse_delay(const std::string& text, Duration& delay) {
   return true;
 }
 
+void print_map_files(const std::filesystem::path& prefix) {
+  std::printf("map: %s\n", joined_map_files(prefix).c_str());
+}
+
 Exit over_log(const Arguments& arguments) {
   const SlamLogOptions& options = arguments.options;
   Progress line("slam", "%");
@@ -71,12 +77,17 @@ Exit over_log(const Arguments& arguments) {
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
   std::printf("%s\n", report->summary.c_str());
+  if (options.map.empty() && !options.save_map.empty()) print_map_files(options.save_map);
   if (!arguments.summary.empty()) {
     const Status written = write_text(arguments.summary, to_json(*report), options.overwrite);
     if (!written) return failed(written.error());
   }
   return Exit::done;
 }
+
+constexpr const char* kStates[] = {"initializing: the robot's place is not known yet",
+                                   "tracking: the robot's place is known",
+                                   "lost: scans do not fit the map; the server injects nothing"};
 
 /// SLAM on the bus; ends at SIGINT or SIGTERM.
 class LiveSlam {
@@ -169,6 +180,10 @@ class LiveSlam {
     const auto took = std::chrono::steady_clock::now() - before;
     steps.push_back(std::chrono::duration<double, std::micro>(took).count());
     if (!word) return {};
+    if (word->state != state_) {
+      std::fprintf(stderr, "parhelion slam: %s\n", kStates[static_cast<std::size_t>(word->state)]);
+      state_ = word->state;
+    }
     word->step_time = nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(took).count());
     encode(*word, bytes_);
     if (Status sent = bus_->publish(channel::kPoseCov, bytes_); !sent) return sent;
@@ -181,7 +196,9 @@ class LiveSlam {
     if (!slam_ || !options_.map.empty() || options_.save_map.empty()) return {};
     Progress loops("closing loops", "%");
     slam_->finish();
-    return save_map_files(*slam_, options_.save_map, options_.overwrite);
+    const Status saved = save_map_files(*slam_, options_.save_map, options_.overwrite);
+    if (saved) print_map_files(options_.save_map);
+    return saved;
   }
 
   const SlamLogOptions& options_;
@@ -189,6 +206,7 @@ class LiveSlam {
   std::unique_ptr<pose::Slam> slam_;
   std::vector<std::uint8_t> bytes_;
   bool asked_for_robot_ = false;
+  std::optional<SlamState> state_;  ///< the last that was printed
 };
 
 Exit live(const Arguments& arguments) {
@@ -209,6 +227,7 @@ Exit run(Arguments& arguments) {
   }
   if (!parse_delay(arguments.delay, options.pose_delay))
     return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
+  options.slam.engine = pose::slam_engine(arguments.engine).value_or(pose::SlamEngine::parhelion);
   const bool localizing = !options.map.empty();
   for (const Status& free : {check_map_files(localizing ? "" : options.save_map, options.overwrite),
                              check_writable(arguments.summary, options.overwrite)}) {
@@ -242,6 +261,15 @@ void add_slam(CLI::App& app, Exit& exit) {
       ->capture_default_str();
   command->add_flag("--causal", options.causal,
                     "Mapping: the estimates of a live run, not the final trajectory");
+  command
+      ->add_option("--engine", arguments->engine,
+                   "parhelion; or MRPT's: mrpt-icp and mrpt-rbpf build a map, mrpt-localization needs --map")
+      ->check(CLI::IsMember(pose::slam_engines()))
+      ->capture_default_str();
+  command
+      ->add_option("--mrpt-config", options.slam.engine_config,
+                   "Configuration file of MRPT's icp-slam, rbpf-slam or pf-localization, for its engines")
+      ->check(CLI::ExistingFile);
   command->add_option("--seed", options.slam.seed, "Random seed")->capture_default_str();
   command->add_option("--pose-delay", arguments->delay, "Arrival of a pose after its scan, over a log")
       ->capture_default_str();

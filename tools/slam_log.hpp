@@ -65,6 +65,8 @@ Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProg
 /// PREFIX.simplemap, .yaml, .pgm and .png: writes all four or, on an error, none. The caller closes loops
 /// with Slam::finish() before.
 Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefix, bool overwrite);
+/// Their names, in one line.
+std::string joined_map_files(const std::filesystem::path& prefix);
 /// Error: one of them exists and may not be overwritten, or their folder does not exist.
 Status check_map_files(const std::filesystem::path& prefix, bool overwrite);
 

@@ -28,6 +28,12 @@ std::vector<std::string> file_names(const std::string& name) {
 
 }  // namespace
 
+std::string joined_map_files(const std::filesystem::path& prefix) {
+  std::string text;
+  for (const std::string& name : file_names(prefix.string())) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 Status check_map_files(const std::filesystem::path& prefix, bool overwrite) {
   if (prefix.empty()) return {};
   for (const std::string& file : file_names(prefix.filename().string())) {

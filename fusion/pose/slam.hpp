@@ -1,7 +1,8 @@
-// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping with loop closing. No MRPT
-// type is named here.
+// SLAM on raw scans and odometry: localization in a frozen map, or mapping. The engine is Parhelion's own
+// (own_slam.hpp) or one of MRPT's (mrpt/engines.hpp).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,7 +36,20 @@ std::string grid_map_id(const GridMap& map);
 Status save_ros_map(const GridMap& map, const std::string& prefix);
 Result<GridMap> load_ros_map(const std::string& yaml_path);
 
+enum class SlamEngine : std::uint8_t {
+  parhelion,          ///< maps with loop closing, and localizes
+  mrpt_icp,           ///< maps without loop closing
+  mrpt_rbpf,          ///< maps with a particle filter
+  mrpt_localization,  ///< localizes with a particle filter
+};
+const char* to_string(SlamEngine engine);
+/// nullopt: no engine has that name.
+std::optional<SlamEngine> slam_engine(const std::string& name);
+std::vector<std::string> slam_engines();
+
 struct SlamOptions {
+  SlamEngine engine = SlamEngine::parhelion;
+  std::string engine_config;  ///< a configuration file of MRPT, for its engines; empty: defaults of our own
   std::uint64_t seed = 1;
   std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
   double resolution = 0.05;              ///< m, of a map being built, or made from a .simplemap

@@ -3,6 +3,7 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/localizer_search.hpp"
+#include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 #include "fusion/pose/slam_front_end.hpp"
@@ -154,14 +155,8 @@ class Localizer final : public Slam {
 
 }  // namespace
 
-Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, const std::string& map_path,
-                                             const SlamOptions& options) {
-  if (!robot.laser)
-    return Error{"slam: robot '" + robot.name + "' has no laser; give a description with --robot FILE"};
-  if (!(options.resolution > 0 && options.resolution <= 1))
-    return Error{"slam: resolution must be above 0 and at most 1 m"};
-  if (options.start && !options.start->allFinite())
-    return Error{"slam: start must be finite: x, y in m, yaw in rad"};
+Result<std::unique_ptr<Slam>> make_own_localizer(const RobotDescription& robot, const std::string& map_path,
+                                                 const SlamOptions& options) {
   auto map = load_frozen_map(map_path, options.resolution);
   if (!map) return map.error();
   return std::unique_ptr<Slam>(std::make_unique<Localizer>(robot, std::move(*map), options));

@@ -1,6 +1,7 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/loop_closing.hpp"
 #include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 #include "fusion/pose/slam_front_end.hpp"
@@ -111,11 +112,7 @@ class Mapper final : public Slam {
 
 }  // namespace
 
-Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const SlamOptions& options) {
-  if (!robot.laser)
-    return Error{"slam: robot '" + robot.name + "' has no laser; give a description with --robot FILE"};
-  if (!(options.resolution > 0 && options.resolution <= 1))
-    return Error{"slam: resolution must be above 0 and at most 1 m"};
+Result<std::unique_ptr<Slam>> make_own_mapper(const RobotDescription& robot, const SlamOptions& options) {
   return std::unique_ptr<Slam>(std::make_unique<Mapper>(robot, options));
 }
 

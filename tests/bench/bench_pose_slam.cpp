@@ -129,12 +129,15 @@ void print_rmse(const char* what, const test::Trajectory& trajectory, const Reco
 }
 
 void bench_mapping(const std::string& name, const std::string& log,
-                   const std::vector<test::Relation>& relations) {
-  std::printf("%s: mapping\n", name.c_str());
+                   const std::vector<test::Relation>& relations, const pose::SlamOptions& mapping) {
+  std::printf("%s: mapping, %s\n", name.c_str(), to_string(mapping.engine));
   Recording recording;
   if (!load(log, recording)) return;
-  auto mapper = pose::make_mapper(recording.robot, {});
-  if (!mapper) return;
+  auto mapper = pose::make_mapper(recording.robot, mapping);
+  if (!mapper) {
+    std::printf("  %s\n", mapper.error().message.c_str());
+    return;
+  }
   const double start = cpu_seconds();
   Run causal = run(**mapper, recording);
   print_times("wall", causal.wall_ms);
@@ -157,10 +160,11 @@ void bench_mapping(const std::string& name, const std::string& log,
     return;
   for (const char* kind : {".simplemap", ".yaml"}) {
     pose::SlamOptions options;
-    options.start = Eigen::Vector3d::Zero();
+    options.start = Eigen::Vector3d(0, 0, 0);
+    if (mapping.engine != pose::SlamEngine::parhelion) options.engine = pose::SlamEngine::mrpt_localization;
     auto localizer = pose::make_localizer(recording.robot, prefix + kind, options);
     if (!localizer) continue;
-    std::printf("%s: localization in %s\n", name.c_str(), kind);
+    std::printf("%s: localization in %s, %s\n", name.c_str(), kind, to_string(options.engine));
     Run located = run(**localizer, recording);
     print_times("wall", located.wall_ms);
     print_times("CPU", located.cpu_ms);
@@ -172,20 +176,28 @@ void bench_mapping(const std::string& name, const std::string& log,
 }  // namespace
 }  // namespace parhelion
 
-/// bench_pose_slam SENA.lcm JARVIS.lcm INTEL.lcm: logs that `parhelion import` wrote; "-" leaves one out.
+/// bench_pose_slam ENGINE NAME=LOG...: logs that `parhelion import` wrote. The one that is named Intel is
+/// compared with that recording's relations. ENGINE: as of `slam --engine`, for mapping; "mrpt-rbpf=FILE"
+/// gives it a configuration file of MRPT.
 int main(int argc, char** argv) {
-  const auto relations =
-      parhelion::test::read_relations(std::string(PARHELION_DATA_DIR) + "/slam2d-intel/intel.relations");
-  if (argc != 4) {
-    std::printf("usage: %s SENA.lcm JARVIS.lcm INTEL.lcm (of `parhelion import`; - leaves one out)\n",
-                argv[0]);
+  using parhelion::pose::slam_engine;
+  const std::string first = argc > 1 ? argv[1] : "";
+  const std::size_t equals = std::min(first.find('='), first.size());
+  const auto engine = slam_engine(first.substr(0, equals));
+  if (argc < 3 || !engine) {
+    std::printf("usage: %s ENGINE[=CONFIGURATION] NAME=LOG.lcm...\n", argv[0]);
     return 2;
   }
-  const char* names[] = {"SENA", "Jarvis", "Intel"};
-  for (int i = 0; i < 3; ++i) {
-    if (std::string(argv[i + 1]) != "-")
-      parhelion::bench_mapping(names[i], argv[i + 1],
-                               i == 2 ? relations : std::vector<parhelion::test::Relation>());
+  parhelion::pose::SlamOptions options;
+  options.engine = *engine;
+  if (equals < first.size()) options.engine_config = first.substr(equals + 1);
+  const auto relations =
+      parhelion::test::read_relations(std::string(PARHELION_DATA_DIR) + "/slam2d-intel/intel.relations");
+  for (int i = 2; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::string name = argument.substr(0, argument.find('='));
+    parhelion::bench_mapping(name, argument.substr(std::min(argument.find('=') + 1, argument.size())),
+                             name == "Intel" ? relations : std::vector<parhelion::test::Relation>(), options);
   }
   return 0;
 }

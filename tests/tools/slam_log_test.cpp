@@ -122,6 +122,35 @@ TEST(SlamLog, MappingAndLocalizationAreReproducible) {
   ASSERT_EQ(status.size(), 1U);
 }
 
+TEST(SlamLog, EnginesOfMrptMapAndLocalizeWithTheSameBytesEachTime) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  for (const pose::SlamEngine engine : {pose::SlamEngine::mrpt_icp, pose::SlamEngine::mrpt_rbpf}) {
+    SCOPED_TRACE(to_string(engine));
+    for (const char* name : {"a", "b"}) {
+      SlamLogOptions mapping = options(folder / "in.lcm", folder / (std::string(name) + ".lcm"));
+      mapping.overwrite = mapping.causal = true;
+      mapping.save_map = folder / name;
+      mapping.slam.engine = engine;
+      const auto report = map_log(mapping);
+      ASSERT_TRUE(report.ok()) << report.error().message;
+      EXPECT_EQ(report->tracking, drive.scans);
+      SlamLogOptions localizing = options(folder / "in.lcm", folder / (std::string(name) + "l.lcm"));
+      localizing.overwrite = true;
+      localizing.map = folder / (std::string(name) + ".simplemap");
+      localizing.slam.engine = pose::SlamEngine::mrpt_localization;
+      localizing.slam.start = Eigen::Vector3d(0, 0, 0);
+      const auto located = localize_log(localizing);
+      ASSERT_TRUE(located.ok()) << located.error().message;
+      EXPECT_EQ(located->tracking, drive.scans);
+      EXPECT_EQ(located->map_id, report->map_id);
+    }
+    for (const char* end : {".lcm", "l.lcm", ".pgm"})
+      EXPECT_TRUE(bytes_of(folder / (std::string("a") + end)) == bytes_of(folder / (std::string("b") + end)))
+          << end;
+  }
+}
+
 TEST(SlamLog, RunOverItsOwnOutputReplacesThePoses) {
   const TemporaryFolder folder;
   const LogOfADrive drive(folder / "in.lcm");
