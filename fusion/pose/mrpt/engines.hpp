@@ -3,6 +3,9 @@
 // Fernandez-Madrigal 2010), and Monte Carlo localization with KLD sampling (CMonteCarloLocalization2D; Fox
 // 2003). No MRPT type is named here.
 //
+// They are a module that is loaded when one is asked for first; it is in ../lib/parhelion beside the program.
+// An error says where it was looked for.
+//
 // Random numbers are from MRPT's generator, which a process has once: it is seeded when an engine is made, so
 // that two engines that run at the same time in one process change each other's results.
 #pragma once

@@ -1,4 +1,4 @@
-#include "fusion/pose/mrpt/engine.hpp"
+#include "fusion/pose/mrpt/engine/engine.hpp"
 
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>

@@ -3,10 +3,10 @@
 #include <mrpt/slam/CMetricMapBuilderICP.h>
 #include <mrpt/slam/CMetricMapBuilderRBPF.h>
 
-#include "fusion/pose/mrpt/configuration.hpp"
 #include "fusion/pose/mrpt/conversion.hpp"
-#include "fusion/pose/mrpt/engine.hpp"
-#include "fusion/pose/mrpt/engines.hpp"
+#include "fusion/pose/mrpt/engine/configuration.hpp"
+#include "fusion/pose/mrpt/engine/engine.hpp"
+#include "fusion/pose/mrpt/engine/module.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -184,7 +184,7 @@ Result<std::unique_ptr<CMetricMapBuilder>> rbpf_builder(const std::string& file)
 
 }  // namespace
 
-Result<std::unique_ptr<Slam>> make_mrpt_mapper(const RobotDescription& robot, const SlamOptions& options) {
+Result<std::unique_ptr<Slam>> mrpt_mapper(const RobotDescription& robot, const SlamOptions& options) {
   seed_mrpt(options.seed);
   auto builder = options.engine == SlamEngine::mrpt_rbpf ? rbpf_builder(options.engine_config)
                                                          : icp_builder(options.engine_config);

@@ -1,4 +1,4 @@
-#include "fusion/pose/mrpt/configuration.hpp"
+#include "fusion/pose/mrpt/engine/configuration.hpp"
 
 #include <algorithm>
 #include <exception>

@@ -5,9 +5,9 @@
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
 #include "fusion/pose/frozen_map.hpp"
-#include "fusion/pose/mrpt/configuration.hpp"
-#include "fusion/pose/mrpt/engine.hpp"
-#include "fusion/pose/mrpt/engines.hpp"
+#include "fusion/pose/mrpt/engine/configuration.hpp"
+#include "fusion/pose/mrpt/engine/engine.hpp"
+#include "fusion/pose/mrpt/engine/module.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -137,8 +137,8 @@ class MrptLocalizer final : public MrptEngine {
 
 }  // namespace
 
-Result<std::unique_ptr<Slam>> make_mrpt_localizer(const RobotDescription& robot, const std::string& map_path,
-                                                  const SlamOptions& options) {
+Result<std::unique_ptr<Slam>> mrpt_localizer(const RobotDescription& robot, const std::string& map_path,
+                                             const SlamOptions& options) {
   const auto read = read_options(options.engine_config);
   if (!read) return read.error();
   auto map = load_frozen_map(map_path, options.resolution);
