@@ -156,7 +156,7 @@ TEST(MrptConfiguration, AWrongFileIsRefusedWithItsNameSectionAndKey) {
   EXPECT_THAT(missing.error().message, HasSubstr("none: cannot be read"));
 }
 
-TEST(MrptConfiguration, EnginesSayWhatTheyAreFor) {
+TEST(MrptConfiguration, EnginesReportWhatTheyAreFor) {
   const RobotDescription robot = test::robot_with_laser();
   EXPECT_THAT(make_mapper(robot, with_engine(SlamEngine::mrpt_localization)).error().message,
               HasSubstr("--map"));
