@@ -93,11 +93,10 @@ std::string summarize(const Image& image) {
 std::string summarize(const Odometry& odometry) { return place(odometry.T_odom_base); }
 
 std::string summarize(const PoseEstimate& estimate) {
-  constexpr std::array<const char*, 3> states = {"initializing", "tracking", "lost"};
   const auto sigma = [&](int i) { return std::sqrt(estimate.covariance(i, i)); };
   return format("%s sigma %.3f %.3f m %.4f rad %s %s step %.2f ms map ", place(estimate.T_map_base).c_str(),
-                sigma(0), sigma(1), sigma(5), states.at(static_cast<std::size_t>(estimate.state)),
-                estimate.causal ? "causal" : "final", estimate.step_time.seconds() * 1e3) +
+                sigma(0), sigma(1), sigma(5), to_string(estimate.state), estimate.causal ? "causal" : "final",
+                estimate.step_time.seconds() * 1e3) +
          quoted(estimate.map_id);
 }
 

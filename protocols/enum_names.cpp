@@ -1,8 +1,23 @@
-// The names of events and agents in messages and files.
+// The names of events, agents and states in messages and files.
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/pose.hpp"
 
 namespace parhelion {
+
+const char* to_string(SlamState state) {
+  switch (state) {
+    case SlamState::initializing:
+      return "initializing";
+    case SlamState::tracking:
+      return "tracking";
+    case SlamState::lost:
+      return "lost";
+    case SlamState::unsure:
+      return "unsure";
+  }
+  return "unknown";
+}
 
 const char* to_string(AgentKind kind) {
   switch (kind) {

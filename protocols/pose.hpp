@@ -16,8 +16,12 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 enum class SlamState : std::int8_t {
   initializing = 0,  ///< no pose yet: T_map_base is not meaningful
   tracking = 1,
-  lost = 2,  ///< T_map_base must not be used
+  lost = 2,    ///< T_map_base must not be used
+  unsure = 3,  ///< T_map_base is a guess: for display, not for injection
 };
+
+/// As printed and in JSON: "tracking".
+const char* to_string(SlamState state);
 
 /// One SLAM estimate (POSE_COV).
 struct PoseEstimate {

@@ -76,6 +76,8 @@ Exit over_log(const Arguments& arguments) {
   if (!report) return failed(report.error());
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
+  for (const pose::OdometryFinding& finding : report->odometry_findings)
+    std::fprintf(stderr, "parhelion slam: %s\n", dated(finding, report->first_scan).c_str());
   std::printf("%s\n", report->summary.c_str());
   if (options.map.empty() && !options.save_map.empty()) print_map_files(options.save_map);
   if (!arguments.summary.empty()) {
@@ -87,7 +89,8 @@ Exit over_log(const Arguments& arguments) {
 
 constexpr const char* kStates[] = {"initializing: the robot's place is not known yet",
                                    "tracking: the robot's place is known",
-                                   "lost: scans do not fit the map; the server injects nothing"};
+                                   "lost: scans do not fit the map; the server injects nothing",
+                                   "unsure: the robot's place is a guess; the server injects nothing"};
 
 /// SLAM on the bus; ends at SIGINT or SIGTERM.
 class LiveSlam {
@@ -174,12 +177,19 @@ class LiveSlam {
     return read(message, scan) ? answer(scan) : Status{};
   }
 
+  void print_new_findings() {
+    const auto findings = slam_->odometry_findings();
+    for (; printed_ < findings.size(); ++printed_)
+      std::fprintf(stderr, "parhelion slam: %s\n", findings[printed_].text.c_str());
+  }
+
   Status answer(const Scan& scan) {
     const auto before = std::chrono::steady_clock::now();
     auto word = slam_->add(scan);
     const auto took = std::chrono::steady_clock::now() - before;
     steps.push_back(std::chrono::duration<double, std::micro>(took).count());
     if (!word) return {};
+    print_new_findings();
     if (word->state != state_) {
       std::fprintf(stderr, "parhelion slam: %s\n", kStates[static_cast<std::size_t>(word->state)]);
       state_ = word->state;
@@ -207,6 +217,7 @@ class LiveSlam {
   std::vector<std::uint8_t> bytes_;
   bool asked_for_robot_ = false;
   std::optional<SlamState> state_;  ///< the last that was printed
+  std::size_t printed_ = 0;         ///< findings
 };
 
 Exit live(const Arguments& arguments) {

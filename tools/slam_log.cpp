@@ -37,6 +37,7 @@ class LogSlam {
       if (!saved) return saved.error();
     }
     count(outputs_, report_);
+    report_.odometry_findings = slam_->odometry_findings();
     if (!options_.output.empty()) {
       const SlamTrajectory trajectory{outputs_, robot_, mapping_, report_.causal, report_.map_id};
       const auto replaced = write_slam_log(options_, trajectory);
@@ -148,7 +149,10 @@ class LogSlam {
       find(read.error().message);
       return {};
     }
-    if (report_.scans == 0) first_scan_ = event.arrival;
+    if (report_.scans == 0) {
+      first_scan_ = event.arrival;
+      report_.first_scan = scan.stamp;
+    }
     report_.log_seconds = (event.arrival - first_scan_).seconds();
     ++report_.scans;
     const Clock::time_point before = Clock::now();

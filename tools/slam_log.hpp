@@ -38,7 +38,7 @@ struct StepPercentiles {
 StepPercentiles percentiles(std::vector<double> microseconds);
 
 struct SlamLogReport {
-  std::uint64_t scans = 0, answered = 0, tracking = 0, lost = 0, initializing = 0;
+  std::uint64_t scans = 0, answered = 0, tracking = 0, unsure = 0, lost = 0, initializing = 0;
   std::uint64_t odometry = 0;
   std::uint64_t refused = 0;   ///< events of the two channels that could not be decoded, damaged places
   std::uint64_t replaced = 0;  ///< POSE_COV and POSE events of IN that OUT does not hold
@@ -51,6 +51,8 @@ struct SlamLogReport {
   std::string summary;  ///< for people, one line
   bool causal = true;
   std::vector<std::string> findings;  ///< the first twenty
+  SensorTime first_scan;              ///< its stamp
+  std::vector<pose::OdometryFinding> odometry_findings;
 };
 
 /// In percent: `total` is 100.
@@ -72,6 +74,9 @@ Status check_map_files(const std::filesystem::path& prefix, bool overwrite);
 
 /// Error: the channel contains injected returns. SLAM gets raw scans only.
 Status check_raw_channel(const std::string& channel);
+
+/// One line: from when to when, seconds after `first_scan`, and what.
+std::string dated(const pose::OdometryFinding& finding, SensorTime first_scan);
 
 /// The summary as JSON (`--summary`).
 std::string to_json(const SlamLogReport& report);

@@ -19,9 +19,11 @@ class ScanOdometry {
 
   explicit ScanOdometry(const OdometryCorrection& correction = {}) : corrected_(correction) {}
 
-  void add(const Odometry& odometry) {
+  /// The sample as it is used: corrected.
+  const Odometry& add(const Odometry& odometry) {
     latest_ = corrected_(odometry);
     track_.add(*latest_);
+    return *latest_;
   }
   /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
   /// used directly: in recordings with stamps that go backwards, file order is correct. `attitude`: of the

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "protocols/hash.hpp"
+
 namespace parhelion::pose {
 
 namespace {
@@ -42,6 +44,8 @@ ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist
   const Deskewing deskewing(laser, twist, attitude);
   ScanPoints result{scan.stamp,         deskewing.laser(), {},
                     scan.ranges.size(), scan.angle_min,    scan.angle_increment};
+  const auto bytes = std::as_bytes(std::span(scan.ranges));
+  result.ranges_hash = fnv1a_of_blocks({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   result.points.reserve(scan.ranges.size());
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     if (const auto point = deskewing.point(scan, i)) result.points.push_back(*point);

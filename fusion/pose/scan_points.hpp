@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@ struct ScanPoints {
   std::vector<Eigen::Vector2d> points;  ///< m, base_link at the stamp; hits only, in the order of the beams
   std::size_t beams = 0;                ///< of the scan that the points come from, as its angles
   float angle_min = 0, angle_increment = 0;  ///< rad
+  std::uint64_t ranges_hash = 0;             ///< of the scan's ranges
 };
 
 /// Places the hits of one scan in base_link.

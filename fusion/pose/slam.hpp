@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "fusion/pose/odometry_sanity.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
@@ -70,6 +71,8 @@ class Slam {
   /// Mapping: closes the remaining loops and returns the final trajectory (causal = false), one pose per
   /// processed scan.
   virtual std::vector<PoseEstimate> finish() = 0;
+  /// What was found to be wrong with odometry so far; always empty with an engine of MRPT.
+  virtual std::vector<OdometryFinding> odometry_findings() const { return {}; }
   virtual GridMap grid_map() const = 0;
   /// MRPT's .simplemap (mapping only).
   virtual Status save_simplemap(const std::string& path) const = 0;

@@ -8,56 +8,31 @@ namespace {
 
 /// Below this fraction of explained points a match is unreliable.
 constexpr double kMinExplained = 0.3;
-/// 1 sigma, m: beyond this a pose from odometry alone counts as lost.
-constexpr double kLostSigma = 0.5;
+/// 1 sigma, m: beyond these a pose counts as unsure and as lost.
+constexpr double kUnsureSigma = 0.15, kLostSigma = 0.5;
+/// Without a reliable match for so long, it counts as unsure.
+constexpr Duration kPatience = milliseconds(500);
 
 }  // namespace
 
-Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned) {
-  // Wider than the description, with lower bounds: if the filter trusted a systematic error (a bent axis, a
-  // wrong wheel), each match would lag by a little, and the map built from them would bend.
-  const double position = 4 * robot.odometry_error_translation * driven + 0.002;
-  const double yaw = 4 * robot.odometry_error_rotation * turned + 0.5 * driven + 0.005;
-  return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();
-}
-
-Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const Pose2& before,
-                                      const Pose2& after, const Eigen::Matrix3d& step_covariance) {
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  F(0, 2) = -(after.y - before.y);
-  F(1, 2) = after.x - before.x;
-  return F * covariance * F.transpose() + step_covariance;
-}
-
 SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options)
-    : robot_(robot), options_(options), fine_(options.cell), coarse_(4 * options.cell) {}
+    : robot_(robot), options_(options), tracking_(robot), fine_(options.cell), coarse_(4 * options.cell) {}
 
-SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const Pose2& step) {
-  const bool first = keyframes_.empty();
+SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdometry::Step& step) {
   Estimate estimate;
-  if (first) {
+  if (keyframes_.empty()) {
+    matched_ = scan.stamp;
     if (!scan.points.empty()) keep(scan);
   } else {
-    const double driven = step.position().norm(), turned = std::abs(step.yaw);
-    driven_ += driven;
-    turned_ += turned;
-    const Pose2 expected = pose_ * step;
-    const Eigen::Matrix3d predicted =
-        propagated_covariance(covariance_, pose_, expected, odometry_covariance(robot_, driven, turned));
-    const Match found =
-        match_from_several(fine_, coarse_, scan.points, expected, predicted.inverse(), options_.match);
-    estimate.explained = found.explained;
-    if (found.explained >= kMinExplained) {
-      pose_ = found.T_map_base;
-      covariance_ = (predicted.inverse() + found.information).inverse();
-    } else {
-      pose_ = expected;
-      covariance_ = predicted;
-    }
-    estimate.lost = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))) > kLostSigma;
+    const Pose2 moved = track(scan, step, estimate);
+    driven_ += moved.position().norm();
+    turned_ += std::abs(moved.yaw);
+    estimate.state = state(scan.stamp);
     const bool moved_on = driven_ - driven_at_keyframe_ >= options_.keyframe_distance ||
                           turned_ - turned_at_keyframe_ >= options_.keyframe_angle;
-    if (moved_on && found.explained >= 0.5 * kMinExplained) keep(scan), estimate.keyframe = true;
+    // Odometry that can be trusted leads over places where scans have little in common with the map.
+    const double enough = tracking_.fault() == OdometryFault::none ? 0.5 * kMinExplained : kMinExplained;
+    if (moved_on && estimate.explained >= enough) keep(scan), estimate.keyframe = true;
   }
   ++scans_;
   estimate.T_map_base = pose_;
@@ -65,23 +40,77 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const Pose2& st
   return estimate;
 }
 
+/// The motion that is taken for true.
+Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate) {
+  const Pose2 before = pose_;
+  const auto found = tracking_.follow(fine_, coarse_, scan, {pose_, covariance_}, step, options_.match);
+  estimate.explained = found.match.explained;
+  if (found.match.explained >= kMinExplained) {
+    pose_ = found.match.T_map_base;
+    covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
+    matched_ = scan.stamp;
+  } else {
+    pose_ = found.expected.T_map_base;
+    covariance_ = found.expected.covariance;
+  }
+  return found.by_odometry ? step.step : before.inverse() * pose_;
+}
+
+SlamState SlamFrontEnd::state(SensorTime stamp) const {
+  const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
+  if (sigma > kLostSigma) return SlamState::lost;
+  const bool blind = tracking_.fault() == OdometryFault::laser_frozen;
+  return blind || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
+                                                                       : SlamState::tracking;
+}
+
 void SlamFrontEnd::keep(const ScanPoints& scan) {
-  Keyframe keyframe{scan, pose_, Eigen::Matrix3d::Zero(), driven_, scans_};
+  Keyframe keyframe{scan, pose_, {}, Eigen::Matrix3d::Zero(), driven_, scans_};
   if (!keyframes_.empty()) {
+    keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
     const Eigen::Matrix3d step =
         odometry_covariance(robot_, driven_ - driven_at_keyframe_, turned_ - turned_at_keyframe_);
     keyframe.step_information = (0.25 * step).inverse();
   }
   driven_at_keyframe_ = driven_;
   turned_at_keyframe_ = turned_;
-  fine_.add(scan.points, pose_);
-  coarse_.add(scan.points, pose_);
   keyframes_.push_back(std::move(keyframe));
-  while (driven_ - keyframes_[oldest_in_map_].driven > options_.window) {
-    const Keyframe& old = keyframes_[oldest_in_map_++];
-    fine_.add(old.scan.points, old.T_map_base, -1);
-    coarse_.add(old.scan.points, old.T_map_base, -1);
+  in_map_.push_back(0);
+  update_local_map();
+}
+
+void SlamFrontEnd::put(std::size_t keyframe, double weight) {
+  const Keyframe& k = keyframes_[keyframe];
+  fine_.add(k.scan.points, k.T_map_base, weight);
+  coarse_.add(k.scan.points, k.T_map_base, weight);
+  in_map_[keyframe] = weight > 0 ? 1 : 0;
+}
+
+/// The recent path; and, while they fit, old keyframes around the robot.
+void SlamFrontEnd::update_local_map() {
+  const bool joined = driven_ < joined_until_;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    const bool recent = driven_ - keyframes_[i].driven <= options_.window;
+    bool wanted = recent;
+    if (!recent && (in_map_[i] != 0 || joined)) {
+      const double away = (keyframes_[i].T_map_base.position() - pose_.position()).norm();
+      wanted = joined ? away < options_.surroundings + (in_map_[i] != 0 ? 2 : 0) : false;
+    }
+    if (wanted && in_map_[i] == 0) put(i, 1);
+    if (!wanted && in_map_[i] != 0) put(i, -1);
   }
+}
+
+void SlamFrontEnd::correct(const std::vector<Pose2>& poses) {
+  const Pose2 T_keyframe_base = keyframes_.back().T_map_base.inverse() * pose_;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) keyframes_[i].T_map_base = poses[i];
+  pose_ = poses.back() * T_keyframe_base;
+  fine_ = SurfelMap(options_.cell);
+  coarse_ = SurfelMap(4 * options_.cell);
+  in_map_.assign(keyframes_.size(), 0);
+  joined_until_ = driven_ + options_.joined;
+  update_local_map();
+  tracking_.forget();
 }
 
 }  // namespace parhelion::pose

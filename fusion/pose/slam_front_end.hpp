@@ -1,4 +1,4 @@
-// The SLAM front end: each scan is matched to the surfels of the recent path, with odometry as prior.
+// The SLAM front end: each scan is matched to the surfels of the recent path.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,9 @@
 
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/surfel_map.hpp"
+#include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {
@@ -14,17 +16,11 @@ namespace parhelion::pose {
 struct Keyframe {
   ScanPoints scan;
   Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
-  Eigen::Matrix3d step_information =
-      Eigen::Matrix3d::Zero();  ///< of the motion since the previous keyframe, in its frame
-  double driven = 0;            ///< m, path length up to here
-  std::size_t scan_index = 0;   ///< number of the scan
+  Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
+  Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();  ///< of that, in its frame
+  double driven = 0;                                           ///< m, path length up to here
+  std::size_t scan_index = 0;                                  ///< number of the scan
 };
-
-/// Odometry error over a motion: covariance of x, y, yaw in the frame of its end.
-Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned);
-/// The covariance of a pose, propagated over the motion `step`; both in the map frame.
-Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const Pose2& before,
-                                      const Pose2& after, const Eigen::Matrix3d& step_covariance);
 
 class SlamFrontEnd {
  public:
@@ -33,37 +29,50 @@ class SlamFrontEnd {
     double keyframe_distance = 0.15;  ///< m
     double keyframe_angle = 0.1;      ///< rad
     double window = 25;               ///< m of path that the local map covers
+    double surroundings = 10;         ///< m: the same for old keyframes around the robot, after a loop
+    double joined = 12;               ///< m of path after a loop closure
     MatchOptions match;
   };
   struct Estimate {
     Pose2 T_map_base;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< map frame
     double explained = 0;
-    bool lost = false;
+    SlamState state = SlamState::tracking;
     bool keyframe = false;
   };
 
   SlamFrontEnd(const RobotDescription& robot, const Options& options);
 
+  void add(const Odometry& odometry) { tracking_.add(odometry); }
   /// `step`: odometry since the previous scan; the first scan is at `start`.
-  Estimate add(const ScanPoints& scan, const Pose2& step);
+  Estimate add(const ScanPoints& scan, const ScanOdometry::Step& step);
   void set_start(const Pose2& start) { pose_ = start; }
+  const ScanTracking& tracking() const { return tracking_; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
-  std::vector<Keyframe> take_keyframes() { return std::move(keyframes_); }
+  /// A loop was closed: moves the keyframes to `poses`, the robot with the last, and from here on matches to
+  /// the old surroundings, too.
+  void correct(const std::vector<Pose2>& poses);
 
  private:
+  Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
+  SlamState state(SensorTime stamp) const;
   void keep(const ScanPoints& scan);
+  void update_local_map();
+  void put(std::size_t keyframe, double weight);
 
   RobotDescription robot_;
   Options options_;
+  ScanTracking tracking_;
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
-  std::size_t oldest_in_map_ = 0;
+  std::vector<char> in_map_;  ///< per keyframe
+  double joined_until_ = 0;   ///< m of path, up to which old surroundings fit to the new ones
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double driven_ = 0, turned_ = 0;
   double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
   std::size_t scans_ = 0;
+  SensorTime matched_;  ///< stamp of the last scan that the map explained
 };
 
 }  // namespace parhelion::pose

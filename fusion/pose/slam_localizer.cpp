@@ -5,39 +5,50 @@
 #include "fusion/pose/localizer_search.hpp"
 #include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
-#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {
 
 constexpr double kMinExplained = 0.35;  ///< minimum for a valid scan (people may surround the robot)
-constexpr double kFoundAgain = 0.55;    ///< fraction of explained points that ends the lost state
-constexpr int kPatience = 10;           ///< consecutive scans without estimate before the lost state
-constexpr double kLostSigma = 0.3;      ///< m
-constexpr int kRetryEvery = 5;          ///< lost scans between two searches near the expected pose
-constexpr int kGiveUpAfter = 40;        ///< lost scans before a global search
+/// A scan is valid down to this fraction of what the map usually explains.
+constexpr double kMinOfUsual = 0.6;
+constexpr double kUsualMemory = 0.02;  ///< weight of a scan in that
+constexpr double kFoundAgain = 0.55;   ///< fraction of explained points that ends the lost state
+/// The best place counts as found if the second explains fewer points by this fraction.
+constexpr double kClearlyBetter = 0.05;
+constexpr Duration kUnsureAfter = milliseconds(300),
+                   kLostAfter = milliseconds(800);          ///< without a valid scan
+constexpr double kUnsureSigma = 0.15, kLostSigma = 0.3;     ///< m
+constexpr Duration kRetryEvery = milliseconds(500);         ///< between two searches near the expected pose
+constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those, before a global search
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t kMinPoints = 10;
 
 class Localizer final : public Slam {
  public:
   Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
-      : robot_(robot), map_(std::move(map)), odometry_(robot.odometry), attitude_(robot.imu) {
+      : robot_(robot),
+        map_(std::move(map)),
+        odometry_(robot.odometry),
+        attitude_(robot.imu),
+        tracking_(robot) {
     match_.range_sigma = map_.sigma;
     if (!options.start) return;
     pose_ = {options.start->x(), options.start->y(), options.start->z()};
     mode_ = Mode::starting;
   }
 
-  void add(const Odometry& odometry) override { odometry_.add(odometry); }
+  void add(const Odometry& odometry) override { tracking_.add(odometry_.add(odometry)); }
   void add_inertial(const ImuSample& sample) override { attitude_.add(sample); }
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist, attitude);
+    const ScanPoints points = deskewed(scan, *robot_.laser, tracking_.twist_at(step->twist), attitude);
+    now_ = scan.stamp;
     switch (mode_) {
       case Mode::searching:
         search(points, step->step);
@@ -49,7 +60,7 @@ class Localizer final : public Slam {
         track(points, *step);
         break;
       case Mode::lost:
-        recover(points, *step);
+        recover(points, step->step);
         break;
     }
     PoseEstimate estimate = planar_estimate(scan.stamp, pose_, covariance_, state());
@@ -58,6 +69,7 @@ class Localizer final : public Slam {
   }
 
   std::vector<PoseEstimate> finish() override { return {}; }
+  std::vector<OdometryFinding> odometry_findings() const override { return tracking_.findings(); }
   GridMap grid_map() const override { return map_.grid; }
   Status save_simplemap(const std::string& path) const override {
     return Error{path + ": localization does not build a map; omit --map to build one"};
@@ -67,16 +79,24 @@ class Localizer final : public Slam {
   enum class Mode { searching, starting, tracking, lost };
 
   SlamState state() const {
-    if (mode_ == Mode::tracking) return SlamState::tracking;
+    const bool blind = tracking_.fault() == OdometryFault::laser_frozen;
+    if (mode_ == Mode::tracking)
+      return blind || now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma ? SlamState::unsure
+                                                                               : SlamState::tracking;
     return mode_ == Mode::lost || was_tracking_ ? SlamState::lost : SlamState::initializing;
   }
 
+  double sigma() const { return std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))); }
+
   void settle(const Pose2& pose) {
+    tracking_.forget();
     pose_ = pose;
     covariance_ = Eigen::Vector3d(0.01, 0.01, 0.0025).asDiagonal();
     mode_ = Mode::tracking;
     was_tracking_ = true;
-    silent_ = lost_scans_ = 0;
+    matched_ = now_;
+    lost_since_.reset();
+    usual_ = kFoundAgain;
   }
 
   void search(const ScanPoints& scan, const Pose2& step) {
@@ -87,17 +107,31 @@ class Localizer final : public Slam {
     }
   }
 
-  /// Search around an approximate pose: correlative search, then the fine match.
-  bool search_near(const ScanPoints& scan, double reach, double angle, double min_fraction) {
+  /// Search around an approximate pose: correlative search, then the fine match of the best places. Fails
+  /// where a second one explains the scan about as well, by less than `lead`.
+  bool search_near(const ScanPoints& scan, double reach, double angle, double lead) {
     if (scan.points.size() < kMinPoints) return false;
     const auto found =
-        map_.likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 1, 0.5, 0.3});
-    if (found.empty()) return false;
-    const Pose2 near = found.front().T_map_base;
-    const Match exact = match(map_.fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
-    if (exact.explained < min_fraction) return false;
-    settle(exact.T_map_base);
+        map_.likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 4, 0.5, 0.3});
+    Match best;
+    double second = 0;
+    for (const auto& candidate : found) {
+      const Pose2 near = candidate.T_map_base;
+      const Match exact = match(map_.fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
+      const Pose2 apart = best.T_map_base.inverse() * exact.T_map_base;
+      const bool same = best.points > 0 && apart.position().norm() < 0.2 && std::abs(apart.yaw) < 0.1;
+      if (!same) second = std::max(second, std::min(best.explained, exact.explained));
+      if (exact.explained > best.explained) best = exact;
+    }
+    if (best.explained < kFoundAgain || best.explained - second < lead) return false;
+    settle(best.T_map_base);
     return true;
+  }
+
+  /// Since the pose is being searched for near where it is expected. True: for too long.
+  bool give_up() {
+    if (!lost_since_) lost_since_ = now_;
+    return now_ - *lost_since_ >= kGiveUpAfter;
   }
 
   void start(const ScanPoints& scan, const Pose2& step) {
@@ -105,36 +139,35 @@ class Localizer final : public Slam {
     covariance_ =
         Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma, kStartYawSigma * kStartYawSigma)
             .asDiagonal();
-    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, kFoundAgain)) return;
-    if (++lost_scans_ >= kGiveUpAfter) mode_ = Mode::searching;
+    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, 0)) return;
+    if (give_up()) mode_ = Mode::searching;
   }
 
   void track(const ScanPoints& scan, const ScanOdometry::Step& step) {
-    const double driven = step.step.position().norm(), turned = std::abs(step.step.yaw);
-    const Pose2 expected = pose_ * step.step;
-    Eigen::Matrix3d moved = odometry_covariance(robot_, driven, turned);
-    if (!step.known) moved += Eigen::Vector3d(0.04, 0.04, 0.04).asDiagonal();
-    const Eigen::Matrix3d predicted = propagated_covariance(covariance_, pose_, expected, moved);
-    const Eigen::Matrix3d prior = predicted.inverse();
-    pose_ = expected;
-    covariance_ = predicted;
-    const Match found = match_from_several(map_.fine, map_.coarse, scan.points, expected, prior, match_);
-    if (found.explained >= kMinExplained && scan.points.size() >= kMinPoints) {
-      pose_ = found.T_map_base;
-      covariance_ = (prior + found.information).inverse();
-      silent_ = 0;
+    const auto found = tracking_.follow(map_.fine, map_.coarse, scan, {pose_, covariance_}, step, match_);
+    const double enough = std::max(kMinExplained, kMinOfUsual * usual_);
+    if (found.match.explained >= enough && scan.points.size() >= kMinPoints) {
+      pose_ = found.match.T_map_base;
+      covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
+      matched_ = now_;
+      usual_ += kUsualMemory * (found.match.explained - usual_);
     } else {
-      ++silent_;
+      pose_ = found.expected.T_map_base;
+      covariance_ = found.expected.covariance;
     }
-    const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
-    if (silent_ >= kPatience || sigma > kLostSigma) mode_ = Mode::lost;
+    if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
+      mode_ = Mode::lost;
+      tried_.reset();
+    }
   }
 
-  void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
-    pose_ = pose_ * step.step;
-    ++lost_scans_;
-    if (lost_scans_ % kRetryEvery == 1 && search_near(scan, 1.5, 0.6, kFoundAgain)) return;
-    if (lost_scans_ >= kGiveUpAfter) {
+  void recover(const ScanPoints& scan, const Pose2& step) {
+    pose_ = pose_ * step;
+    if (!tried_ || now_ - *tried_ >= kRetryEvery) {
+      tried_ = now_;
+      if (search_near(scan, 1.5, 0.6, kClearlyBetter)) return;
+    }
+    if (give_up()) {
       mode_ = Mode::searching;
       search_.restart();
     }
@@ -145,12 +178,15 @@ class Localizer final : public Slam {
   MatchOptions match_;
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
+  ScanTracking tracking_;
   GlobalSearch search_;
   Mode mode_ = Mode::searching;
   bool was_tracking_ = false;
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
-  int silent_ = 0, lost_scans_ = 0;
+  SensorTime now_, matched_;  ///< stamps of this scan, and of the last one that the map explained
+  std::optional<SensorTime> lost_since_, tried_;
+  double usual_ = kFoundAgain;  ///< fraction of points that the map explains
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "fusion/pose/estimate.hpp"
+#include "fusion/pose/live_loops.hpp"
 #include "fusion/pose/loop_closing.hpp"
 #include "fusion/pose/mapped_scan.hpp"
 #include "fusion/pose/own_slam.hpp"
@@ -20,19 +21,23 @@ class Mapper final : public Slam {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 
-  void add(const Odometry& odometry) override { odometry_.add(odometry); }
+  void add(const Odometry& odometry) override { front_end_.add(odometry_.add(odometry)); }
   void add_inertial(const ImuSample& sample) override { attitude_.add(sample); }
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist, attitude);
-    const SlamFrontEnd::Estimate tracked = front_end_.add(points, step->step);
+    const ScanPoints points =
+        deskewed(scan, *robot_.laser, front_end_.tracking().twist_at(step->twist), attitude);
+    const SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
-    PoseEstimate estimate = planar_estimate(scan.stamp, tracked.T_map_base, tracked.covariance,
-                                            tracked.lost ? SlamState::lost : SlamState::tracking);
-    estimates_.push_back(estimate);
+    const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;
+    if (const auto corrected = loops_.update(front_end_.keyframes())) front_end_.correct(*corrected);
+    PoseEstimate estimate =
+        planar_estimate(scan.stamp, front_end_.keyframes().back().T_map_base * T_keyframe_base,
+                        tracked.covariance, tracked.state);
+    tracked_.push_back({estimate, front_end_.keyframes().size() - 1, T_keyframe_base});
     finished_ = false;
     return estimate;
   }
@@ -42,19 +47,18 @@ class Mapper final : public Slam {
     const std::vector<Keyframe>& keyframes = front_end_.keyframes();
     const std::string id = grid_map().id;
     std::vector<PoseEstimate> trajectory;
-    std::size_t k = 0;
     const std::size_t first = keyframes.empty() ? 0 : keyframes.front().scan_index;
-    for (std::size_t i = 0; i < estimates_.size(); ++i) {
-      const std::size_t scan = first + i;
-      while (k + 1 < keyframes.size() && keyframes[k + 1].scan_index <= scan) ++k;
-      PoseEstimate estimate = estimates_[i];
-      estimate.T_map_base = transform<Map, Base>(corrected(k, scan, planar(estimates_[i].T_map_base)));
+    for (std::size_t i = 0; i < tracked_.size(); ++i) {
+      PoseEstimate estimate = tracked_[i].estimate;
+      estimate.T_map_base = transform<Map, Base>(final_pose_of(tracked_[i], first + i));
       estimate.causal = false;
       estimate.map_id = id;
       trajectory.push_back(std::move(estimate));
     }
     return trajectory;
   }
+
+  std::vector<OdometryFinding> odometry_findings() const override { return front_end_.tracking().findings(); }
 
   GridMap grid_map() const override {
     if (!grid_) grid_ = grid_of(mapped_scans(), options_.resolution);
@@ -66,6 +70,13 @@ class Mapper final : public Slam {
   }
 
  private:
+  /// A causal estimate, and where it is from the last keyframe.
+  struct Tracked {
+    PoseEstimate estimate;
+    std::size_t keyframe = 0;
+    Pose2 T_keyframe_base;
+  };
+
   void close_loops() {
     if (finished_) return;
     final_ = closed_loops(front_end_.keyframes(), {}, options_.progress);
@@ -78,15 +89,15 @@ class Mapper final : public Slam {
   }
 
   /// Between two keyframes the correction is interpolated.
-  Pose2 corrected(std::size_t k, std::size_t scan, const Pose2& tracked) const {
+  Pose2 final_pose_of(const Tracked& tracked, std::size_t scan) const {
     const std::vector<Keyframe>& keyframes = front_end_.keyframes();
-    const auto by = [&](std::size_t i) {
-      return final_pose(i) * (keyframes[i].T_map_base.inverse() * tracked);
-    };
-    if (k + 1 >= keyframes.size()) return by(k);
+    const std::size_t k = tracked.keyframe;
+    const Pose2 by_last = final_pose(k) * tracked.T_keyframe_base;
+    if (k + 1 >= keyframes.size()) return by_last;
+    const Pose2 by_next = final_pose(k + 1) * (keyframes[k + 1].step.inverse() * tracked.T_keyframe_base);
     const double s = static_cast<double>(scan - keyframes[k].scan_index) /
                      static_cast<double>(keyframes[k + 1].scan_index - keyframes[k].scan_index);
-    return interpolate(by(k), by(k + 1), s);
+    return interpolate(by_last, by_next, s);
   }
 
   std::vector<MappedScan> mapped_scans() const {
@@ -104,7 +115,8 @@ class Mapper final : public Slam {
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
   SlamFrontEnd front_end_;
-  std::vector<PoseEstimate> estimates_;
+  LiveLoops loops_;
+  std::vector<Tracked> tracked_;
   std::vector<Pose2> final_;
   bool finished_ = false;
   mutable std::optional<GridMap> grid_;

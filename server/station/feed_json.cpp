@@ -150,11 +150,10 @@ std::string injection_json(const ScanInfo& info) {
 }
 
 std::string pose_json(const PoseEstimate& estimate) {
-  static constexpr const char* statuses[] = {"initializing", "tracking", "lost"};
   const double variance = std::max(estimate.covariance(0, 0), estimate.covariance(1, 1));
   const bool tracking = estimate.state == SlamState::tracking;
   return text_of({{"type", "pose"},
-                  {"state", statuses[static_cast<std::size_t>(estimate.state)]},
+                  {"state", to_string(estimate.state)},
                   {"sigma_m", tracking && variance >= 0 ? rounded(std::sqrt(variance)) : Json()}});
 }
 

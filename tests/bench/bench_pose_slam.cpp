@@ -10,64 +10,13 @@
 
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
-#include "protocols/bus/log_file.hpp"
-#include "protocols/codec.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/quantile.hpp"
+#include "tests/bench/recorded_drive.hpp"
 #include "tests/fusion/pose/trajectory_error.hpp"
 
 namespace parhelion {
 namespace {
-
-/// A decoded log from `parhelion import`.
-struct Recording {
-  struct Input {
-    bool is_scan = false;
-    Scan scan;
-    Odometry odometry;
-  };
-  RobotDescription robot;
-  std::vector<Input> inputs;
-  std::vector<PoseStamped> reference;
-  double seconds = 0;
-};
-
-template <class T>
-bool read(const Message& event, T& item) {
-  return decode(event.channel, event.payload, item).ok();
-}
-
-bool load(const std::string& path, Recording& recording) {
-  auto reader = LogReader::open(path);
-  if (!reader) {
-    std::printf("  not here: %s\n", reader.error().message.c_str());
-    return false;
-  }
-  ArrivalTime first, last;
-  for (;;) {
-    auto event = reader->next();
-    if (!event || !event->has_value()) break;
-    const Message& message = **event;
-    Recording::Input input;
-    PoseStamped reference;
-    RobotMessage robot;
-    if (message.channel == "SCAN" && read(message, input.scan)) {
-      input.is_scan = true;
-      if (first.ns == 0) first = message.arrival;
-      last = message.arrival;
-      recording.inputs.push_back(std::move(input));
-    } else if (message.channel == "ODOMETRY" && read(message, input.odometry)) {
-      recording.inputs.push_back(std::move(input));
-    } else if (message.channel == "REFERENCE_POSE" && read(message, reference)) {
-      recording.reference.push_back(reference);
-    } else if (message.channel == "ROBOT" && read(message, robot)) {
-      auto description = parse_robot_description(robot.yaml, path);
-      if (description) recording.robot = std::move(*description);
-    }
-  }
-  recording.seconds = (last - first).seconds();
-  return recording.robot.laser.has_value();
-}
 
 double cpu_seconds() {
   timespec now{};
@@ -80,23 +29,23 @@ struct Run {
   std::vector<double> wall_ms, cpu_ms;
 };
 
-Run run(pose::Slam& slam, const Recording& recording) {
+Run run(pose::Slam& slam, const test::RecordedDrive& recording) {
   Run result;
   pose::ScanOdometry odometry;
   Pose2 T_odom_base;
-  for (const Recording::Input& input : recording.inputs) {
-    if (!input.is_scan) {
+  for (const test::DriveInput& input : recording.inputs) {
+    if (!input.scan) {
       slam.add(input.odometry);
       odometry.add(input.odometry);
       continue;
     }
     const auto wall = std::chrono::steady_clock::now();
     const double cpu = cpu_seconds();
-    const auto estimate = slam.add(input.scan);
+    const auto estimate = slam.add(*input.scan);
     result.cpu_ms.push_back(1e3 * (cpu_seconds() - cpu));
     result.wall_ms.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - wall).count());
-    const auto step = odometry.step_to(input.scan.stamp);
+    const auto step = odometry.step_to(input.scan->stamp);
     if (!estimate || !step) continue;
     T_odom_base = T_odom_base * step->step;
     result.slam.emplace_back(estimate->stamp, planar(estimate->T_map_base));
@@ -122,7 +71,7 @@ void print_relations(const char* what, const test::Trajectory& trajectory,
               error.relations, error.mean, error.median, error.p90, error.mean_turn * 57.29578);
 }
 
-void print_rmse(const char* what, const test::Trajectory& trajectory, const Recording& recording) {
+void print_rmse(const char* what, const test::Trajectory& trajectory, const test::RecordedDrive& recording) {
   const test::AlignedError error = test::aligned_error(trajectory, recording.reference);
   std::printf("  %s: RMSE %.1f mm, largest %.1f mm, %zu poses\n", what, 1e3 * error.rmse, 1e3 * error.max,
               error.poses);
@@ -131,8 +80,9 @@ void print_rmse(const char* what, const test::Trajectory& trajectory, const Reco
 void bench_mapping(const std::string& name, const std::string& log,
                    const std::vector<test::Relation>& relations, const pose::SlamOptions& mapping) {
   std::printf("%s: mapping, %s\n", name.c_str(), to_string(mapping.engine));
-  Recording recording;
-  if (!load(log, recording)) return;
+  const auto drive = test::recorded_drive(log);
+  if (!drive) return;
+  const test::RecordedDrive& recording = *drive;
   auto mapper = pose::make_mapper(recording.robot, mapping);
   if (!mapper) {
     std::printf("  %s\n", mapper.error().message.c_str());

@@ -195,7 +195,7 @@ RC_GTEST_PROP(CodecReference, PoseEstimate, ()) {
   for (int i = 0; i < 36; ++i) root(i) = any_within(10);
   estimate.covariance = root * root.transpose();
   estimate.map_id = any_text();
-  estimate.state = any_enumerator(SlamState::lost);
+  estimate.state = any_enumerator(SlamState::unsure);
   estimate.step_time = nanoseconds(*rc::gen::inRange<std::int64_t>(0, 10'000'000'000));
   estimate.causal = *rc::gen::arbitrary<bool>();
   const auto reference = through_liblcm<pose_cov_t>(estimate, back);

@@ -1,0 +1,125 @@
+#include "fusion/pose/live_loops.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace parhelion::pose {
+namespace {
+
+constexpr double kNodeDistance = 1;      ///< m of path between two poses of the graph
+constexpr std::size_t kNearest = 4;      ///< submaps that one scan is compared with
+constexpr double kRecent = 6;            ///< m of path over which closures must agree
+constexpr std::size_t kEnoughScans = 3;  ///< that agree
+constexpr double kSmallWindow = 0.5;     ///< m, within which a match needs no search
+
+}  // namespace
+
+std::optional<std::vector<Pose2>> LiveLoops::update(const std::vector<Keyframe>& keyframes) {
+  if (keyframes.size() > poses_.size()) add_keyframe(keyframes);
+  if (queries_.empty()) return std::nullopt;
+  answer(keyframes);
+  return close(keyframes);
+}
+
+void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {
+  const Keyframe& added = keyframes.back();
+  poses_.push_back(added.T_map_base);
+  if (nodes_.empty()) {
+    nodes_.push_back(0);
+    return;
+  }
+  since_node_ = since_node_ * added.step;
+  since_node_covariance_ += added.step_information.inverse();
+  if (added.driven - keyframes[nodes_.back()].driven >= kNodeDistance) {
+    chain_.push_back(
+        {nodes_.size() - 1, nodes_.size(), since_node_, since_node_covariance_.inverse(), false});
+    nodes_.push_back(keyframes.size() - 1);
+    since_node_ = {};
+    since_node_covariance_.setZero();
+  }
+  // A submap needs half its length of path after it.
+  const LoopSearch search(keyframes, poses_, options_);
+  const std::size_t end = end_of_stretch(keyframes, next_stretch_, options_);
+  if (end < keyframes.size() && added.driven - keyframes[end].driven > options_.submap_length / 2) {
+    submaps_.push_back(search.submap(next_stretch_, end));
+    next_stretch_ = end;
+  }
+  if (added.driven - last_query_driven_ >= options_.query_distance) ask(keyframes);
+}
+
+/// Plans the comparison of the newest scan with the nearest old submaps.
+void LiveLoops::ask(const std::vector<Keyframe>& keyframes) {
+  const std::size_t keyframe = keyframes.size() - 1;
+  last_query_driven_ = keyframes[keyframe].driven;
+  const LoopSearch search(keyframes, poses_, options_);
+  const double window = options_.window(last_query_driven_ - last_loop_driven_);
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t s = 0; s < submaps_.size(); ++s) {
+    if (search.may_close(keyframe, submaps_[s], window))
+      near.emplace_back((poses_[submaps_[s].anchor].position() - poses_[keyframe].position()).norm(), s);
+  }
+  std::sort(near.begin(), near.end());
+  queries_.clear();
+  for (std::size_t i = 0; i < std::min(kNearest, near.size()); ++i)
+    queries_.push_back({near[i].second, keyframe});
+}
+
+void LiveLoops::answer(const std::vector<Keyframe>& keyframes) {
+  const Query query = queries_.front();
+  queries_.pop_front();
+  const LoopSearch search(keyframes, poses_, options_);
+  Submap& submap = submaps_[query.submap];
+  const double window = options_.window(keyframes[query.keyframe].driven - last_loop_driven_);
+  auto closure = window < kSmallWindow ? search.matched(submap, query.submap, query.keyframe)
+                                       : search.searched(submap, query.submap, query.keyframe, window);
+  if (closure) recent_.push_back(std::move(*closure));
+  const double newest = keyframes.back().driven;
+  std::erase_if(recent_, [&](const Closure& c) { return newest - keyframes[c.keyframe].driven > kRecent; });
+}
+
+/// The last node at or before a keyframe.
+std::size_t LiveLoops::node_at(std::size_t keyframe) const {
+  const auto after = std::upper_bound(nodes_.begin(), nodes_.end(), keyframe);
+  return static_cast<std::size_t>(after - nodes_.begin()) - 1;
+}
+
+std::optional<std::vector<Pose2>> LiveLoops::close(const std::vector<Keyframe>& keyframes) {
+  const std::vector<std::size_t> agreed = consistent(recent_);
+  std::vector<std::size_t> scans;
+  for (std::size_t i : agreed) scans.push_back(recent_[i].keyframe);
+  std::sort(scans.begin(), scans.end());
+  scans.erase(std::unique(scans.begin(), scans.end()), scans.end());
+  if (scans.size() < kEnoughScans) return std::nullopt;
+
+  for (std::size_t i : agreed) {
+    PoseGraphEdge edge = recent_[i].edge;
+    const std::size_t from = node_at(edge.from), to = node_at(edge.to);
+    edge.T_from_to = (poses_[nodes_[from]].inverse() * poses_[edge.from]) * edge.T_from_to *
+                     (poses_[edge.to].inverse() * poses_[nodes_[to]]);
+    edge.from = from, edge.to = to;
+    loops_.push_back(edge);
+  }
+  last_loop_driven_ = keyframes[scans.back()].driven;
+  recent_.clear();
+  queries_.clear();
+
+  std::vector<Pose2> before;
+  for (std::size_t node : nodes_) before.push_back(poses_[node]);
+  std::vector<PoseGraphEdge> edges = chain_;
+  edges.insert(edges.end(), loops_.begin(), loops_.end());
+  const std::vector<Pose2> after = optimize_pose_graph(before, edges, 2);
+
+  for (std::size_t k = 0; k < poses_.size(); ++k) {
+    const std::size_t node = node_at(k);
+    const auto by = [&](std::size_t n) { return after[n] * (before[n].inverse() * poses_[k]); };
+    if (node + 1 >= nodes_.size()) {
+      poses_[k] = by(node);
+      continue;
+    }
+    const double begin = keyframes[nodes_[node]].driven, end = keyframes[nodes_[node + 1]].driven;
+    poses_[k] = interpolate(by(node), by(node + 1), (keyframes[k].driven - begin) / (end - begin));
+  }
+  return poses_;
+}
+
+}  // namespace parhelion::pose

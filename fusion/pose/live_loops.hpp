@@ -1,0 +1,54 @@
+// Loop closing during a drive: the map is corrected as soon as several scans agree that the robot is back at
+// a place. One search per scan at most, and a graph of one pose per metre, so that a scan is never kept
+// waiting.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "fusion/pose/loop_search.hpp"
+
+namespace parhelion::pose {
+
+class LiveLoops {
+ public:
+  /// A smaller window than after a drive: searches take their time from the scans.
+  static LoopClosingOptions live() {
+    LoopClosingOptions options;
+    options.drift = 0.015;
+    options.max_window = 1.5;
+    options.query_distance = 0.8;
+    return options;
+  }
+  explicit LiveLoops(const LoopClosingOptions& options = live()) : options_(options) {}
+
+  /// After each scan. `keyframes`: all, with their current poses; only the last may be new. Where a loop was
+  /// closed: their corrected poses; keyframe 0 is fixed.
+  std::optional<std::vector<Pose2>> update(const std::vector<Keyframe>& keyframes);
+
+ private:
+  struct Query {
+    std::size_t submap, keyframe;
+  };
+  void add_keyframe(const std::vector<Keyframe>& keyframes);
+  void ask(const std::vector<Keyframe>& keyframes);
+  void answer(const std::vector<Keyframe>& keyframes);
+  std::optional<std::vector<Pose2>> close(const std::vector<Keyframe>& keyframes);
+  std::size_t node_at(std::size_t keyframe) const;
+
+  LoopClosingOptions options_;
+  std::vector<Pose2> poses_;  ///< of the keyframes
+  std::vector<Submap> submaps_;
+  std::vector<std::size_t> nodes_;    ///< keyframes
+  std::vector<PoseGraphEdge> chain_;  ///< between nodes
+  std::vector<PoseGraphEdge> loops_;  ///< between nodes
+  Pose2 since_node_;                  ///< tracked motion since the last node
+  Eigen::Matrix3d since_node_covariance_ = Eigen::Matrix3d::Zero();
+  std::deque<Query> queries_;
+  std::vector<Closure> recent_;
+  std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet
+  double last_query_driven_ = 0, last_loop_driven_ = 0;
+};
+
+}  // namespace parhelion::pose

@@ -1,0 +1,83 @@
+// The parts of loop closing: stretches of the path as maps of their own, and scans that are matched to them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fusion/pose/correlative.hpp"
+#include "fusion/pose/pose_graph.hpp"
+#include "fusion/pose/slam_front_end.hpp"
+
+namespace parhelion::pose {
+
+struct LoopClosingOptions {
+  double cell = 0.1;            ///< m, of the surfels of a submap
+  double submap_length = 5;     ///< m of path
+  double min_path_length = 12;  ///< m of path between two places that may form a loop
+  double query_distance = 0.8;  ///< m of path between two scans that are searched for loops
+  double reach = 7;           ///< m, distance from a submap's centre within which a scan can be matched to it
+  double drift = 0.03;        ///< m per m of path since the last loop, allowed for in the search
+  double max_window = 4;      ///< m
+  double angle_window = 0.4;  ///< rad
+  double min_score = 0.55;    ///< of the correlative search
+  double min_explained = 0.6;  ///< fraction of points that the submap explains
+  int refinements = 2;         ///< final iterations over all pairs of nearby places
+  MatchOptions match;
+
+  /// m, half side of the search, `driven` m after the last loop.
+  double window(double driven) const { return std::min(max_window, 0.4 + drift * driven); }
+};
+
+/// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.
+struct Submap {
+  std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
+  std::unique_ptr<SurfelMap> surfels;
+  std::unique_ptr<CorrelativeMap> likelihood;  ///< built when first searched
+  std::vector<Eigen::Vector2d> points;         ///< thinned, for the search
+};
+
+/// A scan matched to a submap.
+struct Closure {
+  std::size_t submap = 0, keyframe = 0;
+  PoseGraphEdge edge;
+  Pose2 correction;       ///< T_map_found * T_map_expected^-1
+  Eigen::Vector2d place;  ///< expected, m, map frame
+};
+
+/// The first keyframe after the stretch that begins with `begin`.
+std::size_t end_of_stretch(std::span<const Keyframe> keyframes, std::size_t begin,
+                           const LoopClosingOptions& options);
+
+/// Keyframes and their poses, in the same order.
+class LoopSearch {
+ public:
+  LoopSearch(std::span<const Keyframe> keyframes, std::span<const Pose2> poses,
+             const LoopClosingOptions& options)
+      : keyframes_(keyframes), poses_(poses), options_(options) {}
+
+  /// A stretch, with half its length before and after.
+  Submap submap(std::size_t begin, std::size_t end) const;
+  /// `window`: m, error of the expected pose.
+  bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
+  /// Matches the scan of `keyframe`, starting from where it is expected.
+  std::optional<Closure> matched(const Submap& submap, std::size_t index, std::size_t keyframe) const;
+  /// The same within a window around it.
+  std::optional<Closure> searched(Submap& submap, std::size_t index, std::size_t keyframe,
+                                  double window) const;
+
+ private:
+  std::optional<Closure> matched_from(const Submap& submap, std::size_t index, std::size_t keyframe,
+                                      const Pose2& T_anchor_base) const;
+
+  std::span<const Keyframe> keyframes_;
+  std::span<const Pose2> poses_;
+  const LoopClosingOptions& options_;
+};
+
+/// One scan may match a wrong place; several that agree on the correction are reliable. Indices of the
+/// largest agreeing set; empty: fewer than three, or less than half.
+std::vector<std::size_t> consistent(std::span<const Closure> closures);
+
+}  // namespace parhelion::pose

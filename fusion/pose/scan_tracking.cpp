@@ -1,0 +1,190 @@
+#include "fusion/pose/scan_tracking.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion::pose {
+namespace {
+
+constexpr double kSure = 0.85;  ///< fraction of explained points of a match that needs no second one
+/// A match without odometry is preferred to one with it if it is good, and costs less by this much and this
+/// fraction: where the map is thin, many a wrong place costs a little less.
+constexpr double kGood = 0.6, kContradiction = 15, kMuchBetter = 0.65;
+constexpr double kAnnounced = 0.1, kAnnouncedYaw = 0.2;  ///< m, rad, of a robot at rest
+constexpr double kUsualErrors = 2;                       ///< sigma, of what was predicted so far
+constexpr double kIrregular = 0.3;  ///< mean deviation of an interval from the usual one, as a fraction
+constexpr double kLongestGap = 10;  ///< intervals over which the motion is extrapolated
+constexpr double kSame = 0.04, kSameYaw = 0.03;              ///< m, rad: one start for both matches
+constexpr double kKnownSigma = 0.03, kKnownYawSigma = 0.01;  ///< m, rad: the points alone give the pose
+constexpr double kKnownFraction = 0.55;                      ///< explained points
+constexpr double kMatchedFraction = 0.3;                     ///< the same, below which a match is no evidence
+constexpr Duration kPatience = seconds(3.0);                 ///< without one
+/// m, rad: what the motion between two scans cannot predict of the next, at least.
+constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
+constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
+
+constexpr double squared(double x) { return x * x; }
+
+bool is_contradiction(const Match& with_odometry, const Match& without) {
+  if (with_odometry.explained < kMatchedFraction && without.explained > kMatchedFraction &&
+      without.explained > 2 * with_odometry.explained) {
+    return true;
+  }
+  return without.explained >= kGood && without.cost + kContradiction < with_odometry.cost &&
+         without.cost < kMuchBetter * with_odometry.cost;
+}
+
+Match lower_cost(const Match& a, const Match& b) { return b.cost < a.cost ? b : a; }
+
+}  // namespace
+
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned) {
+  // Wider than the description, with lower bounds: if the filter trusted a systematic error (a bent axis, a
+  // wrong wheel), each match would lag by a little, and the map built from them would bend.
+  const double position = 4 * robot.odometry_error_translation * driven + 0.002;
+  const double yaw = 4 * robot.odometry_error_rotation * turned + 0.5 * driven + 0.005;
+  return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();
+}
+
+Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const Pose2& before,
+                                      const Pose2& after, const Eigen::Matrix3d& step_covariance) {
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  F(0, 2) = -(after.y - before.y);
+  F(1, 2) = after.x - before.x;
+  return F * covariance * F.transpose() + step_covariance;
+}
+
+Twist2 ScanTracking::twist_at(const Twist2& odometry) const {
+  if (fault() == OdometryFault::none) return odometry;
+  if (!motion_.known) return {};
+  const Twist2 step = twist_to(motion_.step);
+  return {step.vx / motion_.interval, step.vy / motion_.interval, step.wz / motion_.interval};
+}
+
+ScanTracking::Where ScanTracking::by_odometry(const Where& before, const ScanOdometry::Step& step) const {
+  const Pose2 expected = before.T_map_base * step.step;
+  const Eigen::Matrix3d error =
+      odometry_covariance(robot_, step.step.position().norm(), std::abs(step.step.yaw));
+  return {expected, propagated_covariance(before.covariance, before.T_map_base, expected, error)};
+}
+
+/// How many times the usual interval has passed since the previous scan; 1 where stamps are irregular.
+double ScanTracking::intervals_until(SensorTime stamp) const {
+  if (!previous_ || motion_.irregularity > kIrregular) return 1;
+  return std::clamp((stamp - previous_->stamp).seconds() / motion_.interval, 0.1, kLongestGap);
+}
+
+ScanTracking::Where ScanTracking::by_scans(SensorTime stamp, const Where& before) const {
+  if (!motion_.known) {
+    const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);
+    return {before.T_map_base, before.covariance + Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())};
+  }
+  const double intervals = intervals_until(stamp), longer = std::max(1.0, intervals);
+  const Pose2 expected = by_scans_alone_ * moved(twist_to(motion_.step), intervals);
+  const double position = squared(longer * kPredictedSigma) + 4 * longer * motion_.position_variance;
+  const double yaw = squared(longer * kPredictedYawSigma) + 4 * longer * motion_.yaw_variance;
+  const Eigen::Matrix3d error = Eigen::Vector3d(position, position, yaw).asDiagonal();
+  return {expected, propagated_covariance(before.covariance, before.T_map_base, expected, error)};
+}
+
+void ScanTracking::learn(const Pose2& step) {
+  constexpr double memory = 0.06;  // weight of one scan
+  if (motion_.known) {
+    const Pose2 off = motion_.step.inverse() * step;
+    motion_.position_variance += memory * (off.position().squaredNorm() / 2 - motion_.position_variance);
+    motion_.yaw_variance += memory * (squared(off.yaw) - motion_.yaw_variance);
+  }
+  motion_.step = step;
+  motion_.known = true;
+}
+
+ScanTracking::Followed ScanTracking::follow(const SurfelMap& fine, const SurfelMap& coarse,
+                                            const ScanPoints& scan, const Where& before,
+                                            const ScanOdometry::Step& step, const MatchOptions& options) {
+  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
+  const Eigen::Matrix3d scans_prior = scans.covariance.inverse();
+  Followed result{{}, scans, false};
+  Match free;
+  if (step.known && fault() == OdometryFault::none) {
+    const Match with = match_from_several(fine, coarse, scan.points, odometry.T_map_base,
+                                          odometry.covariance.inverse(), options);
+    free = match(fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
+    const Pose2 apart = scans.T_map_base.inverse() * with.T_map_base;
+    const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+    if (with.explained < kSure || !same)
+      free = lower_cost(
+          free, match_from_several(fine, coarse, scan.points, scans.T_map_base, scans_prior, options));
+    const bool contradicted = is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
+    result = contradicted ? Followed{free, scans, false} : Followed{with, odometry, true};
+  } else {
+    free = match_from_several(fine, coarse, scan.points, scans.T_map_base, scans_prior, options);
+    // What odometry reports may still be better than nothing, where it is not held to it.
+    const Match wide =
+        match(fine, scan.points, odometry.T_map_base, odometry.T_map_base, scans_prior, options);
+    free = lower_cost(free, wide);
+    result.match = free;
+  }
+  if (free.explained >= kMatchedFraction || !previous_) matched_ = scan.stamp;
+  if (scan.stamp - matched_ > kPatience) sanity_.give_up(scan.stamp);
+  check_odometry(scan, step, free);
+  follow_alone(scan.stamp, before.T_map_base, scans.T_map_base, result.match, free);
+  if (previous_) {
+    const double seconds = (scan.stamp - previous_->stamp).seconds();
+    motion_.interval += 0.1 * (std::clamp(seconds, 0.01, 1.0) - motion_.interval);
+    const double off = std::abs(seconds / motion_.interval - 1);
+    motion_.irregularity += 0.05 * (std::min(off, 1.0) - motion_.irregularity);
+  }
+  previous_ = scan;
+  return result;
+}
+
+/// A ramp in front of the robot looks like a wall that comes along: what neither odometry nor the motion so
+/// far has announced is no evidence.
+bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted) const {
+  if (!motion_.known) return true;
+  const Pose2 off = predicted.inverse() * found;
+  return off.position().norm() < kAnnounced + motion_.step.position().norm() / 2 +
+                                     kUsualErrors * std::sqrt(motion_.position_variance) &&
+         std::abs(off.yaw) <
+             kAnnouncedYaw + std::abs(motion_.step.yaw) / 2 + kUsualErrors * std::sqrt(motion_.yaw_variance);
+}
+
+/// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it.
+void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted,
+                                const Match& chosen, const Match& free) {
+  const Pose2 apart = chosen.T_map_base.inverse() * free.T_map_base;
+  const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+  const bool worse = free.explained < kMatchedFraction || free.explained + 0.1 < chosen.explained ||
+                     !is_announced(free.T_map_base, predicted);
+  const Pose2 from = previous_ && !worse ? by_scans_alone_ : before;
+  const Pose2 to = same || worse ? chosen.T_map_base : free.T_map_base;
+  learn(moved(twist_to(from.inverse() * to), 1 / intervals_until(stamp)));
+  by_scans_alone_ = to;
+}
+
+void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::Step& odometry,
+                                  const Match& free) {
+  if (!previous_) return;
+  ScanStep step;
+  step.stamp = scan.stamp;
+  step.seconds = (scan.stamp - previous_->stamp).seconds();
+  step.odometry = odometry.step;
+  step.odometry_known = odometry.known;
+  step.scans = by_scans_alone_.inverse() * free.T_map_base;
+  step.repeated = scan.ranges_hash == previous_->ranges_hash;
+  if (free.explained >= kKnownFraction) {
+    const Eigen::Matrix3d covariance = (free.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
+    // The largest eigenvalue is at most the trace.
+    step.position_known = covariance(0, 0) + covariance(1, 1) < squared(kKnownSigma);
+    step.yaw_known = covariance(2, 2) < squared(kKnownYawSigma);
+  }
+  sanity_.add(step);
+}
+
+void ScanTracking::forget() {
+  motion_ = {};
+  previous_.reset();
+}
+
+}  // namespace parhelion::pose

@@ -1,0 +1,74 @@
+// Follows the robot from scan to scan in a surfel map: with odometry as prior, and where scans contradict
+// odometry, with the motion of the scans before.
+#pragma once
+
+#include <optional>
+
+#include "fusion/pose/odometry_sanity.hpp"
+#include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/scan_points.hpp"
+#include "protocols/robot.hpp"
+
+namespace parhelion::pose {
+
+/// Odometry error over a motion: covariance of x, y, yaw in the frame of its end.
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned);
+/// The covariance of a pose, propagated over a motion; all in the map frame.
+Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const Pose2& before,
+                                      const Pose2& after, const Eigen::Matrix3d& step_covariance);
+
+class ScanTracking {
+ public:
+  explicit ScanTracking(const RobotDescription& robot) : robot_(robot) {}
+
+  /// As SLAM uses it, corrected.
+  void add(const Odometry& odometry) { sanity_.add(odometry); }
+  /// The robot's twist at a scan: that of odometry, while it can be trusted.
+  Twist2 twist_at(const Twist2& odometry) const;
+
+  struct Where {
+    Pose2 T_map_base;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame
+  };
+  struct Followed {
+    Match match;
+    Where expected;  ///< prediction and prior that the match was made with
+    bool by_odometry = true;
+  };
+  /// `before`: where the robot was at the previous scan.
+  Followed follow(const SurfelMap& fine, const SurfelMap& coarse, const ScanPoints& scan, const Where& before,
+                  const ScanOdometry::Step& step, const MatchOptions& options);
+  /// The pose has been set by something else: what it was before says nothing about the motion.
+  void forget();
+
+  OdometryFault fault() const { return sanity_.fault(); }
+  const std::vector<OdometryFinding>& findings() const { return sanity_.findings(); }
+
+ private:
+  Where by_odometry(const Where& before, const ScanOdometry::Step& step) const;
+  double intervals_until(SensorTime stamp) const;
+  Where by_scans(SensorTime stamp, const Where& before) const;
+  void check_odometry(const ScanPoints& scan, const ScanOdometry::Step& step, const Match& free);
+  bool is_announced(const Pose2& found, const Pose2& predicted) const;
+  void follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted, const Match& chosen,
+                    const Match& free);
+  void learn(const Pose2& step);
+
+  RobotDescription robot_;
+  OdometrySanity sanity_;
+  /// Motion is taken as constant: in time, or, where stamps are irregular, from scan to scan.
+  struct Motion {
+    Pose2 step;
+    bool known = false;
+    double position_variance = 0, yaw_variance = 0;  ///< m^2 along one axis, rad^2: of such predictions
+    double interval = 0.1;                           ///< s between scans
+    double irregularity = 0;                         ///< mean deviation from that, as a fraction
+  };
+  Motion motion_;
+  std::optional<ScanPoints> previous_;
+  Pose2 by_scans_alone_;  ///< T_map_base at the previous scan
+  SensorTime matched_;    ///< stamp of the last scan that the map explained
+};
+
+}  // namespace parhelion::pose

@@ -1,0 +1,103 @@
+// Odometry that cannot be trusted: faults are named, and the map is as good as scans alone allow.
+#include "fusion/pose/odometry_sanity.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fusion/pose/slam.hpp"
+#include "protocols/quantile.hpp"
+#include "tests/fusion/pose/corrupted_odometry.hpp"
+#include "tests/fusion/pose/true_drive.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+using test::Corruption;
+using test::DriveInput;
+
+struct Mapped {
+  std::vector<PoseEstimate> causal, final;
+  std::vector<OdometryFinding> findings;
+};
+
+Mapped mapped(const RobotDescription& robot, const std::vector<DriveInput>& inputs) {
+  Mapped result;
+  auto slam = make_mapper(robot, {});
+  EXPECT_TRUE(slam.ok());
+  if (!slam) return result;
+  for (const DriveInput& input : inputs) {
+    if (!input.scan)
+      (*slam)->add(input.odometry);
+    else if (const auto estimate = (*slam)->add(*input.scan))
+      result.causal.push_back(*estimate);
+  }
+  result.final = (*slam)->finish();
+  result.findings = (*slam)->odometry_findings();
+  return result;
+}
+
+/// m, median over the drive, relative to the first estimate.
+double error_of(const std::vector<PoseEstimate>& estimates, const test::TrueDrive& drive) {
+  std::vector<double> errors;
+  const Pose2 T_true_map = drive.at(estimates.front().stamp) * planar(estimates.front().T_map_base).inverse();
+  for (const PoseEstimate& estimate : estimates) {
+    const Pose2 off = drive.at(estimate.stamp).inverse() * (T_true_map * planar(estimate.T_map_base));
+    errors.push_back(off.position().norm());
+  }
+  return median(errors);
+}
+
+struct Office {
+  test::TrueDrive drive = test::true_drive(test::office(11), test::robot_with_laser(), {});
+  std::vector<DriveInput> inputs = test::inputs_of(drive);
+  Mapped clean = mapped(drive.robot, inputs);
+  double error = error_of(clean.final, drive);
+};
+const Office& office() {
+  static const Office office;
+  return office;
+}
+
+class CorruptedOdometry : public ::testing::TestWithParam<int> {};
+
+TEST_P(CorruptedOdometry, IsNamedInTimeAndMapsAsWellAsScansAllow) {
+  const auto corruption = static_cast<Corruption>(GetParam());
+  const test::CorruptionKind& kind = test::kind_of(corruption);
+  const auto seed = static_cast<std::uint32_t>(GetParam());
+  const auto drive = test::corrupted(office().inputs, corruption, 0.4, seed);
+  const Mapped found = mapped(office().drive.robot, drive.inputs);
+  ASSERT_FALSE(found.findings.empty()) << kind.name << ": nothing was noticed";
+  const OdometryFinding& first = found.findings.front();
+  const double after = (first.since - drive.onset).seconds();
+  const double error = error_of(found.final, office().drive);
+  std::printf("%s: %s after %.1f s; error %.3f m, clean %.3f\n", kind.name, first.text.c_str(), after, error,
+              office().error);
+  EXPECT_NE(std::find(kind.right_names.begin(), kind.right_names.end(), first.fault), kind.right_names.end())
+      << to_string(first.fault);
+  EXPECT_GE(after, -0.5);
+  EXPECT_LE(after, 10);
+  if (kind.scans_suffice) {
+    EXPECT_LE(error, 1.5 * office().error + 0.005);
+    for (const PoseEstimate& estimate : found.causal) EXPECT_NE(estimate.state, SlamState::lost);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, CorruptedOdometry, ::testing::Range(0, test::kCorruptions),
+                         [](const auto& param) {
+                           return std::string(test::kind_of(static_cast<Corruption>(param.param)).name);
+                         });
+
+TEST(OdometrySanity, HasNothingToReportOfOdometryThatIsMerelyLateNoisyOrAFewPercentOff) {
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    test::TrueDriveOptions options;
+    options.seed = seed;
+    options.odometry_late = 0.04 * seed;
+    options.odometry_scale = 0.9 + 0.07 * seed;
+    options.people = static_cast<int>(seed);
+    const auto drive = test::true_drive(test::office(20 + seed), test::robot_with_laser(), options);
+    for (const OdometryFinding& finding : mapped(drive.robot, test::inputs_of(drive)).findings)
+      ADD_FAILURE() << "seed " << seed << ": " << finding.text;
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::pose
