@@ -60,6 +60,8 @@ struct MotionComparison {
   static constexpr double kLever = 0.3;  ///< m
   bool position_excited() const;         ///< far enough for a statement about distances
   bool yaw_excited() const;
+  /// Not only from pair to pair, as stamps or matches that jitter do.
+  bool totals_differ() const;
   /// "in 4.0 s odometry +1.20 m and -30.1 degrees, scans ..."
   std::string figures() const;
 };

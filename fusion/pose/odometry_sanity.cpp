@@ -15,8 +15,10 @@ constexpr double kWindows[] = {4, 8};    ///< s; the first in which the robot mo
 constexpr double kJudgeEvery = 0.25;     ///< s
 constexpr int kConfirmations = 3;        ///< verdicts in a row that name a fault
 constexpr int kMotionConfirmations = 6;  ///< the same for faults that only motion shows
-constexpr int kLastResort = 24;  ///< the same for `inconsistent`, which every onset seems to be at first
-constexpr int kClearances = 8;   ///< verdicts in a row that end one
+/// The same for `inconsistent`, which every onset seems to be at first, and for `delayed`, which explains
+/// many a contradiction for a while.
+constexpr int kLastResort = 24;
+constexpr int kClearances = 8;            ///< verdicts in a row that end one
 constexpr double kLargestOffset = 0.6;    ///< s
 constexpr double kOffsetStep = 0.05;      ///< s
 constexpr double kSmallestOffset = 0.15;  ///< s; smaller ones are for `calibrate`
@@ -27,6 +29,13 @@ constexpr int kLearned = 50;              ///< scans
 
 /// Stamps may stand still or jump back.
 double plausible(double seconds) { return std::clamp(seconds, 0.0, 0.5); }
+
+/// A wrong sign or factor, which more motion shows better.
+bool is_systematic(OdometryFault fault) {
+  return fault == OdometryFault::reversed || fault == OdometryFault::translation_reversed ||
+         fault == OdometryFault::rotation_reversed || fault == OdometryFault::wheel ||
+         fault == OdometryFault::scale;
+}
 
 Eigen::Vector3d vector_of(const Pose2& motion) {
   const Twist2 twist = twist_to(motion);
@@ -153,24 +162,34 @@ std::vector<MotionPair> OdometrySanity::pairs_at(double window, double offset) c
 }
 
 std::optional<OdometrySanity::Verdict> OdometrySanity::by_motion() const {
+  std::optional<Verdict> agreement;
   for (const double window : kWindows) {
     const MotionComparison comparison = compare(pairs(window));
     const auto fault = fault_of(comparison);
     if (!fault) continue;
+    if (*fault == OdometryFault::none) {
+      // The longer window may still show a systematic error: slow turns that go the wrong way.
+      if (!agreement)
+        agreement = Verdict{*fault, comparison.figures(), false, comparison.position_excited(),
+                            comparison.yaw_excited()};
+      continue;
+    }
+    if (agreement && !is_systematic(*fault)) continue;
     if (*fault == OdometryFault::slipping && laser_repeats(window))
       return Verdict{OdometryFault::laser_frozen, comparison.figures()};
     const bool may_be_late = *fault == OdometryFault::inconsistent || *fault == OdometryFault::scale ||
-                             *fault == OdometryFault::rotation_reversed;
+                             *fault == OdometryFault::wheel || *fault == OdometryFault::rotation_reversed;
     constexpr double clear = 0.4;  // of the motion, squared: a small contradiction fits any offset
     if (may_be_late && comparison.contradiction > clear * clear * comparison.motion) {
       if (const auto late = at_another_instant(window, comparison.contradiction)) return late;
     }
     // An onset within the window gives a mixture, which the next ones do not.
-    if (*fault == OdometryFault::inconsistent && window < std::end(kWindows)[-1]) continue;
+    const bool last = window == std::end(kWindows)[-1];
+    if (*fault == OdometryFault::inconsistent && (!last || !comparison.totals_differ())) continue;
     return Verdict{*fault, comparison.figures(), false, comparison.position_excited(),
                    comparison.yaw_excited()};
   }
-  return std::nullopt;
+  return agreement;
 }
 
 std::optional<OdometrySanity::Verdict> OdometrySanity::at_another_instant(double window,
@@ -213,7 +232,7 @@ int OdometrySanity::enough_of(const Verdict& verdict) const {
     case OdometryFault::inconsistent:
       return kLastResort;
     case OdometryFault::delayed:
-      return verdict.by_clock ? kConfirmations : 2 * kMotionConfirmations;
+      return verdict.by_clock ? kConfirmations : kLastResort;
     default:
       return verdict.by_clock ? kConfirmations : kMotionConfirmations;
   }

@@ -18,11 +18,14 @@ constexpr double kLongestGap = 10;  ///< intervals over which the motion is extr
 constexpr double kSame = 0.04, kSameYaw = 0.03;              ///< m, rad: one start for both matches
 constexpr double kKnownSigma = 0.03, kKnownYawSigma = 0.01;  ///< m, rad: the points alone give the pose
 constexpr double kKnownFraction = 0.55;                      ///< explained points
-constexpr double kMatchedFraction = 0.3;                     ///< the same, below which a match is no evidence
-constexpr Duration kPatience = seconds(3.0);                 ///< without one
+constexpr double kSmooth = 0.08, kSmoothFraction = 0.5;  ///< m, and of a step: errors of predicted positions
+constexpr double kMatchedFraction = 0.3;                 ///< the same, below which a match is no evidence
+constexpr Duration kPatience = seconds(3.0);             ///< without one
 /// m, rad: what the motion between two scans cannot predict of the next, at least.
 constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
+/// A wide search takes some 10 ms: each scan for so long after the last match, then one in so long.
+constexpr Duration kSearchedAtOnce = seconds(1.0), kSearchedEvery = milliseconds(500);
 
 constexpr double squared(double x) { return x * x; }
 
@@ -99,44 +102,69 @@ void ScanTracking::learn(const Pose2& step) {
   motion_.known = true;
 }
 
-ScanTracking::Followed ScanTracking::follow(const SurfelMap& fine, const SurfelMap& coarse,
-                                            const ScanPoints& scan, const Where& before,
-                                            const ScanOdometry::Step& step, const MatchOptions& options) {
-  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
+bool ScanTracking::may_search_widely(SensorTime stamp) const {
+  return previous_ && (stamp - matched_ < kSearchedAtOnce || stamp - searched_ > kSearchedEvery);
+}
+
+/// With odometry and without; the second wins where it contradicts the first.
+ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPoints& scan,
+                                                  const Where& odometry, const Where& scans, bool trusted,
+                                                  const MatchOptions& options) const {
   const Eigen::Matrix3d scans_prior = scans.covariance.inverse();
-  Followed result{{}, scans, false};
-  Match free;
-  if (step.known && fault() == OdometryFault::none) {
-    const Match with = match_from_several(fine, coarse, scan.points, odometry.T_map_base,
-                                          odometry.covariance.inverse(), options);
-    free = match(fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
-    const Pose2 apart = scans.T_map_base.inverse() * with.T_map_base;
-    const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
-    if (with.explained < kSure || !same)
-      free = lower_cost(
-          free, match_from_several(fine, coarse, scan.points, scans.T_map_base, scans_prior, options));
-    const bool contradicted = is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
-    result = contradicted ? Followed{free, scans, false} : Followed{with, odometry, true};
-  } else {
-    free = match_from_several(fine, coarse, scan.points, scans.T_map_base, scans_prior, options);
+  const auto several = [&](const Where& expected, const Eigen::Matrix3d& prior) {
+    return match_from_several(maps.fine, maps.coarse, scan.points, expected.T_map_base, prior, options);
+  };
+  if (!trusted) {
     // What odometry reports may still be better than nothing, where it is not held to it.
     const Match wide =
-        match(fine, scan.points, odometry.T_map_base, odometry.T_map_base, scans_prior, options);
-    free = lower_cost(free, wide);
-    result.match = free;
+        match(maps.fine, scan.points, odometry.T_map_base, odometry.T_map_base, scans_prior, options);
+    const Match free = lower_cost(several(scans, scans_prior), wide);
+    return {{free, scans, false}, free};
+  }
+  const Match with = several(odometry, odometry.covariance.inverse());
+  Match free = match(maps.fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
+  const Pose2 apart = scans.T_map_base.inverse() * with.T_map_base;
+  const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+  if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
+  const bool contradicted = is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
+  return {contradicted ? Followed{free, scans, false} : Followed{with, odometry, true}, free};
+}
+
+ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
+                                            const ScanOdometry::Step& step, const MatchOptions& options) {
+  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
+  const bool trusted = step.known && fault() == OdometryFault::none;
+  auto [result, free] = candidates(maps, scan, odometry, scans, trusted, options);
+  if (result.match.explained < kMatchedFraction) {
+    std::optional<Match> found;
+    if (maps.wide_search && may_search_widely(scan.stamp)) {
+      searched_ = scan.stamp;
+      found = maps.wide_search(scan, scans.T_map_base);
+    }
+    if (found) {
+      const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);
+      result = {*found, {found->T_map_base, sigma.cwiseAbs2().asDiagonal()}, false};
+      free = *found;
+    } else if (scans.covariance.trace() > result.expected.covariance.trace()) {
+      // Where the map explains nothing, odometry may be what is wrong.
+      result.expected.covariance = scans.covariance;
+    }
   }
   if (free.explained >= kMatchedFraction || !previous_) matched_ = scan.stamp;
   if (scan.stamp - matched_ > kPatience) sanity_.give_up(scan.stamp);
   check_odometry(scan, step, free);
   follow_alone(scan.stamp, before.T_map_base, scans.T_map_base, result.match, free);
-  if (previous_) {
-    const double seconds = (scan.stamp - previous_->stamp).seconds();
-    motion_.interval += 0.1 * (std::clamp(seconds, 0.01, 1.0) - motion_.interval);
-    const double off = std::abs(seconds / motion_.interval - 1);
-    motion_.irregularity += 0.05 * (std::min(off, 1.0) - motion_.irregularity);
-  }
+  learn_interval(scan.stamp);
   previous_ = scan;
   return result;
+}
+
+void ScanTracking::learn_interval(SensorTime stamp) {
+  if (!previous_) return;
+  const double seconds = (stamp - previous_->stamp).seconds();
+  motion_.interval += 0.1 * (std::clamp(seconds, 0.01, 1.0) - motion_.interval);
+  const double off = std::abs(seconds / motion_.interval - 1);
+  motion_.irregularity += 0.05 * (std::min(off, 1.0) - motion_.irregularity);
 }
 
 /// A ramp in front of the robot looks like a wall that comes along: what neither odometry nor the motion so
@@ -150,17 +178,32 @@ bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted) cons
              kAnnouncedYaw + std::abs(motion_.step.yaw) / 2 + kUsualErrors * std::sqrt(motion_.yaw_variance);
 }
 
-/// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it.
+/// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it. Where
+/// the map explains nothing it goes on with the motion so far, for a while.
 void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted,
                                 const Match& chosen, const Match& free) {
+  const bool matched = chosen.explained >= kMatchedFraction;
+  if (!matched && stamp - matched_ < kSearchedAtOnce) {
+    by_scans_alone_ = predicted;
+    alone_is_predicted_ = true;
+    return;
+  }
   const Pose2 apart = chosen.T_map_base.inverse() * free.T_map_base;
   const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
   const bool worse = free.explained < kMatchedFraction || free.explained + 0.1 < chosen.explained ||
                      !is_announced(free.T_map_base, predicted);
   const Pose2 from = previous_ && !worse ? by_scans_alone_ : before;
   const Pose2 to = same || worse ? chosen.T_map_base : free.T_map_base;
-  learn(moved(twist_to(from.inverse() * to), 1 / intervals_until(stamp)));
+  if (!alone_is_predicted_) learn(moved(twist_to(from.inverse() * to), 1 / intervals_until(stamp)));
   by_scans_alone_ = to;
+  alone_is_predicted_ = false;
+}
+
+/// A robot cannot jump: where its position by scans does (along a corridor that people walk down), scans are
+/// no evidence of how far it drove.
+bool ScanTracking::moves_smoothly() const {
+  const double usual = std::max(kSmooth, kSmoothFraction * motion_.step.position().norm());
+  return !motion_.known || motion_.position_variance < squared(usual);
 }
 
 void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::Step& odometry,
@@ -176,7 +219,7 @@ void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::St
   if (free.explained >= kKnownFraction) {
     const Eigen::Matrix3d covariance = (free.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
     // The largest eigenvalue is at most the trace.
-    step.position_known = covariance(0, 0) + covariance(1, 1) < squared(kKnownSigma);
+    step.position_known = covariance(0, 0) + covariance(1, 1) < squared(kKnownSigma) && moves_smoothly();
     step.yaw_known = covariance(2, 2) < squared(kKnownYawSigma);
   }
   sanity_.add(step);
@@ -185,6 +228,7 @@ void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::St
 void ScanTracking::forget() {
   motion_ = {};
   previous_.reset();
+  alone_is_predicted_ = false;
 }
 
 }  // namespace parhelion::pose

@@ -8,6 +8,7 @@
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/wide_search.hpp"
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {
@@ -36,11 +37,19 @@ class ScanTracking {
     Where expected;  ///< prediction and prior that the match was made with
     bool by_odometry = true;
   };
+  /// The maps that scans are matched to.
+  struct Maps {
+    const SurfelMap& fine;
+    const SurfelMap& coarse;
+    WideSearch wide_search;  ///< asked where no match near the predicted pose explains the scan; may be empty
+  };
   /// `before`: where the robot was at the previous scan.
-  Followed follow(const SurfelMap& fine, const SurfelMap& coarse, const ScanPoints& scan, const Where& before,
+  Followed follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                   const ScanOdometry::Step& step, const MatchOptions& options);
   /// The pose has been set by something else: what it was before says nothing about the motion.
   void forget();
+  /// The map was corrected, and the robot with it: its motion goes on from here.
+  void continue_from(const Pose2& T_map_base) { by_scans_alone_ = T_map_base; }
 
   OdometryFault fault() const { return sanity_.fault(); }
   const std::vector<OdometryFinding>& findings() const { return sanity_.findings(); }
@@ -49,7 +58,17 @@ class ScanTracking {
   Where by_odometry(const Where& before, const ScanOdometry::Step& step) const;
   double intervals_until(SensorTime stamp) const;
   Where by_scans(SensorTime stamp, const Where& before) const;
+  bool may_search_widely(SensorTime stamp) const;
+  /// A scan's match, and the match that scans give without odometry.
+  struct Candidates {
+    Followed chosen;
+    Match free;
+  };
+  Candidates candidates(const Maps& maps, const ScanPoints& scan, const Where& odometry, const Where& scans,
+                        bool trusted, const MatchOptions& options) const;
+  void learn_interval(SensorTime stamp);
   void check_odometry(const ScanPoints& scan, const ScanOdometry::Step& step, const Match& free);
+  bool moves_smoothly() const;
   bool is_announced(const Pose2& found, const Pose2& predicted) const;
   void follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted, const Match& chosen,
                     const Match& free);
@@ -67,8 +86,10 @@ class ScanTracking {
   };
   Motion motion_;
   std::optional<ScanPoints> previous_;
-  Pose2 by_scans_alone_;  ///< T_map_base at the previous scan
-  SensorTime matched_;    ///< stamp of the last scan that the map explained
+  Pose2 by_scans_alone_;             ///< T_map_base at the previous scan
+  bool alone_is_predicted_ = false;  ///< that scan matched nothing
+  SensorTime matched_;               ///< stamp of the last scan that the map explained
+  SensorTime searched_;              ///< stamp of the last scan that was searched for widely
 };
 
 }  // namespace parhelion::pose

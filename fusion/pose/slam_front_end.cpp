@@ -40,10 +40,31 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
   return estimate;
 }
 
+/// In the local map, of which the keyframes are at hand.
+std::optional<Match> SlamFrontEnd::search_surroundings(const ScanPoints& scan, const Pose2& around) const {
+  constexpr std::size_t points_of_keyframe = 90;
+  constexpr double surroundings = 8;  // m
+  constexpr int levels = 5;
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+    const Keyframe& keyframe = keyframes_[i];
+    if (in_map_[i] == 0 || (keyframe.T_map_base.position() - around.position()).norm() > surroundings)
+      continue;
+    for (const Eigen::Vector2d& p : thinned(keyframe.scan.points, points_of_keyframe))
+      points.push_back(keyframe.T_map_base * p);
+  }
+  if (points.empty()) return std::nullopt;
+  return wide_search(CorrelativeMap(points, options_.cell, levels), fine_, scan.points, around, {},
+                     options_.match);
+}
+
 /// The motion that is taken for true.
 Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate) {
   const Pose2 before = pose_;
-  const auto found = tracking_.follow(fine_, coarse_, scan, {pose_, covariance_}, step, options_.match);
+  const ScanTracking::Maps maps{fine_, coarse_, [this](const ScanPoints& unexplained, const Pose2& around) {
+                                  return search_surroundings(unexplained, around);
+                                }};
+  const auto found = tracking_.follow(maps, scan, {pose_, covariance_}, step, options_.match);
   estimate.explained = found.match.explained;
   if (found.match.explained >= kMinExplained) {
     pose_ = found.match.T_map_base;
@@ -110,7 +131,7 @@ void SlamFrontEnd::correct(const std::vector<Pose2>& poses) {
   in_map_.assign(keyframes_.size(), 0);
   joined_until_ = driven_ + options_.joined;
   update_local_map();
-  tracking_.forget();
+  tracking_.continue_from(pose_);
 }
 
 }  // namespace parhelion::pose

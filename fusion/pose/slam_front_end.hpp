@@ -54,6 +54,7 @@ class SlamFrontEnd {
   void correct(const std::vector<Pose2>& poses);
 
  private:
+  std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   SlamState state(SensorTime stamp) const;
   void keep(const ScanPoints& scan);

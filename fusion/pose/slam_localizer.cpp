@@ -144,7 +144,8 @@ class Localizer final : public Slam {
   }
 
   void track(const ScanPoints& scan, const ScanOdometry::Step& step) {
-    const auto found = tracking_.follow(map_.fine, map_.coarse, scan, {pose_, covariance_}, step, match_);
+    const auto found =
+        tracking_.follow({map_.fine, map_.coarse, {}}, scan, {pose_, covariance_}, step, match_);
     const double enough = std::max(kMinExplained, kMinOfUsual * usual_);
     if (found.match.explained >= enough && scan.points.size() >= kMinPoints) {
       pose_ = found.match.T_map_base;

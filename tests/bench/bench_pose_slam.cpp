@@ -12,7 +12,7 @@
 #include "fusion/pose/slam.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/quantile.hpp"
-#include "tests/bench/recorded_drive.hpp"
+#include "tests/fusion/pose/recorded_drive.hpp"
 #include "tests/fusion/pose/trajectory_error.hpp"
 
 namespace parhelion {

@@ -46,39 +46,58 @@ double error_of(const std::vector<PoseEstimate>& estimates, const test::TrueDriv
   return median(errors);
 }
 
+/// A drive through the office, and its map without any fault.
 struct Office {
-  test::TrueDrive drive = test::true_drive(test::office(11), test::robot_with_laser(), {});
+  explicit Office(const test::TrueDriveOptions& options)
+      : drive(test::true_drive(test::office(11), test::robot_with_laser(), options)) {}
+
+  test::TrueDrive drive;
   std::vector<DriveInput> inputs = test::inputs_of(drive);
   Mapped clean = mapped(drive.robot, inputs);
   double error = error_of(clean.final, drive);
 };
 const Office& office() {
-  static const Office office;
+  static const Office office{{}};
   return office;
+}
+/// Between two scans the robot drives up to 0.3 m, and stamps of odometry jitter.
+const Office& office_with_a_slow_laser() {
+  static const Office office{{.speed = 1.2, .scan_period = 0.25, .odometry_jitter = 0.04}};
+  return office;
+}
+
+void expect_named_and_mapped(const Office& office, Corruption corruption, std::uint32_t seed) {
+  const test::CorruptionKind& kind = test::kind_of(corruption);
+  const auto drive = test::corrupted(office.inputs, corruption, 0.4, seed);
+  const Mapped found = mapped(office.drive.robot, drive.inputs);
+  ASSERT_FALSE(found.findings.empty()) << kind.name << ": nothing was noticed";
+  EXPECT_GE((found.findings.front().since - drive.onset).seconds(), -0.5);
+  // A turn on the spot does not tell a dead wheel from a wrong scale: the right name may follow another.
+  const auto named = std::find_if(found.findings.begin(), found.findings.end(), [&](const auto& finding) {
+    return std::find(kind.right_names.begin(), kind.right_names.end(), finding.fault) !=
+           kind.right_names.end();
+  });
+  ASSERT_NE(named, found.findings.end()) << kind.name << ": " << found.findings.front().text;
+  const double after = (named->since - drive.onset).seconds();
+  const double error = error_of(found.final, office.drive);
+  std::printf("%s: %s after %.1f s; error %.3f m, clean %.3f\n", kind.name, named->text.c_str(), after, error,
+              office.error);
+  EXPECT_LE(after, 10);
+  if (!kind.scans_suffice) return;
+  EXPECT_LE(error, 1.5 * office.error + 0.005);
+  for (const PoseEstimate& estimate : found.causal) EXPECT_NE(estimate.state, SlamState::lost);
 }
 
 class CorruptedOdometry : public ::testing::TestWithParam<int> {};
 
 TEST_P(CorruptedOdometry, IsNamedInTimeAndMapsAsWellAsScansAllow) {
-  const auto corruption = static_cast<Corruption>(GetParam());
-  const test::CorruptionKind& kind = test::kind_of(corruption);
-  const auto seed = static_cast<std::uint32_t>(GetParam());
-  const auto drive = test::corrupted(office().inputs, corruption, 0.4, seed);
-  const Mapped found = mapped(office().drive.robot, drive.inputs);
-  ASSERT_FALSE(found.findings.empty()) << kind.name << ": nothing was noticed";
-  const OdometryFinding& first = found.findings.front();
-  const double after = (first.since - drive.onset).seconds();
-  const double error = error_of(found.final, office().drive);
-  std::printf("%s: %s after %.1f s; error %.3f m, clean %.3f\n", kind.name, first.text.c_str(), after, error,
-              office().error);
-  EXPECT_NE(std::find(kind.right_names.begin(), kind.right_names.end(), first.fault), kind.right_names.end())
-      << to_string(first.fault);
-  EXPECT_GE(after, -0.5);
-  EXPECT_LE(after, 10);
-  if (kind.scans_suffice) {
-    EXPECT_LE(error, 1.5 * office().error + 0.005);
-    for (const PoseEstimate& estimate : found.causal) EXPECT_NE(estimate.state, SlamState::lost);
-  }
+  expect_named_and_mapped(office(), static_cast<Corruption>(GetParam()),
+                          static_cast<std::uint32_t>(GetParam()));
+}
+
+TEST_P(CorruptedOdometry, IsNamedAndMappedWithFewScansASecond) {
+  expect_named_and_mapped(office_with_a_slow_laser(), static_cast<Corruption>(GetParam()),
+                          100 + static_cast<std::uint32_t>(GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, CorruptedOdometry, ::testing::Range(0, test::kCorruptions),

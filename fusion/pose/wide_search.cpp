@@ -1,0 +1,40 @@
+#include "fusion/pose/wide_search.hpp"
+
+#include <algorithm>
+
+namespace parhelion::pose {
+namespace {
+
+constexpr std::size_t kPoints = 120;  ///< of the scan, for the search
+constexpr std::size_t kCandidates = 4;
+constexpr double kMinScore = 0.25;  ///< of the correlative search
+/// Fraction of the scan's points that the place explains, and lead over the second place: a scan into a room
+/// that was not seen before has little in common with the map.
+constexpr double kMinExplained = 0.35, kLead = 0.12;
+constexpr double kGood = 0.55, kLeadOfGood = 0.05;
+constexpr double kSame = 0.2, kSameYaw = 0.1;  ///< m, rad: two candidates that ended in one place
+
+}  // namespace
+
+std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelMap& fine,
+                                 std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base,
+                                 const WideSearchReach& reach, const MatchOptions& options) {
+  const auto candidates = likelihood.search(thinned(points_base, kPoints),
+                                            {T_map_base, reach.position, reach.position, reach.yaw},
+                                            {kMinScore, kCandidates, 0.5, 0.3});
+  Match best;
+  double second = 0;
+  for (const CorrelativeMap::Candidate& candidate : candidates) {
+    const Pose2& at = candidate.T_map_base;
+    const Match found = match(fine, points_base, at, at, Eigen::Matrix3d::Zero(), options);
+    const Pose2 apart = best.T_map_base.inverse() * found.T_map_base;
+    const bool same = best.points > 0 && apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+    if (!same) second = std::max(second, std::min(best.explained, found.explained));
+    if (found.explained > best.explained) best = found;
+  }
+  const double lead = best.explained < kGood ? kLead : kLeadOfGood;
+  if (best.explained < kMinExplained || best.explained - second < lead) return std::nullopt;
+  return best;
+}
+
+}  // namespace parhelion::pose
