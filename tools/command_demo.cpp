@@ -16,7 +16,7 @@ namespace {
 
 struct Arguments {
   DemoOptions options;
-  std::string report, url;
+  std::string report, url, engine = "parhelion";
   std::string http = "127.0.0.1:0";
   bool headless = false, silent = false;
 };
@@ -70,6 +70,7 @@ Exit run(Arguments& arguments) {
     std::fflush(stdout);
   };
   options.stop = stop_asked;
+  options.engine = pose::slam_engine(arguments.engine).value_or(options.engine);
   const auto result = run_demo(options);
   if (progress) progress->finish();
   if (!result) return fail(result.error().message);
@@ -105,6 +106,9 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->add_option("--folder", options.folder, "Folder for logs, map, model, scenario and pictures");
   command->add_option("--recording", options.recording,
                       "An MRPT rawlog or another recording with scans and odometry");
+  command->add_option("--engine", arguments->engine, "Engine of SLAM: Parhelion's own or one of MRPT's")
+      ->check(CLI::IsMember(pose::slam_engines()))
+      ->capture_default_str();
   command->add_option("--url", arguments->url, "LCM URL to publish on");
   command->add_flag("--silent", arguments->silent, "Do not publish on LCM");
   command->add_flag("--force", options.overwrite, "Overwrite the files of an earlier demo");

@@ -55,6 +55,14 @@ Result<std::vector<Eigen::Vector3d>> driven_path(const std::string& log) {
   }
 }
 
+pose::SlamEngine mapping_engine(pose::SlamEngine engine) {
+  return engine == pose::SlamEngine::mrpt_localization ? pose::SlamEngine::parhelion : engine;
+}
+
+pose::SlamEngine localizing_engine(pose::SlamEngine engine) {
+  return engine == pose::SlamEngine::parhelion ? engine : pose::SlamEngine::mrpt_localization;
+}
+
 class Demo {
  public:
   explicit Demo(const DemoOptions& options) : options_(options), files_(options.folder) {}
@@ -109,6 +117,7 @@ Status Demo::build_map() {
   SlamLogOptions options;
   options.input = files_.recording;
   options.save_map = files_.map;
+  options.slam.engine = mapping_engine(options_.engine);
   options.overwrite = options_.overwrite;
   const auto mapped = map_log(options, progress("slam"));
   if (!mapped) return mapped.error();
@@ -126,6 +135,7 @@ Status Demo::localize() {
   options.input = files_.recording;
   options.output = files_.localized;
   options.map = files_.map + ".simplemap";
+  options.slam.engine = localizing_engine(options_.engine);
   options.slam.start = Eigen::Vector3d::Zero();  // a map's origin is where its recording began
   options.overwrite = options_.overwrite;
   const auto localized = localize_log(options, progress("localize"));

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "fusion/pose/slam.hpp"
 #include "protocols/bus/bus.hpp"
 #include "protocols/status.hpp"
 #include "server/runtime/report.hpp"
@@ -15,6 +16,9 @@ struct DemoOptions {
   std::string folder = "parhelion-demo";  ///< folder of logs, map, model, scenario and pictures
   std::string session;                    ///< session log; empty: session.lcm in the folder
   bool overwrite = false;
+  /// Maps, and localizes; an engine that does only one of both leaves the other to Parhelion's (mapping) or
+  /// to MRPT's Monte Carlo localization.
+  pose::SlamEngine engine = pose::SlamEngine::parhelion;
   bool fast = false;     ///< as fast as possible instead of in real time; not with `http`
   std::string http;      ///< ADDR:PORT of a base station, with the robot live; empty: a replay without pages
   std::string foxglove;  ///< ADDR:PORT of an additional Foxglove server; empty: none
