@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fusion/pose/slam.hpp"
-#include "tests/fusion/pose/recorded_drive.hpp"
 #include "tests/fusion/pose/corrupted_odometry.hpp"
+#include "tests/fusion/pose/recorded_drive.hpp"
 #include "tests/fusion/pose/trajectory_error.hpp"
 
 namespace parhelion {
