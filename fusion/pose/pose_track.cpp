@@ -13,6 +13,14 @@ constexpr std::size_t kEstimateSlots = 256;
 constexpr double kMaxChi2 = 16.3;     ///< 99.9 % of three degrees of freedom
 constexpr int kPlanar[] = {0, 1, 5};  ///< x, y, yaw
 
+/// s after a scan's stamp, in which the scan's twist gives way to odometry's: longer than a sweep, shorter
+/// than the time to the next scan, whose innovation has to show what odometry alone predicts.
+constexpr double kTwistLife = 0.06;
+
+constexpr double squared(double x) { return x * x; }
+
+Twist2 difference(const Twist2& a, const Twist2& b) { return {a.vx - b.vx, a.vy - b.vy, a.wz - b.wz}; }
+
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -166,7 +174,7 @@ bool PoseTrack::anchor(const EstimateSample& correction) {
   if (odometry_.empty()) return true;
   if (!odometry_.at(correction.stamp)) return false;
   previous_anchor_ = anchor_;
-  anchor_ = Anchor{correction.stamp, correction.T_map_base, correction.covariance, {}, true};
+  anchor_ = Anchor{correction.stamp, correction.T_map_base, correction.covariance, {}, {}, true};
   return take_odometry_at_anchor();
 }
 
@@ -208,11 +216,15 @@ std::optional<MatchPrior> PoseTrack::match_prior(SensorTime stamp) const {
   const double driven = std::abs(odometry->driven - anchor_->odometry.driven);
   const double turned = std::abs(odometry->turned - anchor_->odometry.turned);
   const Eigen::Matrix3d known = pose->covariance(kPlanar, kPlanar);
-  return MatchPrior{planar(pose->T_map_base), known + odometry_covariance(robot_, driven, turned),
-                    pose->twist};
+  return MatchPrior{planar(pose->T_map_base),
+                    known + odometry_covariance(robot_, driven, turned),
+                    pose->twist,
+                    {},
+                    (stamp - anchor_->stamp).seconds()};
 }
 
-void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance) {
+void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
+                       const std::optional<Twist2>& twist) {
   const auto carried = at(stamp);
   if (!carried) return;
   // Moved in the plane: height and tilt stay.
@@ -225,7 +237,16 @@ void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::M
   const auto by_odometry = odometry_.at(stamp);
   const Pose2 predicted = planar(T_map_odom_ * transform<Odom, Base>(by_odometry->T_odom_base));
   scan_motion_.add(stamp, T_map_base, predicted);
-  if (anchor(refined)) refinements_.push(refined);
+  if (!anchor(refined)) return;
+  refinements_.push(refined);
+  anchor_->twist = twist;
+}
+
+/// What `twist` misses of the motion since the anchor's scan, while that scan's sweep lasts.
+Pose2 PoseTrack::motion_in_sweep(SensorTime t, const Twist2& twist) const {
+  const double since = (t - anchor_->stamp).seconds();
+  if (!anchor_->twist || since <= 0) return {};
+  return moved(difference(*anchor_->twist, twist), since * std::exp(-squared(since / kTwistLife)));
 }
 
 std::optional<PoseAtInstant> PoseTrack::from_scans(SensorTime t) const {
@@ -234,7 +255,8 @@ std::optional<PoseAtInstant> PoseTrack::from_scans(SensorTime t) const {
     return std::nullopt;
   const auto predicted = scan_motion_.at(t);
   if (!predicted) return std::nullopt;
-  const Pose2 correction = predicted->T_map_base * planar(anchor_->T_map_base).inverse();
+  const Pose2 T_map_base = predicted->T_map_base * motion_in_sweep(t, predicted->twist);
+  const Pose2 correction = T_map_base * planar(anchor_->T_map_base).inverse();
   PoseAtInstant pose;
   pose.T_map_base = transform<Map, Map>(correction) * anchor_->T_map_base;
   PoseCovariance covariance = anchor_->covariance;
@@ -274,7 +296,8 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
     return pose;
   }
   PoseAtInstant pose;
-  pose.T_map_base = T_map_odom_ * transform<Odom, Base>(odometry->T_odom_base);
+  pose.T_map_base = T_map_odom_ * transform<Odom, Base>(odometry->T_odom_base *
+                                                        motion_in_sweep(t, anchor_->odometry.twist));
   const double driven = std::abs(odometry->driven - anchor_->odometry.driven);
   const double turned = std::abs(odometry->turned - anchor_->odometry.turned);
   const double position_variance = odometry_drift_.position_variance(driven);

@@ -80,7 +80,10 @@ class PoseTrack {
   /// What a match of the scan with this stamp may start from; none: it cannot be matched.
   std::optional<MatchPrior> match_prior(SensorTime stamp) const;
   /// The pose of a scan that was matched from match_prior(stamp). `covariance`: x, y, yaw, map frame.
-  void refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance);
+  /// `twist`: as the scan shows it, body frame; it is used for the rest of the sweep, until odometry takes
+  /// over.
+  void refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
+              const std::optional<Twist2>& twist = std::nullopt);
 
   /// The pose, or why there is none. Never an identity instead.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
@@ -99,8 +102,9 @@ class PoseTrack {
     SensorTime stamp;
     Transform<Map, Base> T_map_base;
     PoseCovariance covariance = PoseCovariance::Zero();
-    OdometryAtInstant odometry;  ///< at the stamp
-    bool provisional = false;    ///< `odometry` was extrapolated: taken again when odometry arrives
+    OdometryAtInstant odometry;   ///< at the stamp
+    std::optional<Twist2> twist;  ///< body frame, as its scan shows it
+    bool provisional = false;     ///< `odometry` was extrapolated: taken again when odometry arrives
   };
   std::optional<PoseAtInstant> from_odometry(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
@@ -110,6 +114,7 @@ class PoseTrack {
   /// False: odometry has a gap there.
   bool anchor(const EstimateSample& correction);
   std::optional<PoseAtInstant> from_scans(SensorTime t) const;
+  Pose2 motion_in_sweep(SensorTime t, const Twist2& twist) const;
   bool take_odometry_at_anchor();
   void learn_drift();
   const EstimateSample* refinement_at(SensorTime stamp) const;

@@ -10,6 +10,7 @@
 
 #include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/matching_map.hpp"
+#include "fusion/pose/scan_match.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
@@ -22,6 +23,7 @@ struct MatchPrior {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame
   Twist2 twist;                                          ///< body frame
   std::optional<Attitude> attitude = std::nullopt;       ///< none: not measured
+  double predicted_for = 0;  ///< s since the pose was known from a scan or SLAM; 0: unknown
 };
 
 /// How a scan was placed.
@@ -39,10 +41,15 @@ struct RefinedPose {
   ScanMatch match = ScanMatch::off;
   Pose2 T_map_base;                                      ///< valid where matched
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; valid where matched
+  Twist2 twist;          ///< body frame, during the sweep; valid where matched
   double residual = 0;   ///< m, RMS distance of the explained returns from the map's surfaces
   double explained = 0;  ///< fraction of the returns used that lie on the map's surfaces
 };
 
+/// The sweep is corrected for the robot's motion with odometry's twist at first. Where that is late or wrong,
+/// the match lies off the prediction, and how far tells by how much: the twist is corrected, the points are
+/// placed again, and the match goes on from there.
+///
 /// Bounded work for each scan: at most `kPoints` returns are used, and the number of iterations is fixed.
 /// Never allocates after the first scan. Deterministic.
 class ScanRefiner {
@@ -54,7 +61,10 @@ class ScanRefiner {
   RefinedPose refine(const Scan& scan, const MatchPrior& prior);
 
  private:
-  void take_points(const Scan& scan, const MatchPrior& prior);
+  void find_hits(const Scan& scan);
+  void place_points(const Scan& scan, const Twist2& twist, const std::optional<Attitude>& attitude);
+  void refine_twist(const Scan& scan, const MatchPrior& prior, const Eigen::Matrix3d& information,
+                    const MatchOptions& options, Match& found, Twist2& twist);
 
   LaserDescription laser_;
   std::shared_ptr<const MatchingMap> map_;

@@ -69,7 +69,7 @@ pose::RefinedPose match_scan(const Scan& scan, PoseState& pose) {
   prior->attitude = pose.attitude.at(scan.stamp);
   refined = pose.refiner->refine(scan, *prior);
   if (refined.match == pose::ScanMatch::matched)
-    pose.track.refine(scan.stamp, refined.T_map_base, refined.covariance);
+    pose.track.refine(scan.stamp, refined.T_map_base, refined.covariance, refined.twist);
   return refined;
 }
 

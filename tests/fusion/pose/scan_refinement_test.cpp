@@ -96,7 +96,8 @@ Errors drive_with_bad_odometry() {
     const auto prior = refined.match_prior(sample.stamp);
     if (!prior) continue;
     const RefinedPose found = refiner.refine(sample.scan, *prior);
-    if (found.match == ScanMatch::matched) refined.refine(sample.stamp, found.T_map_base, found.covariance);
+    if (found.match == ScanMatch::matched)
+      refined.refine(sample.stamp, found.T_map_base, found.covariance, found.twist);
     const auto a = carried.at(sample.stamp), b = refined.at(sample.stamp);
     if (!a || !b || i < 20) continue;
     errors.carried.push_back(phantom_error(planar(a->T_map_base), sample.T_map_base));
@@ -201,13 +202,43 @@ RC_GTEST_PROP(ScanRefinement, NeverLeavesWhatThePredictionAllows, ()) {
   RC_ASSERT(found.covariance(0, 0) <= prior.covariance(0, 0) + 1e-4);
 }
 
+/// m, largest of a phantom before the robot, over the ring. The robot has begun to turn, of which odometry
+/// knows nothing yet: the prediction lags, and so does the twist that the sweep would be corrected with.
+double error_in_unknown_turn(bool twist_refined) {
+  const RobotDescription robot = test::robot_with_laser();
+  ScanRefiner refiner(*robot.laser, ring_map());
+  std::mt19937 random(31);
+  constexpr double since = 0.1, acceleration = 5;  // s, rad/s^2
+  double worst = 0;
+  for (const Pose2& truth : ring_places()) {
+    const Twist2 twist{0.3, 0, acceleration * since};
+    const Scan scan = test::scan_from(test::ring_building(), robot, truth, twist, {}, random);
+    MatchPrior prior = prior_at(truth * Pose2{0, 0, -acceleration * since * since / 2}, 0.02, 0.02);
+    prior.twist = {0.3, 0, 0};
+    if (twist_refined) prior.predicted_for = since;
+    const RefinedPose found = refiner.refine(scan, prior);
+    EXPECT_EQ(found.match, ScanMatch::matched);
+    EXPECT_NEAR(found.twist.wz, twist_refined ? twist.wz : 0, 0.25);
+    worst = std::max(worst, phantom_error(found.T_map_base, truth));
+  }
+  return worst;
+}
+
+TEST(ScanRefinement, ASweepIsUnbentByTheTwistThatTheScanShows) {
+  const double by_odometry = error_in_unknown_turn(false), by_scan = error_in_unknown_turn(true);
+  EXPECT_GT(by_odometry, 0.045);
+  EXPECT_LT(by_scan, 0.025);
+}
+
 TEST(ScanRefinement, AllocatesNothingAfterTheFirstScan) {
   RobotDescription robot = test::robot_with_laser();
   ScanRefiner refiner(*robot.laser, ring_map());
   const Scan scan = scan_at(test::ring_building(), {3, 1.4, 0}, 1);
   refiner.refine(scan, prior_at({3, 1.4, 0}, 0.05, 0.02));
   const test::AllocationWatch watch;
-  refiner.refine(scan, prior_at({3.02, 1.4, 0}, 0.05, 0.02));
+  MatchPrior prior = prior_at({3.02, 1.4, 0.02}, 0.05, 0.02);
+  prior.predicted_for = 0.1;
+  refiner.refine(scan, prior);
   EXPECT_EQ(watch.count(), 0U);
 }
 
@@ -238,6 +269,12 @@ TEST_F(RefinedTrack, CarriesARefinedPoseByOdometry) {
   EXPECT_NEAR(pose(0.7).x, 0.73, 1e-9);
   EXPECT_NEAR(pose(0.7).yaw, 0.01, 1e-9);
   EXPECT_NEAR(pose(0.9).x, 0.93, 1e-3);
+}
+
+TEST_F(RefinedTrack, FollowsTheScansTwistToTheEndOfItsSweepOnly) {
+  track_.refine(at(0.7), {0.7, 0, 0}, sure_, Twist2{1, 0, 0.5});
+  EXPECT_NEAR(pose(0.72).yaw, 0.01, 0.002);
+  EXPECT_NEAR(pose(0.9).yaw, 0, 1e-4);
 }
 
 TEST_F(RefinedTrack, KeepsItWhereSlamAgreesAndDropsItWhereSlamDoesNot) {
