@@ -92,7 +92,9 @@ PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& opti
       refinements_(kEstimateSlots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
-  const OdometryTrack::Taken taken = odometry_.add(corrected_(odometry));
+  const Odometry as_described = corrected_(odometry);
+  calibration_.add(as_described);
+  const OdometryTrack::Taken taken = odometry_.add(followed_(as_described, calibration_.estimate()));
   if (taken != OdometryTrack::Taken::yes) ++rejected_;
   if (taken == OdometryTrack::Taken::restarted) {
     restart();
@@ -106,6 +108,7 @@ void PoseTrack::restart() {
   estimates_.clear();
   refinements_.clear();
   scan_motion_.forget();
+  calibration_.forget_motion();
   anchor_.reset();
   previous_anchor_.reset();
 }
@@ -237,6 +240,7 @@ void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::M
   const auto by_odometry = odometry_.at(stamp);
   const Pose2 predicted = planar(T_map_odom_ * transform<Odom, Base>(by_odometry->T_odom_base));
   scan_motion_.add(stamp, T_map_base, predicted);
+  if (options_.calibrate_odometry) calibration_.add(stamp, T_map_base, covariance);
   if (!anchor(refined)) return;
   refinements_.push(refined);
   anchor_->twist = twist;

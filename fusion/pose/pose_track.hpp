@@ -8,6 +8,7 @@
 #include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/odometry_drift.hpp"
 #include "fusion/pose/odometry_track.hpp"
+#include "fusion/pose/online_odometry_calibration.hpp"
 #include "fusion/pose/ring.hpp"
 #include "fusion/pose/scan_motion.hpp"
 #include "fusion/pose/scan_refinement.hpp"
@@ -43,6 +44,7 @@ struct PoseTrackOptions {
   double relocalization_distance = 0.2;                            ///< m
   double relocalization_angle = 5 * 3.14159265358979323846 / 180;  ///< rad
   double recovered_sigma = 0.05;         ///< m, 1 sigma below which injection resumes
+  bool calibrate_odometry = true;        ///< its time offset and scale, from matched scans
   Duration max_slam_age = seconds(2.0);  ///< without an estimate for longer, scans are matched no more
   std::string map_id;                    ///< empty: any
 };
@@ -58,7 +60,8 @@ struct PoseTrackOptions {
 /// A scan that was matched to the map (refine) corrects the pose as an estimate for its stamp would. SLAM
 /// stays the source: it decides whether there is a pose, and where the two disagree by more than their
 /// covariances allow, its estimate replaces what scans gave. Where odometry predicts the scans clearly worse
-/// than their own motion does, that motion carries the pose in its place.
+/// than their own motion does, that motion carries the pose in its place. Time offset and scale of odometry
+/// are followed by such scans, and taken out of odometry as it comes in.
 ///
 /// A stamp that jumps back by more than the history means that the sensor's clock restarted: the history is
 /// cleared.
@@ -88,6 +91,8 @@ class PoseTrack {
   /// The pose, or why there is none. Never an identity instead.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
   std::uint64_t rejected() const { return rejected_; }  ///< number of rejected inputs
+  /// Of odometry, as scans show it, in addition to the robot description's.
+  const OnlineOdometryCalibration& calibration() const { return calibration_; }
   bool has_odometry() const { return !odometry_.empty(); }
 
  private:
@@ -124,6 +129,8 @@ class PoseTrack {
   RobotDescription robot_;
   PoseTrackOptions options_;
   CorrectedOdometry corrected_;
+  OnlineOdometryCalibration calibration_;
+  FollowedCorrection followed_;
   OdometryTrack odometry_;
   OdometryDrift odometry_drift_;
   Ring<EstimateSample> estimates_;    ///< of SLAM
