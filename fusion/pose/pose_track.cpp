@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kEstimateSlots = 256;
 constexpr double kMaxChi2 = 16.3;     ///< 99.9 % of three degrees of freedom
+constexpr double kLessCertain = 2;    ///< sigma to sigma, of a match that SLAM's estimate replaces
 constexpr int kPlanar[] = {0, 1, 5};  ///< x, y, yaw
 
 /// s after a scan's stamp, in which the scan's twist gives way to odometry's: longer than a sweep, shorter
@@ -141,9 +142,13 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
                         options_.relocalization_distance ||
                     angle_between(expected, estimate.T_map_base) > options_.relocalization_angle;
   }
-  if (!agrees_with_scans(sample) && !anchor(sample)) {
-    ++rejected_;
-    return Correction::ignored;
+  if (!agrees_with_scans(sample)) {
+    const Pose2 before = planar(T_map_odom_);
+    if (!anchor(sample)) {
+      ++rejected_;
+      return Correction::ignored;
+    }
+    scan_motion_.correct(planar(T_map_odom_) * before.inverse());
   }
   estimates_.push(sample);
   lost_ = false;
@@ -163,12 +168,14 @@ const PoseTrack::EstimateSample* PoseTrack::refinement_at(SensorTime stamp) cons
 }
 
 /// SLAM's estimate is older than the newest matched scan and made from the same scans: where it agrees, it
-/// says nothing new.
+/// says nothing new, unless the match was the less certain one, as along a corridor.
 bool PoseTrack::agrees_with_scans(const EstimateSample& estimate) const {
   const EstimateSample* refinement = refinement_at(estimate.stamp);
   if (refinement == nullptr || estimate.jumped) return false;
   const Pose2 a = planar(refinement->T_map_base), b = planar(estimate.T_map_base);
   const Eigen::Vector3d off(b.x - a.x, b.y - a.y, wrap_angle(b.yaw - a.yaw));
+  if (position_sigma(refinement->covariance) > kLessCertain * position_sigma(estimate.covariance))
+    return false;
   const Eigen::Matrix3d covariance = (refinement->covariance + estimate.covariance)(kPlanar, kPlanar);
   return off.dot(covariance.inverse() * off) <= kMaxChi2;
 }
@@ -223,7 +230,7 @@ std::optional<MatchPrior> PoseTrack::match_prior(SensorTime stamp) const {
                     known + odometry_covariance(robot_, driven, turned),
                     pose->twist,
                     {},
-                    (stamp - anchor_->stamp).seconds()};
+                    scan_motion_.last_step()};
 }
 
 void PoseTrack::refine(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& covariance,
@@ -259,7 +266,8 @@ std::optional<PoseAtInstant> PoseTrack::from_scans(SensorTime t) const {
     return std::nullopt;
   const auto predicted = scan_motion_.at(t);
   if (!predicted) return std::nullopt;
-  const Pose2 T_map_base = predicted->T_map_base * motion_in_sweep(t, predicted->twist);
+  const Pose2 T_map_base =
+      planar(anchor_->T_map_base) * predicted->step * motion_in_sweep(t, predicted->twist);
   const Pose2 correction = T_map_base * planar(anchor_->T_map_base).inverse();
   PoseAtInstant pose;
   pose.T_map_base = transform<Map, Map>(correction) * anchor_->T_map_base;

@@ -43,15 +43,21 @@ void ScanMotion::add(SensorTime stamp, const Pose2& T_map_base, const std::optio
     choose();
   }
   twist_ = follows ? std::optional(twist_between(last_, T_map_base, dt)) : std::nullopt;
+  step_ = dt;
   stamp_ = stamp;
   last_ = T_map_base;
+}
+
+std::optional<ScanMotion::Step> ScanMotion::last_step() const {
+  if (!twist_) return std::nullopt;
+  return Step{*stamp_, last_, *twist_, step_};
 }
 
 std::optional<ScanMotion::Prediction> ScanMotion::at(SensorTime t) const {
   if (!stamp_ || !twist_) return std::nullopt;
   const double dt = (t - *stamp_).seconds();
   if (std::abs(dt) > kLongest) return std::nullopt;
-  return Prediction{last_ * moved(*twist_, dt), *twist_, constant_velocity_.position / 2 * dt * dt,
+  return Prediction{moved(*twist_, dt), *twist_, constant_velocity_.position / 2 * dt * dt,
                     constant_velocity_.yaw * dt * dt};
 }
 

@@ -15,12 +15,23 @@ class ScanMotion {
   /// A matched scan. `by_odometry`: its pose as odometry predicted it from the scan before.
   void add(SensorTime stamp, const Pose2& T_map_base, const std::optional<Pose2>& by_odometry);
   void forget() { *this = {}; }
+  /// The robot turned out to be elsewhere in the map; its motion is what it was.
+  void correct(const Pose2& T_map_map) { last_ = T_map_map * last_; }
 
   /// Whether constant velocity has predicted the last scans clearly better than odometry.
   bool is_preferred() const { return preferred_; }
 
-  struct Prediction {
+  /// The last matched scan, and the mean twist of the step that led to it.
+  struct Step {
+    SensorTime stamp;
     Pose2 T_map_base;
+    Twist2 twist;        ///< body frame
+    double seconds = 0;  ///< of the step
+  };
+  std::optional<Step> last_step() const;
+
+  struct Prediction {
+    Pose2 step;    ///< from the last scan's pose, in its frame
     Twist2 twist;  ///< body frame
     double position_variance = 0,
            yaw_variance = 0;  ///< m^2 along one axis, rad^2: of the motion since the scan
@@ -40,6 +51,7 @@ class ScanMotion {
   std::optional<SensorTime> stamp_;
   Pose2 last_;
   std::optional<Twist2> twist_;
+  double step_ = 0;  ///< s, over which that is the mean
   Errors constant_velocity_, odometry_;
   int learned_ = 0;
   bool preferred_ = false;

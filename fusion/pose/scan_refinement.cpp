@@ -1,5 +1,6 @@
 #include "fusion/pose/scan_refinement.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -17,15 +18,11 @@ constexpr double kMinExplained = 0.35;  ///< people may surround the robot
 /// returns lie on the map, since odometry's errors have long tails.
 constexpr double kMaxChi2 = 16.3, kMaxSureChi2 = 4 * kMaxChi2;
 constexpr double kSure = 0.8;  ///< fraction of explained returns
-/// 1 sigma, m and rad: what the map's own accuracy leaves of any match.
-constexpr double kMapSigma = 0.005, kMapYawSigma = 0.0017;
-
-/// An error of odometry's twist that was there since the last pose is innovation / time; one that has grown
-/// from zero since, with constant acceleration, is twice that. Chosen between them on the generated offices
-/// and ring: 1 and 2 leave half as much again of the error in turns.
-constexpr double kTwistGain = 1.5;
-constexpr double kShortest = 0.02,
-                 kLongest = 0.5;  ///< s, of a prediction that says something about the twist
+/// 1 sigma of the twist that is acceleration since the last step, as a fraction of it. Chosen on generated
+/// offices, with odometry and scans of several rates.
+constexpr double kUncertainGain = 0.3;
+constexpr double kRegular = 1e-3;                   ///< 1/m^2: keeps what nothing is known of finite
+constexpr double kShortest = 0.02, kLongest = 0.5;  ///< s, of a step that says something about the twist
 constexpr int kRounds = 2, kMoreIterations = 4;
 /// m, at the end of the sweep and `kLever` m away: a smaller correction of the twist is not worth the time.
 constexpr double kMinBend = 0.002, kLever = 5;
@@ -37,11 +34,19 @@ void spread(const std::vector<T>& items, std::size_t count, Use use) {
   for (std::size_t i = 0; i < n; ++i) use(items[i * items.size() / n]);
 }
 
+constexpr double squared(double x) { return x * x; }
+
 /// s, between the stamp and the beam farthest from it.
 double longest_beam_time(const LaserDescription& laser, std::size_t beams) {
   return beams == 0 ? 0
                     : std::max(std::abs(laser.beam_time(0, beams).seconds()),
                                std::abs(laser.beam_time(beams - 1, beams).seconds()));
+}
+
+/// s, of the beams' mean after the stamp.
+double middle_beam_time(const LaserDescription& laser, std::size_t beams) {
+  return beams == 0 ? 0
+                    : (laser.beam_time(0, beams).seconds() + laser.beam_time(beams - 1, beams).seconds()) / 2;
 }
 
 /// m/s, of a point `kLever` m away.
@@ -74,7 +79,7 @@ const char* to_string(ScanMatch match) {
 }
 
 ScanRefiner::ScanRefiner(const LaserDescription& laser, std::shared_ptr<const MatchingMap> map)
-    : laser_(laser), map_(std::move(map)) {
+    : laser_(laser), map_(std::move(map)), consistency_(kPoints), map_accuracy_(kPoints) {
   points_.reserve(kPoints);
   few_.reserve(kFewPoints);
 }
@@ -96,22 +101,63 @@ void ScanRefiner::place_points(const Scan& scan, const Twist2& twist,
   });
 }
 
+std::optional<ScanRefiner::SweepTwist> ScanRefiner::twist_by_scans(const Scan& scan, const MatchPrior& prior,
+                                                                   const Pose2& found) const {
+  if (!prior.before) return std::nullopt;
+  const double step = (scan.stamp - prior.before->stamp).seconds();
+  if (step < kShortest || step > kLongest || prior.before->seconds < kShortest) return std::nullopt;
+  const Twist2 mean = twist_between(prior.before->T_map_base, found, step);
+  const Twist2& earlier = prior.before->twist;
+  // The means hold in the middle of their steps.
+  const double ahead = step / 2 + middle_beam_time(laser_, scan.ranges.size());
+  const double factor = ahead / ((step + prior.before->seconds) / 2);
+  const Twist2 gained{factor * (mean.vx - earlier.vx), factor * (mean.vy - earlier.vy),
+                      factor * (mean.wz - earlier.wz)};
+  return SweepTwist{{mean.vx + gained.vx, mean.vy + gained.vy, mean.wz + gained.wz}, gained};
+}
+
 void ScanRefiner::refine_twist(const Scan& scan, const MatchPrior& prior, const Eigen::Matrix3d& information,
                                const MatchOptions& options, Match& found, Twist2& twist) {
-  if (prior.predicted_for < kShortest || prior.predicted_for > kLongest) return;
   const double sweep = longest_beam_time(laser_, scan.ranges.size());
   MatchOptions quick = options;
   quick.iterations = kMoreIterations;
   for (int round = 0; round < kRounds; ++round) {
-    const Twist2 missing =
-        twist_between(prior.T_map_base, found.T_map_base, prior.predicted_for / kTwistGain);
-    const Twist2 corrected{prior.twist.vx + missing.vx, prior.twist.vy + missing.vy,
-                           prior.twist.wz + missing.wz};
-    if (!(sweep * speed_between(twist, corrected) > kMinBend)) return;
-    twist = corrected;
+    const auto by_scans = twist_by_scans(scan, prior, found.T_map_base);
+    if (!by_scans || !(sweep * speed_between(twist, by_scans->twist) > kMinBend)) return;
+    twist = by_scans->twist;
     place_points(scan, twist, prior.attitude);
     found = match(map_->fine, points_, found.T_map_base, prior.T_map_base, information, quick);
   }
+}
+
+/// The match weighs the points with their formal information H and the prediction with P, so that
+/// H (x - m) + P (x - p) = 0 where m is the pose by the points alone and p the prediction. With the true
+/// information of the points in place of H, the sum is zero a little nearer to m.
+void ScanRefiner::weigh_by_consistency(const MatchPrior& prior, const Eigen::Matrix3d& P,
+                                       Match& found) const {
+  const Eigen::Matrix3d H = found.information + kRegular * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d H_true = consistency_.information(H);
+  const Eigen::Vector3d moved = offset(prior.T_map_base, found.T_map_base);
+  const Eigen::Vector3d step =
+      (H_true + P).ldlt().solve((H_true * H.inverse() - Eigen::Matrix3d::Identity()) * P * moved);
+  found.T_map_base = {found.T_map_base.x + step.x(), found.T_map_base.y + step.y(),
+                      wrap_angle(found.T_map_base.yaw + step.z())};
+  found.information = H_true;
+}
+
+Eigen::Matrix3d ScanRefiner::covariance_of(const Scan& scan, const MatchPrior& prior,
+                                           const Eigen::Matrix3d& information, const Match& found) const {
+  Eigen::Matrix3d covariance = (found.information + information).inverse();
+  // A twist that is wrong moves the points, and the pose with them, by what it does in half a sweep.
+  double position = squared(map_accuracy_.position_sigma()), yaw = squared(map_accuracy_.yaw_sigma());
+  if (const auto by_scans = twist_by_scans(scan, prior, found.T_map_base)) {
+    const double half = middle_beam_time(laser_, scan.ranges.size());
+    const Twist2& gained = by_scans->gained;
+    position += squared(kUncertainGain * half) * (squared(gained.vx) + squared(gained.vy)) / 2;
+    yaw += squared(kUncertainGain * half * gained.wz);
+  }
+  covariance.diagonal() += Eigen::Vector3d(position, position, yaw);
+  return covariance;
 }
 
 RefinedPose ScanRefiner::refine(const Scan& scan, const MatchPrior& prior) {
@@ -131,13 +177,14 @@ RefinedPose ScanRefiner::refine(const Scan& scan, const MatchPrior& prior) {
       match_from_several(map_->fine, map_->coarse, points_, few_, prior.T_map_base, information, options);
   refined.twist = prior.twist;
   refine_twist(scan, prior, information, options, found, refined.twist);
+  consistency_.add(map_->fine, points_, found.T_map_base, options);
+  weigh_by_consistency(prior, information, found);
+  map_accuracy_.add(map_->fine, points_, found.T_map_base);
   refined.T_map_base = found.T_map_base;
   refined.residual = found.rms;
   refined.explained = found.explained;
   const Eigen::Vector3d moved = offset(prior.T_map_base, found.T_map_base);
-  refined.covariance = (information + found.information).inverse();
-  refined.covariance.diagonal() +=
-      Eigen::Vector3d(kMapSigma * kMapSigma, kMapSigma * kMapSigma, kMapYawSigma * kMapYawSigma);
+  refined.covariance = covariance_of(scan, prior, information, found);
   if (!found.T_map_base.finite() || !refined.covariance.allFinite() || found.explained < kMinExplained) {
     refined.match = ScanMatch::unexplained;
   } else if (!(moved.dot(information * moved) <= (found.explained >= kSure ? kMaxSureChi2 : kMaxChi2))) {

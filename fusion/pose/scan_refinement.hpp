@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "fusion/pose/attitude_track.hpp"
+#include "fusion/pose/map_accuracy.hpp"
+#include "fusion/pose/match_consistency.hpp"
 #include "fusion/pose/matching_map.hpp"
 #include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/scan_motion.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
@@ -20,10 +23,10 @@ namespace parhelion::pose {
 /// What is known before the match, at the scan's stamp.
 struct MatchPrior {
   Pose2 T_map_base;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame
-  Twist2 twist;                                          ///< body frame
-  std::optional<Attitude> attitude = std::nullopt;       ///< none: not measured
-  double predicted_for = 0;  ///< s since the pose was known from a scan or SLAM; 0: unknown
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();   ///< x, y, yaw, map frame
+  Twist2 twist;                                           ///< body frame
+  std::optional<Attitude> attitude = std::nullopt;        ///< none: not measured
+  std::optional<ScanMotion::Step> before = std::nullopt;  ///< the last scan that was matched
 };
 
 /// How a scan was placed.
@@ -46,9 +49,9 @@ struct RefinedPose {
   double explained = 0;  ///< fraction of the returns used that lie on the map's surfaces
 };
 
-/// The sweep is corrected for the robot's motion with odometry's twist at first. Where that is late or wrong,
-/// the match lies off the prediction, and how far tells by how much: the twist is corrected, the points are
-/// placed again, and the match goes on from there.
+/// The sweep is corrected for the robot's motion with odometry's twist at first. That may be late, or jitter
+/// with odometry's stamps; the scans' own poses say what the twist is, with constant acceleration over the
+/// last two steps. Where it differs, the points are placed again, and the match goes on from there.
 ///
 /// Bounded work for each scan: at most `kPoints` returns are used, and the number of iterations is fixed.
 /// Never allocates after the first scan. Deterministic.
@@ -60,14 +63,30 @@ class ScanRefiner {
 
   RefinedPose refine(const Scan& scan, const MatchPrior& prior);
 
+ public:
+  const MapAccuracy& map_accuracy() const { return map_accuracy_; }
+  const MatchConsistency& consistency() const { return consistency_; }
+
  private:
   void find_hits(const Scan& scan);
   void place_points(const Scan& scan, const Twist2& twist, const std::optional<Attitude>& attitude);
+  /// The twist in the middle of the sweep, and what of it is acceleration since the last step: that is
+  /// uncertain.
+  struct SweepTwist {
+    Twist2 twist, gained;
+  };
+  std::optional<SweepTwist> twist_by_scans(const Scan& scan, const MatchPrior& prior,
+                                           const Pose2& found) const;
   void refine_twist(const Scan& scan, const MatchPrior& prior, const Eigen::Matrix3d& information,
                     const MatchOptions& options, Match& found, Twist2& twist);
+  void weigh_by_consistency(const MatchPrior& prior, const Eigen::Matrix3d& information, Match& found) const;
+  Eigen::Matrix3d covariance_of(const Scan& scan, const MatchPrior& prior, const Eigen::Matrix3d& information,
+                                const Match& found) const;
 
   LaserDescription laser_;
   std::shared_ptr<const MatchingMap> map_;
+  MatchConsistency consistency_;
+  MapAccuracy map_accuracy_;
   std::vector<std::uint32_t> hits_;            ///< beams
   std::vector<Eigen::Vector2d> points_, few_;  ///< m, base_link at the stamp
 };

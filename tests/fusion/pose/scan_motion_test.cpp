@@ -34,10 +34,22 @@ TEST(ScanMotion, PredictsWithAnErrorThatItStates) {
   for (const double ahead : {-0.1, 0.05, 0.2, 0.4}) {
     const auto predicted = motion.at(at(9.9 + ahead));
     ASSERT_TRUE(predicted);
-    const double error = (predicted->T_map_base.position() - moved(kTwist, 9.9 + ahead).position()).norm();
+    const Pose2 from = motion.last_step()->T_map_base * predicted->step;
+    const double error = (from.position() - moved(kTwist, 9.9 + ahead).position()).norm();
     EXPECT_LT(error, 3 * std::sqrt(2 * predicted->position_variance) + 0.01) << ahead;
   }
   EXPECT_FALSE(motion.at(at(9.9 + 0.6))) << "too far ahead";
+}
+
+TEST(ScanMotion, KeepsItsTwistWhereThePoseIsCorrected) {
+  ScanMotion motion = driven(0.1, 100);
+  const auto before = motion.last_step();
+  ASSERT_TRUE(before);
+  EXPECT_NEAR(before->seconds, 0.1, 1e-9);
+  EXPECT_NEAR(before->twist.vx, kTwist.vx, 0.2);
+  motion.correct({1, 2, 0.5});
+  EXPECT_NEAR(motion.last_step()->T_map_base.yaw, wrap_angle(before->T_map_base.yaw + 0.5), 1e-9);
+  EXPECT_EQ(motion.last_step()->twist.vx, before->twist.vx);
 }
 
 TEST(ScanMotion, KnowsNoMotionAfterAGap) {

@@ -208,14 +208,17 @@ double error_in_unknown_turn(bool twist_refined) {
   const RobotDescription robot = test::robot_with_laser();
   ScanRefiner refiner(*robot.laser, ring_map());
   std::mt19937 random(31);
-  constexpr double since = 0.1, acceleration = 5;  // s, rad/s^2
+  constexpr double since = 0.1, acceleration = 4;  // s, rad/s^2
   double worst = 0;
   for (const Pose2& truth : ring_places()) {
     const Twist2 twist{0.3, 0, acceleration * since};
     const Scan scan = test::scan_from(test::ring_building(), robot, truth, twist, {}, random);
     MatchPrior prior = prior_at(truth * Pose2{0, 0, -acceleration * since * since / 2}, 0.02, 0.02);
     prior.twist = {0.3, 0, 0};
-    if (twist_refined) prior.predicted_for = since;
+    // It drove straight on until the scan before.
+    const Pose2 before = truth * moved({0.3, 0, acceleration * since / 2}, -since);
+    if (twist_refined)
+      prior.before = ScanMotion::Step{SensorTime{} - seconds(since), before, {0.3, 0, 0}, since};
     const RefinedPose found = refiner.refine(scan, prior);
     EXPECT_EQ(found.match, ScanMatch::matched);
     EXPECT_NEAR(found.twist.wz, twist_refined ? twist.wz : 0, 0.25);
@@ -237,7 +240,7 @@ TEST(ScanRefinement, AllocatesNothingAfterTheFirstScan) {
   refiner.refine(scan, prior_at({3, 1.4, 0}, 0.05, 0.02));
   const test::AllocationWatch watch;
   MatchPrior prior = prior_at({3.02, 1.4, 0.02}, 0.05, 0.02);
-  prior.predicted_for = 0.1;
+  prior.before = ScanMotion::Step{SensorTime{} - seconds(0.1), {3, 1.4, 0}, {}, 0.1};
   refiner.refine(scan, prior);
   EXPECT_EQ(watch.count(), 0U);
 }
