@@ -11,10 +11,11 @@ constexpr std::size_t kNearest = 4;      ///< submaps that one scan is compared 
 constexpr double kRecent = 6;            ///< m of path over which closures must agree
 constexpr std::size_t kEnoughScans = 3;  ///< that agree
 constexpr double kSmallWindow = 0.5;     ///< m, within which a match needs no search
+constexpr std::size_t kLikelihoods = 8;  ///< that are kept: each takes up to 16 MB outdoors
 
 }  // namespace
 
-std::optional<std::vector<Pose2>> LiveLoops::update(const std::vector<Keyframe>& keyframes) {
+std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& keyframes) {
   if (keyframes.size() > poses_.size()) add_keyframe(keyframes);
   if (queries_.empty()) return std::nullopt;
   answer(keyframes);
@@ -72,9 +73,18 @@ void LiveLoops::answer(const std::vector<Keyframe>& keyframes) {
   const double window = options_.window(keyframes[query.keyframe].driven - last_loop_driven_);
   auto closure = window < kSmallWindow ? search.matched(submap, query.submap, query.keyframe)
                                        : search.searched(submap, query.submap, query.keyframe, window);
+  if (submap.likelihood) remember_search(query.submap);
   if (closure) recent_.push_back(std::move(*closure));
   const double newest = keyframes.back().driven;
   std::erase_if(recent_, [&](const Closure& c) { return newest - keyframes[c.keyframe].driven > kRecent; });
+}
+
+void LiveLoops::remember_search(std::size_t submap) {
+  std::erase(searched_, submap);
+  searched_.push_back(submap);
+  if (searched_.size() <= kLikelihoods) return;
+  submaps_[searched_.front()].likelihood.reset();
+  searched_.pop_front();
 }
 
 /// The last node at or before a keyframe.
@@ -83,7 +93,7 @@ std::size_t LiveLoops::node_at(std::size_t keyframe) const {
   return static_cast<std::size_t>(after - nodes_.begin()) - 1;
 }
 
-std::optional<std::vector<Pose2>> LiveLoops::close(const std::vector<Keyframe>& keyframes) {
+std::optional<LoopCorrection> LiveLoops::close(const std::vector<Keyframe>& keyframes) {
   const std::vector<std::size_t> agreed = consistent(recent_);
   std::vector<std::size_t> scans;
   for (std::size_t i : agreed) scans.push_back(recent_[i].keyframe);
@@ -100,6 +110,7 @@ std::optional<std::vector<Pose2>> LiveLoops::close(const std::vector<Keyframe>& 
     loops_.push_back(edge);
   }
   last_loop_driven_ = keyframes[scans.back()].driven;
+  const std::size_t revisited = recent_[agreed.front()].edge.from;
   recent_.clear();
   queries_.clear();
 
@@ -119,7 +130,7 @@ std::optional<std::vector<Pose2>> LiveLoops::close(const std::vector<Keyframe>& 
     const double begin = keyframes[nodes_[node]].driven, end = keyframes[nodes_[node + 1]].driven;
     poses_[k] = interpolate(by(node), by(node + 1), (keyframes[k].driven - begin) / (end - begin));
   }
-  return poses_;
+  return LoopCorrection{poses_, revisited};
 }
 
 }  // namespace parhelion::pose

@@ -24,17 +24,18 @@ class LiveLoops {
   explicit LiveLoops(const LoopClosingOptions& options = live()) : options_(options) {}
 
   /// After each scan. `keyframes`: all, with their current poses; only the last may be new. Where a loop was
-  /// closed: their corrected poses; keyframe 0 is fixed.
-  std::optional<std::vector<Pose2>> update(const std::vector<Keyframe>& keyframes);
+  /// closed: how they are to be corrected.
+  std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes);
 
  private:
   struct Query {
     std::size_t submap, keyframe;
   };
   void add_keyframe(const std::vector<Keyframe>& keyframes);
+  void remember_search(std::size_t submap);
   void ask(const std::vector<Keyframe>& keyframes);
   void answer(const std::vector<Keyframe>& keyframes);
-  std::optional<std::vector<Pose2>> close(const std::vector<Keyframe>& keyframes);
+  std::optional<LoopCorrection> close(const std::vector<Keyframe>& keyframes);
   std::size_t node_at(std::size_t keyframe) const;
 
   LoopClosingOptions options_;
@@ -46,6 +47,7 @@ class LiveLoops {
   Pose2 since_node_;                  ///< tracked motion since the last node
   Eigen::Matrix3d since_node_covariance_ = Eigen::Matrix3d::Zero();
   std::deque<Query> queries_;
+  std::deque<std::size_t> searched_;  ///< submaps that have a likelihood, the last searched at the end
   std::vector<Closure> recent_;
   std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet
   double last_query_driven_ = 0, last_loop_driven_ = 0;

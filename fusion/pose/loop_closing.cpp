@@ -1,5 +1,7 @@
 #include "fusion/pose/loop_closing.hpp"
 
+#include <map>
+
 namespace parhelion::pose {
 namespace {
 
@@ -45,13 +47,25 @@ class LoopCloser {
         if (keyframes_[k].driven - last_query < options_.query_distance) continue;
         if (!search().may_close(k, submaps_[s], window)) continue;
         last_query = keyframes_[k].driven;
+        searched_in_[s] = stretch;
         if (auto closure = search().searched(submaps_[s], s, k, window)) found.push_back(std::move(*closure));
       }
       for (std::size_t i : consistent(found)) loops_.push_back(found[i].edge), any = true;
     }
+    release_likelihoods(stretch);
     if (!any) return;
     last_loop_driven_ = keyframes_[own.end - 1].driven;
     optimize(2);
+  }
+
+  /// Each takes up to 16 MB outdoors. Those near the path are needed again soon.
+  void release_likelihoods(std::size_t stretch) {
+    constexpr std::size_t kept = 3;  // stretches
+    for (auto searched = searched_in_.begin(); searched != searched_in_.end();) {
+      const bool old = searched->second + kept < stretch;
+      if (old) submaps_[searched->first].likelihood.reset();
+      searched = old ? searched_in_.erase(searched) : std::next(searched);
+    }
   }
 
   /// Matches all pairs of nearby places again, from the current poses.
@@ -85,6 +99,7 @@ class LoopCloser {
   std::vector<Pose2> poses_;
   std::vector<PoseGraphEdge> chain_, loops_;
   std::vector<Submap> submaps_;
+  std::map<std::size_t, std::size_t> searched_in_;  ///< by submap with a likelihood: the last stretch
   double last_loop_driven_ = 0;
 };
 

@@ -4,6 +4,8 @@
 
 #include <optional>
 
+#include "fusion/pose/map_accuracy.hpp"
+#include "fusion/pose/match_consistency.hpp"
 #include "fusion/pose/odometry_sanity.hpp"
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_odometry.hpp"
@@ -51,6 +53,12 @@ class ScanTracking {
   /// The map was corrected, and the robot with it: its motion goes on from here.
   void continue_from(const Pose2& T_map_base) { by_scans_alone_ = T_map_base; }
 
+  /// The covariance to publish (x, y, yaw) for a pose whose filter has `covariance`. The filter believes that
+  /// the points of each scan are worth as much in every building; what is published is what scans were seen
+  /// to be worth (match_consistency.hpp), how far the map's own scans are apart (map_accuracy.hpp), and the
+  /// turn during the sweep, which odometry and scans tell differently.
+  Eigen::Matrix3d published(const Eigen::Matrix3d& covariance) const;
+
   OdometryFault fault() const { return sanity_.fault(); }
   const std::vector<OdometryFinding>& findings() const { return sanity_.findings(); }
 
@@ -67,6 +75,8 @@ class ScanTracking {
   Candidates candidates(const Maps& maps, const ScanPoints& scan, const Where& odometry, const Where& scans,
                         bool trusted, const MatchOptions& options) const;
   void learn_interval(SensorTime stamp);
+  void compare_twists(SensorTime stamp, const Pose2& before, const Pose2& after, const Twist2& odometry);
+  void weigh(const Maps& maps, const ScanPoints& scan, const MatchOptions& options, const Match& found);
   void check_odometry(const ScanPoints& scan, const ScanOdometry::Step& step, const Match& free);
   bool moves_smoothly() const;
   bool is_announced(const Pose2& found, const Pose2& predicted) const;
@@ -74,8 +84,12 @@ class ScanTracking {
                     const Match& free);
   void learn(const Pose2& step);
 
+  static constexpr std::size_t kWeighedPoints = 240;
+
   RobotDescription robot_;
   OdometrySanity sanity_;
+  MatchConsistency consistency_{kWeighedPoints};
+  MapAccuracy map_accuracy_{kWeighedPoints};
   /// Motion is taken as constant: in time, or, where stamps are irregular, from scan to scan.
   struct Motion {
     Pose2 step;
@@ -88,8 +102,9 @@ class ScanTracking {
   std::optional<ScanPoints> previous_;
   Pose2 by_scans_alone_;             ///< T_map_base at the previous scan
   bool alone_is_predicted_ = false;  ///< that scan matched nothing
-  SensorTime matched_;               ///< stamp of the last scan that the map explained
-  SensorTime searched_;              ///< stamp of the last scan that was searched for widely
+  double twist_off_ = 0;  ///< rad/s: odometry's rotation against that of the scans, at the last scan
+  SensorTime matched_;    ///< stamp of the last scan that the map explained
+  SensorTime searched_;   ///< stamp of the last scan that was searched for widely
 };
 
 }  // namespace parhelion::pose

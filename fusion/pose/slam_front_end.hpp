@@ -18,8 +18,16 @@ struct Keyframe {
   Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
   Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();  ///< of that, in its frame
-  double driven = 0;                                           ///< m, path length up to here
-  std::size_t scan_index = 0;                                  ///< number of the scan
+  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw
+  double driven = 0;                                ///< m, path length up to here
+  std::size_t scan_index = 0;                       ///< number of the scan
+};
+
+/// A loop was closed: the poses of all keyframes, of which the first is fixed, and an old keyframe whose
+/// place the robot is back at.
+struct LoopCorrection {
+  std::vector<Pose2> poses;
+  std::size_t revisited = 0;
 };
 
 class SlamFrontEnd {
@@ -35,7 +43,8 @@ class SlamFrontEnd {
   };
   struct Estimate {
     Pose2 T_map_base;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< map frame
+    /// x, y, yaw, map frame: of the match, and of the drift since the start or the last loop.
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double explained = 0;
     SlamState state = SlamState::tracking;
     bool keyframe = false;
@@ -49,15 +58,16 @@ class SlamFrontEnd {
   void set_start(const Pose2& start) { pose_ = start; }
   const ScanTracking& tracking() const { return tracking_; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
-  /// A loop was closed: moves the keyframes to `poses`, the robot with the last, and from here on matches to
-  /// the old surroundings, too.
-  void correct(const std::vector<Pose2>& poses);
+  /// Moves the keyframes, the robot with the last, and from here on matches to the old surroundings, too.
+  void correct(const LoopCorrection& correction);
 
  private:
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   SlamState state(SensorTime stamp) const;
   void keep(const ScanPoints& scan);
+  Eigen::Matrix3d drift_at(const Pose2& pose) const;
+  void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();
   void put(std::size_t keyframe, double weight);
 
@@ -70,6 +80,9 @@ class SlamFrontEnd {
   double joined_until_ = 0;   ///< m of path, up to which old surroundings fit to the new ones
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+  /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
+  /// directions.
+  double drift_squares_ = 6, drift_directions_ = 6;
   double driven_ = 0, turned_ = 0;
   double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
   std::size_t scans_ = 0;

@@ -63,7 +63,7 @@ class Localizer final : public Slam {
         recover(points, step->step);
         break;
     }
-    PoseEstimate estimate = planar_estimate(scan.stamp, pose_, covariance_, state());
+    PoseEstimate estimate = planar_estimate(scan.stamp, pose_, tracking_.published(covariance_), state());
     estimate.map_id = map_.grid.id;
     return estimate;
   }
