@@ -12,7 +12,10 @@ constexpr Duration kTwistSpan = milliseconds(40);
 }  // namespace
 
 OdometryTrack::OdometryTrack(Duration history, Duration max_extrapolation)
-    : history_(history), max_extrapolation_(max_extrapolation), samples_(kOdometrySlots) {}
+    : history_(history),
+      max_extrapolation_(max_extrapolation),
+      twist_span_(kTwistSpan),
+      samples_(kOdometrySlots) {}
 
 OdometryTrack::Taken OdometryTrack::add(const Odometry& odometry) {
   Sample sample{odometry.stamp, planar(odometry.T_odom_base)};
@@ -38,7 +41,7 @@ Twist2 OdometryTrack::twist_ending_at(std::size_t age) const {
   const Sample& end = samples_.newest(age);
   std::size_t start = age + 1;
   if (start >= samples_.count()) return {};
-  while (start + 1 < samples_.count() && end.stamp - samples_.newest(start).stamp < kTwistSpan &&
+  while (start + 1 < samples_.count() && end.stamp - samples_.newest(start).stamp < twist_span_ &&
          end.stamp - samples_.newest(start + 1).stamp <= max_extrapolation_) {
     ++start;
   }

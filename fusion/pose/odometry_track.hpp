@@ -29,6 +29,8 @@ class OdometryTrack {
   /// allocates.
   Taken add(const Odometry& odometry);
   std::optional<OdometryAtInstant> at(SensorTime t, Missing* missing = nullptr) const;
+  /// Least time over which a twist is computed; 40 ms unless set. Stamps that jitter ask for more.
+  void set_twist_span(Duration span) { twist_span_ = span; }
   bool empty() const { return samples_.count() == 0; }
   SensorTime newest_stamp() const { return samples_.newest().stamp; }
 
@@ -41,6 +43,7 @@ class OdometryTrack {
   Twist2 twist_ending_at(std::size_t age) const;
 
   Duration history_, max_extrapolation_;
+  Duration twist_span_;
   Ring<Sample> samples_;
 };
 

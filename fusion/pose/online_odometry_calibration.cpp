@@ -23,7 +23,8 @@ constexpr double kMatchSigma = 0.003, kMatchYawSigma = 0.001;
 /// 0.01 s.
 constexpr double kFirstOffset = 0.1, kFirstScale = 0.05;
 constexpr double kOffsetWalk = 0.002, kScaleWalk = 0.0005;
-constexpr double kFirstJitter = 0.02;              ///< s
+constexpr double kFirstJitter = 0.02;  ///< s
+constexpr int kEnoughSteps = 20;
 constexpr double kJitterMemory = 50;               ///< steps
 constexpr double kTail = 2.4, kUnexplained = 2.5;  ///< sigma
 constexpr double kMaxSlew = 0.02;                  ///< of the time that passes
@@ -107,6 +108,7 @@ std::optional<OnlineOdometryCalibration::Step> OnlineOdometryCalibration::step_b
 void OnlineOdometryCalibration::use(const Step& step) {
   const Eigen::Vector2d moved = step.odometry.cwiseAbs().cwiseMax(step.scans.cwiseAbs());
   if (moved.x() < kMinMoved && moved.y() < kMinTurned) return;
+  steps_ = std::min(steps_ + 1, kEnoughSteps);
   P_.diagonal() +=
       step.seconds * Eigen::Vector3d(squared(kOffsetWalk), squared(kScaleWalk), squared(kScaleWalk));
   P_(0, 0) = std::min(P_(0, 0), squared(kFirstOffset));
@@ -137,6 +139,10 @@ void OnlineOdometryCalibration::use_axis(const Step& step, int axis) {
   if (speed * step.seconds < 2 * least) return;
   const double left = (squared(innovation) - h.dot(Ph) - step.scans_variance[axis]) / squared(speed);
   jitter_[axis] += (std::clamp(left, 0.0, 9 * jitter_[axis] + 1e-6) - jitter_[axis]) / kJitterMemory;
+}
+
+double OnlineOdometryCalibration::jitter() const {
+  return steps_ < kEnoughSteps ? 0 : std::sqrt(jitter_.maxCoeff());
 }
 
 OdometryCorrection OnlineOdometryCalibration::estimate() const {

@@ -44,6 +44,8 @@ class OnlineOdometryCalibration {
 
   /// translation_scale, rotation_scale and time_offset, to be applied as they are; curvature is 0.
   OdometryCorrection estimate() const;
+  /// s, 1 sigma of a stamp; 0 until enough steps were seen.
+  double jitter() const;
   /// 1 sigma: s, and of the two scales.
   Eigen::Vector3d sigma() const { return P_.diagonal().cwiseSqrt(); }
 
@@ -71,6 +73,7 @@ class OnlineOdometryCalibration {
   std::optional<MatchedScan> before_;
   Eigen::Vector3d x_;  ///< offset, s, and the scales less 1
   Eigen::Matrix3d P_;
+  int steps_ = 0;           ///< used so far
   Eigen::Vector2d jitter_;  ///< s^2, mean squares of what is left, per square of the speed
 };
 

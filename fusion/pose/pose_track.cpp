@@ -18,6 +18,9 @@ constexpr int kPlanar[] = {0, 1, 5};  ///< x, y, yaw
 /// than the time to the next scan, whose innovation has to show what odometry alone predicts.
 constexpr double kTwistLife = 0.06;
 
+/// Over eight times the jitter of its stamps a twist is known to some 18 %.
+Duration twist_span(double jitter) { return seconds(std::clamp(8 * jitter, 0.04, 0.4)); }
+
 constexpr double squared(double x) { return x * x; }
 
 Twist2 difference(const Twist2& a, const Twist2& b) { return {a.vx - b.vx, a.vy - b.vy, a.wz - b.wz}; }
@@ -95,6 +98,7 @@ PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& opti
 void PoseTrack::add(const Odometry& odometry) {
   const Odometry as_described = corrected_(odometry);
   calibration_.add(as_described);
+  odometry_.set_twist_span(twist_span(calibration_.jitter()));
   const OdometryTrack::Taken taken = odometry_.add(followed_(as_described, calibration_.estimate()));
   if (taken != OdometryTrack::Taken::yes) ++rejected_;
   if (taken == OdometryTrack::Taken::restarted) {

@@ -12,6 +12,13 @@ constexpr int kEnough = 8;        // comparisons before a choice
 constexpr double kLever = 5;  // m: where the errors of position and heading are weighed against each other
 constexpr double kClearly = 0.6;  // of odometry's mean square error
 
+constexpr double kSlow = 0.1, kSlowTurn = 0.1;  // m/s, rad/s: below, errors do not depend on the speed
+
+double speed_squared(const Twist2& twist) {
+  return twist.vx * twist.vx + twist.vy * twist.vy + kSlow * kSlow;
+}
+double yaw_rate_squared(const Twist2& twist) { return twist.wz * twist.wz + kSlowTurn * kSlowTurn; }
+
 }  // namespace
 
 double ScanMotion::Errors::at_distance() const { return position + kLever * kLever * yaw; }
@@ -20,8 +27,11 @@ void ScanMotion::learn(const Pose2& found, const Pose2& predicted, double dt, Er
   const double weight = std::max(1 / kMemory, 1.0 / (learned_ + 1));
   const double angle = wrap_angle(found.yaw - predicted.yaw);
   const double square = (found.position() - predicted.position()).squaredNorm();
-  errors.position += weight * (square / (dt * dt) - errors.position);
-  errors.yaw += weight * (angle * angle / (dt * dt) - errors.yaw);
+  const auto average = [&](double value, double& mean) { mean += weight * (value / (dt * dt) - mean); };
+  average(square, errors.position);
+  average(angle * angle, errors.yaw);
+  average(square / speed_squared(*twist_), errors.position_by_speed);
+  average(angle * angle / yaw_rate_squared(*twist_), errors.yaw_by_speed);
 }
 
 void ScanMotion::choose() {
@@ -57,8 +67,10 @@ std::optional<ScanMotion::Prediction> ScanMotion::at(SensorTime t) const {
   if (!stamp_ || !twist_) return std::nullopt;
   const double dt = (t - *stamp_).seconds();
   if (std::abs(dt) > kLongest) return std::nullopt;
-  return Prediction{moved(*twist_, dt), *twist_, constant_velocity_.position / 2 * dt * dt,
-                    constant_velocity_.yaw * dt * dt};
+  const Errors& errors = constant_velocity_;
+  const double position = std::max(errors.position, errors.position_by_speed * speed_squared(*twist_));
+  const double yaw = std::max(errors.yaw, errors.yaw_by_speed * yaw_rate_squared(*twist_));
+  return Prediction{moved(*twist_, dt), *twist_, position / 2 * dt * dt, yaw * dt * dt};
 }
 
 }  // namespace parhelion::pose

@@ -40,9 +40,11 @@ class ScanMotion {
   std::optional<Prediction> at(SensorTime t) const;
 
  private:
-  /// Mean squares of a predictor's errors over about the last 16 scans, per s^2.
+  /// Mean squares of a predictor's errors over about the last 16 scans, per s^2; and relative to the squares
+  /// of the speeds, since stamps that jitter do more harm the faster the robot is.
   struct Errors {
     double position = 0, yaw = 0;
+    double position_by_speed = 0, yaw_by_speed = 0;
     double at_distance() const;
   };
   void learn(const Pose2& found, const Pose2& predicted, double dt, Errors& errors) const;

@@ -324,7 +324,7 @@ export const strings = {
     task_failed: "Task failed", points_deducted: "Points deducted", score_changed: "Score changed", grading_ended: "Grading ended", object_reported: "Object reported",
     command_accepted: "Command accepted", command_refused: "Command refused", dead_man_pressed: "Dead-man pressed", dead_man_released: "Dead-man released",
     injection_suspended: "Injection suspended", injection_active: "Injection active", localization_lost: "Localization lost", localized: "Localized",
-    relocalized: "Relocalized", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
+    relocalized: "Relocalized", odometry_changed: "Odometry changed", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started",
     agent_hidden: "Agent hidden", agent_shown: "Agent shown",
   } as Record<string, string>,
