@@ -63,9 +63,10 @@ struct CameraDescription {
   Transform<Base, CameraOptical> T_base_optical;  ///< with all joints of `head` at zero
   std::vector<HeadJoint> head;                    ///< from the base outwards; none: fixed to the base
   double readout = 0;                             ///< s, first to last row of a rolling shutter; 0: global
-  double rate = 0;                                ///< Hz, of images; 0: not given
-  double noise = 0;    ///< 1 sigma of an 8-bit pixel's value, independent per channel
-  std::string source;  ///< information of an imported source beyond these fields
+  double time_offset = 0;  ///< s, to add to a stamp of CAMERA: then it is on the clock of the scans
+  double rate = 0;         ///< Hz, of images; 0: not given
+  double noise = 0;        ///< 1 sigma of an 8-bit pixel's value, independent per channel
+  std::string source;      ///< information of an imported source beyond these fields
 };
 
 struct DepthCameraDescription {

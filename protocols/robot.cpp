@@ -76,6 +76,7 @@ Camera read_any_camera(const Node& node, yaml::Problems& problems) {
 CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
   auto camera = read_any_camera<CameraDescription>(node, problems);
   yaml::read(node, "readout", camera.readout);
+  yaml::read(node, "time_offset", camera.time_offset);
   return camera;
 }
 
@@ -212,7 +213,10 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   read_lasers(node, robot, problems);
   if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
   if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);
-  if (const Node* imu = node.find("imu")) yaml::read(*imu, "pose", robot.imu.emplace().T_base_imu, problems);
+  if (const Node* imu = node.find("imu")) {
+    yaml::read(*imu, "pose", robot.imu.emplace().T_base_imu, problems);
+    yaml::read(*imu, "time_offset", robot.imu->time_offset);
+  }
   if (const Node* footprint = node.find("footprint")) {
     for (const Node& corner : footprint->items) robot.footprint.push_back(yaml::vector2(corner));
     check_footprint(robot.footprint, *footprint, problems);
@@ -243,6 +247,8 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
     writer.open("camera");
     write_any_camera(writer, *robot.camera);
     writer.quantity("readout", robot.camera->readout, Quantity::time);
+    if (robot.camera->time_offset != 0)
+      writer.quantity("time_offset", robot.camera->time_offset, Quantity::time);
     writer.quantity("rate", robot.camera->rate, Quantity::rate);
     writer.quantity("noise", robot.camera->noise, Quantity::digital_number);
     writer.text("source", robot.camera->source);
@@ -298,6 +304,7 @@ std::string to_yaml(const RobotDescription& robot) {
   if (robot.imu) {
     writer.open("imu");
     writer.line("pose", yaml::format_isometry(robot.imu->T_base_imu.isometry()));
+    if (robot.imu->time_offset != 0) writer.quantity("time_offset", robot.imu->time_offset, Quantity::time);
     writer.close();
   }
   if (!robot.footprint.empty()) {

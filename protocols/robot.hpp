@@ -28,6 +28,7 @@ struct AttitudeLimits {
 
 struct ImuDescription {
   Transform<Base, Imu> T_base_imu;
+  double time_offset = 0;  ///< s, to add to a stamp of IMU: then it is on the clock of the scans
 };
 
 /// A laser on LINES whose scan lines are swept over the site for mapping: by the joints of its head, or,

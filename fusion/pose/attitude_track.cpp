@@ -28,7 +28,9 @@ Transform<Map, Base> with_attitude(const Transform<Map, Base>& T_map_base, const
 }
 
 AttitudeTrack::AttitudeTrack(const std::optional<ImuDescription>& imu) : samples_(imu ? kSlots : 1) {
-  if (imu) R_imu_base_ = imu->T_base_imu.quaternion().conjugate();
+  if (!imu) return;
+  R_imu_base_ = imu->T_base_imu.quaternion().conjugate();
+  time_offset_ = seconds(imu->time_offset);
 }
 
 bool AttitudeTrack::add(const ImuSample& sample) {
@@ -36,7 +38,7 @@ bool AttitudeTrack::add(const ImuSample& sample) {
   const Eigen::Matrix3d R = (*sample.orientation * *R_imu_base_).toRotationMatrix();
   const Attitude attitude{std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)))};
   if (std::abs(attitude.pitch) > kSteepest) return false;
-  return push_in_order({sample.stamp, attitude}, samples_);
+  return push_in_order({sample.stamp + time_offset_, attitude}, samples_);
 }
 
 std::optional<Attitude> AttitudeTrack::at(SensorTime t) const {

@@ -22,7 +22,8 @@ Transform<Base, Laser> levelled(const Transform<Base, Laser>& T_base_laser, cons
 Transform<Map, Base> with_attitude(const Transform<Map, Base>& T_map_base, const Attitude& attitude);
 
 /// A fixed-size history; adding never allocates. Without an `imu` in the robot description its mounting and
-/// the attitude are unknown.
+/// the attitude are unknown. Instants are on the clock of the scans: samples are shifted by the description's
+/// time offset.
 class AttitudeTrack {
  public:
   explicit AttitudeTrack(const std::optional<ImuDescription>& imu);
@@ -43,6 +44,7 @@ class AttitudeTrack {
     Attitude attitude;
   };
   std::optional<Eigen::Quaterniond> R_imu_base_;
+  Duration time_offset_;  ///< added to stamps
   Ring<Sample> samples_;
 };
 

@@ -27,6 +27,7 @@ Outputs::Frame original(Image image, std::uint64_t sequence, const std::string& 
 void add_occluders(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
   const std::optional<Image>& depth = path.camera.depth;
   if (depth && robot.depth) {
+    // By the stamps as they are: one driver gives both.
     const Duration apart = job.image.stamp - depth->stamp;
     const auto pose = robot_pose(path.pose, depth->stamp);
     const auto turn = pose::head_turn(robot.depth->head, path.pose.joints, depth->stamp);
@@ -101,8 +102,9 @@ std::optional<Duration> row_instant(const CameraDescription& camera, const Eigen
 
 /// A rolling shutter shows each body at its pose relative to the camera when its row was read. The image is
 /// rendered from the camera's pose at the middle row, so the body is moved to where it looks the same from
-/// there.
-void show_at_their_rows(const CameraDescription& camera, const CameraPath& path, render::RenderJob& job) {
+/// there. `middle`: the instant of that row.
+void show_at_their_rows(const CameraDescription& camera, const CameraPath& path, SensorTime middle,
+                        render::RenderJob& job) {
   if (!(camera.readout > 0)) return;
   WorldSnapshot then;
   for_each_body(job.world, [&](const BodyDefinition& definition, BodyState& body) {
@@ -112,7 +114,7 @@ void show_at_their_rows(const CameraDescription& camera, const CameraPath& path,
     center /= static_cast<double>(definition.shapes.size());
     const auto after = row_instant(camera, job.T_map_optical.inverse() * (body.T_map_body * center));
     if (!after) return;
-    const SensorTime t = job.image.stamp + *after;
+    const SensorTime t = middle + *after;
     const auto T_map_optical = camera_at(camera, path.pose, t);
     if (!T_map_optical || !path.simulation.at(path.pose.clock.to_server(t), then)) return;
     const auto same = std::lower_bound(then.bodies.begin(), then.bodies.end(), body.id,
@@ -129,17 +131,18 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
   const auto unchanged = [&](const std::string& reason) {
     return original(std::move(job.image), waiting.sequence, reason);
   };
-  pose::NoPose why{};
-  const auto pose = robot_pose(path.pose, job.image.stamp, &why);
-  if (!pose) return unchanged(std::string("no pose: ") + to_string(why));
-  const auto turn = pose::head_turn(configuration.robot.camera->head, path.pose.joints, job.image.stamp);
-  if (!turn) return unchanged("camera head: " + turn.error().message);
-  if (!path.simulation.at(path.pose.clock.to_server(job.image.stamp), job.world))
-    return unchanged("the world at the image's stamp is not known");
-  leave_out_uncertain(configuration, *pose, job.image.stamp, path, job.world);
   job.camera = *configuration.robot.camera;
+  const SensorTime taken = job.image.stamp + seconds(job.camera.time_offset);
+  pose::NoPose why{};
+  const auto pose = robot_pose(path.pose, taken, &why);
+  if (!pose) return unchanged(std::string("no pose: ") + to_string(why));
+  const auto turn = pose::head_turn(job.camera.head, path.pose.joints, taken);
+  if (!turn) return unchanged("camera head: " + turn.error().message);
+  if (!path.simulation.at(path.pose.clock.to_server(taken), job.world))
+    return unchanged("the world at the image's stamp is not known");
+  leave_out_uncertain(configuration, *pose, taken, path, job.world);
   job.T_map_optical = pose->T_map_base * *turn * job.camera.T_base_optical;
-  show_at_their_rows(job.camera, path, job);
+  show_at_their_rows(job.camera, path, taken, job);
   job.floor_z = 0;
   add_occluders(configuration.robot, path, job);
   return {std::move(job), waiting.sequence, path.site.model, "", {}, {}};

@@ -120,7 +120,9 @@ Result<RobotDescription> trainee_description(const Scenario& scenario, const Rob
     }
     RobotDescription description = model->description;
     description.name = trainee.name;
-    if (description.camera) description.camera->readout = 0;  // all its rows are rendered at one instant
+    // All rows of a camera are rendered at one instant, and simulated stamps are those of the scans' clock.
+    if (description.camera) description.camera->readout = description.camera->time_offset = 0;
+    if (description.imu) description.imu->time_offset = 0;
     return description;
   }
   return Error{"scenario '" + scenario.name + "': no robot model '" + trainee.model +

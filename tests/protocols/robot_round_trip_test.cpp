@@ -98,13 +98,10 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
   if (*rc::gen::arbitrary<bool>()) a.line_laser = LineLaserDescription{any_laser(), any_head()};
   if (*rc::gen::arbitrary<bool>()) {
-    a.camera = CameraDescription{any_intrinsics(),
-                                 any_pose<Base, CameraOptical>(),
-                                 any_head(),
-                                 between(0, 60),
-                                 between(0, 100),
-                                 between(0, 50),
-                                 text()};
+    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(),
+                                 any_head(),       between(0, 60),
+                                 between(-10, 10), between(0, 100),
+                                 between(0, 50),   text()};
   }
   if (*rc::gen::arbitrary<bool>()) {
     a.depth = DepthCameraDescription{any_intrinsics(),   any_pose<Base, DepthOptical>(),
@@ -114,7 +111,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
                                      between(0.01, 0.2), between(0, 1),
                                      between(0, 1)};
   }
-  if (*rc::gen::arbitrary<bool>()) a.imu = ImuDescription{any_pose<Base, Imu>()};
+  if (*rc::gen::arbitrary<bool>()) a.imu = ImuDescription{any_pose<Base, Imu>(), between(-10, 10)};
   if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
   a.height = positive();
   a.mass = positive();
@@ -140,6 +137,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
     RC_ASSERT(same(a.camera->T_base_optical, b->camera->T_base_optical));
     RC_ASSERT(same(a.camera->head, b->camera->head));
     RC_ASSERT(a.camera->readout == b->camera->readout && a.camera->source == b->camera->source);
+    RC_ASSERT(a.camera->time_offset == b->camera->time_offset);
     RC_ASSERT(a.camera->rate == b->camera->rate && a.camera->noise == b->camera->noise);
   }
   RC_ASSERT(a.depth.has_value() == b->depth.has_value());
@@ -154,7 +152,10 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
     RC_ASSERT(a.depth->disparity_step == b->depth->disparity_step);
   }
   RC_ASSERT(a.imu.has_value() == b->imu.has_value());
-  if (a.imu) RC_ASSERT(same(a.imu->T_base_imu, b->imu->T_base_imu));
+  if (a.imu) {
+    RC_ASSERT(same(a.imu->T_base_imu, b->imu->T_base_imu));
+    RC_ASSERT(a.imu->time_offset == b->imu->time_offset);
+  }
   RC_ASSERT(a.footprint == b->footprint);
   RC_ASSERT(a.height == b->height && a.mass == b->mass);
   RC_ASSERT(a.limits.speed == b->limits.speed && a.limits.yaw_rate == b->limits.yaw_rate);

@@ -43,6 +43,14 @@ TEST(AttitudeTrack, RollAndPitchUseTheMountingForAnySensorYaw) {
   EXPECT_NEAR(between->pitch, 0.135, 1e-12);
 }
 
+TEST(AttitudeTrack, SamplesAreShiftedToTheClockOfTheScans) {
+  AttitudeTrack track(ImuDescription{{}, -0.03});
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(track.add(sample(20 * i, turned(0.01 * i, 0, 0))));
+  const auto attitude = track.at(at_ms(170));  // stamped 200 ms
+  ASSERT_TRUE(attitude);
+  EXPECT_NEAR(attitude->roll, 0.1, 1e-12);
+}
+
 TEST(AttitudeTrack, AnUnknownAttitudeIsNotAssumedLevel) {
   AttitudeTrack unmounted(std::nullopt);
   EXPECT_FALSE(unmounted.add(sample(0, turned(0.1, 0, 0))));

@@ -318,7 +318,7 @@ TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
   lens.width = 4;
   lens.height = 2;
   lens.fx = lens.fy = 4;
-  configuration.robot.camera = CameraDescription{lens, {}, {}, 0, 0, 0, ""};
+  configuration.robot.camera = CameraDescription{lens, {}, {}, 0, 0, 0, 0, ""};
   configuration.robot.depth = DepthCameraDescription{lens, {}, {}, 0.1, 8, {}, {}, {}, {}, {}, {}};
   start(std::move(configuration));
   feed(test::drive(2));
