@@ -5,9 +5,20 @@
 #include <memory>
 #include <string>
 
+#include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
 
 namespace parhelion::pose {
+
+/// The motion during a sweep: as the caller knows it, where odometry has no fault; otherwise as `odometry`,
+/// the twist of what has arrived, and `tracking` say.
+inline SweepMotion sweep_motion(const SlamOptions& options, const ScanTracking& tracking, SensorTime stamp,
+                                const Twist2& odometry) {
+  if (options.sweep_motion && tracking.fault() == OdometryFault::none) {
+    if (const auto known = options.sweep_motion(stamp)) return *known;
+  }
+  return tracking.twist_at(odometry);
+}
 
 /// In slam_mapper.cpp.
 Result<std::unique_ptr<Slam>> make_own_mapper(const RobotDescription& robot, const SlamOptions& options);

@@ -17,10 +17,10 @@ constexpr double kCeiling = 2.2;  ///< m, the lowest ceilings
 
 }  // namespace
 
-Deskewing::Deskewing(const LaserDescription& laser, const Twist2& twist,
+Deskewing::Deskewing(const LaserDescription& laser, const SweepMotion& motion,
                      const std::optional<Attitude>& attitude)
     : laser_(laser),
-      twist_(twist),
+      motion_(motion),
       T_base_laser_(attitude ? levelled(laser.T_base_laser, *attitude) : laser.T_base_laser),
       lowest_(attitude ? kFloor * T_base_laser_.translation().z() : -kInfinity),
       highest_(attitude ? std::max(kCeiling, T_base_laser_.translation().z()) : kInfinity) {}
@@ -34,14 +34,13 @@ std::optional<Eigen::Vector2d> Deskewing::point(const Scan& scan, std::size_t be
   const Eigen::Vector3d p = T_base_laser_ * p_laser;
   if (p.z() < lowest_ || p.z() > highest_) return std::nullopt;
   const Eigen::Vector2d p_base = p.head<2>();
-  const bool moving = twist_.vx != 0 || twist_.vy != 0 || twist_.wz != 0;
-  const double dt = moving ? laser_.beam_time(beam, scan.ranges.size()).seconds() : 0;
-  return dt == 0 ? p_base : Eigen::Vector2d(moved(twist_, dt) * p_base);
+  const double dt = motion_.at_rest() ? 0 : laser_.beam_time(beam, scan.ranges.size()).seconds();
+  return dt == 0 ? p_base : Eigen::Vector2d(motion_.after(dt) * p_base);
 }
 
-ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist,
+ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const SweepMotion& motion,
                     const std::optional<Attitude>& attitude) {
-  const Deskewing deskewing(laser, twist, attitude);
+  const Deskewing deskewing(laser, motion, attitude);
   ScanPoints result{scan.stamp,         deskewing.laser(), {},
                     scan.ranges.size(), scan.angle_min,    scan.angle_increment};
   const auto bytes = std::as_bytes(std::span(scan.ranges));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fusion/pose/attitude_track.hpp"
+#include "fusion/pose/sweep_motion.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
@@ -26,9 +27,10 @@ struct ScanPoints {
 /// Places the hits of one scan in base_link.
 class Deskewing {
  public:
-  /// `twist`: of the base during the sweep. `attitude`: of the base, where it is measured; points are then in
-  /// a level frame with the base's origin and heading.
-  Deskewing(const LaserDescription& laser, const Twist2& twist, const std::optional<Attitude>& attitude);
+  /// `motion`: of the base during the sweep. `attitude`: of the base, where it is measured; points are then
+  /// in a level frame with the base's origin and heading.
+  Deskewing(const LaserDescription& laser, const SweepMotion& motion,
+            const std::optional<Attitude>& attitude);
 
   /// m, base_link at the stamp, projected to the floor plane. nullopt: no hit, or, on a robot whose attitude
   /// is measured, a return from floor or ceiling.
@@ -38,12 +40,12 @@ class Deskewing {
 
  private:
   const LaserDescription& laser_;
-  Twist2 twist_;
+  SweepMotion motion_;
   Transform<Base, Laser> T_base_laser_;
   double lowest_, highest_;  ///< m, heights over the base between which returns are from walls
 };
 
-ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist,
+ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const SweepMotion& motion,
                     const std::optional<Attitude>& attitude = {});
 
 /// The scan that a robot at rest at the stamp would have taken: the points resampled at regular beam angles,

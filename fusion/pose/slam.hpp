@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fusion/pose/odometry_sanity.hpp"
+#include "fusion/pose/sweep_motion.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
@@ -55,6 +56,9 @@ struct SlamOptions {
   std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
   double resolution = 0.05;              ///< m, of a map being built, or made from a .simplemap
   std::function<void(double)> progress;  ///< 0..1, called while finish() closes loops
+  /// Of recordings, for Parhelion's engine: the base's motion during the sweep of the scan with that stamp,
+  /// known from before and after. Empty, or nullopt: by the odometry that has arrived.
+  std::function<std::optional<SweepMotion>(SensorTime)> sweep_motion;
 };
 
 /// Causal: each estimate uses only the input up to its scan.

@@ -30,6 +30,7 @@ class Localizer final : public Slam {
  public:
   Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
       : robot_(robot),
+        options_(options),
         map_(std::move(map)),
         odometry_(robot.odometry),
         attitude_(robot.imu),
@@ -47,7 +48,8 @@ class Localizer final : public Slam {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points = deskewed(scan, *robot_.laser, tracking_.twist_at(step->twist), attitude);
+    const SweepMotion motion = sweep_motion(options_, tracking_, scan.stamp, step->twist);
+    const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     now_ = scan.stamp;
     switch (mode_) {
       case Mode::searching:
@@ -175,6 +177,7 @@ class Localizer final : public Slam {
   }
 
   RobotDescription robot_;
+  SlamOptions options_;
   FrozenMap map_;
   MatchOptions match_;
   ScanOdometry odometry_;

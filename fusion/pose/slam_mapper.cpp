@@ -28,8 +28,8 @@ class Mapper final : public Slam {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan.stamp, attitude);
     if (!step) return std::nullopt;
-    const ScanPoints points =
-        deskewed(scan, *robot_.laser, front_end_.tracking().twist_at(step->twist), attitude);
+    const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->twist);
+    const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     const SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;

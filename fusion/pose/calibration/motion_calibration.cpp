@@ -258,6 +258,11 @@ double MotionParameters::operator[](MotionParameter parameter) const {
   return copy[parameter];
 }
 
+void MotionCalibration::add_offset_error(double sigma) {
+  double& own = measured[index(P::time_offset)].sigma;
+  own = std::hypot(own, sigma);
+}
+
 MotionParameters motion_parameters(const RobotDescription& robot) {
   return {robot.odometry, robot.laser ? planar(robot.laser->T_base_laser) : Pose2{}, {}, 0};
 }

@@ -77,6 +77,8 @@ struct MotionCalibration {
   const Measured& operator[](MotionParameter parameter) const {
     return measured[static_cast<std::size_t>(parameter)];
   }
+  /// An independent error of the offset between the clocks of odometry and scans, s, 1 sigma.
+  void add_offset_error(double sigma);
 };
 
 /// Error: too few poses, no odometry at their instants, or a drive that hardly moves; without file names.

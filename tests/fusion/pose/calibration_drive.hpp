@@ -21,29 +21,34 @@ struct DriveErrors {
 
 /// The true path of the base, sampled each 5 ms: starts, stops, curves both ways and turns on the spot, twice
 /// around ring_building().
-struct TruePath {
+struct SampledPath {
   static constexpr double kStep = 0.005;  ///< s
   std::vector<Pose2> poses;
   std::vector<Twist2> twists;
   double duration() const { return kStep * static_cast<double>(poses.size() - 1); }
   std::size_t index(double t) const { return static_cast<std::size_t>(std::lround(t / kStep)); }
+  /// Within the path.
+  Pose2 at(double t) const {
+    const auto before = std::min(static_cast<std::size_t>(std::max(t / kStep, 0.0)), poses.size() - 2);
+    return interpolate(poses[before], poses[before + 1], t / kStep - static_cast<double>(before));
+  }
 };
 
-inline TruePath brisk_path(double rounds = 2) {
-  TruePath path;
+inline SampledPath brisk_path(double rounds = 2) {
+  SampledPath path;
   Pose2 pose{3.0, 1.4, 0};
   Twist2 now;
   // Towards the wanted twist within limits of acceleration.
   const auto drive = [&](double v, double w, double seconds) {
-    for (double t = 0; t < seconds - 1e-9; t += TruePath::kStep) {
+    for (double t = 0; t < seconds - 1e-9; t += SampledPath::kStep) {
       const auto towards = [](double from, double to, double largest) {
         return from + std::clamp(to - from, -largest, largest);
       };
-      now.vx = towards(now.vx, v, 1.5 * TruePath::kStep);
-      now.wz = towards(now.wz, w, 4.0 * TruePath::kStep);
+      now.vx = towards(now.vx, v, 1.5 * SampledPath::kStep);
+      now.wz = towards(now.wz, w, 4.0 * SampledPath::kStep);
       path.poses.push_back(pose);
       path.twists.push_back(now);
-      pose = pose * moved(now, TruePath::kStep);
+      pose = pose * moved(now, SampledPath::kStep);
     }
   };
   const double legs[] = {7.0, 3.8, 7.0, 3.8};
@@ -62,7 +67,7 @@ inline TruePath brisk_path(double rounds = 2) {
 }
 
 /// Odometry at 20 Hz with these errors; its clock is off by the time offset.
-inline std::vector<Odometry> odometry_of(const TruePath& path, const DriveErrors& errors,
+inline std::vector<Odometry> odometry_of(const SampledPath& path, const DriveErrors& errors,
                                          std::mt19937& random) {
   std::normal_distribution<double> noise;
   std::vector<Odometry> odometry;
@@ -70,7 +75,7 @@ inline std::vector<Odometry> odometry_of(const TruePath& path, const DriveErrors
   constexpr std::size_t stride = 10;
   double slipping = 0;
   for (std::size_t i = 0; i + stride < path.poses.size(); i += stride) {
-    const double t = TruePath::kStep * static_cast<double>(i);
+    const double t = SampledPath::kStep * static_cast<double>(i);
     odometry.push_back(
         {SensorTime{} + seconds(1000 + t - errors.odometry.time_offset), transform<Odom, Base>(odom)});
     const Twist2 step = twist_to(path.poses[i].inverse() * path.poses[i + stride]);
@@ -88,7 +93,7 @@ inline std::vector<Odometry> odometry_of(const TruePath& path, const DriveErrors
 }
 
 /// Poses of the laser at 10 Hz, as a matcher would give them.
-inline std::vector<pose::LaserPose> laser_poses_of(const TruePath& path, const DriveErrors& errors,
+inline std::vector<pose::LaserPose> laser_poses_of(const SampledPath& path, const DriveErrors& errors,
                                                    std::mt19937& random) {
   std::normal_distribution<double> noise;
   std::vector<pose::LaserPose> poses;
@@ -100,6 +105,27 @@ inline std::vector<pose::LaserPose> laser_poses_of(const TruePath& path, const D
         {SensorTime{} + seconds(1000 + t + errors.stamp_jitter * noise(random)), T_map_laser, true});
   }
   return poses;
+}
+
+/// A scan of ring_building() by the real robot, each beam from where the laser was at its own time.
+inline Scan swept_scan(const SampledPath& path, const RobotDescription& real, double t,
+                       std::mt19937& random) {
+  static const std::vector<Segment> walls = ring_building();
+  constexpr double sigma = 0.01;  // m
+  const LaserDescription& laser = *real.laser;
+  const auto beams = static_cast<std::size_t>(laser.beams);
+  Scan scan;
+  scan.stamp = SensorTime{} + seconds(1000 + t);
+  scan.angle_min = static_cast<float>(laser.angle_min);
+  scan.angle_increment = static_cast<float>(laser.angle_increment);
+  std::normal_distribution<double> noise;
+  for (std::size_t i = 0; i < beams; ++i) {
+    const Pose2 T_map_laser = path.at(t + laser.beam_time(i, beams).seconds()) * planar(laser.T_base_laser);
+    const double angle = laser.angle_min + static_cast<double>(i) * laser.angle_increment;
+    const double range = cast(walls, T_map_laser.position(), T_map_laser.yaw + angle);
+    scan.ranges.push_back(static_cast<float>(range + sigma * noise(random)));
+  }
+  return scan;
 }
 
 }  // namespace parhelion::test

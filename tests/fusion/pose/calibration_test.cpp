@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/pose/calibration/motion_calibration.hpp"
+#include "fusion/pose/calibration/recorded_sweeps.hpp"
 #include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/slam.hpp"
 #include "tests/fusion/pose/calibration_drive.hpp"
@@ -20,7 +21,7 @@ MotionParameters drawn() { return {{}, {0.2, 0, 0}, {}, 0}; }
 
 DriveMotion drive_with(const DriveErrors& errors, std::uint32_t seed) {
   std::mt19937 random(seed);
-  const test::TruePath path = test::brisk_path();
+  const test::SampledPath path = test::brisk_path();
   return {test::odometry_of(path, errors, random), test::laser_poses_of(path, errors, random), {}};
 }
 
@@ -65,12 +66,12 @@ TEST(Calibration, FindsALaserTurnedByAQuarterAndOdometryHalfASecondLate) {
 TEST(Calibration, NamesWhatAStraightDriveDoesNotShow) {
   const DriveErrors errors;
   std::mt19937 random(3);
-  test::TruePath path;
+  test::SampledPath path;
   Pose2 pose;
   for (int i = 0; i < 4000; ++i) {
     path.poses.push_back(pose);
     path.twists.push_back({0.5, 0, 0});
-    pose = pose * moved({0.5, 0, 0}, test::TruePath::kStep);
+    pose = pose * moved({0.5, 0, 0}, test::SampledPath::kStep);
   }
   const DriveMotion drive{
       test::odometry_of(path, errors, random), test::laser_poses_of(path, errors, random), {}};
@@ -115,7 +116,7 @@ TEST(Calibration, HoldsOnAnotherDrive) {
 TEST(Calibration, MeasuresTheLatencyOfAReference) {
   const DriveErrors errors;
   DriveMotion drive = drive_with(errors, 5);
-  const test::TruePath path = test::brisk_path();
+  const test::SampledPath path = test::brisk_path();
   std::mt19937 random(5);
   std::normal_distribution<double> noise;
   const Pose2 T_reference_map{4, -2, 0.7};
@@ -136,18 +137,26 @@ TEST(Calibration, MeasuresTheLatencyOfAReference) {
   EXPECT_LE(std::abs(offset.value + 0.08), 3 * offset.sigma) << offset.value << " +- " << offset.sigma;
 }
 
+RecordedSweeps recorded_sweeps(const std::vector<Odometry>& odometry, const RobotDescription& robot) {
+  return {odometry, robot.odometry, *robot.laser, static_cast<std::size_t>(robot.laser->beams)};
+}
+
 /// The laser's poses by SLAM, with scans of the real robot and the description `robot`.
-std::vector<LaserPose> by_slam(const test::TruePath& path, const std::vector<Odometry>& odometry,
-                               const RobotDescription& real, const RobotDescription& robot) {
-  std::mt19937 random(11);
-  auto slam = make_mapper(with_weak_odometry(robot), {});
+std::vector<LaserPose> by_slam(const test::SampledPath& path, const std::vector<Odometry>& odometry,
+                               const RobotDescription& real, const RobotDescription& robot,
+                               std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const RecordedSweeps sweeps = recorded_sweeps(odometry, robot);
+  SlamOptions options;
+  options.sweep_motion = [&sweeps](SensorTime stamp) { return sweeps.at(stamp); };
+  auto slam = make_mapper(with_weak_odometry(robot), options);
   EXPECT_TRUE(slam.ok());
   std::size_t next = 0;
-  for (double t = 0.05; t < path.duration(); t += 0.1) {
+  for (double t = 0.05; t < path.duration() - 0.1; t += 0.1) {
     const SensorTime stamp = SensorTime{} + seconds(1000 + t);
-    for (; next < odometry.size() && odometry[next].stamp <= stamp; ++next) (*slam)->add(odometry[next]);
-    (*slam)->add(test::scan_from(test::ring_building(), real, path.poses[path.index(t)],
-                                 path.twists[path.index(t)], stamp, random));
+    const SensorTime there = stamp + milliseconds(100) - seconds(robot.odometry.time_offset);
+    for (; next < odometry.size() && odometry[next].stamp <= there; ++next) (*slam)->add(odometry[next]);
+    (*slam)->add(test::swept_scan(path, real, t, random));
   }
   std::vector<LaserPose> poses;
   for (const PoseEstimate& estimate : (*slam)->finish())
@@ -155,21 +164,44 @@ std::vector<LaserPose> by_slam(const test::TruePath& path, const std::vector<Odo
   return poses;
 }
 
-TEST(Calibration, FindsTheErrorsFromScansTakenAtOnce) {
+/// Three rounds of SLAM and calibration, as the command makes them.
+MotionCalibration calibrated_from_scans(double sweep, std::uint32_t seed) {
   const DriveErrors errors;
-  std::mt19937 random(12);
-  const test::TruePath path = test::brisk_path();
+  std::mt19937 random(seed);
+  const test::SampledPath path = test::brisk_path();
   RobotDescription robot = test::robot_with_laser();  // the drawing
-  robot.laser->beam_interval = 0;  // what is left of a sweep after deskewing is an error of the scans
+  robot.laser->beam_interval = sweep / robot.laser->beams;
   const RobotDescription real = with_motion_parameters(robot, {{}, errors.T_base_laser, {}, 0});
   DriveMotion drive{test::odometry_of(path, errors, random), {}, {}};
   const MotionParameters start = motion_parameters(robot);
+  MotionCalibration last;
   for (int round = 0; round < 3; ++round) {
-    drive.laser = by_slam(path, drive.odometry, real, robot);
-    const auto found = calibrate_motion(drive, start);
-    ASSERT_TRUE(found.ok()) << found.error().message;
+    drive.laser = by_slam(path, drive.odometry, real, robot, seed + 100);
+    auto found = calibrate_motion(drive, start);
+    EXPECT_TRUE(found.ok());
+    if (!found) return last;
     robot = with_motion_parameters(robot, found->parameters);
-    if (round == 2) expect_within(*found, truth_of(errors), 3);
+    last = std::move(*found);
+    last.add_offset_error(recorded_sweeps(drive.odometry, robot).offset_sigma());
+  }
+  return last;
+}
+
+TEST(Calibration, FindsTheErrorsFromScansTakenAtOnce) {
+  for (std::uint32_t seed = 11; seed <= 13; ++seed) {
+    SCOPED_TRACE(seed);
+    expect_within(calibrated_from_scans(0, seed), truth_of(DriveErrors()), 3);
+  }
+}
+
+// The robot weaves at 1 rad/s and its odometry is 0.1 s late.
+TEST(Calibration, FindsTheErrorsFromSweptScans) {
+  for (const double sweep : {0.0267, 0.0667}) {
+    for (std::uint32_t seed = 11; seed <= 13; ++seed) {
+      SCOPED_TRACE(seed);
+      SCOPED_TRACE(sweep);
+      expect_within(calibrated_from_scans(sweep, seed), truth_of(DriveErrors()), 3);
+    }
   }
 }
 
@@ -194,7 +226,7 @@ TEST(CorrectedOdometry, PutsTheErrorsRight) {
   DriveErrors errors;
   errors.slip = errors.odometry_noise = errors.odometry_turn_noise = 0;
   std::mt19937 random(1);
-  const test::TruePath path = test::brisk_path();
+  const test::SampledPath path = test::brisk_path();
   CorrectedOdometry corrected(errors.odometry);
   Pose2 last;
   SensorTime stamp;
