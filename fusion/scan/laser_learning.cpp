@@ -26,7 +26,7 @@ std::optional<FlatWindow> simulated(const FlatWindow& window, const Scan& angles
                                           static_cast<float>(window.range.at(k)), window.tan_incidence)
                               .range);
   }
-  return fit_window(scan, laser.convention, 0);
+  return fit_window(scan, laser, 0);
 }
 
 /// What is matched between real and simulated windows.
@@ -189,11 +189,11 @@ RangeNoise inferred(const std::vector<std::vector<FlatWindow>>& windows, std::sp
 
 Result<LearnedLaser> learn_laser(std::span<const Scan> scans, const LaserDescription& laser) {
   LearnedLaser learned;
-  const FlatnessGate gate(scans, laser.convention);
+  const FlatnessGate gate(scans, laser);
   std::vector<std::vector<FlatWindow>> windows;
   std::vector<double> sigmas;
   for (const Scan& scan : scans) {
-    windows.push_back(flat_windows(scan, laser.convention, gate));
+    windows.push_back(flat_windows(scan, laser, gate));
     learned.windows += windows.back().size();
     for (const FlatWindow& w : windows.back()) sigmas.push_back(w.sigma);
   }

@@ -60,8 +60,13 @@ float step_of(const Scan& scan, std::size_t first) {
   return -5;
 }
 
-/// Residuals in order and sorted (mm), their sigma and correlation, step, intensity and its spread, range.
-void append(const FlatWindow& window, const Scan& scan, std::size_t first, cv::Mat& rows) {
+/// Residuals in order and sorted (mm), their sigma and correlation, step, intensity and its spread, range: of
+/// one line through all beams, as somebody would fit it who does not know of passes.
+void append(const Scan& scan, std::size_t first, LaserDescription laser, cv::Mat& rows) {
+  laser.passes = 1;
+  const auto fitted = scan::fit_window(scan, laser, first);
+  if (!fitted) return;
+  const FlatWindow& window = *fitted;
   std::vector<float> row;
   for (const double e : window.residual) row.push_back(static_cast<float>(1e3 * e));
   std::vector<float> sorted = row;
@@ -88,7 +93,8 @@ struct Samples {
   cv::Mat real, injected;
 };
 
-/// The same surface, injected.
+/// The same surface, injected: each beam is cast at its own time, as the server does it, so that the passes
+/// of an interlaced scan see it where the real ones did.
 void add_injected(const FlatWindow& window, const Scan& real, std::size_t sequence,
                   const LaserDescription& laser, const scan::FlatnessGate& gate, cv::Mat& rows) {
   Scan scan = real;
@@ -103,10 +109,9 @@ void add_injected(const FlatWindow& window, const Scan& real, std::size_t sequen
                               ? static_cast<float>(laser.intensity_scale * reflectivity)
                               : scan::sample_intensity(laser, key, i);
   }
-  const auto fitted = scan::fit_window(scan, laser.convention, window.first);
+  const auto fitted = scan::fit_window(scan, laser, window.first);
   // The same selection as of the real ones.
-  if (!fitted || !gate.passes(*fitted)) return;
-  append(*fitted, scan, window.first, rows);
+  if (fitted && gate.passes(*fitted)) append(scan, window.first, laser, rows);
 }
 
 Samples samples(std::span<const Scan> scans, std::size_t sequence, const LaserDescription& laser,
@@ -114,13 +119,13 @@ Samples samples(std::span<const Scan> scans, std::size_t sequence, const LaserDe
   Samples result;
   std::vector<std::pair<std::size_t, FlatWindow>> windows;
   for (std::size_t s = 0; s < scans.size(); ++s) {
-    for (const FlatWindow& window : scan::flat_windows(scans[s], laser.convention, gate))
+    for (const FlatWindow& window : scan::flat_windows(scans[s], laser, gate))
       windows.emplace_back(s, window);
   }
   const std::size_t stride = 1 + windows.size() / 6000;
   for (std::size_t i = 0; i < windows.size(); i += stride) {
     const auto& [s, window] = windows[i];
-    append(window, scans[s], window.first, result.real);
+    append(scans[s], window.first, laser, result.real);
     add_injected(window, scans[s], sequence + s, laser, gate, result.injected);
   }
   return result;
@@ -229,7 +234,7 @@ int run(const std::string& path) {
     return 1;
   }
   const std::span<const Scan> train = std::span(recording.scans).first(recording.scans.size() / 2);
-  const scan::FlatnessGate gate(train, recording.laser.convention);
+  const scan::FlatnessGate gate(train, recording.laser);
   const auto learned = scan::learn_laser(train, recording.laser);
   std::printf("%s: %zu scans\n", path.c_str(), recording.scans.size());
   const double preset = worst_of(recording, recording.laser, gate);

@@ -25,8 +25,9 @@ LaserDescription true_laser() {
   return laser;
 }
 
-/// A square room of 2 `half` m, from its middle.
-std::vector<Scan> scans_of(const LaserDescription& laser, double half, std::size_t count) {
+/// A square room of 2 `half` m, from its middle; seen by the second of two passes `moved` m farther away or
+/// nearer, in turns of ten scans, as from a robot that drives.
+std::vector<Scan> scans_of(const LaserDescription& laser, double half, std::size_t count, double moved = 0) {
   std::vector<Scan> scans;
   for (std::size_t s = 0; s < count; ++s) {
     Scan scan;
@@ -35,7 +36,9 @@ std::vector<Scan> scans_of(const LaserDescription& laser, double half, std::size
     for (std::size_t i = 0; i < 721; ++i) {
       const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
       const double cosine = std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
-      scan.ranges.push_back(measure_surface(laser, {5, s}, i, static_cast<float>(half / cosine), 0).range);
+      const double shift = i % 2 == 0 ? 0 : (s % 20 < 10 ? moved : -moved);
+      scan.ranges.push_back(
+          measure_surface(laser, {5, s}, i, static_cast<float>(half / cosine + shift), 0).range);
       scan.intensities.push_back(sample_intensity(laser, {5, s}, i));
     }
     scans.push_back(std::move(scan));
@@ -61,6 +64,22 @@ TEST(LaserLearning, FindsStepNoiseByRangeAndCodes) {
   ASSERT_EQ(learned->intensity_codes, (std::vector<float>{0, 10}));
   EXPECT_NEAR(learned->intensity_fractions[1], 0.1, 0.04);
   EXPECT_NEAR(learned->noise.dropout, 0, 0.001);
+}
+
+// Otherwise an injected return would have the motion twice: each beam is cast at its own time.
+TEST(LaserLearning, TellsMotionBetweenInterlacedPassesFromNoise) {
+  LaserDescription real = true_laser();
+  real.passes = 2;
+  real.pass_period = 0.0133;
+  std::vector<Scan> scans = scans_of(real, 1.8, 40, 0.015);
+  for (Scan& scan : scans_of(real, 7.5, 40, 0.06)) scans.push_back(std::move(scan));
+  LaserDescription preset = real;
+  preset.range_noise = {};
+  const auto learned = learn_laser(scans, preset);
+  ASSERT_TRUE(learned.ok()) << learned.error().message;
+  EXPECT_NEAR(sigma_at(learned->noise, 2), 0.006, 0.0012);
+  EXPECT_NEAR(sigma_at(learned->noise, 8), 0.02, 0.004);
+  EXPECT_NEAR(learned->noise.correlation, 0.4, 0.12);
 }
 
 TEST(LaserLearning, RefusesScansWithoutWalls) {
