@@ -10,6 +10,13 @@ Pose2 corrected_step(const OdometryCorrection& correction, const Pose2& step) {
                1);
 }
 
+Pose2 raw_step(const OdometryCorrection& correction, const Pose2& true_step) {
+  const Twist2 twist = twist_to(true_step);
+  return moved({twist.vx / correction.translation_scale, twist.vy / correction.translation_scale,
+                (twist.wz - correction.curvature * twist.vx) / correction.rotation_scale},
+               1);
+}
+
 Odometry CorrectedOdometry::operator()(const Odometry& odometry) {
   const Pose2 raw = planar(odometry.T_odom_base);
   if (correction_ == OdometryCorrection{} || !raw.finite()) return odometry;

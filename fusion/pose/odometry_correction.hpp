@@ -11,6 +11,8 @@ namespace parhelion::pose {
 
 /// A step of odometry between two instants, corrected; the step is taken as an arc of constant twist.
 Pose2 corrected_step(const OdometryCorrection& correction, const Pose2& step);
+/// The inverse: what odometry with these errors says of a true step.
+Pose2 raw_step(const OdometryCorrection& correction, const Pose2& true_step);
 
 /// Converts samples of ODOMETRY to what an odometry without these errors would have published: stamps on the
 /// clock of the scans, poses summed up from corrected steps. Without a correction, samples pass unchanged.

@@ -111,10 +111,14 @@ MotionChain without(const MotionChain& chain, std::size_t first, std::size_t las
   return rest;
 }
 
-std::optional<Pose2> MotionChain::step(std::size_t i, const MotionParameters& parameters) const {
+std::optional<Pose2> MotionChain::raw_step(std::size_t i, const MotionParameters& parameters) const {
   if (!laser[i + 1].linked) return std::nullopt;
   const Duration offset = seconds(parameters.odometry.time_offset);
-  const auto raw = odometry.step(laser[i].stamp - offset, laser[i + 1].stamp - offset);
+  return odometry.step(laser[i].stamp - offset, laser[i + 1].stamp - offset);
+}
+
+std::optional<Pose2> MotionChain::step(std::size_t i, const MotionParameters& parameters) const {
+  const auto raw = raw_step(i, parameters);
   if (!raw) return std::nullopt;
   return corrected_step(parameters.odometry, *raw);
 }

@@ -20,7 +20,10 @@ struct MotionChain {
   std::vector<ReferenceSample> reference;
   OdometryPath odometry{{}};
 
-  /// Odometry, corrected, from pose i to i + 1; nullopt where it is unknown.
+  /// Odometry, as received, from pose i to i + 1 by the time offset of `parameters`; nullopt where it is
+  /// unknown.
+  std::optional<Pose2> raw_step(std::size_t i, const MotionParameters& parameters) const;
+  /// The same, corrected.
   std::optional<Pose2> step(std::size_t i, const MotionParameters& parameters) const;
   /// The same step by the laser.
   Pose2 laser_step(std::size_t i, const MotionParameters& parameters) const;

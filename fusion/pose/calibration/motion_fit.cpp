@@ -113,10 +113,12 @@ class Fitter {
         term(i, true, {P::translation_scale, P::rotation_scale, P::curvature, P::time_offset},
              [&](const Pose2& pose, const Pose2& next,
                  const MotionParameters& p) -> std::optional<Eigen::Vector3d> {
-               const auto step = chain_.step(i, p);
-               if (!step) return std::nullopt;
-               return whitened(step->inverse() * pose.inverse() * next, noise_.along, noise_.across,
-                               noise_.turn);
+               // Compared as odometry measures it: scaled to the true step, its noise would be taken for a
+               // motion that shows the scale, which would come out too small.
+               const auto raw = chain_.raw_step(i, p);
+               if (!raw) return std::nullopt;
+               return whitened(raw->inverse() * pose::raw_step(p.odometry, pose.inverse() * next),
+                               noise_.along, noise_.across, noise_.turn);
              }));
   }
 
