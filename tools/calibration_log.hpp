@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
+#include "tools/calibration_turns.hpp"
 
 namespace parhelion::tools {
 
@@ -23,22 +23,12 @@ struct CalibrationOptions {
   std::filesystem::path map;    ///< localizes in it; empty: a map is built from the drive itself
   std::string scan_channel = "SCAN";
   std::string odometry_channel = "ODOMETRY";
+  std::string imu_channel = "IMU";
+  std::string camera_channel = "CAMERA";
   std::string reference_channel;     ///< poses of the base (pose_t); empty: none
   double validation_fraction = 0.3;  ///< fraction of the drive, its end, that only checks the result
   bool validate_on_start = false;    ///< its start instead
   double track_width = 0;            ///< m, assumed by a two-wheeled robot's odometry; 0: not two-wheeled
-};
-
-/// A part of a log, decoded. `step` of an event: index into scans and odometry in the order of arrival.
-struct RecordedDrive {
-  struct Event {
-    bool scan = false;
-    std::size_t index = 0;
-  };
-  std::vector<Event> events;
-  std::vector<Scan> scans;
-  std::vector<Odometry> odometry;
-  std::vector<PoseStamped> reference;
 };
 
 struct CalibrationReport {
@@ -47,14 +37,15 @@ struct CalibrationReport {
   pose::MotionCheck check_before, check_after;  ///< on the validation part
   std::optional<scan::LearnedLaser> laser;      ///< nullopt: too few flat walls, see laser_note
   std::string laser_note;
+  TurnSensor imu, camera;
+  Deskew deskew = Deskew::live;  ///< as scans and odometry agree better
+  double sweep_sigma = 0;        ///< s, what the sweep of a scan adds to the sigma of each time offset
   std::size_t scans = 0, validation_scans = 0;
   std::uint64_t refused = 0;          ///< events that could not be decoded
   std::vector<std::string> findings;  ///< the first twenty of them
   pose::GridMap map;                  ///< of the validation part
   pose::ReckonedPath path_before, path_after;
 };
-
-using CalibrationProgress = std::function<void(double done, double total)>;
 
 /// Errors name the file and the channel: no such channel, too short, a robot that hardly moves.
 /// Deterministic.

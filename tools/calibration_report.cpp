@@ -30,6 +30,10 @@ constexpr Unit kUnits[] = {{P::translation_scale, "translation_scale", 1, "", 4}
                            {P::laser_yaw, "laser_yaw_deg", kDegrees, "deg", 3},
                            {P::time_offset, "time_offset_ms", 1e3, "ms", 1},
                            {P::reference_offset, "reference_offset_ms", 1e3, "ms", 1}};
+// Of other sensors; the parameter does not count.
+constexpr Unit kOffset{P::time_offset, "time_offset_ms", 1e3, "ms", 1};
+constexpr Unit kScale{P::rotation_scale, "yaw_scale", 1, "", 4};
+constexpr Unit kBias{P::time_offset, "yaw_bias_deg_per_s", kDegrees, "deg/s", 3};
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 std::string format(const char* pattern, ...) {
@@ -52,6 +56,28 @@ std::string line(const char* name, double before, const Measured& now, const Uni
 std::string check_line(const char* name, const pose::MotionCheck& check) {
   return format("  %-7s %6.1f mm, %.3f deg RMS; p95 %.1f mm, %.3f deg\n", name, 1e3 * check.position_rms,
                 kDegrees * check.yaw_rms, 1e3 * check.position_p95, kDegrees * check.yaw_p95);
+}
+
+/// Time offset, and of an inertial sensor scale and bias.
+std::string turn_lines(const TurnSensor& sensor) {
+  if (!sensor.found) return sensor.note.empty() ? "" : "  " + sensor.name + ": " + sensor.note + "\n";
+  const pose::TurnCalibration& found = *sensor.found;
+  std::string text = line((sensor.name + " offset").c_str(), sensor.before, found.time_offset, kOffset);
+  if (sensor.has_bias) {
+    text += line((sensor.name + " yaw scale").c_str(), 1, found.scale, kScale) +
+            line((sensor.name + " yaw bias").c_str(), 0, found.bias, kBias);
+  }
+  return text + format("    at %zu scans, %zu of them outliers; %.2f deg apart, stamps %.1f ms (1 sigma)\n",
+                       found.poses, found.outliers, kDegrees * found.heading_sigma, 1e3 * found.jitter);
+}
+
+/// Offset between the clocks of inertial sensor and odometry.
+std::string between_clocks(const CalibrationReport& report) {
+  const Measured& odometry = report.motion[P::time_offset];
+  if (!report.imu.found || !report.imu.found->time_offset.shown || !odometry.shown) return "";
+  const Measured& imu = report.imu.found->time_offset;
+  return format("    IMU against odometry: %.1f +- %.1f ms\n", 1e3 * (imu.value - odometry.value),
+                1e3 * std::hypot(imu.sigma, odometry.sigma));
 }
 
 std::string laser_lines(const CalibrationReport& report) {
@@ -80,12 +106,34 @@ bool holds(const CalibrationReport& report) {
   return after.position_rms <= 1.05 * before.position_rms && after.yaw_rms <= 1.05 * before.yaw_rms;
 }
 
+std::vector<std::string> advice_of(const CalibrationReport& report) {
+  std::vector<std::string> advice = report.motion.advice;
+  for (const TurnSensor* sensor : {&report.imu, &report.camera}) {
+    if (sensor->found)
+      advice.insert(advice.end(), sensor->found->advice.begin(), sensor->found->advice.end());
+  }
+  return advice;
+}
+
 bool is_shown(const CalibrationReport& report, const Unit& unit) {
   return unit.parameter != P::reference_offset || report.motion.references > 0;
 }
 
 nlohmann::ordered_json to_json(const Measured& measured, double factor) {
   return {{"value", measured.value * factor}, {"sigma", measured.sigma * factor}, {"shown", measured.shown}};
+}
+
+nlohmann::ordered_json to_json(const TurnSensor& sensor) {
+  if (!sensor.found) return {{"note", sensor.note}};
+  const pose::TurnCalibration& found = *sensor.found;
+  nlohmann::ordered_json json{{kOffset.key, to_json(found.time_offset, kOffset.factor)}};
+  if (sensor.has_bias) {
+    json[kScale.key] = to_json(found.scale, kScale.factor);
+    json[kBias.key] = to_json(found.bias, kBias.factor);
+  }
+  json["scans"] = found.poses;
+  json["outliers"] = found.outliers;
+  return json;
 }
 
 nlohmann::ordered_json to_json(const pose::MotionCheck& check) {
@@ -125,8 +173,8 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
             line("right wheel", 1, wheels.right_scale, scale) +
             line("track width", options.track_width, wheels.track_width, width);
   }
-  text += laser_lines(report);
-  for (const std::string& advice : motion.advice) text += "  " + advice + "\n";
+  text += turn_lines(report.imu) + between_clocks(report) + turn_lines(report.camera) + laser_lines(report);
+  for (const std::string& advice : advice_of(report)) text += "  " + advice + "\n";
   if (report.check_after.windows == 0) {
     return text + (report.validation_scans == 0 ? "no part was kept for validation: not checked\n"
                                                 : "the validation part is too short: not checked\n");
@@ -164,7 +212,10 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
         {"sigma_mm", 1e3 * report.laser->sigma},  {"correlation", report.laser->noise.correlation},
         {"dropout", report.laser->noise.dropout}, {"intensity_codes", report.laser->intensity_codes}};
   }
-  json["advice"] = report.motion.advice;
+  for (const auto& [key, sensor] : {std::pair{"imu", &report.imu}, std::pair{"camera", &report.camera}}) {
+    if (sensor->found || !sensor->note.empty()) json[key] = to_json(*sensor);
+  }
+  json["advice"] = advice_of(report);
   json["holds"] = report.check_after.windows > 0 && holds(report);
   json["validation"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
   return json.dump(2) + "\n";

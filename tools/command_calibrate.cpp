@@ -11,8 +11,8 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kDescription =
-    "Odometry scale, mounting of the laser, time offset and the laser's own noise from a drive, written into "
-    "the robot description";
+    "Odometry scale, mounting of the laser, time offsets of odometry, inertial sensor and camera, and the "
+    "laser's own noise from a drive, written into the robot description";
 constexpr const char* kFooter =
     "Examples:\n"
     "  parhelion calibrate drive.lcm -o robot.yaml --picture calibration.png\n"
@@ -20,7 +20,9 @@ constexpr const char* kFooter =
     "The end of the drive is kept for validation: odometry is compared with the scans there, before and "
     "after. "
     "What\n"
-    "the drive does not show is left as it was, with a line that says which drive would show it.";
+    "the drive does not show is left as it was, with a line that says which drive would show it. Height and "
+    "tilt\n"
+    "of the laser are not calibrated: give them in the description as they are.";
 
 struct Arguments {
   CalibrationOptions options;
@@ -68,7 +70,10 @@ void add_calibrate(CLI::App& app, Exit& exit) {
   CalibrationOptions& options = arguments->options;
   CLI::App* command = app.add_subcommand("calibrate", kDescription);
   command->footer(kFooter);
-  command->add_option("LOG", options.input, "LCM log of a drive, with SCAN and ODOMETRY")->required();
+  command
+      ->add_option("LOG", options.input,
+                   "LCM log of a drive, with SCAN and ODOMETRY, and where there are any IMU and CAMERA")
+      ->required();
   command->add_option("-o,--output", arguments->output, "Robot description to write")->required();
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_option("--map", options.map,
@@ -79,6 +84,9 @@ void add_calibrate(CLI::App& app, Exit& exit) {
                       "Robot description to start from, instead of the one on ROBOT");
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
+      ->capture_default_str();
+  command->add_option("--imu-channel", options.imu_channel, "Inertial sensor")->capture_default_str();
+  command->add_option("--camera-channel", options.camera_channel, "Images of the camera")
       ->capture_default_str();
   command
       ->add_option("--validation", options.validation_fraction,

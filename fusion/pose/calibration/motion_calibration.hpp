@@ -61,6 +61,13 @@ struct MotionNoise {
   double laser_position = 0.01, laser_yaw = 0.005;          ///< m, rad: of one pose of the laser
   double along = 0.01, across = 0.01, turn = 0.005;         ///< m, m, rad: odometry between two poses
   double reference_position = 0.01, reference_yaw = 0.005;  ///< m, rad
+
+  /// By how much a step of odometry and one of the laser differ, m^2 rad^2: to compare ways to make poses of
+  /// the laser of one drive.
+  double misfit() const {
+    return (along * along + across * across + 4 * laser_position * laser_position) *
+           (turn * turn + 2 * laser_yaw * laser_yaw);
+  }
 };
 
 struct MotionCalibration {

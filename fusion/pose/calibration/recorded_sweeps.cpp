@@ -1,6 +1,7 @@
 #include "fusion/pose/calibration/recorded_sweeps.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "fusion/pose/odometry_correction.hpp"
 
@@ -33,7 +34,14 @@ RecordedSweeps::RecordedSweeps(const std::vector<Odometry>& odometry, const Odom
   }
 }
 
-double RecordedSweeps::offset_sigma() const { return kLeftOver * sweep_.seconds(); }
+// What odometry's noise makes of the headings looks like a motion half a sweep later: where that is more than
+// the headings' own noise, it decides about the offset.
+double RecordedSweeps::offset_sigma(const MotionNoise& noise, double step) const {
+  const double half = sweep_.seconds() / 2;
+  const double rate_noise = noise.turn / std::sqrt(step * (end_ - begin_).seconds());
+  const double imprint = std::pow(rate_noise * half, 2), own = std::pow(noise.laser_yaw, 2);
+  return std::hypot(kLeftOver * sweep_.seconds(), half * imprint / (imprint + own));
+}
 
 std::optional<SweepMotion> RecordedSweeps::at(SensorTime stamp) const {
   const SensorTime from = stamp + begin_ - seconds(correction_.time_offset);

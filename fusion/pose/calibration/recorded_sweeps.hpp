@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fusion/pose/calibration/drive_motion.hpp"
+#include "fusion/pose/calibration/motion_calibration.hpp"
 #include "fusion/pose/sweep_motion.hpp"
 #include "protocols/robot.hpp"
 
@@ -21,7 +22,8 @@ class RecordedSweeps {
   /// During the sweep of the scan with this stamp; nullopt outside of the odometry and in its gaps.
   std::optional<SweepMotion> at(SensorTime stamp) const;
   /// s, 1 sigma: of a time offset against scans that were corrected with these motions, beside other errors.
-  double offset_sigma() const;
+  /// `noise`: of a step between two scans, `step` s apart.
+  double offset_sigma(const MotionNoise& noise, double step) const;
 
  private:
   OdometryPath path_;

@@ -14,7 +14,7 @@ constexpr double kMinTurned = 1;  ///< rad: less says nothing of the sensor
 constexpr std::size_t kGroups = 16;
 
 /// What is known worse than this (1 sigma) is left as it was: about what a data sheet gives.
-const TurnSigmas kUseful(0.02, 0.02, 0.005);
+const TurnSigmas kUseful(0.01, 0.02, 0.005);
 
 constexpr std::array<const char*, kTurnParameters> kNames{"time offset", "scale", "bias"};
 constexpr std::array<const char*, kTurnParameters> kWhichDrive{
