@@ -9,7 +9,6 @@ namespace parhelion::pose {
 namespace {
 
 constexpr double kKernelCells = 3;  ///< radius of a point's likelihood
-constexpr double kSigmaCells = 1.2;
 
 /// grid(x) = max over grid(x .. x + step) along one axis, where grid already is the maximum over `step`
 /// cells.
@@ -55,7 +54,8 @@ struct CorrelativeMap::Search {
   }
 };
 
-CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels)
+CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels,
+                               double sigma_cells)
     : resolution_(resolution), levels_(levels) {
   Eigen::Vector2d low(0, 0), high(0, 0);
   if (!points_map.empty()) low = high = points_map.front();
@@ -71,7 +71,7 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
   for (int j = -k; j <= k; ++j) {
     for (int i = -k; i <= k; ++i) {
       kernel[static_cast<std::size_t>(j + k)][static_cast<std::size_t>(i + k)] = static_cast<std::uint8_t>(
-          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (kSigmaCells * kSigmaCells))));
+          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (sigma_cells * sigma_cells))));
     }
   }
   for (const Eigen::Vector2d& p : points_map) {
@@ -96,9 +96,12 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
   }
 }
 
-CorrelativeMap::Window CorrelativeMap::everywhere() const {
-  const double w = width_ * resolution_, h = height_ * resolution_;
-  return {{x_min_ + w / 2, y_min_ + h / 2, 0}, w / 2, h / 2, std::numbers::pi};
+bool CorrelativeMap::has_point(const Eigen::Vector2d& p_map) const {
+  const int x = static_cast<int>(std::floor((p_map.x() - x_min_) / resolution_)),
+            y = static_cast<int>(std::floor((p_map.y() - y_min_) / resolution_));
+  if (x < 0 || y < 0 || x >= width_ || y >= height_) return false;
+  return grids_.front()[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                        static_cast<std::size_t>(x)] == 255;
 }
 
 double CorrelativeMap::score(const std::vector<Offset>& cells, Offset shift, int level) const {
@@ -110,6 +113,10 @@ double CorrelativeMap::score(const std::vector<Offset>& cells, Offset shift, int
     sum += grid[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
   }
   return cells.empty() ? 0 : static_cast<double>(sum) / (255.0 * static_cast<double>(cells.size()));
+}
+
+double CorrelativeMap::score(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base) const {
+  return score(rotated(points_base, T_map_base.yaw, T_map_base), {0, 0}, 0);
 }
 
 std::vector<CorrelativeMap::Offset> CorrelativeMap::rotated(std::span<const Eigen::Vector2d> points,

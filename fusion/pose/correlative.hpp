@@ -13,8 +13,9 @@ namespace parhelion::pose {
 
 class CorrelativeMap {
  public:
-  /// `resolution`: m, of the grid and of the search.
-  CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels = 7);
+  /// `resolution`: m, of the grid and of the search. `sigma_cells`: of a point's likelihood.
+  CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels = 7,
+                 double sigma_cells = 1.2);
 
   struct Window {
     Pose2 centre;
@@ -37,10 +38,14 @@ class CorrelativeMap {
   /// The same by exhaustive search; for tests.
   std::vector<Candidate> search_slow(std::span<const Eigen::Vector2d> points_base, const Window& window,
                                      const Request& request) const;
-  /// A window that covers the whole map.
-  Window everywhere() const;
+  /// Mean likelihood of the points, 0..1.
+  double score(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base) const;
+  /// One of the map's points lies in the cell of p.
+  bool has_point(const Eigen::Vector2d& p_map) const;
+  double resolution() const { return resolution_; }
 
  private:
+  friend class CorrelativeSearch;
   struct Offset {
     int x, y;
   };

@@ -1,15 +1,16 @@
 #include "fusion/pose/frozen_map.hpp"
 
+#include <Eigen/Geometry>
 #include <exception>
 #include <filesystem>
 #include <new>
 
-#include "fusion/pose/mapped_scan.hpp"
-
 namespace parhelion::pose {
 namespace {
 
-constexpr double kSearchResolution = 0.1;  ///< m
+constexpr double kSearchResolution = 0.1, kRoughResolution = 0.2;  ///< m
+constexpr int kRoughLevels = 6;
+constexpr double kRoughSigma = 0.8;  ///< cells
 
 bool occupied(const GridMap& grid, int x, int y) {
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) return false;
@@ -33,27 +34,44 @@ std::vector<Eigen::Vector2d> surface(const GridMap& grid) {
   return points;
 }
 
+/// What the scans have seen, which reached all these points.
+KnownSpace known_space(std::span<const MappedScan> scans, std::span<const Eigen::Vector2d> reached) {
+  if (reached.empty()) return {};
+  Eigen::AlignedBox2d extent;
+  for (const Eigen::Vector2d& p : reached) extent.extend(p);
+  KnownSpace known(extent.min(), extent.max());
+  for (const MappedScan& scan : scans) {
+    const Eigen::Vector2d laser =
+        scan.T_map_base * Eigen::Vector2d(scan.T_base_laser.translation().head<2>());
+    for (const Eigen::Vector2d& p : points_of(scan)) known.add_beam(laser, scan.T_map_base * p);
+  }
+  return known;
+}
+
+KnownSpace known_space(const GridMap& grid) {
+  const Eigen::Vector2d low(grid.x_min, grid.y_min);
+  KnownSpace known(low, low + grid.resolution * Eigen::Vector2d(grid.width, grid.height));
+  constexpr float free = 0.4F;  // 0.5: unknown
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const auto cell =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
+      if (grid.occupied[cell] < free) known.add(low + grid.resolution * Eigen::Vector2d(x + 0.5, y + 0.5));
+    }
+  }
+  return known;
+}
+
 Result<FrozenMap> from_simplemap(const std::string& path, double resolution) {
   auto scans = read_simplemap(path);
   if (!scans) return scans.error();
-  FrozenMap map;
-  std::vector<Eigen::Vector2d> all;
-  for (const MappedScan& scan : *scans) {
-    const std::vector<Eigen::Vector2d> points = points_of(scan);
-    map.fine.add(points, scan.T_map_base);
-    map.coarse.add(points, scan.T_map_base);
-    for (const Eigen::Vector2d& p : points) all.push_back(scan.T_map_base * p);
-  }
-  map.likelihood = CorrelativeMap(all, kSearchResolution);
   const std::string beside = std::filesystem::path(path).replace_extension(".yaml").string();
   std::error_code ignored;
-  if (std::filesystem::exists(beside, ignored)) {
-    auto grid = load_ros_map(beside);
-    if (!grid) return grid.error();
-    map.grid = std::move(*grid);
-  } else {
-    map.grid = grid_of(*scans, resolution);
-  }
+  if (!std::filesystem::exists(beside, ignored)) return frozen_map_of(*scans, resolution);
+  auto grid = load_ros_map(beside);
+  if (!grid) return grid.error();
+  FrozenMap map = frozen_map_of(*scans, 0);
+  map.grid = std::move(*grid);
   return map;
 }
 
@@ -71,12 +89,34 @@ Result<FrozenMap> from_grid(const std::string& path) {
   map.fine.add(points, {});
   map.coarse.add(points, {});
   map.likelihood = CorrelativeMap(points, std::max(kSearchResolution, grid->resolution));
+  map.rough = CorrelativeMap(points, std::max(kRoughResolution, grid->resolution), kRoughLevels, kRoughSigma);
+  map.fine.finish();
+  map.coarse.finish();
+  map.known = known_space(*grid);
   map.sigma = grid->resolution / 2;
   map.grid = std::move(*grid);
   return map;
 }
 
 }  // namespace
+
+FrozenMap frozen_map_of(std::span<const MappedScan> scans, double resolution) {
+  FrozenMap map;
+  std::vector<Eigen::Vector2d> all;
+  for (const MappedScan& scan : scans) {
+    const std::vector<Eigen::Vector2d> points = points_of(scan);
+    map.fine.add(points, scan.T_map_base);
+    map.coarse.add(points, scan.T_map_base);
+    for (const Eigen::Vector2d& p : points) all.push_back(scan.T_map_base * p);
+  }
+  map.fine.finish();
+  map.coarse.finish();
+  map.likelihood = CorrelativeMap(all, kSearchResolution);
+  map.rough = CorrelativeMap(all, kRoughResolution, kRoughLevels, kRoughSigma);
+  map.known = known_space(scans, all);
+  if (resolution > 0) map.grid = grid_of(scans, resolution);
+  return map;
+}
 
 Result<FrozenMap> load_frozen_map(const std::string& path, double resolution) try {
   const std::string kind = std::filesystem::path(path).extension().string();

@@ -1,34 +1,77 @@
-// Global localization: where the map has several similar places, each candidate is followed until the others
-// score clearly worse.
+// Global localization: the whole map is searched again and again, a bounded part of it at each scan. Every
+// place found is followed until one explains what was seen on the last metres, and no other nearly as well.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "fusion/pose/correlative_search.hpp"
 #include "fusion/pose/frozen_map.hpp"
-#include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/recent_scans.hpp"
 #include "fusion/pose/scan_points.hpp"
 
 namespace parhelion::pose {
 
+/// How well a map explains beams from a pose.
+class ExplainedBeams {
+ public:
+  void assign(const FrozenMap& map, std::span<const SeenBeam> beams, const Pose2& T_map_base);
+
+  double explained() const { return explained_; }  ///< fraction that ends on a mapped surface
+  double through() const { return through_; }      ///< fraction that passes through one, and ends elsewhere
+  /// 1: all beams end on mapped surfaces, -1: all pass through one.
+  double evidence() const { return evidence_; }
+  /// Fractions of the beams that this pose explains better than `other` does, and the other way round.
+  struct Contest {
+    double won = 0, lost = 0;
+  };
+  Contest against(const ExplainedBeams& other) const;
+
+ private:
+  std::vector<std::int8_t> beams_;  ///< evidence, in tenths
+  double explained_ = 0, through_ = 0, evidence_ = 0;
+};
+
 class GlobalSearch {
  public:
-  /// The pose, once a single candidate is left; nullopt before.
+  /// Squares of the map's search: per second between scans, and at one scan.
+  static constexpr double kEvaluationsPerSecond = 400'000;
+  static constexpr std::size_t kMaxEvaluations = 40'000;
+
+  /// `step`: of the base since the previous scan, by odometry. The pose, once no other place is possible;
+  /// nullopt before.
   std::optional<Pose2> add(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);
-  void restart() { hypotheses_.clear(); }
+  void restart();
+
+  std::size_t evaluations() const { return search_.evaluations(); }
 
  private:
   struct Hypothesis {
     Pose2 T_map_base;
-    double evidence = 0;  ///< sum over the scans of the fraction of explained points and of the likelihood
+    ExplainedBeams beams;
+    int scans = 0;  ///< since it was found
   };
-  void seed(const FrozenMap& map, const ScanPoints& scan);
-  void follow(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);
+  void begin(const FrozenMap& map);
+  void search(const FrozenMap& map, std::size_t evaluations);
+  void follow(const FrozenMap& map);
+  void propose(const FrozenMap& map, const Pose2& T_map_base);
   void merge();
+  void follow_leader();
+  bool is_decided(const FrozenMap& map) const;
 
-  std::vector<Hypothesis> hypotheses_;
-  int scans_ = 0;  ///< since the seed
-  double driven_ = 0, turn_ = 0;
+  RecentScans recent_;
+  std::optional<SensorTime> before_;     ///< stamp of the previous scan
+  std::vector<Eigen::Vector2d> points_;  ///< ends of some recent beams; m, base_link
+  CorrelativeSearch search_;
+  Pose2 T_begin_now_;  ///< the robot's motion since the scan at which the search began
+  std::size_t refined_ = 0;
+  bool searching_ = false, before_leader_ = false;  ///< a search, that began before the leader led
+  std::optional<Pose2> leader_;                     ///< the most evident place, now
+  int searches_ = 0;                                ///< whole ones, since it is the most evident one
+  double unlisted_ = 1;  ///< no place that is not followed had a higher score in the last search
+  std::vector<Hypothesis> hypotheses_;  ///< most evident first
 };
 
 }  // namespace parhelion::pose

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
 
@@ -25,5 +26,8 @@ Result<std::unique_ptr<Slam>> make_own_mapper(const RobotDescription& robot, con
 /// In slam_localizer.cpp.
 Result<std::unique_ptr<Slam>> make_own_localizer(const RobotDescription& robot, const std::string& map_path,
                                                  const SlamOptions& options);
+/// In a map that is loaded already.
+std::unique_ptr<Slam> make_own_localizer(const RobotDescription& robot, std::shared_ptr<const FrozenMap> map,
+                                         const SlamOptions& options);
 
 }  // namespace parhelion::pose

@@ -4,6 +4,7 @@
 #include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/localizer_search.hpp"
 #include "fusion/pose/own_slam.hpp"
+#include "fusion/pose/pose_doubt.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
@@ -15,27 +16,29 @@ constexpr double kMinExplained = 0.35;  ///< minimum for a valid scan (people ma
 /// A scan is valid down to this fraction of what the map usually explains.
 constexpr double kMinOfUsual = 0.6;
 constexpr double kUsualMemory = 0.02;  ///< weight of a scan in that
-constexpr double kFoundAgain = 0.55;   ///< fraction of explained points that ends the lost state
-/// The best place counts as found if the second explains fewer points by this fraction.
+/// Returns behind mapped surfaces, as a fraction of all: at a right place some doors have opened.
+constexpr double kMaxThrough = 0.25;
+constexpr double kFoundAgain = 0.55;  ///< fraction of explained points that ends the lost state
+/// The best place near the expected one counts as found if the second explains fewer points by this fraction.
 constexpr double kClearlyBetter = 0.05;
 constexpr Duration kUnsureAfter = milliseconds(300),
                    kLostAfter = milliseconds(800);          ///< without a valid scan
 constexpr double kUnsureSigma = 0.15, kLostSigma = 0.3;     ///< m
-constexpr Duration kRetryEvery = milliseconds(500);         ///< between two searches near the expected pose
-constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those, before a global search
+constexpr Duration kRetryEvery = milliseconds(300);         ///< between two searches near the expected pose
+constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t kMinPoints = 10;
 
 class Localizer final : public Slam {
  public:
-  Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
+  Localizer(const RobotDescription& robot, std::shared_ptr<const FrozenMap> map, const SlamOptions& options)
       : robot_(robot),
         options_(options),
         map_(std::move(map)),
         odometry_(robot.odometry),
         attitude_(robot.imu),
         tracking_(robot) {
-    match_.range_sigma = map_.sigma;
+    match_.range_sigma = map_->sigma;
     if (!options.start) return;
     pose_ = {options.start->x(), options.start->y(), options.start->z()};
     mode_ = Mode::starting;
@@ -62,17 +65,17 @@ class Localizer final : public Slam {
         track(points, *step);
         break;
       case Mode::lost:
-        recover(points, step->step);
+        recover(points, *step);
         break;
     }
     PoseEstimate estimate = planar_estimate(scan.stamp, pose_, tracking_.published(covariance_), state());
-    estimate.map_id = map_.grid.id;
+    estimate.map_id = map_->grid.id;
     return estimate;
   }
 
   std::vector<PoseEstimate> finish() override { return {}; }
   std::vector<OdometryFinding> odometry_findings() const override { return tracking_.findings(); }
-  GridMap grid_map() const override { return map_.grid; }
+  GridMap grid_map() const override { return map_->grid; }
   Status save_simplemap(const std::string& path) const override {
     return Error{path + ": localization does not build a map; omit --map to build one"};
   }
@@ -81,17 +84,23 @@ class Localizer final : public Slam {
   enum class Mode { searching, starting, tracking, lost };
 
   SlamState state() const {
-    const bool blind = tracking_.fault() == OdometryFault::laser_frozen;
-    if (mode_ == Mode::tracking)
-      return blind || now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma ? SlamState::unsure
-                                                                               : SlamState::tracking;
+    if (mode_ == Mode::tracking) return is_doubtful() ? SlamState::unsure : SlamState::tracking;
     return mode_ == Mode::lost || was_tracking_ ? SlamState::lost : SlamState::initializing;
+  }
+
+  bool is_doubtful() const {
+    const OdometryFault fault = tracking_.fault();
+    if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
+    if (fault == OdometryFault::none && doubt_.moved_otherwise()) return true;
+    return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
   }
 
   double sigma() const { return std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))); }
 
   void settle(const Pose2& pose) {
     tracking_.forget();
+    doubt_.forget();
+    search_.restart();
     pose_ = pose;
     covariance_ = Eigen::Vector3d(0.01, 0.01, 0.0025).asDiagonal();
     mode_ = Mode::tracking;
@@ -103,7 +112,7 @@ class Localizer final : public Slam {
 
   void search(const ScanPoints& scan, const Pose2& step) {
     pose_ = pose_ * step;
-    if (const auto found = search_.add(map_, scan, step)) {
+    if (const auto found = search_.add(*map_, scan, step)) {
       settle(*found);
       track(scan, {});
     }
@@ -114,18 +123,19 @@ class Localizer final : public Slam {
   bool search_near(const ScanPoints& scan, double reach, double angle, double lead) {
     if (scan.points.size() < kMinPoints) return false;
     const auto found =
-        map_.likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 4, 0.5, 0.3});
+        map_->likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 4, 0.5, 0.3});
     Match best;
     double second = 0;
     for (const auto& candidate : found) {
       const Pose2 near = candidate.T_map_base;
-      const Match exact = match(map_.fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
+      const Match exact = match(map_->fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
       const Pose2 apart = best.T_map_base.inverse() * exact.T_map_base;
       const bool same = best.points > 0 && apart.position().norm() < 0.2 && std::abs(apart.yaw) < 0.1;
       if (!same) second = std::max(second, std::min(best.explained, exact.explained));
       if (exact.explained > best.explained) best = exact;
     }
     if (best.explained < kFoundAgain || best.explained - second < lead) return false;
+    if (!is_possible(scan, best.T_map_base)) return false;
     settle(best.T_map_base);
     return true;
   }
@@ -145,11 +155,23 @@ class Localizer final : public Slam {
     if (give_up()) mode_ = Mode::searching;
   }
 
+  /// Few returns lie behind mapped surfaces.
+  bool is_possible(const ScanPoints& scan, const Pose2& T_map_base) {
+    beams_.clear();
+    const std::size_t count = std::min<std::size_t>(scan.points.size(), 90);
+    for (std::size_t i = 0; i < count; ++i)
+      beams_.push_back({scan.laser, scan.points[i * scan.points.size() / count]});
+    explained_.assign(*map_, beams_, T_map_base);
+    return explained_.through() <= kMaxThrough;
+  }
+
   void track(const ScanPoints& scan, const ScanOdometry::Step& step) {
+    const Pose2 before = pose_;
     const auto found =
-        tracking_.follow({map_.fine, map_.coarse, {}}, scan, {pose_, covariance_}, step, match_);
+        tracking_.follow({map_->fine, map_->coarse, {}}, scan, {pose_, covariance_}, step, match_);
     const double enough = std::max(kMinExplained, kMinOfUsual * usual_);
-    if (found.match.explained >= enough && scan.points.size() >= kMinPoints) {
+    if (found.match.explained >= enough && scan.points.size() >= kMinPoints &&
+        is_possible(scan, found.match.T_map_base)) {
       pose_ = found.match.T_map_base;
       covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
       matched_ = now_;
@@ -158,48 +180,70 @@ class Localizer final : public Slam {
       pose_ = found.expected.T_map_base;
       covariance_ = found.expected.covariance;
     }
-    if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
-      mode_ = Mode::lost;
-      tried_.reset();
+    doubt_.add(scan, before, pose_, step, found.match.explained / usual_);
+    if (doubt_.displaced()) {
+      lose(true);
+    } else if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
+      lose(false);
     }
   }
 
-  void recover(const ScanPoints& scan, const Pose2& step) {
-    pose_ = pose_ * step;
-    if (!tried_ || now_ - *tried_ >= kRetryEvery) {
-      tried_ = now_;
-      if (search_near(scan, 1.5, 0.6, kClearlyBetter)) return;
+  /// `displaced`: the robot may be anywhere now. Otherwise it is searched for near the expected pose first.
+  void lose(bool displaced) {
+    mode_ = Mode::lost;
+    displaced_ = displaced;
+    tried_.reset();
+    lost_since_.reset();
+    search_.restart();
+  }
+
+  void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
+    const Pose2 before = pose_;
+    pose_ = pose_ * step.step;
+    doubt_.add(scan, before, pose_, step, 0);
+    displaced_ |= doubt_.displaced() || give_up();
+    if (const auto found = search_.add(*map_, scan, step.step)) {
+      settle(*found);
+      track(scan, {});
+      return;
     }
-    if (give_up()) {
-      mode_ = Mode::searching;
-      search_.restart();
-    }
+    if (displaced_ || (tried_ && now_ - *tried_ < kRetryEvery)) return;
+    tried_ = now_;
+    search_near(scan, 1.5, 0.6, kClearlyBetter);
   }
 
   RobotDescription robot_;
   SlamOptions options_;
-  FrozenMap map_;
+  std::shared_ptr<const FrozenMap> map_;
   MatchOptions match_;
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
   ScanTracking tracking_;
+  PoseDoubt doubt_;
   GlobalSearch search_;
   Mode mode_ = Mode::searching;
-  bool was_tracking_ = false;
+  bool was_tracking_ = false, displaced_ = false;
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
   SensorTime now_, matched_;  ///< stamps of this scan, and of the last one that the map explained
   std::optional<SensorTime> lost_since_, tried_;
   double usual_ = kFoundAgain;  ///< fraction of points that the map explains
+  std::vector<SeenBeam> beams_;
+  ExplainedBeams explained_;
 };
 
 }  // namespace
+
+std::unique_ptr<Slam> make_own_localizer(const RobotDescription& robot, std::shared_ptr<const FrozenMap> map,
+                                         const SlamOptions& options) {
+  return std::make_unique<Localizer>(robot, std::move(map), options);
+}
 
 Result<std::unique_ptr<Slam>> make_own_localizer(const RobotDescription& robot, const std::string& map_path,
                                                  const SlamOptions& options) {
   auto map = load_frozen_map(map_path, options.resolution);
   if (!map) return map.error();
-  return std::unique_ptr<Slam>(std::make_unique<Localizer>(robot, std::move(*map), options));
+  return make_own_localizer(robot, std::make_shared<const FrozenMap>(std::move(*map)), options);
 }
 
 }  // namespace parhelion::pose
