@@ -1,6 +1,7 @@
 #include "fusion/pose/frozen_map.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -9,8 +10,9 @@ namespace parhelion::pose {
 namespace {
 
 constexpr double kSearchResolution = 0.1, kRoughResolution = 0.2;  ///< m
-constexpr int kRoughLevels = 6;
-constexpr double kRoughSigma = 0.8;  ///< cells
+constexpr int kRoughLevels = 6, kMaxRoughLevels = 8;
+constexpr double kRoughSquares = 1000;  ///< largest ones of a map
+constexpr double kRoughSigma = 0.8;     ///< cells
 
 bool occupied(const GridMap& grid, int x, int y) {
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) return false;
@@ -32,6 +34,15 @@ std::vector<Eigen::Vector2d> surface(const GridMap& grid) {
     }
   }
   return points;
+}
+
+CorrelativeMap rough_map(std::span<const Eigen::Vector2d> points, double resolution) {
+  Eigen::AlignedBox2d extent;
+  for (const Eigen::Vector2d& p : points) extent.extend(p);
+  const double cells = points.empty() ? 0 : extent.volume() / (resolution * resolution);
+  int levels = kRoughLevels;
+  while (levels < kMaxRoughLevels && cells / std::pow(4.0, levels - 1) > kRoughSquares) ++levels;
+  return CorrelativeMap(points, resolution, levels, kRoughSigma);
 }
 
 /// What the scans have seen, which reached all these points.
@@ -89,7 +100,7 @@ Result<FrozenMap> from_grid(const std::string& path) {
   map.fine.add(points, {});
   map.coarse.add(points, {});
   map.likelihood = CorrelativeMap(points, std::max(kSearchResolution, grid->resolution));
-  map.rough = CorrelativeMap(points, std::max(kRoughResolution, grid->resolution), kRoughLevels, kRoughSigma);
+  map.rough = rough_map(points, std::max(kRoughResolution, grid->resolution));
   map.fine.finish();
   map.coarse.finish();
   map.known = known_space(*grid);
@@ -112,7 +123,7 @@ FrozenMap frozen_map_of(std::span<const MappedScan> scans, double resolution) {
   map.fine.finish();
   map.coarse.finish();
   map.likelihood = CorrelativeMap(all, kSearchResolution);
-  map.rough = CorrelativeMap(all, kRoughResolution, kRoughLevels, kRoughSigma);
+  map.rough = rough_map(all, kRoughResolution);
   map.known = known_space(scans, all);
   if (resolution > 0) map.grid = grid_of(scans, resolution);
   return map;

@@ -2,43 +2,22 @@
 // place found is followed until one explains what was seen on the last metres, and no other nearly as well.
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "fusion/pose/correlative_search.hpp"
+#include "fusion/pose/explained_beams.hpp"
 #include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/recent_scans.hpp"
 #include "fusion/pose/scan_points.hpp"
 
 namespace parhelion::pose {
 
-/// How well a map explains beams from a pose.
-class ExplainedBeams {
- public:
-  void assign(const FrozenMap& map, std::span<const SeenBeam> beams, const Pose2& T_map_base);
-
-  double explained() const { return explained_; }  ///< fraction that ends on a mapped surface
-  double through() const { return through_; }      ///< fraction that passes through one, and ends elsewhere
-  /// 1: all beams end on mapped surfaces, -1: all pass through one.
-  double evidence() const { return evidence_; }
-  /// Fractions of the beams that this pose explains better than `other` does, and the other way round.
-  struct Contest {
-    double won = 0, lost = 0;
-  };
-  Contest against(const ExplainedBeams& other) const;
-
- private:
-  std::vector<std::int8_t> beams_;  ///< evidence, in tenths
-  double explained_ = 0, through_ = 0, evidence_ = 0;
-};
-
 class GlobalSearch {
  public:
   /// Squares of the map's search: per second between scans, and at one scan.
   static constexpr double kEvaluationsPerSecond = 400'000;
-  static constexpr std::size_t kMaxEvaluations = 40'000;
+  static constexpr std::size_t kMaxEvaluations = 80'000;
 
   /// `step`: of the base since the previous scan, by odometry. The pose, once no other place is possible;
   /// nullopt before.

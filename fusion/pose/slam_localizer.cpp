@@ -28,6 +28,10 @@ constexpr Duration kRetryEvery = milliseconds(300);         ///< between two sea
 constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t kMinPoints = 10;
+/// A lost robot that is this near to where odometry predicts it (m, rad), by points that determine the pose
+/// to this sigma (m) and of which the map explains nearly as many as usual, for so long, was never away.
+constexpr double kExact = 0.1, kExactYaw = 0.06, kExactSigma = 0.05, kNearlyUsual = 0.85;
+constexpr Duration kExactFor = seconds(1.0);
 
 class Localizer final : public Slam {
  public:
@@ -108,6 +112,7 @@ class Localizer final : public Slam {
     matched_ = now_;
     lost_since_.reset();
     usual_ = kFoundAgain;
+    matches_ = 0;
   }
 
   void search(const ScanPoints& scan, const Pose2& step) {
@@ -175,7 +180,7 @@ class Localizer final : public Slam {
       pose_ = found.match.T_map_base;
       covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
       matched_ = now_;
-      usual_ += kUsualMemory * (found.match.explained - usual_);
+      usual_ += std::max(kUsualMemory, 1.0 / ++matches_) * (found.match.explained - usual_);
     } else {
       pose_ = found.expected.T_map_base;
       covariance_ = found.expected.covariance;
@@ -193,8 +198,25 @@ class Localizer final : public Slam {
     mode_ = Mode::lost;
     displaced_ = displaced;
     tried_.reset();
+    exact_since_.reset();
     lost_since_.reset();
     search_.restart();
+  }
+
+  /// The robot is exactly where odometry predicts it, and has been for a while: only something in front of
+  /// the laser had come or gone. A robot that was carried away is not put down with this accuracy.
+  bool is_undisturbed(const ScanPoints& scan) {
+    const Match found = match(map_->fine, scan.points, pose_, pose_, Eigen::Matrix3d::Zero(), match_);
+    const Pose2 off = pose_.inverse() * found.T_map_base;
+    const Eigen::Matrix3d covariance = (found.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
+    const bool exact = off.position().norm() < kExact && std::abs(off.yaw) < kExactYaw &&
+                       covariance.topLeftCorner<2, 2>().trace() < kExactSigma * kExactSigma &&
+                       found.explained >= std::max(kFoundAgain, kNearlyUsual * usual_) &&
+                       is_possible(scan, found.T_map_base) && !doubt_.moved_otherwise();
+    if (!exact) exact_since_.reset();
+    if (exact && !exact_since_) exact_since_ = now_;
+    if (exact) pose_ = found.T_map_base;
+    return exact && now_ - *exact_since_ >= kExactFor;
   }
 
   void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
@@ -202,6 +224,11 @@ class Localizer final : public Slam {
     pose_ = pose_ * step.step;
     doubt_.add(scan, before, pose_, step, 0);
     displaced_ |= doubt_.displaced() || give_up();
+    if (is_undisturbed(scan)) {
+      settle(pose_);
+      track(scan, {});
+      return;
+    }
     if (const auto found = search_.add(*map_, scan, step.step)) {
       settle(*found);
       track(scan, {});
@@ -226,7 +253,8 @@ class Localizer final : public Slam {
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
   SensorTime now_, matched_;  ///< stamps of this scan, and of the last one that the map explained
-  std::optional<SensorTime> lost_since_, tried_;
+  std::optional<SensorTime> lost_since_, tried_, exact_since_;
+  int matches_ = 0;             ///< since the pose was found
   double usual_ = kFoundAgain;  ///< fraction of points that the map explains
   std::vector<SeenBeam> beams_;
   ExplainedBeams explained_;

