@@ -229,10 +229,10 @@ Agreement agreement(const std::vector<TurnWindow>& windows, double offset) {
 
 /// At most so many windows decide about the rough offset.
 std::vector<TurnWindow> some_of(const std::vector<TurnWindow>& windows) {
-  constexpr std::size_t kMost = 60;
-  if (windows.size() <= kMost) return windows;
+  constexpr std::size_t kMaxWindows = 60;
+  if (windows.size() <= kMaxWindows) return windows;
   std::vector<TurnWindow> some;
-  for (std::size_t i = 0; i < kMost; ++i) some.push_back(windows[i * windows.size() / kMost]);
+  for (std::size_t i = 0; i < kMaxWindows; ++i) some.push_back(windows[i * windows.size() / kMaxWindows]);
   return some;
 }
 

@@ -67,7 +67,7 @@ TEST(LaserLearning, FindsStepNoiseByRangeAndCodes) {
 }
 
 // Otherwise an injected return would have the motion twice: each beam is cast at its own time.
-TEST(LaserLearning, TellsMotionBetweenInterlacedPassesFromNoise) {
+TEST(LaserLearning, SeparatesMotionBetweenInterlacedPassesFromNoise) {
   LaserDescription real = true_laser();
   real.passes = 2;
   real.pass_period = 0.0133;

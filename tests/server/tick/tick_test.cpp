@@ -349,5 +349,31 @@ TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
   EXPECT_EQ(outputs_.frames().size(), 1U) << "no depth image came: not for long";
 }
 
+TEST_F(TickTest, AnImageShowsTheInstantThatItsTimeOffsetGives) {
+  Configuration configuration = test::configuration({agent("box_1", AgentKind::box, 3, 2)});
+  CameraDescription camera;
+  camera.intrinsics.width = 4;
+  camera.intrinsics.height = 2;
+  camera.intrinsics.fx = camera.intrinsics.fy = 4;
+  camera.time_offset = -0.4;
+  configuration.robot.camera = camera;
+  start(std::move(configuration));
+  feed(test::drive(2));
+  Image image;
+  image.stamp = SensorTime::from_utime(test::kStartUs + 1'990'000);
+  image.width = 4;
+  image.height = 2;
+  image.row_stride = 12;
+  image.format = PixelFormat::bgr;
+  image.bytes.assign(24, 7);
+  feed(test::message(channel::kCamera, test::kStartUs + 1'992'000, image));
+  ASSERT_EQ(outputs_.frames().size(), 1U);
+  const auto& job = outputs_.frames()[0].job;
+  EXPECT_EQ(job.image.stamp, image.stamp);
+  const Eigen::Vector3d then = test::pose_at(1.59).translation(), now = test::pose_at(1.99).translation();
+  ASSERT_GT((then - now).norm(), 0.05);
+  EXPECT_LT((job.T_map_optical.translation() - then).norm(), 0.01);
+}
+
 }  // namespace
 }  // namespace parhelion::tick
