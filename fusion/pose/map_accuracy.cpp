@@ -18,7 +18,7 @@ constexpr double kFirst = 0.005 / kPart;   ///< m, before the first scan; it cou
 constexpr int kFirstScans = 2;
 /// Of a thickness, without what surfaces that are not quite flat add to it: 4 to 6 % on maps without errors.
 constexpr double kOwn = 0.94;
-constexpr double kLeastExcess = 0.001;  ///< m: rounding of the map's surfaces
+constexpr double kMinExcess = 0.001;  ///< m: rounding of the map's surfaces
 
 constexpr double squared(double x) { return x * x; }
 
@@ -65,7 +65,7 @@ void MapAccuracy::add(const SurfelMap& map, std::span<const Eigen::Vector2d> poi
 }
 
 double MapAccuracy::position_sigma() const {
-  return kPart * std::sqrt(std::max(excess_, squared(kLeastExcess)));
+  return kPart * std::sqrt(std::max(excess_, squared(kMinExcess)));
 }
 
 double MapAccuracy::yaw_sigma() const { return position_sigma() / kLever; }

@@ -135,8 +135,8 @@ void OnlineOdometryCalibration::use_axis(const Step& step, int axis) {
   const double weighted = h.dot(Ph) + noise * (1 + squared(innovation) / (squared(kTail) * variance));
   x_ += Ph * (innovation / weighted);
   P_ -= Ph * Ph.transpose() / weighted;
-  const double least = axis == 0 ? kMinMoved : kMinTurned;
-  if (speed * step.seconds < 2 * least) return;
+  const double min_moved = axis == 0 ? kMinMoved : kMinTurned;
+  if (speed * step.seconds < 2 * min_moved) return;
   const double left = (squared(innovation) - h.dot(Ph) - step.scans_variance[axis]) / squared(speed);
   jitter_[axis] += (std::clamp(left, 0.0, 9 * jitter_[axis] + 1e-6) - jitter_[axis]) / kJitterMemory;
 }

@@ -177,21 +177,21 @@ RefinedPose ScanRefiner::refine(const Scan& scan, const MatchPrior& prior) {
       match_from_several(map_->fine, map_->coarse, points_, few_, prior.T_map_base, information, options);
   refined.twist = prior.twist;
   refine_twist(scan, prior, information, options, found, refined.twist);
-  consistency_.add(map_->fine, points_, found.T_map_base, options);
-  weigh_by_consistency(prior, information, found);
-  map_accuracy_.add(map_->fine, points_, found.T_map_base);
-  refined.T_map_base = found.T_map_base;
   refined.residual = found.rms;
   refined.explained = found.explained;
-  const Eigen::Vector3d moved = offset(prior.T_map_base, found.T_map_base);
+  refined.match = ScanMatch::unexplained;
+  if (!found.T_map_base.finite() || found.explained < kMinExplained) return refined;
+  const Pose2 matched = found.T_map_base;
+  weigh_by_consistency(prior, information, found);
+  refined.T_map_base = found.T_map_base;
   refined.covariance = covariance_of(scan, prior, information, found);
-  if (!found.T_map_base.finite() || !refined.covariance.allFinite() || found.explained < kMinExplained) {
-    refined.match = ScanMatch::unexplained;
-  } else if (!(moved.dot(information * moved) <= (found.explained >= kSure ? kMaxSureChi2 : kMaxChi2))) {
-    refined.match = ScanMatch::beyond_prior;
-  } else {
-    refined.match = ScanMatch::matched;
-  }
+  if (!refined.T_map_base.finite() || !refined.covariance.allFinite()) return refined;
+  const Eigen::Vector3d moved = offset(prior.T_map_base, refined.T_map_base);
+  const double max_chi2 = found.explained >= kSure ? kMaxSureChi2 : kMaxChi2;
+  refined.match = moved.dot(information * moved) <= max_chi2 ? ScanMatch::matched : ScanMatch::beyond_prior;
+  if (refined.match != ScanMatch::matched) return refined;
+  consistency_.add(map_->fine, points_, matched, options);
+  map_accuracy_.add(map_->fine, points_, matched);
   return refined;
 }
 

@@ -63,10 +63,6 @@ class ScanRefiner {
 
   RefinedPose refine(const Scan& scan, const MatchPrior& prior);
 
- public:
-  const MapAccuracy& map_accuracy() const { return map_accuracy_; }
-  const MatchConsistency& consistency() const { return consistency_; }
-
  private:
   void find_hits(const Scan& scan);
   void place_points(const Scan& scan, const Twist2& twist, const std::optional<Attitude>& attitude);

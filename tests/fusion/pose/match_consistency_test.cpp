@@ -76,7 +76,7 @@ TEST(MatchConsistency, FindsItAmongPeopleInAChangedBuilding) {
   expect_true(factors_of(test::office(1, 0.2), options, 1));
 }
 
-TEST(MatchConsistency, FindsTheLargerFactorOfBeamsThatShareErrors) {
+TEST(MatchConsistency, FindsTheLargerFactorOfBeamsWithCommonErrors) {
   const Factors alone = factors_of(test::office(4), {}, 1), shared = factors_of(test::office(4), {}, 12);
   EXPECT_GT(shared.true_one, 3 * alone.true_one);
   expect_true(shared);
