@@ -197,6 +197,8 @@ const char* to_string(EventKind kind) {
       return "agent_hidden";
     case EventKind::agent_shown:
       return "agent_shown";
+    case EventKind::odometry_changed:
+      return "odometry_changed";
   }
   return "unknown";
 }

@@ -81,8 +81,10 @@ enum class EventKind : std::uint8_t {
                       ///< smallest time to a collision in s (server/simulation/near_miss.hpp)
   agent_hidden,       ///< the subject's sensors do not show object: its returns would be too uncertain
   agent_shown,        ///< the subject's sensors show object again
+  odometry_changed,   ///< scans show another time offset or scale of odometry than at the last such event;
+                     ///< value: s, to add to its stamps; text: that and the scales
 };
-inline constexpr EventKind kLastEventKind = EventKind::agent_shown;
+inline constexpr EventKind kLastEventKind = EventKind::odometry_changed;
 
 /// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

@@ -1,5 +1,8 @@
 #include "server/tick/pose_path.hpp"
 
+#include <cmath>
+#include <cstdio>
+
 #include "protocols/codec.hpp"
 #include "server/tick/sensor_path.hpp"
 
@@ -36,6 +39,35 @@ void apply_estimate(const TickContext& context, const Message& input, const Pose
   event.kind = EventKind::relocalized;
   event.subject = context.configuration.robot.name;
   event.position = estimate.T_map_base.translation();
+  publish_event(context, event);
+}
+
+/// Whether `now` is another estimate than `before`, and known well enough to say so.
+bool has_changed(const OdometryCorrection& before, const OdometryCorrection& now,
+                 const Eigen::Vector3d& sigma) {
+  constexpr double offset = 0.05, scale = 0.03;  // s; an odometry that is wrong by this shows in a prediction
+  constexpr double sure = 3;                     // sigma
+  const auto beyond = [](double change, double limit, double one_sigma) {
+    return std::abs(change) > limit && sure * one_sigma < limit;
+  };
+  return beyond(now.time_offset - before.time_offset, offset, sigma[0]) ||
+         beyond(now.translation_scale - before.translation_scale, scale, sigma[1]) ||
+         beyond(now.rotation_scale - before.rotation_scale, scale, sigma[2]);
+}
+
+void report_odometry(const TickContext& context, PoseState& pose) {
+  const OdometryCorrection now = pose.track.calibration().estimate();
+  if (!has_changed(pose.reported_odometry, now, pose.track.calibration().sigma())) return;
+  pose.reported_odometry = now;
+  char text[120];
+  std::snprintf(text, sizeof text, "time offset %+.3f s, translation times %.3f, rotation times %.3f",
+                now.time_offset, now.translation_scale, now.rotation_scale);
+  Event event;
+  event.stamp = context.now;
+  event.kind = EventKind::odometry_changed;
+  event.subject = context.configuration.robot.name;
+  event.value = now.time_offset;
+  event.text = text;
   publish_event(context, event);
 }
 
@@ -77,7 +109,9 @@ void handle_odometry(const TickContext& context, const Message& input, PoseState
   Odometry odometry;
   if (const Status read = decode(input.channel, input.payload, odometry); !read)
     return refuse(context, read.error());
-  if (pose.clock.add(input.arrival, odometry.stamp)) pose.track.add(odometry);
+  if (!pose.clock.add(input.arrival, odometry.stamp)) return;
+  pose.track.add(odometry);
+  report_odometry(context, pose);
 }
 
 void handle_imu(const TickContext& context, const Message& input, PoseState& pose) {

@@ -33,7 +33,8 @@ struct PoseState {
   std::optional<pose::ScanRefiner> refiner;  ///< none: scans are not matched
   ClockOffset clock;                         ///< of the robot against the server's
   JointPositions joint_positions;
-  Joints joint_state;  ///< scratch of JOINT_STATE
+  Joints joint_state;                    ///< scratch of JOINT_STATE
+  OdometryCorrection reported_odometry;  ///< by scans, as in the newest event
 
   std::optional<simulation::RealRobotState>
       at_this_step;          ///< at the last physics step; none: the pose is lost

@@ -124,7 +124,8 @@ Result<Reference> read_truth(const std::string& path) {
   }
 }
 
-Result<Reference> match_with_mrpt(const Session& session, const std::string& map) {
+/// `icp`: the matcher's own poses; stamps that jitter make the smoothed ones wrong.
+Result<Reference> match_with_mrpt(const Session& session, const std::string& map, Reference* icp = nullptr) {
   std::vector<bench::ReferenceScan> scans;
   for (const SeenScan& seen : session.scans) {
     const auto slam = session.slam.find(seen.scan.stamp);
@@ -144,6 +145,7 @@ Result<Reference> match_with_mrpt(const Session& session, const std::string& map
       continue;
     }
     reference[pose.stamp] = pose.T_map_base;
+    if (icp != nullptr) (*icp)[pose.stamp] = pose.T_map_base_icp;
   }
   std::printf("reference: MRPT's ICP, %zu scans, %zu of them left out\n", poses->size(), bridged);
   return reference;
@@ -302,9 +304,10 @@ int compare_references(const Recorded& recorded, const std::string& map, const s
 int measure(const Recorded& recorded, const std::string& kind, const std::string& path) {
   const auto session = read_session(recorded);
   if (!session) return std::fprintf(stderr, "%s\n", session.error().message.c_str()), 1;
-  const auto reference = kind == "--truth" ? read_truth(path) : match_with_mrpt(*session, path);
+  Reference icp;
+  const auto reference = kind == "--truth" ? read_truth(path) : match_with_mrpt(*session, path, &icp);
   if (!reference) return std::fprintf(stderr, "%s\n", reference.error().message.c_str()), 1;
-  std::vector<double> all, live, slam, positions;
+  std::vector<double> all, live, by_icp, slam, positions;
   GateCounts counts;
   Flicker flicker;
   std::set<std::string> ever_shown;  // one that is lower than the laser's plane never is
@@ -320,6 +323,8 @@ int measure(const Recorded& recorded, const std::string& kind, const std::string
     if (seen.used) {
       add_phantom_errors(session->laser, seen, T_map_base, all);
       if (seen.live) add_phantom_errors(session->laser, seen, T_map_base, live);
+      if (const auto own = icp.find(seen.scan.stamp); own != icp.end())
+        add_phantom_errors(session->laser, seen, own->second, by_icp);
       positions.push_back((seen.used->position() - T_map_base.position()).norm());
     }
     std::optional<Eigen::Vector2d> nearest;
@@ -334,6 +339,7 @@ int measure(const Recorded& recorded, const std::string& kind, const std::string
   }
   print_errors("injected scans", live);
   print_errors("all scans with a pose", all);
+  if (!by_icp.empty()) print_errors("the same, against the matcher's own poses", by_icp);
   print_errors("SLAM's own estimate, which comes after the scan", slam);
   std::printf("robot's position: median %.1f mm, p95 %.1f mm\n", 1e3 * quantile(positions, 0.5),
               1e3 * quantile(positions, 0.95));

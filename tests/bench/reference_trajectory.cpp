@@ -118,13 +118,13 @@ ReferencePose aligned(const mrpt::maps::CSimplePointsMap& map, const ReferenceSc
                       const LaserDescription& laser, const Twist2& twist) {
   mrpt::slam::CICP icp = make_icp();
   const auto points = points_at_stamp(scan.scan, laser, twist);
-  ReferencePose result{scan.scan.stamp, scan.guess, 0};
+  ReferencePose result{scan.scan.stamp, scan.guess, scan.guess, 0};
   if (points.size() < 10) return result;
   mrpt::slam::CICP::TReturnInfo report;
   const auto pdf =
       icp.Align(&map, &points, mrpt::poses::CPose2D(scan.guess.x, scan.guess.y, scan.guess.yaw), report);
   const mrpt::poses::CPose2D mean = pdf->getMeanVal();
-  result.T_map_base = {mean.x(), mean.y(), mean.phi()};
+  result.T_map_base = result.T_map_base_icp = {mean.x(), mean.y(), mean.phi()};
   result.goodness = report.goodness;
   return result;
 }
@@ -202,7 +202,7 @@ Result<std::vector<ReferencePose>> reference_trajectory(const std::vector<Refere
   const auto map = load_map(simplemap);
   if (!map) return map.error();
   std::vector<ReferencePose> poses;
-  for (const ReferenceScan& scan : scans) poses.push_back({scan.scan.stamp, scan.guess, 1});
+  for (const ReferenceScan& scan : scans) poses.push_back({scan.scan.stamp, scan.guess, scan.guess, 1});
   if (poses.empty()) return poses;
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<ReferencePose> before = poses;

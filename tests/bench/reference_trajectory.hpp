@@ -20,7 +20,8 @@ struct ReferenceScan {
 struct ReferencePose {
   SensorTime stamp;
   Pose2 T_map_base;
-  double goodness = 0;  ///< fraction of the returns that ICP paired; below 0.5 the smoother bridges the scan
+  Pose2 T_map_base_icp;  ///< as matched, before the smoother, which takes stamps as right
+  double goodness = 0;   ///< fraction of the returns that ICP paired; below 0.5 the smoother bridges the scan
 };
 
 /// `scans`: in the order of their stamps. `simplemap`: path of the map of the guesses; its scans within two

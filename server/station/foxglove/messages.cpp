@@ -42,6 +42,7 @@ LogLevel level_of(EventKind kind) {
     case EventKind::command_refused:
     case EventKind::localization_lost:
     case EventKind::relocalized:
+    case EventKind::odometry_changed:
     case EventKind::speed_limited:
     case EventKind::injection_suspended:
     case EventKind::joint_overload:

@@ -28,6 +28,11 @@ class ScanMatchingTest : public test::TickTest {
     configuration.map = room_map();
     return configuration;
   }
+  std::vector<Event> changes_of_odometry() {
+    std::vector<Event> all = decoded<Event>(channel::kMrEvents);
+    std::erase_if(all, [](const Event& event) { return event.kind != EventKind::odometry_changed; });
+    return all;
+  }
 };
 
 TEST_F(ScanMatchingTest, ReportsOfEachScanHowItWasPlaced) {
@@ -74,6 +79,29 @@ TEST_F(ScanMatchingTest, PutsRightWhatSlamHasWrong) {
   }
   EXPECT_GT(worst, 0);
   EXPECT_LT(worst, 0.02);
+}
+
+TEST_F(ScanMatchingTest, ReportsOnceThatOdometryIsTooLong) {
+  start(with_map());
+  for (Message each : test::drive(60)) {
+    Odometry odometry;
+    if (each.channel == channel::kOdometry && decode(each.channel, each.payload, odometry).ok()) {
+      const Pose2 pose = planar(odometry.T_odom_base);
+      odometry.T_odom_base = transform<Odom, Base>({1.1 * pose.x, 1.1 * pose.y, pose.yaw});
+      encode(odometry, each.payload);
+    }
+    feed(each);
+  }
+  const auto changes = changes_of_odometry();
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_NE(changes[0].text.find("translation times 0.9"), std::string::npos) << changes[0].text;
+  EXPECT_NE(changes[0].text.find("rotation times 1.0"), std::string::npos) << changes[0].text;
+}
+
+TEST_F(ScanMatchingTest, ReportsNothingOfOdometryThatIsRight) {
+  start(with_map());
+  feed(test::drive(60));
+  EXPECT_TRUE(changes_of_odometry().empty());
 }
 
 TEST(ScanMatching, AMapOfAnotherSiteIsRefused) {
