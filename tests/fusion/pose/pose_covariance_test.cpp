@@ -133,6 +133,11 @@ TEST(PoseCovariance, NothingIsShownFarFromWhereItBelongs) {
   Gate gate;
   for (const Drive& drive : drives())
     for (const FollowedScan& scan : drive.scans) gate.add(scan, limit);
+  for (const auto& [name, count] : {std::pair{"shown", gate.shown},
+                                    {"shown_wrong", gate.shown_wrong},
+                                    {"withheld", gate.withheld},
+                                    {"withheld_right", gate.withheld_right}})
+    RecordProperty(name, std::to_string(count));
   EXPECT_LT(gate.shown_wrong, 0.01 * gate.shown);
   EXPECT_LT(gate.withheld, 0.02 * (gate.shown + gate.withheld));
 }
