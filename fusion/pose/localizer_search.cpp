@@ -16,14 +16,14 @@ constexpr std::size_t kRefinedPerScan = 16;  ///< candidates of the search
 /// the best ones, in later ones for all that may be right.
 constexpr double kFirstSpread = 0.08, kSpread = 0.2;
 constexpr int kMinScans = 4, kMinSearches = 2;
-constexpr double kHopeless = 0.4;       ///< explained fraction, below which a place is dropped
-constexpr double kMinExplained = 0.55;  ///< of the place that is accepted
+constexpr double kHopeless = 0.4;      ///< explained fraction, below which a place is dropped
+constexpr double kMinExplained = 0.7;  ///< of the place that is accepted
 
 /// A place is ruled out if the leader explains more beams, by this fraction of all, and this many times as
 /// many as it explains less. What the last search has not listed has to score less by kClearScore. Chosen on
 /// 100 starts in repeating_building.hpp (seeds 50 to 53, a third of it changed) and on its symmetric ones,
 /// for no wrong place.
-constexpr double kClearLead = 0.06, kClearRatio = 2, kClearScore = 0.05;
+constexpr double kClearLead = 0.08, kClearRatio = 3, kClearScore = 0.1;
 
 /// The same place, m and rad.
 constexpr double kSame = 0.3, kSameYaw = 0.2;

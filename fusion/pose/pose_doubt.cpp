@@ -20,7 +20,8 @@ constexpr double kAsUsual = 0.8;
 constexpr double kGap = 2.5;   ///< usual intervals
 constexpr double kMemory = 1;  ///< s
 constexpr double kMuchMotion = 0.25,
-                 kMuchTurn = 0.25;  ///< m, rad; and the same fraction of odometry's motion
+                 kMuchTurn = 0.25;            ///< m, rad; and the same fraction of odometry's motion
+constexpr double kJust = 0.3, kStill = 0.05;  ///< s; m and rad, of odometry in that time
 constexpr Duration kDoubted = seconds(1.0);
 
 /// The nearest range in each direction about a laser.
@@ -99,11 +100,16 @@ void PoseDoubt::add(const ScanPoints& scan, const Pose2& T_map_before, const Pos
   unexplained_yaw_ = kept * unexplained_yaw_ + wrap_angle(T_map_now.yaw - expected.yaw);
   driven_ = kept * driven_ + odometry.step.position().norm();
   turned_ = kept * turned_ + std::abs(odometry.step.yaw);
+  just_driven_ = std::exp(-std::max(dt, 0.0) / kJust) * just_driven_ + odometry.step.position().norm() +
+                 std::abs(odometry.step.yaw);
+  still_ = !odometry.known || just_driven_ < kStill;
   if (unexplained_.norm() > kMuchMotion * (1 + driven_) ||
       std::abs(unexplained_yaw_) > kMuchTurn * (1 + turned_))
     moved_otherwise_ = scan.stamp;
   previous_ = scan;
 }
+
+bool PoseDoubt::carried() const { return moved_otherwise() && still_; }
 
 bool PoseDoubt::moved_otherwise() const {
   return moved_otherwise_ && previous_ && previous_->stamp - *moved_otherwise_ <= kDoubted;

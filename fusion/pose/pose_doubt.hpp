@@ -36,6 +36,8 @@ class PoseDoubt {
   bool displaced() const { return displaced_; }
   /// Within the last second, the scans have shown a motion that odometry has not.
   bool moved_otherwise() const;
+  /// The same, and the wheels stand still, or nothing is known of them.
+  bool carried() const;
 
  private:
   std::optional<ScanPoints> previous_;
@@ -44,7 +46,9 @@ class PoseDoubt {
   Eigen::Vector2d unexplained_ = Eigen::Vector2d::Zero();  ///< m, of the motion of the last second, map frame
   double unexplained_yaw_ = 0;                             ///< rad, the same
   double driven_ = 0, turned_ = 0;                         ///< m, rad, by odometry, in that time
-  std::optional<SensorTime> moved_otherwise_;              ///< the last scan at which that was much
+  double just_driven_ = 0;                                 ///< m and rad, by odometry, of the last moments
+  bool still_ = false;
+  std::optional<SensorTime> moved_otherwise_;  ///< the last scan at which that was much
 };
 
 }  // namespace parhelion::pose

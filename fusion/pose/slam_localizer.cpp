@@ -1,4 +1,5 @@
 #include <Eigen/LU>
+#include <numbers>
 
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/frozen_map.hpp"
@@ -28,6 +29,7 @@ constexpr Duration kRetryEvery = milliseconds(300);         ///< between two sea
 constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t kMinPoints = 10;
+constexpr double kSamePlace = 0.3, kSameYaw = 0.2;  ///< m, rad
 /// A lost robot that is this near to where odometry predicts it (m, rad), by points that determine the pose
 /// to this sigma (m) and of which the map explains nearly as many as usual, for so long, was never away.
 constexpr double kExact = 0.1, kExactYaw = 0.06, kExactSigma = 0.05, kNearlyUsual = 0.85;
@@ -95,7 +97,7 @@ class Localizer final : public Slam {
   bool is_doubtful() const {
     const OdometryFault fault = tracking_.fault();
     if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
-    if (fault == OdometryFault::none && doubt_.moved_otherwise()) return true;
+    if (suspicious_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
     return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
   }
 
@@ -111,6 +113,7 @@ class Localizer final : public Slam {
     was_tracking_ = true;
     matched_ = now_;
     lost_since_.reset();
+    suspicious_ = false;
     usual_ = kFoundAgain;
     matches_ = 0;
   }
@@ -124,8 +127,8 @@ class Localizer final : public Slam {
   }
 
   /// Search around an approximate pose: correlative search, then the fine match of the best places. Fails
-  /// where a second one explains the scan about as well, by less than `lead`.
-  bool search_near(const ScanPoints& scan, double reach, double angle, double lead) {
+  /// where the best one explains less than `enough`, or a second one about as much, by less than `lead`.
+  bool search_near(const ScanPoints& scan, double reach, double angle, double lead, double enough) {
     if (scan.points.size() < kMinPoints) return false;
     const auto found =
         map_->likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 4, 0.5, 0.3});
@@ -139,7 +142,8 @@ class Localizer final : public Slam {
       if (!same) second = std::max(second, std::min(best.explained, exact.explained));
       if (exact.explained > best.explained) best = exact;
     }
-    if (best.explained < kFoundAgain || best.explained - second < lead) return false;
+    if (best.explained < enough || best.explained - second < lead) return false;
+    if ((best.T_map_base.position() - pose_.position()).norm() > std::numbers::sqrt2 * reach) return false;
     if (!is_possible(scan, best.T_map_base)) return false;
     settle(best.T_map_base);
     return true;
@@ -156,7 +160,7 @@ class Localizer final : public Slam {
     covariance_ =
         Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma, kStartYawSigma * kStartYawSigma)
             .asDiagonal();
-    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, 0)) return;
+    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, 0, kFoundAgain)) return;
     if (give_up()) mode_ = Mode::searching;
   }
 
@@ -186,11 +190,24 @@ class Localizer final : public Slam {
       covariance_ = found.expected.covariance;
     }
     doubt_.add(scan, before, pose_, step, found.match.explained / usual_);
+    suspicious_ |= doubt_.carried();
     if (doubt_.displaced()) {
       lose(true);
     } else if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
-      lose(false);
+      lose(suspicious_);
+    } else if (suspicious_) {
+      verify(scan, step.step);
     }
+  }
+
+  /// The robot moves while its wheels stand: it is carried, or odometry has failed. The pose is doubted until
+  /// the whole map has been searched.
+  void verify(const ScanPoints& scan, const Pose2& step) {
+    const auto found = search_.add(*map_, scan, step);
+    if (!found || doubt_.carried()) return;
+    const Pose2 apart = pose_.inverse() * *found;
+    if (apart.position().norm() > kSamePlace || std::abs(apart.yaw) > kSameYaw) pose_ = *found;
+    settle(pose_);
   }
 
   /// `displaced`: the robot may be anywhere now. Otherwise it is searched for near the expected pose first.
@@ -223,7 +240,7 @@ class Localizer final : public Slam {
     const Pose2 before = pose_;
     pose_ = pose_ * step.step;
     doubt_.add(scan, before, pose_, step, 0);
-    displaced_ |= doubt_.displaced() || give_up();
+    displaced_ |= doubt_.displaced() || doubt_.carried() || give_up();
     if (is_undisturbed(scan)) {
       settle(pose_);
       track(scan, {});
@@ -236,7 +253,9 @@ class Localizer final : public Slam {
     }
     if (displaced_ || (tried_ && now_ - *tried_ < kRetryEvery)) return;
     tried_ = now_;
-    search_near(scan, 1.5, 0.6, kClearlyBetter);
+    const bool unknown = doubt_.moved_otherwise();  // where odometry cannot be believed
+    search_near(scan, unknown ? 1.5 : 0.4, unknown ? 0.6 : 0.3, kClearlyBetter,
+                std::max(kFoundAgain, kNearlyUsual * usual_));
   }
 
   RobotDescription robot_;
@@ -249,7 +268,7 @@ class Localizer final : public Slam {
   PoseDoubt doubt_;
   GlobalSearch search_;
   Mode mode_ = Mode::searching;
-  bool was_tracking_ = false, displaced_ = false;
+  bool was_tracking_ = false, displaced_ = false, suspicious_ = false;
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
   SensorTime now_, matched_;  ///< stamps of this scan, and of the last one that the map explained
