@@ -32,7 +32,7 @@ void CorrelativeSearch::begin(const CorrelativeMap& map, std::span<const Eigen::
   roots_.clear();
   open_.clear();
   found_.clear();
-  roots_.reserve(request.most_roots);
+  roots_.reserve(request.max_roots);
   unlisted_ = request.min_score;
   evaluations_ = 0;
   turned_to_ = -1;
@@ -91,7 +91,7 @@ bool CorrelativeSearch::cover(const CorrelativeMap& map, std::size_t& budget) {
         --budget;
         const std::uint16_t bound = bound_of(map, next_x_, next_y_, top_);
         if (bound <= kScale * unlisted_) continue;
-        if (roots_.size() == request_.most_roots) drop_worse_half();
+        if (roots_.size() == request_.max_roots) drop_worse_half();
         roots_.push_back({bound, static_cast<std::uint16_t>(next_yaw_), top_, next_x_, next_y_});
       }
     }
@@ -113,7 +113,7 @@ void CorrelativeSearch::descend(const CorrelativeMap& map, std::size_t& budget) 
   while (budget >= dearest) {
     if (open_.empty()) {
       const bool over = roots_.empty() || roots_.front().bound <= needed();
-      if (over || evaluations_ >= request_.most_evaluations) {
+      if (over || evaluations_ >= request_.max_evaluations) {
         if (!over) unlisted_ = std::max(unlisted_, roots_.front().bound / kScale);
         if (found_.size() == request_.count) unlisted_ = std::max(unlisted_, found_.back().score);
         stage_ = Stage::ended;

@@ -24,8 +24,8 @@ class CorrelativeSearch {
     std::size_t count = 64;       ///< maximum number of distinct candidates
     double distinct = 0.8;        ///< m, candidates nearer than this (and `distinct_angle`) count as one
     double distinct_angle = 0.4;  ///< rad
-    std::size_t most_roots = 1U << 16U;        ///< squares that are remembered
-    std::size_t most_evaluations = 4'000'000;  ///< of one search; then it ends incomplete
+    std::size_t max_roots = 1U << 16U;        ///< squares that are remembered
+    std::size_t max_evaluations = 4'000'000;  ///< of one search; then it ends incomplete
   };
 
   /// `points_base`: m, base_link. They are copied.

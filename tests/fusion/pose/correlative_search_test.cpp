@@ -55,7 +55,7 @@ TEST(CorrelativeSearch, FindsTheBestPlaceOfAnExhaustiveSearchWithLessWork) {
   // With one level there is nothing to bound: each cell is evaluated at each heading.
   const CorrelativeMap map(points_map, 0.2, 6), flat(points_map, 0.2, 1);
   CorrelativeSearch::Request request;
-  request.most_roots = 1U << 20U;
+  request.max_roots = 1U << 20U;
   for (const Pose2& truth : {Pose2{2, 1.4, 0.3}, {9, 1.2, -2.5}, {10.2, 6.6, 2.2}}) {
     const auto points = thinned(seen_from(truth, 7), 60);
     const CorrelativeSearch fast = searched(map, points, request, 1000);
@@ -97,13 +97,13 @@ TEST(CorrelativeSearch, EndsWithinItsLimitsOnALargeSiteAndReportsWhatItHasLeftOu
     if ((p - Eigen::Vector2d(250, 250)).norm() < 40) points.emplace_back(p.x() - 250, p.y() - 250);
   }
   CorrelativeSearch::Request request;
-  request.most_evaluations = 300'000;
-  request.most_roots = 1000;
+  request.max_evaluations = 300'000;
+  request.max_roots = 1000;
   constexpr std::size_t slice = 20'000;
   const CorrelativeSearch search = searched(map, thinned(points, 70), request, slice);
   // Covering the map with squares is not cut off.
   constexpr std::size_t squares = 80 * 80, headings = 530;
-  EXPECT_LE(search.evaluations(), squares * headings + request.most_evaluations + slice);
+  EXPECT_LE(search.evaluations(), squares * headings + request.max_evaluations + slice);
   EXPECT_GT(search.unlisted(), request.min_score);
 }
 
@@ -119,17 +119,17 @@ TEST(GlobalSearch, HasBoundedWorkAtEachScan) {
     if ((p - Eigen::Vector2d(250, 250)).norm() < 30) scan.points.emplace_back(p.x() - 250, p.y() - 250);
   }
   GlobalSearch search;
-  std::size_t before = 0, most = 0;
+  std::size_t before = 0, largest = 0;
   for (int i = 0; i < 40; ++i) {
     scan.stamp = SensorTime{1'000'000'000} + seconds(0.1 * i);
     search.add(map, scan, {});
     const std::size_t now = search.evaluations();
-    if (now > before) most = std::max(most, now - before);
+    if (now > before) largest = std::max(largest, now - before);
     before = now;
   }
-  EXPECT_GT(most, 0U);
-  EXPECT_LE(most, GlobalSearch::kMaxEvaluations);
-  EXPECT_LE(static_cast<double>(most), 0.1001 * GlobalSearch::kEvaluationsPerSecond);
+  EXPECT_GT(largest, 0U);
+  EXPECT_LE(largest, GlobalSearch::kMaxEvaluations);
+  EXPECT_LE(static_cast<double>(largest), 0.1001 * GlobalSearch::kEvaluationsPerSecond);
 }
 
 }  // namespace

@@ -7,15 +7,15 @@
 
 #include "fusion/pose/own_slam.hpp"
 #include "protocols/quantile.hpp"
-#include "tests/fusion/pose/carried_drive.hpp"
+#include "tests/fusion/pose/kidnapped_drive.hpp"
 #include "tests/long_run.hpp"
 
 namespace parhelion::pose {
 namespace {
 
 using test::BuildingOptions;
-using test::CarriedDrive;
-using test::CarriedOptions;
+using test::KidnappedDrive;
+using test::KidnappedOptions;
 using test::RepeatingBuilding;
 
 struct MappedBuilding {
@@ -31,7 +31,7 @@ MappedBuilding mapped_building(std::uint32_t seed, const BuildingOptions& option
 }
 
 /// One estimate for each scan.
-std::vector<PoseEstimate> localized(const std::shared_ptr<const FrozenMap>& map, const CarriedDrive& drive,
+std::vector<PoseEstimate> localized(const std::shared_ptr<const FrozenMap>& map, const KidnappedDrive& drive,
                                     const SlamOptions& options) {
   const auto slam = make_own_localizer(drive.robot, map, options);
   std::vector<PoseEstimate> estimates;
@@ -71,10 +71,10 @@ struct Starts {
 
 /// Anywhere, without a known start, for 10 s.
 void add_start(Starts& starts, const MappedBuilding& in, std::uint32_t seed) {
-  CarriedOptions options;
+  KidnappedOptions options;
   options.drive.seed = seed;
   options.drive.people = static_cast<int>(seed % 3);
-  const CarriedDrive drive = carried_drive(in.building, options);
+  const KidnappedDrive drive = kidnapped_drive(in.building, options);
   const auto estimates = localized(in.map, drive, {});
   std::optional<double> first;
   bool wrong = false;
@@ -126,7 +126,7 @@ TEST(Localization, DoesNotChooseBetweenTwoIdenticalWings) {
   EXPECT_EQ(changed.in_time + changed.later, 0);
 }
 
-SlamOptions started_at(const CarriedDrive& drive) {
+SlamOptions started_at(const KidnappedDrive& drive) {
   SlamOptions options;
   const Pose2& pose = drive.scans.front().T_map_base;
   options.start = Eigen::Vector3d(pose.x, pose.y, pose.yaw);
@@ -141,11 +141,11 @@ struct Accuracy {
 };
 
 void add_drive(Accuracy& accuracy, const MappedBuilding& in, std::uint32_t seed) {
-  CarriedOptions options;
+  KidnappedOptions options;
   options.drive.seed = seed;
   options.drive.people = 3;
   options.seconds = 40;
-  const CarriedDrive drive = carried_drive(in.building, options);
+  const KidnappedDrive drive = kidnapped_drive(in.building, options);
   const auto estimates = localized(in.map, drive, started_at(drive));
   double beyond_since = -1;
   for (std::size_t i = 0; i < estimates.size(); ++i) {
@@ -187,13 +187,13 @@ struct Kidnaps {
 };
 
 void add_kidnap(Kidnaps& kidnaps, const MappedBuilding& in, std::uint32_t seed, double carried, bool silent) {
-  CarriedOptions options;
+  KidnappedOptions options;
   options.drive.seed = seed;
   options.since = 4 + 0.1 * (seed * 37 % 40);
   options.carried = carried;
   options.silent = silent;
   options.seconds = *options.since + carried + 10;
-  const CarriedDrive drive = carried_drive(in.building, options);
+  const KidnappedDrive drive = kidnapped_drive(in.building, options);
   const auto estimates = localized(in.map, drive, started_at(drive));
   bool left = false, wrong = false, before = false;
   std::optional<double> again;

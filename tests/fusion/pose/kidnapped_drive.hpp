@@ -35,9 +35,9 @@ inline std::vector<Eigen::Vector2d> wandering(const RepeatingBuilding& building,
 }
 
 /// From one path to another: carried in a straight line, turning, which takes `seconds` and may be at once.
-class CarriedPath {
+class KidnappedPath {
  public:
-  CarriedPath(TruePath before, TruePath after, double since, double seconds)
+  KidnappedPath(TruePath before, TruePath after, double since, double seconds)
       : before_(std::move(before)), after_(std::move(after)), since_(since), seconds_(seconds) {}
 
   Pose2 at(double t) const {
@@ -58,7 +58,7 @@ class CarriedPath {
   double since_, seconds_;
 };
 
-struct CarriedOptions {
+struct KidnappedOptions {
   TrueDriveOptions drive;
   double seconds = 10;          ///< of the whole drive
   std::optional<double> since;  ///< s, when it is picked up
@@ -66,16 +66,16 @@ struct CarriedOptions {
   bool silent = false;          ///< odometry sends nothing meanwhile
 };
 
-struct CarriedDrive {
+struct KidnappedDrive {
   RobotDescription robot;
   std::vector<TrueScan> scans;
   std::vector<Odometry> odometry;
   double unmapped = 0;  ///< fraction of the beams that end on something which is not in the map
 };
 
-namespace carried {
+namespace kidnapped {
 
-inline std::vector<Odometry> odometry(const CarriedPath& path, const CarriedOptions& options,
+inline std::vector<Odometry> odometry(const KidnappedPath& path, const KidnappedOptions& options,
                                       std::mt19937& random) {
   std::vector<Odometry> result;
   std::normal_distribution<double> noise;
@@ -102,7 +102,7 @@ inline std::vector<Odometry> odometry(const CarriedPath& path, const CarriedOpti
 
 /// Counts in `unmapped` the beams that the map would have explained otherwise.
 inline Scan scan_at(const TrueBuilding& building, const std::vector<Walker>& walkers,
-                    const RobotDescription& robot, const CarriedPath& path, double t, double sigma,
+                    const RobotDescription& robot, const KidnappedPath& path, double t, double sigma,
                     std::mt19937& random, double& unmapped) {
   const LaserDescription& laser = *robot.laser;
   Scan scan;
@@ -131,24 +131,24 @@ inline Scan scan_at(const TrueBuilding& building, const std::vector<Walker>& wal
   return scan;
 }
 
-}  // namespace carried
+}  // namespace kidnapped
 
 /// Starts anywhere in the building; is carried to anywhere else where the options say when.
-inline CarriedDrive carried_drive(const RepeatingBuilding& building, const CarriedOptions& options) {
+inline KidnappedDrive kidnapped_drive(const RepeatingBuilding& building, const KidnappedOptions& options) {
   std::mt19937 random(options.drive.seed);
   const double length = options.drive.speed * options.seconds;
   TruePath before(wandering(building, length, random), options.drive.speed);
   TruePath after(wandering(building, length, random), options.drive.speed);
-  const CarriedPath path(before, after, options.since.value_or(1e9), options.carried);
-  CarriedDrive drive{test::robot_with_laser(), {}, carried::odometry(path, options, random), 0};
+  const KidnappedPath path(before, after, options.since.value_or(1e9), options.carried);
+  KidnappedDrive drive{test::robot_with_laser(), {}, kidnapped::odometry(path, options, random), 0};
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<Walker> walkers;
   for (int i = 0; i < options.drive.people; ++i)
     walkers.push_back({0.8 + 1.7 * unit(random), 6.28 * unit(random), 0.4 * (unit(random) - 0.5)});
   for (double t = 0.3; t + 0.1 < options.seconds; t += options.drive.scan_period) {
     double unmapped = 0;
-    drive.scans.push_back({carried::scan_at(building.walls, walkers, drive.robot, path, t,
-                                            options.drive.range_sigma, random, unmapped),
+    drive.scans.push_back({kidnapped::scan_at(building.walls, walkers, drive.robot, path, t,
+                                              options.drive.range_sigma, random, unmapped),
                            path.at(t),
                            {}});
     drive.unmapped += unmapped;
