@@ -82,7 +82,7 @@ enum class EventKind : std::uint8_t {
   agent_hidden,       ///< the subject's sensors do not show object: its returns would be too uncertain
   agent_shown,        ///< the subject's sensors show object again
   odometry_changed,   ///< scans show another time offset or scale of odometry than at the last such event;
-                     ///< value: s, to add to its stamps; text: that and the scales
+                      ///< value: s, to add to its stamps; text: that and the scales
 };
 inline constexpr EventKind kLastEventKind = EventKind::odometry_changed;
 

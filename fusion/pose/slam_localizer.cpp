@@ -9,6 +9,7 @@
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/wide_search.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -130,22 +131,13 @@ class Localizer final : public Slam {
   /// where the best one explains less than `enough`, or a second one about as much, by less than `lead`.
   bool search_near(const ScanPoints& scan, double reach, double angle, double lead, double enough) {
     if (scan.points.size() < kMinPoints) return false;
-    const auto found =
-        map_->likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 4, 0.5, 0.3});
-    Match best;
-    double second = 0;
-    for (const auto& candidate : found) {
-      const Pose2 near = candidate.T_map_base;
-      const Match exact = match(map_->fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
-      const Pose2 apart = best.T_map_base.inverse() * exact.T_map_base;
-      const bool same = best.points > 0 && apart.position().norm() < 0.2 && std::abs(apart.yaw) < 0.1;
-      if (!same) second = std::max(second, std::min(best.explained, exact.explained));
-      if (exact.explained > best.explained) best = exact;
-    }
-    if (best.explained < enough || best.explained - second < lead) return false;
-    if ((best.T_map_base.position() - pose_.position()).norm() > std::numbers::sqrt2 * reach) return false;
-    if (!is_possible(scan, best.T_map_base)) return false;
-    settle(best.T_map_base);
+    const WideSearchOptions wide{reach, angle, 0.4, enough, lead, enough, lead};
+    const auto found = wide_search(map_->likelihood, map_->fine, scan.points, pose_, wide, match_);
+    if (!found) return false;
+    const Pose2 T_map_base = found->T_map_base;
+    if ((T_map_base.position() - pose_.position()).norm() > std::numbers::sqrt2 * reach) return false;
+    if (!is_possible(scan, T_map_base)) return false;
+    settle(T_map_base);
     return true;
   }
 

@@ -7,21 +7,16 @@ namespace {
 
 constexpr std::size_t kPoints = 120;  ///< of the scan, for the search
 constexpr std::size_t kCandidates = 4;
-constexpr double kMinScore = 0.25;  ///< of the correlative search
-/// Fraction of the scan's points that the place explains, and lead over the second place: a scan into a room
-/// that was not seen before has little in common with the map.
-constexpr double kMinExplained = 0.35, kLead = 0.12;
-constexpr double kGood = 0.55, kLeadOfGood = 0.05;
 constexpr double kSame = 0.2, kSameYaw = 0.1;  ///< m, rad: two candidates that ended in one place
 
 }  // namespace
 
 std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelMap& fine,
                                  std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base,
-                                 const WideSearchReach& reach, const MatchOptions& options) {
-  const auto candidates = likelihood.search(thinned(points_base, kPoints),
-                                            {T_map_base, reach.position, reach.position, reach.yaw},
-                                            {kMinScore, kCandidates, 0.5, 0.3});
+                                 const WideSearchOptions& wide, const MatchOptions& options) {
+  const auto candidates =
+      likelihood.search(thinned(points_base, kPoints), {T_map_base, wide.reach, wide.reach, wide.yaw_reach},
+                        {wide.min_score, kCandidates, 0.5, 0.3});
   Match best;
   double second = 0;
   for (const CorrelativeMap::Candidate& candidate : candidates) {
@@ -32,8 +27,8 @@ std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelM
     if (!same) second = std::max(second, std::min(best.explained, found.explained));
     if (found.explained > best.explained) best = found;
   }
-  const double lead = best.explained < kGood ? kLead : kLeadOfGood;
-  if (best.explained < kMinExplained || best.explained - second < lead) return std::nullopt;
+  const double lead = best.explained < wide.good ? wide.lead : wide.lead_of_good;
+  if (best.explained < wide.min_explained || best.explained - second < lead) return std::nullopt;
   return best;
 }
 

@@ -12,16 +12,21 @@
 
 namespace parhelion::pose {
 
-/// Half sides of the search: m, rad.
-struct WideSearchReach {
-  double position = 1.2, yaw = 0.6;
+struct WideSearchOptions {
+  double reach = 1.2, yaw_reach = 0.6;  ///< m, rad, half sides of the search
+  double min_score = 0.25;              ///< of the correlative search
+  /// Fraction of the scan's points that the place explains, and lead over the second place: a scan into a
+  /// room that was not seen before has little in common with the map.
+  double min_explained = 0.35, lead = 0.12;
+  /// A place that explains so much needs less of a lead.
+  double good = 0.55, lead_of_good = 0.05;
 };
 
 /// Correlative search around `T_map_base` in `likelihood`, then the fine match of the best places, without a
 /// prior. nullopt: no place explains the scan well, or a second one explains it about as well.
 std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelMap& fine,
                                  std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base,
-                                 const WideSearchReach& reach, const MatchOptions& options);
+                                 const WideSearchOptions& wide, const MatchOptions& options);
 
 /// The same, as its owner offers it to ScanTracking: `around` is the predicted pose.
 using WideSearch = std::function<std::optional<Match>(const ScanPoints& scan, const Pose2& around)>;
