@@ -45,6 +45,10 @@ class OdometrySanity {
 
   /// What is wrong now.
   OdometryFault fault() const { return fault_; }
+  /// The last comparison showed a fault, named yet or not.
+  bool is_suspected() const {
+    return fault_ != OdometryFault::none || (agreeing_ > 0 && suspected_.fault != OdometryFault::none);
+  }
   /// Everything that was found, in the order of time.
   const std::vector<OdometryFinding>& findings() const { return findings_; }
 

