@@ -35,7 +35,7 @@ const char* advice(OdometryFault fault);
 /// Both motions over some 0.2 s: x along and y across the robot at its begin, m; z rotation, rad.
 struct MotionPair {
   double seconds = 0;
-  Eigen::Vector3d odometry, scans;
+  Eigen::Vector3d odometry = Eigen::Vector3d::Zero(), scans = Eigen::Vector3d::Zero();
   /// The scans determine position or yaw without any prior. Otherwise they are not compared.
   bool position_known = false, yaw_known = false;
 };

@@ -115,7 +115,11 @@ std::vector<MotionPair> OdometrySanity::pairs(double window) const {
   MotionPair pair;
   Pose2 odometry, scans;
   bool known = true;
-  const auto begin = [&] { pair = {0, {}, {}, true, true}, odometry = scans = {}, known = true; };
+  const auto begin = [&] {
+    pair.seconds = 0;
+    pair.position_known = pair.yaw_known = known = true;
+    odometry = scans = {};
+  };
   begin();
   for (std::size_t age = scans_within(window); age-- > 0;) {
     const ScanStep& step = steps_.newest(age);
@@ -139,7 +143,11 @@ std::vector<MotionPair> OdometrySanity::pairs_at(double window, double offset) c
   std::vector<MotionPair> result;
   MotionPair pair;
   Pose2 scans;
-  const auto begin = [&] { pair = {0, {}, {}, true, true}, scans = {}; };
+  const auto begin = [&] {
+    pair.seconds = 0;
+    pair.position_known = pair.yaw_known = true;
+    scans = {};
+  };
   begin();
   for (std::size_t age = scans_within(window); age-- > 0;) {
     const ScanStep& step = steps_.newest(age);

@@ -82,6 +82,14 @@ ScanChange change_between(const ScanPoints& before, const ScanPoints& now, const
   return {fraction(vanished), fraction(appeared), true};
 }
 
+void PoseDoubt::forget() {
+  previous_.reset();
+  moved_otherwise_.reset();
+  displaced_ = still_ = false;
+  unexplained_.setZero();
+  interval_ = unexplained_yaw_ = driven_ = turned_ = just_driven_ = 0;
+}
+
 void PoseDoubt::add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& T_map_now,
                     const ScanOdometry::Step& odometry, double of_usual) {
   const double enough = of_usual < kAsUsual ? kMuchChange : kAllChanged;

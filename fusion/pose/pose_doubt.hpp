@@ -29,7 +29,7 @@ class PoseDoubt {
   void add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& T_map_now,
            const ScanOdometry::Step& odometry, double of_usual);
   /// The pose was set anew.
-  void forget() { *this = {}; }
+  void forget();
 
   /// From the previous scan to this one, everything around has changed: people who come and go do not explain
   /// it, and neither does the motion that the match or odometry shows.
