@@ -19,11 +19,13 @@ constexpr double kSame = 0.04, kSameYaw = 0.03;              ///< m, rad: one st
 constexpr double kKnownSigma = 0.03, kKnownYawSigma = 0.01;  ///< m, rad: the points alone give the pose
 constexpr double kKnownFraction = 0.55;                      ///< explained points
 constexpr double kSmooth = 0.08, kSmoothFraction = 0.5;  ///< m, and of a step: errors of predicted positions
-constexpr double kMatchedFraction = 0.3;                 ///< the same, below which a match is no evidence
-constexpr Duration kPatience = seconds(3.0);             ///< without one
+constexpr double kMatchedFraction = 0.3;      ///< of explained points, below which a match is no evidence
+constexpr Duration kPatience = seconds(3.0);  ///< without one
 /// m, rad: what the motion between two scans cannot predict of the next, at least.
 constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
-constexpr double kAgree = 0.2, kAgreeYaw = 0.1;  ///< m, rad: what odometry and the motion so far predict
+/// m, rad: what odometry and the motion so far predict for the same instant. Chosen on SENA and the generated
+/// ramp.
+constexpr double kAgree = 0.2, kAgreeYaw = 0.1;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
 /// A wide search takes some 10 ms: each scan for so long after the last match, then one in so long.
 constexpr Duration kSearchedAtOnce = seconds(1.0), kSearchedEvery = milliseconds(500);

@@ -13,8 +13,8 @@ constexpr double kUnsureSigma = 0.15, kLostSigma = 0.5;
 /// Without a reliable match for so long, it counts as unsure.
 constexpr Duration kPatience = milliseconds(500);
 /// 1 sigma over the square root of the path, m and rad per sqrt(m): drift of a map that is built from its own
-/// scans, before loops have shown what it is. Chosen on generated offices and a ring.
-constexpr double kDrift = 0.003, kYawDrift = 0.0007;
+/// scans, before loops have shown what it is. Chosen on twelve generated offices.
+constexpr double kDrift = 0.004, kYawDrift = 0.001;
 /// 1 sigma, m and rad: of a place that was found again.
 constexpr double kLoopSigma = 0.01, kLoopYawSigma = 0.003;
 
