@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocols/frames.hpp"
+#include "protocols/shape_mesh.hpp"
 
 namespace parhelion {
 
@@ -24,6 +25,7 @@ enum class ShapeKind : std::uint8_t {
   cylinder,  ///< size: radius, radius, full height along z
   sphere,    ///< size: radius in each
   capsule,   ///< size: radius, radius, height of the cylindrical part along z
+  mesh,      ///< size: full lengths of its bounding box, whose middle is the shape's origin
 };
 
 struct Shape {
@@ -31,12 +33,14 @@ struct Shape {
   Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< m, see ShapeKind
   Transform<Body, ShapeFrame> T_body_shape;
   Material material;
+  std::shared_ptr<const ShapeMesh> mesh = nullptr;  ///< of kind mesh only, and never null there
 };
 
 /// Radius of a sphere about the shape's centre that holds it, m.
 inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
   switch (kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       return size.norm() / 2;
     case ShapeKind::cylinder:
       return std::hypot(size.x(), size.z() / 2);

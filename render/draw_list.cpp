@@ -88,6 +88,7 @@ Footprint footprint(const Shape& shape, const Transform<Map, ShapeFrame>& T_map_
   f.corner = 0.01;
   switch (shape.kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       break;
     case ShapeKind::sphere:
       extent.setConstant(round), f.corner = round;
@@ -120,6 +121,12 @@ std::size_t entity_index(DrawList& list, const std::string& name) {
   return list.entities.size();
 }
 
+/// Of vertices in m.
+Instance mesh_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const Material& material,
+                       std::size_t entity) {
+  return make_instance(T_optical_shape, {Eigen::Vector3f::Ones(), 0.F}, material, entity);
+}
+
 /// True where the shape may be visible.
 bool add_shape(DrawList& list, const CameraProjection& projection, const Shape& shape,
                const Transform<CameraOptical, ShapeFrame>& T_optical_shape, std::size_t entity) {
@@ -133,13 +140,17 @@ bool add_shape(DrawList& list, const CameraProjection& projection, const Shape& 
   if (!seen) return false;
   const double radius = bounding_radius(shape);
   const double distance = T_optical_shape.translation().norm();
+  list.farthest = std::max(list.farthest, distance + radius);
+  if (shape.kind == ShapeKind::mesh) {
+    list.shape_meshes.push_back({shape.mesh, mesh_instance(T_optical_shape, shape.material, entity)});
+    return true;
+  }
   const double pixels_per_metre = projection.views().front().fx / std::max(distance - radius, 2 * kNearPlane);
   const bool rounded = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
   const bool bevelled = rounded || edge_bevel(shape) * pixels_per_metre > kVisibleBevel;
   const int level = shape.kind == ShapeKind::box ? 0 : level_for(shape.size.x() * pixels_per_metre);
   list.shapes[mesh_index(shape.kind, level, bevelled)].push_back(
       make_instance(T_optical_shape, shape_scale(shape, bevelled), shape.material, entity));
-  list.farthest = std::max(list.farthest, distance + radius);
   return true;
 }
 
@@ -191,8 +202,10 @@ bool DrawList::empty() const {
 
 void DrawList::clear(std::size_t views) {
   for (auto& bucket : shapes) bucket.clear();
+  shape_meshes.clear();
   shadows.clear();
   occluders.clear();
+  occluder_meshes.clear();
   mesh_chunks.clear();
   mesh_shown.clear();
   entities.clear();
@@ -266,19 +279,34 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
   });
 }
 
-void add_occluder(DrawList& list, const CameraProjection& projection,
-                  const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half) {
+namespace {
+
+/// Whether a box (half extents, m) may be in front of something drawn.
+bool may_occlude(const DrawList& list, const CameraProjection& projection,
+                 const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half) {
   // The box's nearest point, by clamping the camera's centre to it.
   const Eigen::Vector3d centre = T_optical_box.inverse().translation();
   const Eigen::Vector3d nearest = centre.cwiseMax(-half).cwiseMin(half);
-  if ((centre - nearest).norm() > list.farthest) return;
+  if ((centre - nearest).norm() > list.farthest) return false;
   for (std::size_t v = 0; v < projection.views().size(); ++v) {
-    const PixelRect rect =
-        projected_box(projection.views()[v], T_optical_box, half).intersected(list.view_rects[v]);
-    if (rect.empty()) continue;
-    list.occluders.push_back(make_instance(T_optical_box, {half.cast<float>(), 0.F}, Material{}, 0));
-    return;
+    const PixelRect rect = projected_box(projection.views()[v], T_optical_box, half);
+    if (!rect.intersected(list.view_rects[v]).empty()) return true;
   }
+  return false;
+}
+
+}  // namespace
+
+void add_occluder(DrawList& list, const CameraProjection& projection,
+                  const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half) {
+  if (may_occlude(list, projection, T_optical_box, half))
+    list.occluders.push_back(make_instance(T_optical_box, {half.cast<float>(), 0.F}, Material{}, 0));
+}
+
+void add_occluder(DrawList& list, const CameraProjection& projection,
+                  const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const Shape& shape) {
+  if (may_occlude(list, projection, T_optical_shape, shape.size / 2))
+    list.occluder_meshes.push_back({shape.mesh, mesh_instance(T_optical_shape, Material{}, 0)});
 }
 
 std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
@@ -304,8 +332,7 @@ std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
 
 Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const Material& material) {
   // The mesh's own frame is the map.
-  return make_instance(T_map_optical.inverse().as<CameraOptical, ShapeFrame>(),
-                       {Eigen::Vector3f::Ones(), 0.F}, material, 0);
+  return mesh_instance(T_map_optical.inverse().as<CameraOptical, ShapeFrame>(), material, 0);
 }
 
 void add_mesh_occluders(DrawList& list, const CameraProjection& projection,

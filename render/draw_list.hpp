@@ -5,6 +5,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,12 @@ struct ShadowVertex {
   float ambient;      ///< 0..1, darkness of the wide one
 };
 
+/// A shape that is a mesh.
+struct PlacedMesh {
+  std::shared_ptr<const ShapeMesh> mesh;
+  Instance instance;
+};
+
 inline constexpr std::size_t kMeshes = 4 * kLevels * 2;
 constexpr std::size_t mesh_index(ShapeKind kind, int level, bool bevelled) {
   return (static_cast<std::size_t>(kind) * kLevels + static_cast<std::size_t>(level)) * 2 +
@@ -49,7 +56,9 @@ constexpr std::size_t mesh_index(ShapeKind kind, int level, bool bevelled) {
 struct DrawList {
   std::array<std::vector<Instance>, kMeshes> shapes;  ///< by mesh_index
   std::vector<ShadowVertex> shadows;                  ///< triangles
+  std::vector<PlacedMesh> shape_meshes;               ///< shapes that are meshes
   std::vector<Instance> occluders;                    ///< plain boxes
+  std::vector<PlacedMesh> occluder_meshes;            ///< occluders that are meshes
   std::vector<std::uint32_t> mesh_chunks;  ///< chunks of the building's mesh that may occlude something
   std::vector<std::uint32_t> mesh_shown;   ///< chunks that are drawn like a shape
   Instance mesh{};                         ///< pose and material of the building's mesh
@@ -87,6 +96,10 @@ void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view
 /// Adds a box (half extents, m) as an occluder, where it may be in front of something drawn.
 void add_occluder(DrawList& list, const CameraProjection& projection,
                   const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half);
+
+/// The same for a shape that is a mesh.
+void add_occluder(DrawList& list, const CameraProjection& projection,
+                  const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const Shape& shape);
 
 /// Adds the chunks of the building's mesh that may be in front of something drawn.
 void add_mesh_occluders(DrawList& list, const CameraProjection& projection,

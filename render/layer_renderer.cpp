@@ -56,6 +56,20 @@ void LayerRenderer::draw_mesh(const std::vector<std::uint32_t>& chunks, const In
   }
 }
 
+/// A mesh whose faces are turned inside out, as some files have them, is drawn as well.
+void LayerRenderer::draw_shape_meshes(const std::vector<PlacedMesh>& meshes) {
+  if (meshes.empty()) return;
+  gl_.Disable(GL_CULL_FACE);
+  for (const PlacedMesh& placed : meshes) {
+    const UploadedMesh& mesh = uploaded(placed.mesh);
+    gl_.BindVertexArray(mesh.array);
+    gl_.BindBuffer(GL_ARRAY_BUFFER, instance_buffer_);
+    gl_.BufferData(GL_ARRAY_BUFFER, sizeof(Instance), &placed.instance, GL_STREAM_DRAW);
+    gl_.DrawArrays(GL_TRIANGLES, 0, mesh.vertices);
+  }
+  gl_.Enable(GL_CULL_FACE);
+}
+
 void LayerRenderer::draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery) {
   if (shadows.empty()) return;
   gl_.BindVertexArray(shadow_array_);
@@ -110,10 +124,12 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
     gl_.DrawBuffers(2, colour_only);
     draw_scenery(view, *scenery, far, R_optical_map);
   }
-  if (use_occluders && !(list.occluders.empty() && list.mesh_chunks.empty())) {
+  if (use_occluders &&
+      !(list.occluders.empty() && list.occluder_meshes.empty() && list.mesh_chunks.empty())) {
     gl_.DrawBuffers(2, none);
     use(depth_, view, far, 0, nullptr);
     draw_instances(plain_box_, list.occluders);
+    draw_shape_meshes(list.occluder_meshes);
     draw_mesh(list.mesh_chunks, list.mesh);
   }
   if (!list.shadows.empty()) {
@@ -124,6 +140,7 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
   gl_.DrawBuffers(2, both);
   use(lit_, view, far, kOcclusionBias, &R_optical_map);
   for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
+  draw_shape_meshes(list.shape_meshes);
   draw_mesh(list.mesh_shown, list.mesh);
 }
 
@@ -146,6 +163,7 @@ bool LayerRenderer::affords_multisampling(const DrawList& list) const {
   std::size_t triangles = 0, pixels = 0;
   for (std::size_t mesh = 0; mesh < kMeshes; ++mesh)
     triangles += list.shapes[mesh].size() * static_cast<std::size_t>(meshes_[mesh].count / 3);
+  for (const PlacedMesh& placed : list.shape_meshes) triangles += placed.mesh->triangles.size();
   for (const PixelRect& rect : list.view_rects)
     if (!rect.empty())
       pixels += static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height());
@@ -251,10 +269,12 @@ void LayerRenderer::read_depth(const CameraProjection& projection, const DrawLis
     use(depth_, view, far, 0, nullptr);
     if (what != Depth::shapes) {
       draw_instances(plain_box_, list.occluders);
+      draw_shape_meshes(list.occluder_meshes);
       draw_mesh(list.mesh_chunks, list.mesh);
     }
     if (what != Depth::occluders) {
       for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
+      draw_shape_meshes(list.shape_meshes);
     }
     read_view(single_.framebuffer, pixels.rect, false, pixels.rgba, pixels.depth_id);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -86,6 +87,9 @@ class LayerRenderer {
            const Eigen::Matrix3d* R_optical_map);
   void draw_instances(std::size_t mesh, const std::vector<Instance>& instances);
   void draw_mesh(const std::vector<std::uint32_t>& chunks, const Instance& placed);
+  void draw_shape_meshes(const std::vector<PlacedMesh>& meshes);
+  struct UploadedMesh;
+  const UploadedMesh& uploaded(const std::shared_ptr<const ShapeMesh>& mesh);
   void draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery);
   /// Clears the depth of the bound frame buffer; depth test and back-face culling on.
   void begin_depth();
@@ -115,6 +119,12 @@ class LayerRenderer {
   GLuint shape_array_ = 0, shadow_array_ = 0, empty_array_ = 0;
   GLuint mesh_array_ = 0, mesh_buffer_ = 0;
   std::vector<MeshChunk> mesh_chunks_;
+  struct UploadedMesh {
+    std::shared_ptr<const ShapeMesh> mesh;  ///< kept, so that its address stays its own
+    GLuint array = 0, buffer = 0;
+    GLsizei vertices = 0;
+  };
+  std::map<const ShapeMesh*, UploadedMesh> shape_meshes_;
   Target multisampled_, resolved_, single_;
   struct ViewPixels {
     PixelRect rect;

@@ -5,6 +5,7 @@
 
 #include "render/layer_renderer.hpp"
 #include "render/shaders.hpp"
+#include "render/shape_mesh_vertices.hpp"
 
 namespace parhelion::render {
 namespace {
@@ -54,6 +55,10 @@ LayerRenderer::~LayerRenderer() {
   gl_.DeleteBuffers(5, buffers);
   const GLuint arrays[] = {shape_array_, shadow_array_, empty_array_, mesh_array_};
   gl_.DeleteVertexArrays(4, arrays);
+  for (const auto& [mesh, uploaded] : shape_meshes_) {
+    gl_.DeleteBuffers(1, &uploaded.buffer);
+    gl_.DeleteVertexArrays(1, &uploaded.array);
+  }
   for (const Program* program : {&lit_, &depth_, &shadow_, &backdrop_, &scenery_})
     gl_.DeleteProgram(program->id);
 }
@@ -177,6 +182,23 @@ void LayerRenderer::set_mesh(const BuildingMesh& mesh) {
                  mesh.vertices.data(), GL_STATIC_DRAW);
   shape_attributes();
   instance_attributes();
+}
+
+const LayerRenderer::UploadedMesh& LayerRenderer::uploaded(const std::shared_ptr<const ShapeMesh>& mesh) {
+  UploadedMesh& to = shape_meshes_[mesh.get()];
+  if (to.array != 0) return to;
+  const std::vector<MeshVertex> vertices = shape_mesh_vertices(*mesh);
+  to.mesh = mesh;
+  to.vertices = static_cast<GLsizei>(vertices.size());
+  gl_.GenVertexArrays(1, &to.array);
+  gl_.GenBuffers(1, &to.buffer);
+  gl_.BindVertexArray(to.array);
+  gl_.BindBuffer(GL_ARRAY_BUFFER, to.buffer);
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(MeshVertex)),
+                 vertices.data(), GL_STATIC_DRAW);
+  shape_attributes();
+  instance_attributes();
+  return to;
 }
 
 void LayerRenderer::release(Target& target) {

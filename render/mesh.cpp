@@ -138,6 +138,7 @@ Eigen::Vector3d half_extents(const Shape& shape) {
   const Eigen::Vector3d& s = shape.size;
   switch (shape.kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       return 0.5 * s;
     case ShapeKind::cylinder:
       return {s.x(), s.x(), 0.5 * s.z()};
@@ -166,6 +167,7 @@ ShapeScale shape_scale(const Shape& shape, bool bevelled) {
 Mesh make_mesh(ShapeKind kind, int segments, bool bevelled) {
   switch (kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:  // for its bounding box
       return make_box(bevelled);
     case ShapeKind::cylinder:
       return make_cylinder(segments, bevelled);

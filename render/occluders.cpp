@@ -136,6 +136,17 @@ bool carries_camera(const BodyDefinition& body, const Transform<Map, Body>& T_ma
   return false;
 }
 
+namespace {
+
+/// Half extents of a box inside the shape, m: a round shape never occludes too much.
+Eigen::Vector3d box_inside(const Shape& shape) {
+  if (shape.kind == ShapeKind::box) return half_extents(shape);
+  return half_extents(shape).cwiseProduct(
+      Eigen::Vector3d(0.7071, 0.7071, shape.kind == ShapeKind::cylinder ? 1 : 0.7071));
+}
+
+}  // namespace
+
 void add_occluders(DrawList& list, const CameraProjection& projection,
                    const Transform<Map, CameraOptical>& T_map_optical,
                    const std::vector<OccluderBox>& building, const WorldSnapshot& world) {
@@ -156,12 +167,14 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
     if (!replaced.count(box.name)) add_occluder(list, projection, T_optical_map * box.T_map_box, box.half);
   each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool known) {
     if (carriers.count(body.entity) || !known) return;
-    for (const Shape& shape : body.shapes)  // round shapes by the box inside them: never occludes too much
-      add_occluder(list, projection, T_optical_map * T_map_body * shape.T_body_shape,
-                   shape.kind == ShapeKind::box
-                       ? half_extents(shape)
-                       : Eigen::Vector3d(half_extents(shape).cwiseProduct(Eigen::Vector3d(
-                             0.7071, 0.7071, shape.kind == ShapeKind::cylinder ? 1 : 0.7071))));
+    for (const Shape& shape : body.shapes) {
+      const auto T_optical_shape = T_optical_map * T_map_body * shape.T_body_shape;
+      if (shape.kind == ShapeKind::mesh) {
+        add_occluder(list, projection, T_optical_shape, shape);
+      } else {
+        add_occluder(list, projection, T_optical_shape, box_inside(shape));
+      }
+    }
   });
 }
 

@@ -82,6 +82,9 @@ Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
 
 Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files, Bus& bus,
                                               const runtime::ServeOptions& options, ServerMemory& memory) {
+  for (const auto& model : files.robot_models) {
+    for (const std::string& warning : model->warnings) options.notify("warning: " + warning);
+  }
   if (files.robot)
     return tick::configure(files.scenario, *files.robot, files.model, files.robot_models, files.map);
   const auto robot = robot_for(files.scenario, bus, options, memory);

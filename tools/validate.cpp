@@ -109,10 +109,11 @@ Validation validate_robot(const std::string& path) {
 Validation validate_robot_model(const std::string& path) {
   const auto model = simulation::load_robot_model(path);
   if (!model) return {"", {}, {model.error().message}};
-  return {"robot model '" + model->name + "', " + count(model->links.size(), "link", "links") + ", " +
-              count(model->drive.runners.size(), "wheel or track", "wheels and tracks"),
-          {},
-          {}};
+  Validation validation;
+  validation.summary = "robot model '" + model->name + "', " + count(model->links.size(), "link", "links") +
+                       ", " + count(model->drive.runners.size(), "wheel or track", "wheels and tracks");
+  for (const std::string& warning : model->warnings) validation.notes.push_back("warning: " + warning);
+  return validation;
 }
 
 Validation validate_preset(const std::string& path) {

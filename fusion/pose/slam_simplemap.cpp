@@ -13,7 +13,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "fusion/pose/isolation.hpp"
+#include "protocols/isolation.hpp"
 #include "fusion/pose/mapped_scan.hpp"
 #include "fusion/pose/mrpt/conversion.hpp"
 

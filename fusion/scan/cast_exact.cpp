@@ -44,9 +44,10 @@ double box(const Ray& ray, const Vector3d& size) {
 }
 
 /// Intersection of the ray with the triangle's plane, if it is on the inner side of all three edges.
-double triangle(const Ray& ray, const ModelMesh& mesh, const std::array<std::uint32_t, 3>& corners) {
+double triangle(const Ray& ray, const std::vector<Eigen::Vector3f>& vertices,
+                const std::array<std::uint32_t, 3>& corners) {
   std::array<Vector3d, 3> p;
-  for (std::size_t i = 0; i < 3; ++i) p[i] = mesh.vertices[corners[i]].cast<double>();
+  for (std::size_t i = 0; i < 3; ++i) p[i] = vertices[corners[i]].cast<double>();
   const Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double slope = normal.dot(ray.direction);
   if (slope == 0) return kNone;
@@ -102,8 +103,16 @@ double capsule(const Ray& ray, double radius, double height) {
       {side(ray, radius, half), sphere(ray, {0, 0, -half}, radius), sphere(ray, {0, 0, half}, radius)});
 }
 
-double shape_range(const Ray& ray, ShapeKind kind, const Vector3d& size) {
-  switch (kind) {
+double mesh(const Ray& ray, const ShapeMesh& mesh) {
+  double nearest = kNone;
+  for (const MeshTriangle& corners : mesh.triangles)
+    nearest = std::min(nearest, triangle(ray, mesh.vertices, corners));
+  return nearest;
+}
+
+double shape_range(const Ray& ray, const Shape& shape) {
+  const Vector3d& size = shape.size;
+  switch (shape.kind) {
     case ShapeKind::box:
       return box(ray, size);
     case ShapeKind::cylinder:
@@ -112,6 +121,8 @@ double shape_range(const Ray& ray, ShapeKind kind, const Vector3d& size) {
       return sphere(ray, Vector3d::Zero(), size.x());
     case ShapeKind::capsule:
       return capsule(ray, size.x(), size.z());
+    case ShapeKind::mesh:
+      return mesh(ray, *shape.mesh);
   }
   return kNone;
 }
@@ -152,7 +163,7 @@ void cast_bodies_exact(const LaserMotion& laser, const BeamSet& beams, std::span
       const auto T_map_body =
           interpolate(bodies[b].T_map_body_start, bodies[b].T_map_body_end, double{beams.time[i]});
       for (const Shape& shape : bodies[b].body->shapes) {
-        const double t = shape_range(seen_from(T_map_body * shape.T_body_shape, ray), shape.kind, shape.size);
+        const double t = shape_range(seen_from(T_map_body * shape.T_body_shape, ray), shape);
         nearest.offer(t, static_cast<std::int32_t>(b), shape.material.laser_reflectivity);
       }
     }
@@ -172,7 +183,7 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
     }
     for (const ModelMesh& mesh : model.meshes) {
       for (const auto& corners : mesh.triangles)
-        nearest.offer(triangle(ray, mesh, corners), -1, kMeshReflectivity);
+        nearest.offer(triangle(ray, mesh.vertices, corners), -1, kMeshReflectivity);
     }
     hits[i] = nearest.within(max_range);
   }

@@ -12,6 +12,7 @@
 
 #include "fusion/scan/beam_window.hpp"
 #include "fusion/scan/building_tree.hpp"
+#include "fusion/scan/mesh_intersection.hpp"
 #include "fusion/scan/shape_intersection.hpp"
 #include "fusion/scan/sweep_rays.hpp"
 
@@ -207,9 +208,10 @@ void RayCaster::State::cast(const Shape& shape, std::int32_t index, const BeamRa
     const Vector3d to_origin = origin_body[i] - center;
     const double along = to_origin.dot(direction_body[i]);
     if (to_origin.squaredNorm() - along * along > bound * bound + 1e-9) continue;
-    const double t =
-        shape_chord(shape.kind, shape.size, R_shape_body * to_origin, R_shape_body * direction_body[i])
-            .range();
+    const Vector3d origin = R_shape_body * to_origin, direction = R_shape_body * direction_body[i];
+    const double t = shape.kind == ShapeKind::mesh
+                         ? mesh_range(*shape.mesh, origin, direction)
+                         : shape_chord(shape.kind, shape.size, origin, direction).range();
     if (t > range[i] || (t == range[i] && index >= body[i])) continue;
     range[i] = t;
     body[i] = index;

@@ -80,11 +80,12 @@ inline Chord capsule_chord(const Eigen::Vector3d& origin, const Eigen::Vector3d&
   return either(chord, round_chord<Eigen::Vector3d>(origin + end, direction, radius));
 }
 
-/// `size` as in Shape.
+/// `size` as in Shape; of a mesh its bounding box.
 inline Chord shape_chord(ShapeKind kind, const Eigen::Vector3d& size, const Eigen::Vector3d& origin,
                          const Eigen::Vector3d& direction) {
   switch (kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       return box_chord(origin, direction, size / 2);
     case ShapeKind::cylinder:
       return cylinder_chord(origin, direction, size.x(), size.z());

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "fusion/pose/isolation.hpp"
+#include "protocols/isolation.hpp"
 #include "server/training/csv.hpp"
 
 namespace parhelion::runtime {
@@ -61,18 +61,18 @@ BatchRow failed_row(const std::string& log, const std::string& reason) {
   return row;
 }
 
-pose::ChildLimits limits_for(const std::string& log, const GradeProcess& process) {
+ChildLimits limits_for(const std::string& log, const GradeProcess& process) {
   constexpr std::uint64_t bytes_per_second = 2'000'000;
   std::error_code failed;
   const std::uintmax_t size = fs::file_size(log, failed);
   return {process.bytes, process.seconds + (failed ? 0 : size / bytes_per_second)};
 }
 
-BatchRow row_from(const std::string& log, const Result<pose::ChildResult>& child,
+BatchRow row_from(const std::string& log, const Result<ChildResult>& child,
                   const GradeProcess& process) {
   if (!child) return failed_row(log, child.error().message);
   if (child->end.completed) return unpacked(child->bytes);
-  return failed_row(log, "its grading " + pose::describe(child->end, limits_for(log, process)) +
+  return failed_row(log, "its grading " + describe(child->end, limits_for(log, process)) +
                              "; the log may be damaged: check it with `parhelion validate`");
 }
 
@@ -138,10 +138,10 @@ std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned
   std::vector<BatchRow> rows(logs.size());
   std::size_t done = 0;
   const auto task = [&](std::size_t i) {
-    return pose::ChildTask{limits_for(logs[i], process),
+    return ChildTask{limits_for(logs[i], process),
                            [&, i](const auto&) { return packed(process.grade(logs[i])); }};
   };
-  pose::results_of_children(logs.size(), at_once, task, [&](std::size_t i, const auto& child) {
+  results_of_children(logs.size(), at_once, task, [&](std::size_t i, const auto& child) {
     rows[i] = row_from(logs[i], child, process);
     if (progress) progress(++done, logs.size());
   });

@@ -24,6 +24,7 @@ std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
     case ShapeKind::cylinder:
       return std::make_unique<btCylinderShapeZ>(btVector3(size.x(), size.x(), size.z() / 2));
     case ShapeKind::box:
+    case ShapeKind::mesh:  // has a hull
       break;
   }
   return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2)));

@@ -38,6 +38,10 @@ std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model, const Joints&
 
 /// Points of a shape that may be its lowest, in any orientation.
 void append_low_points(const Shape& shape, const Eigen::Isometry3d& T, std::vector<Eigen::Vector3d>& points) {
+  if (shape.kind == ShapeKind::mesh) {
+    for (const Eigen::Vector3d& corner : hull_corners(shape.mesh->vertices)) points.emplace_back(T * corner);
+    return;
+  }
   if (shape.kind == ShapeKind::box) {
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d p(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);

@@ -45,6 +45,11 @@ class Builder {
                              std::vector<Eigen::Vector3d>& hull) {
     constexpr int kSides = 24;  // for a circle: an error of at most 0.9 % of its radius
     const Eigen::Isometry3d T = T_part_link * shape.T_body_shape.isometry();
+    if (shape.kind == ShapeKind::mesh) {
+      for (const Eigen::Vector3d& corner : hull_corners(shape.mesh->vertices))
+        hull.push_back(T * Eigen::Vector3d(corner - kHullMargin * corner.normalized()));
+      return true;
+    }
     if (shape.kind == ShapeKind::box) {
       const Eigen::Vector3d half = shape.size / 2 - Eigen::Vector3d::Constant(kHullMargin);
       for (int i = 0; i < 8; ++i) {
@@ -165,6 +170,7 @@ class Builder {
       PartShape solid;
       solid.shape = shape;
       solid.shape.T_body_shape = Transform<Body, ShapeFrame>(T_part_link * shape.T_body_shape.isometry());
+      if (shape.mesh) append_corners(shape, T_part_link, solid.hull);
       add(solid, shape.T_body_shape.isometry());
     }
     if (!belt.hull.empty()) add(belt, Eigen::Isometry3d::Identity());

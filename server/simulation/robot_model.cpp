@@ -11,6 +11,7 @@
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
 #include "server/simulation/urdf.hpp"
+#include "server/simulation/urdf_meshes.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -37,6 +38,7 @@ class Reader {
     if (!robot) return robot.error();
     model_.links = std::move(robot->links);
     model_.joints = std::move(robot->joints);
+    model_.warnings = std::move(robot->warnings);
     read_description(*root.find("robot"));
     read_drive(*root.find("drive"));
     read_links(root);
@@ -115,7 +117,9 @@ class Reader {
 
   double wheel_radius(std::size_t link, int line) {
     double radius = 0;
-    for (const Shape& shape : model_.links[link].solid) radius = std::max(radius, shape.size.x());
+    for (const Shape& shape : model_.links[link].solid) {
+      radius = std::max(radius, shape.kind == ShapeKind::mesh ? shape.size.maxCoeff() / 2 : shape.size.x());
+    }
     if (radius <= 0)
       problems_.add(line, "wheel '" + model_.links[link].name + "' has no <collision> that could roll");
     return radius;
@@ -300,10 +304,15 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
   // The URDF's name is read first; the whole is checked once both are loaded.
   const auto document = yaml::read_checked(*text, path, "robot_model");
   if (!document) return document.error();
-  const auto urdf =
-      yaml::read_text((std::filesystem::path(path).parent_path() / document->find("urdf")->text).string());
+  const std::string urdf_path =
+      (std::filesystem::path(path).parent_path() / document->find("urdf")->text).string();
+  const auto urdf = yaml::read_text(urdf_path);
   if (!urdf) return urdf.error();
-  return parse_robot_model(*urdf, *text, path);
+  EmbeddedUrdf embedded = embed_meshes(*urdf, urdf_path);
+  auto model = parse_robot_model(embedded.urdf, *text, path);
+  if (model)
+    model->warnings.insert(model->warnings.begin(), embedded.warnings.begin(), embedded.warnings.end());
+  return model;
 }
 
 }  // namespace parhelion::simulation

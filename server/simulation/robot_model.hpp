@@ -76,16 +76,18 @@ struct RobotModel {
   std::vector<RobotJoint> joints;  ///< one fewer than links; joints[i].child == i + 1
   RobotDrive drive;
   AttitudeLimits attitude;
-  std::vector<std::string> bumpers;  ///< links whose contacts a sensor reports
-  std::vector<std::string> gripper;  ///< links that grip
-  std::string urdf, yaml;            ///< source texts, embedded in MR_SESSION
+  std::vector<std::string> bumpers;   ///< links whose contacts a sensor reports
+  std::vector<std::string> gripper;   ///< links that grip
+  std::string urdf, yaml;             ///< source texts, embedded in MR_SESSION; the URDF with its meshes
+  std::vector<std::string> warnings;  ///< what was left out of the URDF, and why; for people
 };
 
 /// Parses both texts (YAML: schema robot_model.schema.json). Errors name file and line, for example: a joint
 /// loop, a mass that is not positive, a missing mesh, a wheel without link.
 Result<RobotModel> parse_robot_model(const std::string& urdf, const std::string& yaml,
                                      const std::string& origin);
-/// A shipped model by name (server/robots), or the path of a YAML file with its URDF beside it.
+/// A shipped model by name (server/robots), or the path of a YAML file with its URDF and meshes
+/// (embed_meshes()).
 Result<RobotModel> load_robot_model(const std::string& name_or_path);
 /// Names of the shipped models, ascending.
 std::vector<std::string> shipped_robot_models();

@@ -10,15 +10,17 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "protocols/yaml/utf8.hpp"
+#include "server/simulation/urdf_meshes.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;  // embedded meshes included
 constexpr std::size_t kMaxLinks = 1000;
 
 /// Thrown within this file: XML has an error at any depth, and each reader below would only pass it on.
@@ -122,6 +124,15 @@ std::optional<Eigen::Vector3f> color_of(const XMLElement& material) {
     linear[i] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
   }
   return linear;
+}
+
+/// The first element of xacro, a macro language for URDF; null: none.
+const XMLElement* find_xacro(const tinyxml2::XMLNode& node) {
+  for (auto* each = node.FirstChildElement(); each; each = each->NextSiblingElement()) {
+    if (std::string_view(each->Name()).starts_with("xacro:")) return each;
+    if (const XMLElement* inside = find_xacro(*each)) return inside;
+  }
+  return nullptr;
 }
 
 class Reader {
@@ -233,8 +244,42 @@ class Reader {
     return result;
   }
 
-  static Shape shape(const XMLElement& element, const Material& look) {
+  void warn(const XMLElement& link, const std::string& words) {
+    robot_.warnings.push_back(std::to_string(link.GetLineNum()) + ": " + description_of(link) + words);
+  }
+
+  /// Of a <mesh>: one for each colour; none, and a warning, where its file was not found.
+  std::vector<Shape> mesh(const XMLElement& link, const XMLElement& element, const XMLElement& form,
+                          const Material& look, bool solid) {
+    const std::string filename = required_text(form, "filename");
+    if (!is_embedded(filename)) {
+      warn(link, std::string(": its ") + element.Name() + " is left out: mesh '" + yaml::printable(filename) +
+                     "' was not found");
+      return {};
+    }
+    Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+    if (form.Attribute("scale") != nullptr) scale = vector_or_zero(form, "scale");
+    if (!(scale.cwiseAbs().minCoeff() > 0)) refuse(form, "a scale of zero");
+    if (solid) {
+      const auto shape = solid_mesh_shape(filename, origin_of(element), scale);
+      if (!shape) refuse(form, shape.error().message);
+      return {*shape};
+    }
+    const bool has_material = element.FirstChildElement("material") != nullptr;
+    auto shapes = mesh_shapes(filename, origin_of(element), scale, look, !has_material);
+    if (!shapes) refuse(form, shapes.error().message);
+    return std::move(*shapes);
+  }
+
+  std::vector<Shape> shapes(const XMLElement& link, const XMLElement& element, const Material& look,
+                            bool solid) {
     const XMLElement& geometry = required_child(element, "geometry");
+    if (const XMLElement* form = geometry.FirstChildElement("mesh"))
+      return mesh(link, element, *form, look, solid);
+    return {shape(element, geometry, look)};
+  }
+
+  static Shape shape(const XMLElement& element, const XMLElement& geometry, const Material& look) {
     const XMLElement* form = geometry.FirstChildElement();
     const std::string tag = form == nullptr ? "" : form->Name();
     Shape shape;
@@ -250,10 +295,8 @@ class Reader {
     } else if (tag == "sphere") {
       shape.kind = ShapeKind::sphere;
       shape.size = Eigen::Vector3d::Constant(number(*form, "radius"));
-    } else if (tag == "mesh") {
-      refuse(geometry, "a mesh: only box, cylinder and sphere are simulated; use these instead");
     } else {
-      refuse(geometry, "expected <box>, <cylinder> or <sphere> in it");
+      refuse(geometry, "expected <box>, <cylinder>, <sphere> or <mesh> in it");
     }
     if (shape.size.minCoeff() <= 0) refuse(*form, "a shape whose size is not positive");
     return shape;
@@ -268,10 +311,20 @@ class Reader {
         throw Refused{refused.line, description_of(link) + ": " + refused.words};
       }
     };
-    for (auto* part = link.FirstChildElement("visual"); part; part = part->NextSiblingElement("visual"))
-      out.visible.push_back(with_link([&] { return shape(*part, material(*part)); }));
-    for (auto* part = link.FirstChildElement("collision"); part; part = part->NextSiblingElement("collision"))
-      out.solid.push_back(with_link([&] { return shape(*part, {}); }));
+    const auto append = [&](const char* tag, bool solid, std::vector<Shape>& to) {
+      for (auto* part = link.FirstChildElement(tag); part; part = part->NextSiblingElement(tag)) {
+        const Material look = solid ? Material{} : with_link([&] { return material(*part); });
+        const auto added = with_link([&] { return shapes(link, *part, look, solid); });
+        to.insert(to.end(), added.begin(), added.end());
+      }
+    };
+    append("visual", false, out.visible);
+    append("collision", true, out.solid);
+    const bool mesh_only = std::ranges::any_of(out.visible, [](const Shape& s) { return s.mesh != nullptr; });
+    if (mesh_only && link.FirstChildElement("collision") == nullptr) {
+      append("visual", true, out.solid);
+      warn(link, " has no <collision>: the convex hull of its visual mesh collides");
+    }
     if (const XMLElement* inertial = link.FirstChildElement("inertial")) fill_inertia(link, *inertial, out);
   }
 
@@ -375,10 +428,16 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
     return Error{origin + ":" + std::to_string(document.ErrorLineNum()) +
                  ": not XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())};
   }
+  if (const XMLElement* macro = find_xacro(document)) {
+    return Error{origin + ":" + std::to_string(macro->GetLineNum()) + ": <" + macro->Name() +
+                 ">: this is xacro, not URDF; expand it with: xacro FILE.xacro > FILE.urdf"};
+  }
   const XMLElement* robot = document.FirstChildElement("robot");
   if (robot == nullptr) return Error{origin + ": expected <robot>, found no such element"};
   try {
-    return Reader(materials).read(*robot);
+    UrdfRobot read = Reader(materials).read(*robot);
+    for (std::string& warning : read.warnings) warning.insert(0, origin + ":");
+    return read;
   } catch (const Refused& refused) {
     return Error{origin + ":" + std::to_string(refused.line) + ": " + refused.words};
   }

@@ -14,14 +14,16 @@ namespace parhelion::simulation {
 using MaterialTable = std::map<std::string, Material>;
 
 struct UrdfRobot {
-  std::vector<RobotLink> links;    ///< parents before children
-  std::vector<RobotJoint> joints;  ///< joints[i].child == i + 1
+  std::vector<RobotLink> links;       ///< parents before children
+  std::vector<RobotJoint> joints;     ///< joints[i].child == i + 1
+  std::vector<std::string> warnings;  ///< parts that were left out, and what collides in their place
 };
 
 /// `origin` names the file in errors. From `materials` all but the albedo is used, which is the URDF's
 /// colour. Errors, with line: not XML, an element or attribute that is missing, a number that is none, a mass
 /// that is not positive, a physically impossible inertia, a link with two parents or with none, a kinematic
-/// loop, an unsupported kind of joint, a shape without size, more than 1,000 links.
+/// loop, an unsupported kind of joint, a shape without size, xacro, more than 1,000 links. A mesh must be
+/// embedded (embed_meshes()); of one that is not, the part is left out with a warning.
 Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
                             const MaterialTable& materials);
 

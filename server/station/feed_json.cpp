@@ -24,7 +24,8 @@ std::string text_of(const Json& message) {
 }
 
 const char* name_of(ShapeKind kind) {
-  static constexpr const char* names[] = {"box", "cylinder", "sphere", "capsule"};
+  // The page shows a mesh by its bounding box.
+  static constexpr const char* names[] = {"box", "cylinder", "sphere", "capsule", "box"};
   return names[static_cast<std::size_t>(kind)];
 }
 const char* name_of(BodyOwner owner) {

@@ -53,7 +53,8 @@ Json scene_json(const tick::Configuration& configuration) {
 }
 
 Json shape_json(const Shape& shape) {
-  static constexpr const char* kinds[] = {"box", "cylinder", "sphere", "capsule"};
+  // The page shows a mesh by its bounding box.
+  static constexpr const char* kinds[] = {"box", "cylinder", "sphere", "capsule", "box"};
   Json json = pose(shape.T_body_shape);
   json["shape"] = kinds[static_cast<std::size_t>(shape.kind)];
   json["size"] = triple(shape.size);

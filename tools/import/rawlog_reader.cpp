@@ -14,7 +14,7 @@
 #include <optional>
 #include <utility>
 
-#include "fusion/pose/isolation.hpp"
+#include "protocols/isolation.hpp"
 #include "tools/import/gzip_file.hpp"
 
 namespace parhelion::tools {
@@ -149,12 +149,12 @@ Result<std::string> work_on_rawlog(const std::string& path,
   std::error_code no_file;
   const std::uint64_t size = std::filesystem::file_size(path, no_file);
   if (no_file) return Error{path + ": cannot be read: " + no_file.message()};
-  const pose::ChildLimits limits{kMaxBytes, kMinSeconds + size / kBytesPerSecond};
+  const ChildLimits limits{kMaxBytes, kMinSeconds + size / kBytesPerSecond};
   std::set<std::uint64_t> crashing;
   double used = 0;
   for (int crashes = 0; crashes < kMaxCrashes; ++crashes) {
     std::optional<std::uint64_t> object;
-    auto child = pose::result_of_child(
+    auto child = result_of_child(
         limits,
         [&](const std::function<void(std::uint64_t)>& report) {
           return work({path, crashing, report,

@@ -28,6 +28,7 @@ std::vector<Eigen::Vector3d> surface_points(ShapeKind kind, const Eigen::Vector3
   std::vector<Eigen::Vector3d> points;
   switch (kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       for (int i = 0; i < 8; ++i) {
         points.emplace_back(Eigen::Array3d((i & 1) - 0.5, ((i >> 1) & 1) - 0.5, ((i >> 2) & 1) - 0.5) *
                             size.array());
@@ -61,7 +62,7 @@ Outline outline_of(const ModelEntity& entity) {
 }
 
 Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body) {
-  return seen_from_above(surface_points(shape.kind, shape.size),
+  return seen_from_above(shape.mesh ? hull_corners(shape.mesh->vertices) : surface_points(shape.kind, shape.size),
                          (T_map_body * shape.T_body_shape).isometry());
 }
 

@@ -54,6 +54,7 @@ void add_shape(const Shape& shape, const Eigen::Isometry3d& T_map_body, Primitiv
   const Colour colour = seen(shape.material.albedo);
   switch (shape.kind) {
     case ShapeKind::box:
+    case ShapeKind::mesh:
       add_solid(T, shape.size, colour, to.cubes);
       to.cubes.close('}');
       break;

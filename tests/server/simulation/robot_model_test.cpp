@@ -49,11 +49,12 @@ TEST(RobotModel, AcceptsTheUnmodifiedModel) {
   EXPECT_NEAR(model->description.mass, 7, 1e-12);
 }
 
-TEST(RobotModel, AMeshIsRefusedWithItsLine) {
-  const std::string text = refusal(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""));
-  EXPECT_THAT(text, HasSubstr("cart.urdf:3"));
-  EXPECT_THAT(text, HasSubstr("'base'"));
-  EXPECT_THAT(text, HasSubstr("a mesh: only box, cylinder and sphere"));
+TEST(RobotModel, AMissingMeshIsAWarningWithItsLine) {
+  const auto model = parse_robot_model(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""), kYaml,
+                                       "robots/cart.yaml");
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  EXPECT_THAT(model->warnings,
+              testing::ElementsAre(HasSubstr("cart.urdf:2: link 'base': its collision is left out")));
 }
 
 TEST(RobotModel, ANonPositiveMassIsRefused) {

@@ -12,7 +12,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion::pose {
+namespace parhelion {
 
 /// While it lives, this process can allocate at most `headroom` bytes more than it has, so that a corrupt
 /// count makes an allocation fail instead of exhausting the machine. Does nothing under AddressSanitizer,
@@ -73,4 +73,4 @@ void results_of_children(std::size_t count, std::size_t at_once,
 /// Why it did not complete, for people: "needs more than 1024 MB", "crashed (Segmentation fault)".
 std::string describe(const ChildEnd& end, const ChildLimits& limits);
 
-}  // namespace parhelion::pose
+}  // namespace parhelion

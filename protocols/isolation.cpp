@@ -1,4 +1,4 @@
-#include "fusion/pose/isolation.hpp"
+#include "protocols/isolation.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace parhelion::pose {
+namespace parhelion {
 namespace {
 
 constexpr int kOutOfMemory = 4;                              // exit code
@@ -235,4 +235,4 @@ std::string describe(const ChildEnd& end, const ChildLimits& limits) {
   return "ended with an unexpected error";
 }
 
-}  // namespace parhelion::pose
+}  // namespace parhelion

@@ -1,5 +1,5 @@
 // What a child process may do to its parent: nothing.
-#include "fusion/pose/isolation.hpp"
+#include "protocols/isolation.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace parhelion::pose {
+namespace parhelion {
 namespace {
 
 using Report = std::function<void(std::uint64_t)>;
@@ -108,4 +108,4 @@ TEST(Isolation, AChildThatIsDoneHasCompleted) {
 }
 
 }  // namespace
-}  // namespace parhelion::pose
+}  // namespace parhelion
