@@ -50,6 +50,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"Bullet", {"server/simulation/"}},
     {"LinearMath/", {"server/simulation/"}},
     {"tinyxml2.h", {"server/simulation/"}},
+    {"assimp/", {"protocols/mesh_file.cpp"}},
     {"sqlite3.h", {"server/training/"}},
     {"boost/", {"server/station/"}},
     {"SDL2/", {"server/station/"}},
