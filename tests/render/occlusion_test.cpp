@@ -7,6 +7,7 @@
 #include "render/depth_image.hpp"
 #include "tests/box_mesh.hpp"
 #include "tests/render/scenes.hpp"
+#include "tests/shape_mesh.hpp"
 
 namespace parhelion::render {
 namespace {
@@ -154,6 +155,48 @@ TEST(Occlusion, AMeshHidesTheSameAsABoxOfItsShape) {
     for (std::size_t i = 0; i < a->mask.size(); ++i) apart += a->mask[i] != b->mask[i];
     EXPECT_LE(apart, 10U) << "rounding at the edges";
   }
+}
+
+TEST(Occlusion, AnotherRobotsMeshHidesTheSameAsABoxOfItsShape) {
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  const Eigen::Vector3d size(0.2, 0.5, 1);
+  std::vector<std::size_t> counts;
+  for (const Shape& hiding : {shape(ShapeKind::box, size), test::box_mesh_shape(size)}) {
+    World world;
+    world.add("red", robot_shapes(), Transform<Map, Body>::planar(3, 0, 0.6));
+    world.add("real", {hiding}, Transform<Map, Body>::planar(1.5, 0.2, 0, 0.5), BodyOwner::real_robot, false);
+    RenderJob job = robot_job(jpeg_image(), 3);
+    job.world = world.snapshot;
+    for (auto& body : job.world.bodies) body.known = true;
+    counts.push_back(visible_pixels(**compositor, job));
+  }
+  const std::size_t all = visible_pixels(**compositor, robot_job(jpeg_image(), 3));
+  EXPECT_LT(counts[0], all - 500) << "it hides something";
+  EXPECT_GT(counts[0], 500U) << "and not everything";
+  EXPECT_NEAR(static_cast<double>(counts[1]), static_cast<double>(counts[0]), 10);
+}
+
+TEST(MeshShape, IsDrawnWhereABoxOfItsShapeIs) {
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  std::vector<std::vector<std::uint8_t>> masks;
+  for (const Shape& drawn : {shape(ShapeKind::box, {0.4, 0.7, 1}), test::box_mesh_shape({0.4, 0.7, 1})}) {
+    World world;
+    world.add("box", {drawn}, Transform<Map, Body>::planar(3, 0.3, 0.6, 0.5));
+    RenderJob job = robot_job(jpeg_image(), 3);
+    job.world = world.snapshot;
+    const auto pixels = (*compositor)->compose_pixels(job);
+    ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+    masks.push_back(pixels->mask);
+  }
+  std::size_t drawn = 0, apart = 0;
+  for (std::size_t i = 0; i < masks[0].size(); ++i) {
+    drawn += masks[0][i] == 255;
+    apart += masks[0][i] != masks[1][i];
+  }
+  EXPECT_GT(drawn, 5000U);
+  EXPECT_LT(apart, drawn / 30) << "a box has chamfers, its mesh has not";
 }
 
 TEST(Occlusion, DeletedEntitiesAndFreeDoorSpaceHideNothing) {

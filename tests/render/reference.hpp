@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -81,6 +82,23 @@ inline double enter_cylinder(const Eigen::Vector3d& o, const Eigen::Vector3d& d,
   return best;
 }
 
+/// The nearest triangle's plane where the ray meets it inside all three edges.
+inline double enter_mesh(const ShapeMesh& mesh, const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
+  double nearest = kMiss;
+  for (const MeshTriangle& corners : mesh.triangles) {
+    std::array<Eigen::Vector3d, 3> p;
+    for (std::size_t i = 0; i < 3; ++i) p[i] = mesh.vertices[corners[i]].cast<double>();
+    const Eigen::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
+    if (normal.dot(d) == 0) continue;
+    const double t = normal.dot(p[0] - o) / normal.dot(d);
+    bool inside = t > 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      inside = inside && normal.dot((p[(i + 1) % 3] - p[i]).cross(o + t * d - p[i])) >= 0;
+    if (inside) nearest = std::min(nearest, t);
+  }
+  return nearest;
+}
+
 inline double enter_shape(const Shape& shape, const Eigen::Vector3d& o, const Eigen::Vector3d& d) {
   const double r = shape.size.x();
   switch (shape.kind) {
@@ -98,6 +116,8 @@ inline double enter_shape(const Shape& shape, const Eigen::Vector3d& o, const Ei
       if (side < kMiss && std::abs(o.z() + side * d.z()) <= up.z()) t = std::min(t, side);
       return t;
     }
+    case ShapeKind::mesh:
+      return enter_mesh(*shape.mesh, o, d);
   }
   return kMiss;
 }

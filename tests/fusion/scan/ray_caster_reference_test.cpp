@@ -45,6 +45,43 @@ void compare_on_building(RayCaster& caster, const RandomScene& scene, std::span<
   compare(fast, reference, sum);
 }
 
+/// A mesh of random triangles.
+Shape random_mesh(Draw& draw, int triangles) {
+  std::vector<Eigen::Vector3f> vertices;
+  std::vector<MeshTriangle> corners;
+  for (int i = 0; i < triangles; ++i) {
+    const Eigen::Vector3d middle = draw.vector(0.6);
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    for (int k = 0; k < 3; ++k) vertices.push_back((middle + draw.vector(0.2)).cast<float>());
+    corners.push_back({first, first + 1, first + 2});
+  }
+  const auto centered = make_shape_mesh(std::move(vertices), std::move(corners)).value();
+  Shape shape = test::random_shape(draw);
+  shape.kind = ShapeKind::mesh;
+  shape.size = centered.size;
+  shape.mesh = centered.mesh;
+  return shape;
+}
+
+TEST(RayCasterReference, agrees_with_the_reference_on_bodies_that_are_meshes) {
+  constexpr int kBeams = 361;
+  RayCaster caster;
+  Comparison sum;
+  std::vector<RangeHit> fast(kBeams), reference(kBeams);
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    RandomScene scene = random_scene(seed, kBeams, 10, 0);
+    Draw draw(seed + 1000);
+    for (BodyDefinition& body : scene.definitions) {
+      for (Shape& shape : body.shapes) shape = random_mesh(draw, draw.integer(1, 60));
+    }
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, fast);
+    cast_bodies_exact(scene.laser, scene.beams, scene.bodies, scene.max_range, reference);
+    compare(fast, reference, sum);
+    ASSERT_EQ(sum.apart, 0U) << "scene " << seed;
+  }
+  EXPECT_GT(sum.hits, 500U);
+}
+
 // Both casters work in doubles, so even at grazing edges they part only within about 1e-12 rad: over random
 // scenes that does not happen, and no disagreement is allowed.
 TEST(RayCasterReference, agrees_with_the_reference_on_bodies_over_a_million_beams) {
