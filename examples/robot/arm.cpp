@@ -1,0 +1,48 @@
+#include "arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace robot {
+
+Arm::Arm()
+    : joints_{{"shoulder", -0.6, 1.6, 0.8, 0.0015},
+              {"elbow", -2.4, 0.2, 1.0, 0.0015},
+              {"gripper", 0, 0.045, 0.06, 0.0001}} {}
+
+void Arm::receive(const parhelion::joints_t& command, std::int64_t now) {
+  heard_ = now;
+  for (std::size_t i = 0; i < command.names.size(); ++i) {
+    for (Joint& joint : joints_) {
+      if (joint.name != command.names[i]) continue;
+      joint.to_target = i < command.positions.size() && std::isfinite(command.positions[i]);
+      if (joint.to_target) joint.target = std::clamp(command.positions[i], joint.lower, joint.upper);
+      const bool has_speed = i < command.velocities.size() && std::isfinite(command.velocities[i]);
+      joint.wanted_speed =
+          has_speed ? std::clamp(command.velocities[i], -joint.max_speed, joint.max_speed) : 0;
+    }
+  }
+}
+
+void Arm::step(double dt, std::int64_t now) {
+  const bool silent = now - heard_ > kSilence;
+  for (Joint& joint : joints_) {
+    const double wanted = joint.to_target ? (joint.target - joint.position) / dt : joint.wanted_speed;
+    joint.speed = silent ? 0 : std::clamp(wanted, -joint.max_speed, joint.max_speed);
+    joint.position = std::clamp(joint.position + joint.speed * dt, joint.lower, joint.upper);
+  }
+}
+
+parhelion::joints_t Arm::state(std::int64_t utime) const {
+  parhelion::joints_t state{};
+  state.utime = utime;
+  for (const Joint& joint : joints_) {
+    state.names.push_back(joint.name);
+    state.positions.push_back(std::round(joint.position / joint.resolution) * joint.resolution);
+    state.velocities.push_back(joint.speed);
+  }
+  state.njoints = state.npositions = state.nvelocities = static_cast<std::int32_t>(joints_.size());
+  return state;
+}
+
+}  // namespace robot

@@ -1,0 +1,165 @@
+#include "route.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <queue>
+
+namespace robot {
+namespace {
+
+constexpr int kCells = 140;     // a side of the grid, which has the robot in its middle
+constexpr double kCell = 0.08;  // m
+constexpr int kMiddle = kCells / 2;
+constexpr double kPreferred = 0.35;  // m: nearer to an obstacle than this, a cell costs more
+
+using Grid = std::vector<double>;
+
+int cell_of(double offset) {
+  return std::clamp(static_cast<int>(std::lround(offset / kCell)) + kMiddle, 0, kCells - 1);
+}
+
+Point2 point_of(int cell, const Pose2& pose) {
+  return {pose.x + (cell % kCells - kMiddle) * kCell, pose.y + (cell / kCells - kMiddle) * kCell};
+}
+
+// m from each cell to the nearest seen point, at most `reach`.
+Grid clearances(const Pose2& pose, const std::vector<Point2>& seen, double reach) {
+  Grid clear(kCells * kCells, reach);
+  const int around = static_cast<int>(reach / kCell) + 1;
+  for (const Point2& p : seen) {
+    if (std::max(std::abs(p.x - pose.x), std::abs(p.y - pose.y)) > kMiddle * kCell) continue;
+    const int column = cell_of(p.x - pose.x), row = cell_of(p.y - pose.y);
+    for (int y = std::max(0, row - around); y <= std::min(kCells - 1, row + around); ++y) {
+      for (int x = std::max(0, column - around); x <= std::min(kCells - 1, column + around); ++x) {
+        double& value = clear[static_cast<std::size_t>(y * kCells + x)];
+        value = std::min(value, distance(p, point_of(y * kCells + x, pose)));
+      }
+    }
+  }
+  return clear;
+}
+
+// Dijkstra from `goal`: what is left to drive, m, from each cell; infinity: no path.
+Grid costs_to(int goal, const Grid& clear, double clearance) {
+  Grid cost(kCells * kCells, std::numeric_limits<double>::infinity());
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  cost[static_cast<std::size_t>(goal)] = 0;
+  open.emplace(0, goal);
+  while (!open.empty()) {
+    const auto [value, cell] = open.top();
+    open.pop();
+    if (value > cost[static_cast<std::size_t>(cell)]) continue;
+    for (const auto& [dx, dy] : std::array<std::pair<int, int>, 8>{
+             {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}}) {
+      const int x = cell % kCells + dx, y = cell / kCells + dy;
+      if (x < 0 || y < 0 || x >= kCells || y >= kCells) continue;
+      const auto next = static_cast<std::size_t>(y * kCells + x);
+      if (clear[next] < clearance) continue;
+      const double tight = std::max(0.0, clearance + kPreferred - clear[next]) / kPreferred;
+      const double there = value + kCell * std::hypot(dx, dy) * (1 + 3 * tight);
+      if (there >= cost[next]) continue;
+      cost[next] = there;
+      open.emplace(there, static_cast<int>(next));
+    }
+  }
+  return cost;
+}
+
+}  // namespace
+
+Route::Route(const Settings& settings, std::vector<Point2> points)
+    : settings_(settings), points_(std::move(points)) {
+  for (const Point2& corner : settings_.footprint)
+    radius_ = std::max(radius_, std::hypot(corner.x, corner.y));
+}
+
+std::vector<Point2> Route::path(const Pose2& pose, const std::vector<Point2>& seen, double clearance) const {
+  const Point2& goal = points_[next_];
+  Grid clear = clearances(pose, seen, clearance + kPreferred);
+  // It may start nearer to something than it may drive.
+  for (std::size_t i = 0; i < clear.size(); ++i) {
+    if (distance(point_of(static_cast<int>(i), pose), {pose.x, pose.y}) < 3 * kCell)
+      clear[i] = std::max(clear[i], clearance);
+  }
+  const Grid cost = costs_to(cell_of(goal.y - pose.y) * kCells + cell_of(goal.x - pose.x), clear, clearance);
+  int cell = kMiddle * kCells + kMiddle;
+  std::vector<Point2> path{{pose.x, pose.y}};
+  if (!std::isfinite(cost[static_cast<std::size_t>(cell)])) return {};
+  while (cost[static_cast<std::size_t>(cell)] > 0) {
+    int best = cell;
+    for (const int step : {1, -1, kCells, -kCells, kCells + 1, kCells - 1, 1 - kCells, -1 - kCells}) {
+      const int next = cell + step;
+      if (next < 0 || next >= kCells * kCells || std::abs(next % kCells - cell % kCells) > 1) continue;
+      if (cost[static_cast<std::size_t>(next)] < cost[static_cast<std::size_t>(best)]) best = next;
+    }
+    if (best == cell) break;
+    cell = best;
+    path.push_back(point_of(cell, pose));
+  }
+  return path;
+}
+
+// Pure pursuit (Coulter 1992), with a turn on the spot where the path leads elsewhere.
+Twist2 Route::follow(const std::vector<Point2>& path, const Pose2& pose, double speed) const {
+  constexpr double kAhead = 0.45;  // m
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (distance(path[i], {pose.x, pose.y}) < distance(path[nearest], {pose.x, pose.y})) nearest = i;
+  }
+  std::size_t at = nearest;
+  while (at + 1 < path.size() && distance(path[at], {pose.x, pose.y}) < kAhead) ++at;
+  const double dx = path[at].x - pose.x, dy = path[at].y - pose.y;
+  const double off = wrap(std::atan2(dy, dx) - pose.yaw), length = std::max(0.1, std::hypot(dx, dy));
+  if (std::abs(off) > 0.6) return {0, std::copysign(0.8 * settings_.yaw_rate, off)};
+  const double curvature = 2 * std::sin(off) / length;
+  const double left = distance(points_[next_], {pose.x, pose.y});
+  double vx = std::min(speed, std::max(0.12, 0.8 * left));
+  if (curvature != 0) vx = std::min(vx, settings_.yaw_rate / std::abs(curvature));
+  return {vx, curvature * vx};
+}
+
+// Whether the next seconds keep a gap from all that is seen, or at least do not narrow it.
+bool Route::is_safe(const std::vector<Point2>& path, Pose2 pose, Twist2 now, double speed,
+                    const std::vector<Point2>& seen) const {
+  constexpr double kStep = 0.1, kHorizon = 1.6;  // s
+  const auto gap = [&](const Pose2& at) {
+    double nearest = 10;
+    for (const Point2& p : seen) {
+      if (distance(p, {at.x, at.y}) < radius_ + settings_.gap + 0.05)
+        nearest = std::min(nearest, distance(settings_.footprint, inverse(at) * p));
+    }
+    return nearest;
+  };
+  const double wanted = std::min(settings_.gap, gap(pose) - 0.005);
+  for (double t = 0; t < kHorizon; t += kStep) {
+    const Twist2 next = follow(path, pose, speed);
+    now.vx += std::clamp(next.vx - now.vx, -kStep, kStep);
+    now.wz = next.wz;
+    pose = advance(pose, now, kStep);
+    if (gap(pose) < std::max(0.03, wanted * (1 - t / kHorizon / 2))) return false;
+  }
+  return true;
+}
+
+Twist2 Route::drive(const Pose2& pose, const Twist2& now, const std::vector<Point2>& seen) {
+  while (next_ < points_.size() && distance(points_[next_], {pose.x, pose.y}) < settings_.reached) ++next_;
+  reason_ = "";
+  if (is_reached()) return {};
+  std::vector<Point2> way;
+  for (const double gap : {settings_.gap, settings_.gap / 2, 0.02}) {
+    if (way.empty()) way = path(pose, seen, radius_ * 0.8 + gap);
+  }
+  reason_ = "no path to the next point";
+  if (way.size() < 2) return {};
+  reason_ = "something is too close";
+  for (const double speed : {settings_.speed, 0.6 * settings_.speed, 0.15}) {
+    if (!is_safe(way, pose, now, speed, seen)) continue;
+    reason_ = "";
+    return follow(way, pose, speed);
+  }
+  return {};
+}
+
+}  // namespace robot

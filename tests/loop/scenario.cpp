@@ -1,0 +1,150 @@
+// The scenario of a drive: what is virtual in it, and what the trainee is to do.
+#include <stdexcept>
+
+#include "tests/loop/closed_loop.hpp"
+
+namespace parhelion::test {
+namespace {
+
+constexpr double kFromStart = 1.1, kApart = 0.7, kFromThings = 0.48;  // m
+
+class Casting {
+ public:
+  Casting(const Site& site, Scenario& scenario)
+      : site_(site), scenario_(scenario), draw_(site.seed * 31 + 7) {}
+
+  Draw& draw() { return draw_; }
+  /// Whether something may be placed there.
+  bool is_free(const Eigen::Vector2d& p, double from_things) const {
+    if (clearance(site_, p) < from_things) return false;
+    for (const Pose2& start : {site_.start, site_.other_start}) {
+      if ((p - start.position()).norm() < kFromStart) return false;
+    }
+    for (const AgentDefinition& agent : scenario_.agents) {
+      if ((p - agent.T_map_base.translation().head<2>()).norm() < kApart) return false;
+    }
+    return true;
+  }
+  /// The first of the places that `propose` makes which is free.
+  template <class Propose>
+  Eigen::Vector2d place(const Propose& propose) {
+    constexpr int kTries = 2000;
+    for (int tries = 0; tries < kTries; ++tries) {
+      const Eigen::Vector2d p = propose();
+      if (is_free(p, tries < kTries / 2 ? kFromThings : 0.7 * kFromThings)) return p;
+    }
+    throw std::runtime_error("site " + std::to_string(site_.seed) + " has no room for its agents");
+  }
+  Eigen::Vector2d anywhere(double from, double to) {
+    return place(
+        [&] { return Eigen::Vector2d(draw_.within(from, to), draw_.within(0.7, site_.width - 0.7)); });
+  }
+  /// Beside the way from a to b, where a robot that drives straight on would touch it.
+  Eigen::Vector2d beside(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return place([&] {
+      const Eigen::Vector2d along = (b - a).normalized(), across(-along.y(), along.x());
+      const double off = draw_.within(0.1, 0.5) * (draw_.chance(0.5) ? 1 : -1);
+      return Eigen::Vector2d(a + draw_.within(0.3, 0.8) * (b - a) + off * across);
+    });
+  }
+  AgentDefinition& add(const std::string& name, AgentKind kind, const Eigen::Vector2d& at) {
+    AgentDefinition agent;
+    agent.name = name, agent.kind = kind;
+    agent.T_map_base = Transform<Map, Base>::planar(at.x(), at.y(), draw_.within(-3, 3));
+    scenario_.agents.push_back(agent);
+    return scenario_.agents.back();
+  }
+  /// Back and forth between the place where it is and another one of the same room.
+  void patrol(AgentDefinition& agent, double from, double to, double speed) {
+    agent.behaviour.kind = BehaviourKind::patrol;
+    agent.behaviour.speed = speed;
+    const Eigen::Vector2d here = agent.T_map_base.translation().head<2>();
+    const Eigen::Vector2d there = place([&] {
+      return Eigen::Vector2d(draw_.within(from, to), here.y() > site_.width / 2
+                                                         ? draw_.within(0.6, 1.6)
+                                                         : site_.width - draw_.within(0.6, 1.6));
+    });
+    agent.behaviour.waypoints = {there, here};
+  }
+
+ private:
+  const Site& site_;
+  Scenario& scenario_;
+  Draw draw_;
+};
+
+Training training(Arrangement arrangement) {
+  Training training;
+  if (arrangement == Arrangement::robot_drives_itself) training.robot = "robot_1";
+  training.text = "Drive to the goal, and touch nobody.";
+  Task task;
+  task.name = "goal", task.points = 10, task.required = true;
+  task.done.kind = Condition::Kind::reach;
+  task.done.target = "goal";
+  training.tasks = {task};
+  Penalty contact;
+  contact.name = "contact", contact.points = 5;
+  contact.when.event = EventKind::contact_started;
+  Penalty near_miss = contact;
+  near_miss.name = "near miss", near_miss.points = 0.5;
+  near_miss.when.event = EventKind::near_miss;
+  training.penalties = {contact, near_miss};
+  return training;
+}
+
+Zone goal_zone(const Eigen::Vector2d& goal) {
+  constexpr double h = 0.5;  // m
+  Zone zone;
+  zone.name = "goal";
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(-h, -h), Eigen::Vector2d(h, -h), Eigen::Vector2d(h, h), Eigen::Vector2d(-h, h)})
+    zone.outline.push_back(goal + corner);
+  return zone;
+}
+
+}  // namespace
+
+const char* to_string(Arrangement arrangement) {
+  switch (arrangement) {
+    case Arrangement::trainee_drives:
+      return "trainee drives";
+    case Arrangement::careless_trainee_drives:
+      return "careless trainee drives";
+    case Arrangement::robot_drives_itself:
+      return "robot drives itself";
+  }
+  return "";
+}
+
+Scenario loop_scenario(const Site& site, Arrangement arrangement) {
+  const bool itself = arrangement == Arrangement::robot_drives_itself;
+  Scenario scenario;
+  scenario.name = "closed loop " + std::to_string(site.seed);
+  scenario.seed = site.seed + 1;
+  scenario.model = "model.yaml", scenario.map = "site.yaml";
+  scenario.zones = {goal_zone(itself ? site.other_route.back() : site.route.back())};
+  scenario.training = training(arrangement);
+  Casting cast(site, scenario);
+  if (itself) {
+    AgentDefinition& robot = cast.add("robot_1", AgentKind::robot, site.other_start.position());
+    robot.T_map_base =
+        Transform<Map, Base>::planar(site.other_start.x, site.other_start.y, site.other_start.yaw);
+    robot.behaviour.kind = BehaviourKind::teleop;
+    robot.laser = "utm-30lx";
+  }
+  const double first = site.partition - 0.6, second = site.partition + 1.6, end = site.length - 0.7;
+  cast.add("barrel_1", AgentKind::barrel, cast.beside(site.start.position(), site.route.front()));
+  AgentDefinition& patrolling = cast.add("person_1", AgentKind::person, cast.anywhere(1.4, first));
+  cast.patrol(patrolling, 1.2, first, cast.draw().within(0.3, 0.8));
+  AgentDefinition& person = cast.add("person_2", AgentKind::person, cast.anywhere(second, end));
+  person.behaviour.kind = BehaviourKind::wander;
+  person.behaviour.speed = cast.draw().within(0.3, 0.7);
+  if (!itself) {
+    AgentDefinition& robot = cast.add("robot_1", AgentKind::robot, cast.anywhere(second, end));
+    robot.behaviour.kind = BehaviourKind::wander;
+    robot.behaviour.speed = cast.draw().within(0.2, 0.5);
+  }
+  return scenario;
+}
+
+}  // namespace parhelion::test
