@@ -30,5 +30,6 @@ void add_validate(CLI::App& app, Exit& exit);
 void add_doctor(CLI::App& app, Exit& exit);
 void add_key(CLI::App& app, Exit& exit);
 void add_relay(CLI::App& app, Exit& exit);
+void add_robot(CLI::App& app, Exit& exit);
 
 }  // namespace parhelion::tools

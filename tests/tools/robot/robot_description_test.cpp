@@ -1,0 +1,231 @@
+// `parhelion robot`: a description from a URDF and a log, and what a log contradicts in one.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tools/robot/check_description.hpp"
+#include "tools/robot/new_description.hpp"
+
+namespace parhelion::tools {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kUrdf = R"(<robot name="rover">
+<link name="chassis"><inertial><mass value="20"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision></link>
+<joint name="a" type="fixed"><origin xyz="0.2 0 0.15" rpy="0 0 1.5707963"/><parent link="chassis"/><child link="front_laser"/></joint>
+<link name="front_laser"/>
+<joint name="b" type="fixed"><origin xyz="0.25 0 0.1" rpy="-1.5707963 0 -1.5707963"/><parent link="chassis"/><child link="camera_rgb_optical_frame"/></joint>
+<link name="camera_rgb_optical_frame"/>
+</robot>)";
+
+/// What the made-up robot's driver writes.
+struct Driver {
+  std::size_t beams = 360;
+  double angle_min = -std::numbers::pi, angle_increment = 2 * std::numbers::pi / 360;
+  double period = 0.1;
+  float no_return = std::numeric_limits<float>::infinity();
+  double turn_sign = 1;  ///< of odometry
+  bool mast = false;     ///< hides ten beams
+};
+
+/// Distance from (x, y) along a bearing to the walls of a room of 9 m x 6 m with a gap without a return.
+float room(double x, double y, double bearing, float no_return) {
+  const double c = std::cos(bearing), s = std::sin(bearing);
+  const double to_x = c > 0 ? (5 - x) / c : c < 0 ? (-4 - x) / c : 1e9;
+  const double to_y = s > 0 ? (2 - y) / s : s < 0 ? (-4 - y) / s : 1e9;
+  const double range = std::min(to_x, to_y);
+  const double hit_y = y + range * s;
+  if (to_x < to_y && c > 0 && hit_y > -1 && hit_y < 1) return no_return;
+  return static_cast<float>(std::round(range * 1000) / 1000);
+}
+
+/// A log of 40 s: the robot turns on the spot by a whole turn and drives a little. The laser looks to the
+/// left (yaw 90 degrees).
+std::string write_log(const test::TemporaryFolder& folder, const Driver& driver) {
+  const std::string path = folder / "drive.lcm";
+  auto log = LogWriter::create(path, true).value();
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 400; ++i) {
+    const double t = i * driver.period, yaw = 0.02 * i, x = 0.002 * i;
+    const SensorTime stamp = SensorTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(t * 1e6));
+    const ArrivalTime arrival{stamp.ns};
+    Scan scan;
+    scan.stamp = stamp;
+    scan.angle_min = static_cast<float>(driver.angle_min);
+    scan.angle_increment = static_cast<float>(driver.angle_increment);
+    for (std::size_t k = 0; k < driver.beams; ++k) {
+      const double angle = driver.angle_min + static_cast<double>(k) * driver.angle_increment;
+      scan.ranges.push_back(
+          driver.mast && k < 10 ? 0.05F : room(x, 0, yaw + std::numbers::pi / 2 + angle, driver.no_return));
+    }
+    encode(scan, bytes);
+    EXPECT_TRUE(log.write(channel::kScan, arrival, bytes).ok());
+    Odometry odometry;
+    odometry.stamp = stamp;
+    odometry.T_odom_base = Transform<Odom, Base>::planar(x, 0, driver.turn_sign * yaw);
+    encode(odometry, bytes);
+    EXPECT_TRUE(log.write(channel::kOdometry, arrival, bytes).ok());
+  }
+  return path;
+}
+
+std::string likely(const std::string&, const std::string& value) { return value; }
+
+struct Made {
+  test::TemporaryFolder folder;
+  LogSurvey log;
+  UrdfOutline urdf;
+
+  explicit Made(const Driver& driver = {}) {
+    std::ofstream(folder / "rover.urdf") << kUrdf;
+    urdf = read_urdf_outline(folder / "rover.urdf").value();
+    log = survey_log(write_log(folder, driver)).value();
+  }
+  RobotDescription description() const {
+    const auto text = new_description(urdf, log, likely);
+    EXPECT_TRUE(text.ok()) << text.error().message;
+    const auto robot = parse_robot_description(*text, "new");
+    EXPECT_TRUE(robot.ok()) << robot.error().message;
+    return *robot;
+  }
+};
+
+TEST(RobotNew, TakesPosesAndOutlineFromTheUrdf) {
+  const Made made;
+  const RobotDescription robot = made.description();
+  ASSERT_TRUE(robot.laser);
+  EXPECT_TRUE(robot.laser->T_base_laser.translation().isApprox(Eigen::Vector3d(0.2, 0, 0.25), 1e-4));
+  EXPECT_NEAR(robot.laser->T_base_laser.rotation()(1, 0), 1, 1e-4);
+  EXPECT_NEAR(robot.height, 0.2, 1e-6);
+  EXPECT_NEAR(robot.mass, 20, 1e-6);
+  EXPECT_EQ(robot.footprint.size(), 4U);
+  EXPECT_FALSE(robot.camera) << "the log has no images";
+}
+
+TEST(RobotNew, TakesAnglesTimesAndSentinelsFromTheLog) {
+  for (const float no_return :
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), 0.F, 81.91F}) {
+    Driver driver;
+    driver.no_return = no_return;
+    const RobotDescription robot = Made(driver).description();
+    ASSERT_TRUE(robot.laser);
+    EXPECT_EQ(robot.laser->convention.classify(no_return), BeamKind::no_return) << no_return;
+    EXPECT_EQ(robot.laser->convention.classify(3.F), BeamKind::hit) << no_return;
+    EXPECT_NEAR(robot.laser->scan_period, 0.1, 1e-3);
+    EXPECT_EQ(robot.laser->beams, 360);
+    EXPECT_NEAR(robot.laser->angle_min, -std::numbers::pi, 1e-5);
+    EXPECT_NEAR(robot.laser->beam_interval * 360, 0.1, 1e-3);
+  }
+}
+
+TEST(RobotNew, ACamerasOpticalFrameIsTurnedToItsLink) {
+  Made made;
+  made.log.camera = ImageSurvey{10, 320, 240, 0.1};
+  const RobotDescription robot = made.description();
+  ASSERT_TRUE(robot.camera);
+  EXPECT_TRUE(robot.camera->T_base_optical.rotation().col(2).isApprox(Eigen::Vector3d::UnitX(), 1e-4));
+  EXPECT_TRUE(robot.camera->T_base_optical.rotation().col(1).isApprox(-Eigen::Vector3d::UnitZ(), 1e-4));
+}
+
+TEST(RobotNew, AnswersReplaceGuessesAndAreChecked) {
+  const Made made;
+  const auto with = [&](const std::string& asked, const std::string& answer) {
+    return new_description(made.urdf, made.log, [&](const std::string& question, const std::string& value) {
+      return question.starts_with(asked) ? answer : value;
+    });
+  };
+  EXPECT_THAT(with("Greatest speed", "1.25").value(), HasSubstr("speed: 1.25 m/s"));
+  EXPECT_THAT(with("Greatest speed", "fast").error().message, HasSubstr("found 'fast'"));
+  EXPECT_THAT(with("Greatest speed", "-1").error().message, HasSubstr("at least 0"));
+  EXPECT_THAT(with("Link of the laser", "front_lasre").error().message, HasSubstr("front_laser"));
+}
+
+TEST(RobotCheck, WhatNewMadeAgreesWithItsLog) {
+  const Made made;
+  const DescriptionCheck check = check_description(made.description(), made.log);
+  EXPECT_THAT(check.contradictions, IsEmpty());
+  EXPECT_THAT(check.agreements, Contains("scans turn as odometry does"));
+}
+
+TEST(RobotCheck, EachContradictionIsFoundAlone) {
+  struct Case {
+    const char* what;
+    std::function<void(RobotDescription&)> change;
+    const char* found;
+  };
+  const Case cases[] = {
+      {"beams", [](RobotDescription& r) { r.laser->beams = 720; }, "laser beams: 720, but scans have 360"},
+      {"angles", [](RobotDescription& r) { r.laser->angle_min = 0; }, "laser angle_min"},
+      {"period", [](RobotDescription& r) { r.laser->scan_period = 0.2; }, "laser scan_period"},
+      {"sweep", [](RobotDescription& r) { r.laser->beam_interval = 1e-3; }, "laser beam_interval"},
+      {"range_max", [](RobotDescription& r) { r.laser->convention.range_max = 4; }, "laser range_max"},
+      {"range_min", [](RobotDescription& r) { r.laser->convention.range_min = 3; }, "laser range_min"},
+      {"no_return",
+       [](RobotDescription& r) { r.laser->convention.no_return = RangeConvention::Sentinel::nan; },
+       "laser no_return"},
+      {"footprint",
+       [](RobotDescription& r) {
+         for (auto& corner : r.footprint) corner *= 30;
+       },
+       "outline"},
+      {"speed", [](RobotDescription& r) { r.limits.speed = 0.001; }, "limits speed"},
+      {"yaw rate", [](RobotDescription& r) { r.limits.yaw_rate = 0.05; }, "limits yaw_rate"},
+      {"camera", [](RobotDescription& r) { r.camera.emplace(); }, "no messages on CAMERA"},
+      {"laser", [](RobotDescription& r) { r.laser.reset(); }, "add 'laser'"},
+  };
+  const Made made;
+  for (const Case& each : cases) {
+    RobotDescription robot = made.description();
+    each.change(robot);
+    const DescriptionCheck check = check_description(robot, made.log);
+    EXPECT_THAT(check.contradictions, testing::ElementsAre(HasSubstr(each.found))) << each.what;
+  }
+}
+
+TEST(RobotCheck, AValueWithoutReturnThatIsTakenForAWallIsFound) {
+  Driver driver;
+  driver.no_return = 81.91F;
+  const Made made(driver);
+  RobotDescription robot = made.description();
+  robot.laser->convention.no_return = RangeConvention::Sentinel::infinity;
+  robot.laser->convention.range_max = 100;
+  EXPECT_THAT(check_description(robot, made.log).contradictions, testing::ElementsAre(HasSubstr("81.91")));
+}
+
+TEST(RobotCheck, ScansThatTurnTheOtherWayAreFound) {
+  Driver driver;
+  driver.turn_sign = -1;
+  const Made made(driver);
+  EXPECT_THAT(check_description(made.description(), made.log).contradictions,
+              testing::ElementsAre(HasSubstr("turn the other way")));
+}
+
+TEST(RobotCheck, BeamsThatSeeTheRobotItselfAreFound) {
+  Driver driver;
+  driver.mast = true;
+  const Made made(driver);
+  EXPECT_THAT(check_description(made.description(), made.log).contradictions,
+              testing::ElementsAre(HasSubstr("10 beams end inside")));
+}
+
+TEST(RobotCheck, ALogWithoutSensorsOrThatIsNoneIsRefused) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "empty.lcm");
+  EXPECT_THAT(survey_log(folder / "empty.lcm").error().message, HasSubstr("expected messages on SCAN"));
+  EXPECT_FALSE(survey_log(folder / "absent.lcm").ok());
+}
+
+}  // namespace
+}  // namespace parhelion::tools

@@ -1,0 +1,65 @@
+// What a recorded log shows of a robot's sensors, whatever its description says.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/pose.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion::tools {
+
+struct LaserSurvey {
+  std::vector<Scan> scans;                   ///< at most 2,000, those with the usual number of beams
+  std::size_t beams = 0;                     ///< of most scans
+  std::size_t odd_scans = 0;                 ///< with another number of beams, or other angles
+  float angle_min = 0, angle_increment = 0;  ///< rad
+  double period = 0;                         ///< s, median between two stamps
+  std::size_t backward_stamps = 0;
+  float least = 0, greatest = 0;           ///< m, of ranges > 0 that are finite and not `repeated`
+  double zero = 0, nan = 0, infinite = 0;  ///< fractions of all ranges
+  /// A greatest finite range that many beams report exactly: what the sensor writes without a return.
+  std::optional<float> repeated;
+  double repeated_fraction = 0;
+  bool intensities = false;
+};
+
+struct ImageSurvey {
+  std::size_t images = 0;
+  int width = 0, height = 0;  ///< of the first
+  double period = 0;          ///< s, median between two stamps
+};
+
+struct OdometrySurvey {
+  std::vector<Odometry> samples;  ///< stamps ascending
+  double speed = 0;               ///< m/s, 99th percentile over 0.5 s
+  double yaw_rate = 0;            ///< rad/s, likewise
+};
+
+struct LogSurvey {
+  std::string path;
+  std::optional<LaserSurvey> laser;
+  std::optional<OdometrySurvey> odometry;
+  std::optional<ImageSurvey> camera, depth;
+  bool imu = false;
+  std::vector<std::string> joints;    ///< names in JOINT_STATE
+  std::string robot_yaml;             ///< the last ROBOT; empty: none
+  std::vector<std::string> findings;  ///< messages that could not be decoded: the first of each channel
+};
+
+/// Channels as in protocols/channels.hpp. Error: the file cannot be read, or it has no message of a sensor.
+Result<LogSurvey> survey_log(const std::string& path);
+
+/// What the ranges say about the sensor's convention; poses and times keep their defaults but for the period,
+/// and the interval of beams, which is that of a mirror or head that turns once a scan.
+LaserDescription laser_seen(const LaserSurvey& survey);
+
+/// +1: scans turn as odometry does while the robot turns; -1: the other way, as when beams are in reverse
+/// order or the laser is upside down; 0: the log does not show it (the robot turns less than 0.5 rad, or
+/// scans do not match). Scans are matched by shifting their beams.
+int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry);
+
+}  // namespace parhelion::tools

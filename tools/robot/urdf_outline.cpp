@@ -1,0 +1,115 @@
+#include "tools/robot/urdf_outline.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "protocols/convex_hull.hpp"
+#include "protocols/yaml/document.hpp"
+#include "server/simulation/urdf.hpp"
+#include "server/simulation/urdf_meshes.hpp"
+
+namespace parhelion::tools {
+namespace {
+
+constexpr int kCorners = 24;  // at most, of a footprint
+
+/// Points whose convex hull is about the shape, in the link's frame.
+std::vector<Eigen::Vector3d> extreme_points(const Shape& shape) {
+  std::vector<Eigen::Vector3d> points;
+  const Eigen::Isometry3d T = shape.T_body_shape.isometry();
+  if (shape.kind == ShapeKind::mesh) {
+    for (const Eigen::Vector3d& corner : hull_corners(shape.mesh->vertices)) points.emplace_back(T * corner);
+    return points;
+  }
+  if (shape.kind == ShapeKind::box) {
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d sign(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+      points.emplace_back(T * sign.cwiseProduct(shape.size));
+    }
+    return points;
+  }
+  const double radius = shape.size.x();
+  const double half = shape.kind == ShapeKind::sphere ? 0 : shape.size.z() / 2;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kCorners;
+    const Eigen::Vector3d rim(radius * std::cos(angle), radius * std::sin(angle), 0);
+    for (const double z : {-half, half}) points.emplace_back(T * (rim + Eigen::Vector3d(0, 0, z)));
+    if (shape.kind != ShapeKind::cylinder) points.emplace_back(T * Eigen::Vector3d(rim.x(), 0, rim.y()));
+  }
+  return points;
+}
+
+/// The corners that are the farthest in evenly distributed directions, rounded to the millimetre.
+std::vector<Eigen::Vector2d> few_corners(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<Eigen::Vector2d> corners;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kCorners;
+    const Eigen::Vector3d direction(std::cos(angle), std::sin(angle), 0);
+    const auto farthest = std::max_element(points.begin(), points.end(), [&](const auto& a, const auto& b) {
+      return a.dot(direction) < b.dot(direction);
+    });
+    corners.emplace_back((farthest->head<2>() * 1000).array().round() / 1000);
+  }
+  return convex_hull(std::move(corners));
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace
+
+Result<UrdfOutline> read_urdf_outline(const std::string& path) {
+  const auto text = yaml::read_text(path);
+  if (!text) return text.error();
+  simulation::EmbeddedUrdf embedded = simulation::embed_meshes(*text, path);
+  const auto urdf = simulation::read_urdf(embedded.urdf, path, {});
+  if (!urdf) return urdf.error();
+  UrdfOutline outline;
+  outline.warnings = std::move(embedded.warnings);
+  outline.name = std::filesystem::path(path).stem().string();
+  outline.root = urdf->links.front().name;
+  std::vector<Eigen::Isometry3d> T_root_link{Eigen::Isometry3d::Identity()};
+  for (const simulation::RobotJoint& joint : urdf->joints)
+    T_root_link.push_back(T_root_link[joint.parent] * joint.T_parent_child.isometry());
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < urdf->links.size(); ++i) {
+    const simulation::RobotLink& link = urdf->links[i];
+    outline.mass += link.mass;
+    for (const Shape& shape : link.solid.empty() ? link.visible : link.solid) {
+      for (const Eigen::Vector3d& point : extreme_points(shape)) points.emplace_back(T_root_link[i] * point);
+    }
+  }
+  double top = 0;
+  if (!points.empty()) {
+    const auto by_height = [](const auto& a, const auto& b) { return a.z() < b.z(); };
+    const auto [lowest, highest] = std::minmax_element(points.begin(), points.end(), by_height);
+    outline.floor = lowest->z();
+    top = highest->z();
+    outline.footprint = few_corners(points);
+  }
+  outline.height = top - outline.floor;
+  for (std::size_t i = 0; i < urdf->links.size(); ++i) {
+    outline.links.push_back(urdf->links[i].name);
+    outline.T_base_link[urdf->links[i].name] = Eigen::Translation3d(0, 0, -outline.floor) * T_root_link[i];
+  }
+  return outline;
+}
+
+std::vector<std::string> links_named(const UrdfOutline& urdf, const std::vector<std::string>& words) {
+  std::vector<std::string> found;
+  for (auto word = words.rbegin(); word != words.rend(); ++word) {
+    for (const std::string& link : urdf.links) {
+      const bool known = std::find(found.begin(), found.end(), link) != found.end();
+      if (!known && lower(link).find(*word) != std::string::npos) found.push_back(link);
+    }
+  }
+  return found;
+}
+
+}  // namespace parhelion::tools

@@ -1,0 +1,34 @@
+// What a URDF says of a real robot: where its links are, its outline, height and mass.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion::tools {
+
+struct UrdfOutline {
+  std::string name;                ///< of the robot
+  std::string root;                ///< first link
+  double floor = 0;                ///< m, z of the robot's lowest point in the root's frame
+  std::vector<std::string> links;  ///< parents before children
+  std::map<std::string, Eigen::Isometry3d>
+      T_base_link;                         ///< joints at zero; base: the root's frame on the floor
+  std::vector<Eigen::Vector2d> footprint;  ///< m, base; convex, counter-clockwise; empty: no shapes
+  double height = 0;                       ///< m, top over the floor
+  double mass = 0;                         ///< kg
+  std::vector<std::string> warnings;       ///< meshes that were not found
+};
+
+/// Collision shapes count, or visual ones where a link has no other; meshes are read. Errors as of
+/// read_urdf(), and of a file that cannot be read.
+Result<UrdfOutline> read_urdf_outline(const std::string& path);
+
+/// Links whose name contains one of these words, whatever their case; those of the last words first.
+std::vector<std::string> links_named(const UrdfOutline& urdf, const std::vector<std::string>& words);
+
+}  // namespace parhelion::tools
