@@ -24,8 +24,9 @@ ArticulatedRobot::ArticulatedRobot(std::shared_ptr<const RobotModel> model)
     const auto leader = model_->joints[layout_.joints[i].joint].geared;
     for (std::size_t other = 0; leader && other < gears_.size(); ++other) {
       if (layout_.joints[other].joint != *leader) continue;
-      gears_[i] = Gear{other, true};
-      gears_[other] = Gear{i, false};
+      const RobotJoint& follower = model_->joints[layout_.joints[i].joint];
+      gears_[i] = Gear{other, true, follower.gear_ratio, follower.gear_offset};
+      gears_[other] = Gear{i, false, 1 / follower.gear_ratio, -follower.gear_offset / follower.gear_ratio};
     }
   }
   steering_.assign(model_->joints.size(), 0);

@@ -85,10 +85,11 @@ class ArticulatedRobot {
     double stalled = 0;                   ///< s at its limit without motion
     bool overloaded = false, broken = false;
   };
-  /// Gearing of a joint: the other joint of the pair.
+  /// Gearing of a joint: its position is ratio * that of the other joint of the pair + offset.
   struct Gear {
     std::size_t other = 0;
     bool follows = false;
+    double ratio = 1, offset = 0;
   };
 
   std::vector<Transform<Map, Body>> part_poses(const Transform<Map, Base>& T_map_base) const;

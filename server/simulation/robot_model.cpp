@@ -187,7 +187,9 @@ class Reader {
       for (std::size_t i = 0; node && i < node->items.size(); ++i)
         read_joint(*node, i, table.key, table.kind, table.field);
     }
-    for (const RobotJoint& joint : model_.joints) {
+    for (RobotJoint& joint : model_.joints) {
+      if (joint.geared)
+        joint.start = joint.gear_ratio * model_.joints[*joint.geared].start + joint.gear_offset;
       const bool limited = joint.kind == JointKind::revolute || joint.kind == JointKind::prismatic;
       if (!limited || (joint.start >= joint.lower && joint.start <= joint.upper)) continue;
       problems_.add(root.line, "joint '" + joint.name + "' would start at " +

@@ -44,6 +44,8 @@ struct RobotJoint {
   double break_effort = 0;            ///< N m or N of load across the joint that breaks it; 0: never
   double start = 0;                   ///< rad or m at the spawn
   std::optional<std::size_t> geared;  ///< the joint it mimics (URDF: mimic)
+  double gear_ratio = 1;              ///< its position is gear_ratio * that of the other + gear_offset; not 0
+  double gear_offset = 0;             ///< rad or m
 };
 
 enum class DriveKind : std::uint8_t { differential, skid, ackermann, tracked };

@@ -169,9 +169,13 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   const JointState state = physics.joint_state(joint_handles_[i]);
   if (gears_[i] && gears_[i]->follows) {
     const Servo& leader = servos_[gears_[i]->other];
+    const Gear& gear = *gears_[i];
     servo.mode = leader.mode;
-    servo.target = leader.target;
-    servo.max_speed = leader.max_speed;
+    servo.max_speed = std::abs(gear.ratio) * leader.max_speed;
+    servo.target = leader.mode == Servo::Mode::effort
+                       ? std::copysign(leader.target, leader.target * gear.ratio)
+                       : gear.ratio * leader.target;
+    if (leader.mode == Servo::Mode::position) servo.target += gear.offset;
   }
   if (servo.until && now > *servo.until) {
     servo.until.reset();
@@ -221,8 +225,11 @@ double ArticulatedRobot::geared_fraction(Physics& physics, std::size_t i, const 
                                          double direction, double dt) const {
   if (!gears_[i] || servos_[gears_[i]->other].broken) return 1;
   const JointState other = physics.joint_state(joint_handles_[gears_[i]->other]);
-  const double apart = state.position - other.position + (state.velocity - other.velocity) * dt;
-  return std::clamp(1 - std::copysign(1.0, direction) * apart / kBacklash, 0.0, 1.0);
+  const Gear& gear = *gears_[i];
+  const double apart = state.position - (gear.ratio * other.position + gear.offset) +
+                       (state.velocity - gear.ratio * other.velocity) * dt;
+  const double backlash = kBacklash * std::max(1.0, std::abs(gear.ratio));
+  return std::clamp(1 - std::copysign(1.0, direction) * apart / backlash, 0.0, 1.0);
 }
 
 void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,

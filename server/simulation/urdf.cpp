@@ -396,16 +396,19 @@ class Reader {
     const XMLElement* mimic = element.FirstChildElement("mimic");
     if (mimic == nullptr) return;
     const std::string name = required_text(*mimic, "joint");
+    joint.gear_ratio = number_or(*mimic, "multiplier", 1);
+    joint.gear_offset = number_or(*mimic, "offset", 0);
     const auto leader =
         std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const RobotJoint& other) {
-          return other.name == name && other.kind == joint.kind && &other != &joint;
+          return other.name == name && other.kind != JointKind::fixed && &other != &joint;
         });
     const bool leads =
         leader != robot_.joints.end() && joints_.at(leader->name)->FirstChildElement("mimic") == nullptr;
-    if (!leads || joint.kind == JointKind::fixed || number_or(*mimic, "multiplier", 1) != 1 ||
-        number_or(*mimic, "offset", 0) != 0)
-      refuse(element, "mimics '" + yaml::printable(name) +
-                          "'; expected another joint of its kind that mimics none, multiplier 1, offset 0");
+    if (!leads || joint.kind == JointKind::fixed || joint.gear_ratio == 0)
+      refuse(element,
+             "mimics '" + yaml::printable(name) +
+                 "'; expected another joint that moves and mimics none, and a multiplier other than 0");
+    joint.start = joint.gear_offset;
     joint.geared = static_cast<std::size_t>(leader - robot_.joints.begin());
   }
 

@@ -145,6 +145,27 @@ void fingers(Simulation& simulation, double opening) {
   joints(simulation, {{"left_finger_joint", opening}});  // the other one is geared to it
 }
 
+TEST(RobotArm, AGearedJointFollowsWithItsMultiplierAndOffset) {
+  RobotModel crawler = *shipped("crawler");
+  const std::string mimic = "<mimic joint=\"left_finger_joint\"";
+  crawler.urdf.insert(crawler.urdf.find(mimic) + mimic.size(), " multiplier=\"0.5\" offset=\"0.01\"");
+  auto geared = parse_robot_model(crawler.urdf, crawler.yaml, "crawler.yaml");
+  ASSERT_TRUE(geared.ok()) << geared.error().message;
+  SimulationOptions options;
+  options.robot_models = {std::make_shared<const RobotModel>(std::move(*geared))};
+  Simulation simulation = make(floor_of(20), options);
+  spawn(simulation, articulated("r", "crawler", 0, 0));
+  run(simulation, 1);
+  EXPECT_NEAR(position(simulation, "right_finger_joint"),
+              0.5 * position(simulation, "left_finger_joint") + 0.01, 0.002);
+  for (const double opening : {0.06, 0.02}) {
+    fingers(simulation, opening);
+    run(simulation, 2);
+    EXPECT_NEAR(position(simulation, "left_finger_joint"), opening, 0.003);
+    EXPECT_NEAR(position(simulation, "right_finger_joint"), 0.5 * opening + 0.01, 0.003);
+  }
+}
+
 TEST(RobotArm, TheGripperLiftsABoxByFrictionAndReleasesIt) {
   Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
   spawn(simulation, articulated("r", "crawler", 0, 0));
