@@ -1,0 +1,229 @@
+#include "fusion/people/people_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/people/track_rules.hpp"
+
+namespace parhelion::people {
+
+namespace {
+
+constexpr std::size_t kCandidates = 8192;
+
+}  // namespace
+
+PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), segmented_(options.segments) {
+  tracks_.reserve(options.max_tracks);
+  movers_.reserve(options.max_tracks);
+  segment_of_slot_.reserve(2 * options.max_tracks);
+  // Enough for all but the largest scans, whose first one sets the size.
+  evidence_.reserve(options.max_tracks);
+  taken_.reserve(options.max_tracks);
+  candidates_.reserve(kCandidates);
+  assignment_.reserve(2 * options.max_tracks, options.max_tracks, kCandidates);
+}
+
+std::span<const Mover> PeopleTracker::update(const LaserSweep& sweep) {
+  if (!tracks_.empty() && sweep.stamp < newest_) return movers_;
+  dt_ = std::clamp((sweep.stamp - newest_).seconds(), 0.0, 1.0);
+  newest_ = sweep.stamp;
+  if (seen_free_.size() <= sweep.laser) seen_free_.resize(sweep.laser + 1, SeenFree(options_.seen_free));
+  found_ = segmented_.find(sweep);
+  collect_evidence(sweep);
+  for (Track& track : tracks_) predict(track, sweep.stamp);
+  assign();
+  for (std::size_t i = 0; i < tracks_.size(); ++i) update_track(sweep, i);
+  begin_tracks(sweep);
+  merge_companions();
+  classify(sweep);
+  forget(sweep);
+  report();
+  seen_free_[sweep.laser].add(sweep);
+  return movers_;
+}
+
+void PeopleTracker::collect_evidence(const LaserSweep& sweep) {
+  evidence_.clear();
+  for (const Segment& segment : found_) {
+    evidence_.push_back({evaluate(options_.segment, segment.features),
+                         seen_free_[sweep.laser].at(segment.center, std::min(segment.radius, 0.25),
+                                                    sweep.sigma, sweep.stamp)});
+  }
+}
+
+void PeopleTracker::assign() {
+  candidates_.clear();
+  for (std::size_t i = 0; i < tracks_.size(); ++i) add_candidates(static_cast<std::uint32_t>(i), tracks_[i]);
+  const auto slots = assignment_.solve(2 * tracks_.size(), found_.size(), candidates_, kMaxSlotCost);
+  segment_of_slot_.assign(slots.begin(), slots.end());
+  for (std::size_t i = 0; i < segment_of_slot_.size(); i += 2) {
+    std::int32_t &a = segment_of_slot_[i], &b = segment_of_slot_[i + 1];
+    if (a == Assignment::kNone || b == Assignment::kNone) continue;
+    const double stride =
+        (found_[static_cast<std::size_t>(a)].center - found_[static_cast<std::size_t>(b)].center).norm();
+    if (stride > kMaxStride) b = Assignment::kNone;
+  }
+  taken_.assign(found_.size(), 0);
+  for (const std::int32_t segment : segment_of_slot_)
+    if (segment != Assignment::kNone) taken_[static_cast<std::size_t>(segment)] = 1;
+}
+
+void PeopleTracker::add_candidates(std::uint32_t index, const Track& track) {
+  for (std::size_t s = 0; s < found_.size(); ++s) {
+    if ((found_[s].center - track.position()).squaredNorm() > kMaxLegOffset * kMaxLegOffset) continue;
+    for (const std::uint32_t slot : {0U, 1U}) {
+      const double cost = slot_cost(track, slot, found_[s], evidence_[s]);
+      if (cost < kMaxSlotCost) candidates_.push_back({2 * index + slot, static_cast<std::uint32_t>(s), cost});
+    }
+  }
+}
+
+void PeopleTracker::update_track(const LaserSweep& sweep, std::size_t index) {
+  Track& track = tracks_[index];
+  std::int32_t a = segment_of_slot_[2 * index], b = segment_of_slot_[2 * index + 1];
+  if (a == Assignment::kNone && b == Assignment::kNone) return miss(track, dt_);
+  remember_legs(track, a, b, sweep.stamp);
+  const TrackObservation seen = observe(sweep, &track, a, b);
+  people::update(track, seen, sweep.stamp, dt_);
+  // Offsets are about the corrected place.
+  for (const std::uint32_t slot : {0U, 1U}) {
+    const std::int32_t segment = segment_of_slot_[2 * index + slot];
+    if (segment != Assignment::kNone)
+      track.legs[slot].offset = found_[static_cast<std::size_t>(segment)].center - track.position();
+  }
+}
+
+void PeopleTracker::remember_legs(Track& track, std::int32_t a, std::int32_t b, SimulationTime stamp) const {
+  for (const auto& [leg, segment] : {std::pair(&track.legs[0], a), std::pair(&track.legs[1], b)}) {
+    if (segment != Assignment::kNone) {
+      leg->known = true;
+      leg->seen = stamp;
+    } else if (stamp - leg->seen > kLegMemory) {
+      leg->known = false;
+    }
+  }
+}
+
+TrackObservation PeopleTracker::observe(const LaserSweep& sweep, const Track* track, std::int32_t a,
+                                        std::int32_t b) const {
+  if (a == Assignment::kNone) std::swap(a, b);
+  const auto first = static_cast<std::size_t>(a);
+  const Eigen::Vector2d eye = sweep.motion.T_map_laser_end.translation().head<2>();
+  if (b == Assignment::kNone) return observe_one(found_[first], evidence_[first], eye, track);
+  const auto second = static_cast<std::size_t>(b);
+  return observe_two({found_[first], evidence_[first]}, {found_[second], evidence_[second]}, eye, track);
+}
+
+void PeopleTracker::begin_tracks(const LaserSweep& sweep) {
+  for (std::size_t i = 0; i < found_.size() && tracks_.size() < options_.max_tracks; ++i) {
+    if (taken_[i] != 0 || near_person(found_[i].center)) continue;
+    taken_[i] = 1;
+    const std::int32_t second = second_leg(i);
+    if (second != Assignment::kNone) taken_[static_cast<std::size_t>(second)] = 1;
+    const auto first = static_cast<std::int32_t>(i);
+    Track track = begin_track(++last_id_, observe(sweep, nullptr, first, second), sweep.stamp);
+    remember_legs(track, first, second, sweep.stamp);
+    track.legs[0].offset = found_[i].center - track.position();
+    if (second != Assignment::kNone)
+      track.legs[1].offset = found_[static_cast<std::size_t>(second)].center - track.position();
+    tracks_.push_back(track);
+  }
+}
+
+/// The nearest other segment that makes a pair of legs with `first`.
+std::int32_t PeopleTracker::second_leg(std::size_t first) const {
+  std::int32_t best = Assignment::kNone;
+  double nearest = kMaxNewLegDistance;
+  for (std::size_t j = first + 1; j < found_.size(); ++j) {
+    const double distance = (found_[j].center - found_[first].center).norm();
+    if (taken_[j] != 0 || distance >= nearest ||
+        !pair_of_legs(found_[first], evidence_[first], found_[j], evidence_[j]))
+      continue;
+    nearest = distance;
+    best = static_cast<std::int32_t>(j);
+  }
+  return best;
+}
+
+bool PeopleTracker::near_person(const Eigen::Vector2d& place) const {
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    return track.person && track.seen == newest_ && (track.position() - place).norm() < kPersonRadius;
+  });
+}
+
+/// Two tracks that stay close to each other are the legs of one person.
+void PeopleTracker::merge_companions() {
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    track.companion = 0;
+    for (std::size_t j = 0; j < tracks_.size() && track.companion == 0; ++j)
+      if (i != j && belongs_to(track, tracks_[j])) track.companion = tracks_[j].id;
+    track.companion_time = std::max(track.companion_time + (track.companion != 0 ? dt_ : -dt_), 0.0);
+  }
+  std::erase_if(tracks_, [](const Track& track) {
+    return track.companion != 0 && track.companion_time >= kMergeAfter.seconds();
+  });
+}
+
+void PeopleTracker::classify(const LaserSweep& sweep) {
+  for (Track& track : tracks_) {
+    const double log_odds = double{evaluate(options_.track, track.features)};
+    const double share = track.scans < 2 ? 1 : dt_ / (kLogOddsAveraging + dt_);
+    track.log_odds += (log_odds - track.log_odds) * share;
+    track.robot = std::any_of(sweep.robots.begin(), sweep.robots.end(), [&](const KnownRobot& robot) {
+      return (track.position() - robot.center).norm() < robot.radius + kRobotMargin;
+    });
+    const bool moved = track.feature(TrackFeature::has_moved) > 0.5F;
+    const double limit = moved ? options_.person : options_.person_unmoved;
+    const double lost = moved ? options_.not_person : options_.not_person_unmoved;
+    const bool enough = track.scans >= options_.min_scans && track.companion == 0;
+    track.person = !track.robot && (track.person ? track.log_odds > lost : enough && track.log_odds > limit);
+  }
+}
+
+void PeopleTracker::forget(const LaserSweep& sweep) {
+  std::erase_if(tracks_, [&](const Track& track) {
+    const Duration missing = sweep.stamp - track.seen;
+    if (missing.ns == 0) return false;
+    if (!track.person) return missing > options_.max_thing_missed;
+    return missing > (hidden(sweep, track) ? options_.max_hidden : options_.max_missed);
+  });
+}
+
+/// Something nearer than the track's place hides it, or it is outside the field of view.
+bool PeopleTracker::hidden(const LaserSweep& sweep, const Track& track) const {
+  const auto T_laser_map = sweep.motion.T_map_laser_end.inverse();
+  const Eigen::Vector2d p = (T_laser_map * Eigen::Vector3d(track.position().x(), track.position().y(),
+                                                           sweep.motion.T_map_laser_end.translation().z()))
+                                .head<2>();
+  const std::size_t beams = sweep.scan.ranges.size();
+  const double middle = double{sweep.scan.angle_min} + double{sweep.scan.angle_increment} * beams / 2;
+  const double index = wrap_angle(std::atan2(p.y(), p.x()) - middle) / double{sweep.scan.angle_increment} +
+                       static_cast<double>(beams) / 2;
+  if (!(index >= 0) || index >= static_cast<double>(beams)) return true;
+  const float range = sweep.scan.ranges[static_cast<std::size_t>(index)];
+  return sweep.description.convention.classify(range) == BeamKind::hit && range < p.norm() - 0.2;
+}
+
+void PeopleTracker::report() {
+  movers_.clear();
+  for (const Track& track : tracks_) {
+    if (track.scans < options_.min_scans || track.companion != 0 ||
+        !(track.person || track.robot || moves(track)))
+      continue;
+    Mover mover;
+    mover.id = track.id;
+    mover.kind = track.person ? MoverClass::person : track.robot ? MoverClass::robot : MoverClass::other;
+    mover.person = 1 / (1 + std::exp(-track.log_odds));
+    mover.position = track.position();
+    mover.velocity = track.velocity();
+    mover.covariance = track.covariance;
+    mover.radius = std::max(0.2, double{track.feature(TrackFeature::width)} / 2);
+    mover.stamp = track.stamp;
+    mover.seen = track.seen;
+    movers_.push_back(mover);
+  }
+}
+
+}  // namespace parhelion::people

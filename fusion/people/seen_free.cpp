@@ -1,0 +1,99 @@
+#include "fusion/people/seen_free.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace parhelion::people {
+
+PlaceEvidence SeenFree::at(const Eigen::Vector2d& place, double radius, double sigma,
+                           SimulationTime now) const {
+  PlaceEvidence evidence;
+  Duration newest_free{std::numeric_limits<std::int64_t>::max()};
+  for (const std::vector<PastScan>* ring : {&recent_, &old_}) {
+    for (const PastScan& past : *ring) {
+      const Duration age = now - past.stamp;
+      if (!past.valid || age < options_.min_age) continue;
+      count(look(past, place, radius, sigma), ring == &old_, age, evidence, newest_free);
+    }
+  }
+  evidence.occupied_for = std::min(evidence.occupied_for, newest_free);
+  return evidence;
+}
+
+void SeenFree::count(Look what, bool old, Duration age, PlaceEvidence& evidence, Duration& newest_free) {
+  if (what == Look::occupied) {
+    ++evidence.occupied;
+    evidence.old_occupied += old ? 1 : 0;
+    evidence.occupied_for = std::max(evidence.occupied_for, age);
+  } else if (what == Look::free) {
+    ++evidence.free;
+    newest_free = std::min(newest_free, age);
+  }
+}
+
+SeenFree::Look SeenFree::look(const PastScan& past, const Eigen::Vector2d& place, double radius,
+                              double sigma) const {
+  const Eigen::Vector2d p = past.T_laser_map * place;
+  const double distance = p.norm();
+  const double half_width = radius + options_.margin + sigma;
+  if (!(distance > half_width)) return Look::unknown;
+  const double step = past.angle_increment;
+  const double bearing = std::remainder(
+      std::atan2(p.y(), p.x()) - past.angle_min - step * static_cast<double>(past.free_to.size()) / 2,
+      2 * std::numbers::pi);
+  const double middle = bearing / step + static_cast<double>(past.free_to.size()) / 2;
+  const double reach = std::asin(half_width / distance) / std::abs(step) + 0.5;
+  const double first = std::ceil(middle - reach), last = std::floor(middle + reach);
+  if (!(first >= 0) || !(last < static_cast<double>(past.free_to.size())) || last < first)
+    return Look::unknown;
+  float least = std::numeric_limits<float>::infinity();
+  int known = 0, unknown = 0;
+  bool occupied = false;
+  for (auto i = static_cast<std::size_t>(first); i <= static_cast<std::size_t>(last); ++i) {
+    ++(past.free_to[i] < 0 ? unknown : known);
+    if (past.free_to[i] < 0) continue;
+    least = std::min(least, past.free_to[i]);
+    occupied = occupied || std::abs(past.free_to[i] - distance) < radius + options_.depth + sigma;
+  }
+  if (occupied) return Look::occupied;
+  const bool through = known >= unknown && least > distance + options_.behind + sigma;
+  return through ? Look::free : Look::unknown;
+}
+
+void SeenFree::add(const LaserSweep& sweep) {
+  recent_.resize(options_.recent);
+  old_.resize(options_.old);
+  const auto due = [&](const std::vector<PastScan>& ring, std::size_t next, Duration period) {
+    const PastScan& newest = ring[(next + ring.size() - 1) % ring.size()];
+    return !newest.valid || sweep.stamp - newest.stamp >= period - milliseconds(1);
+  };
+  if (due(recent_, next_recent_, options_.recent_period)) {
+    store(sweep, recent_[next_recent_]);
+    next_recent_ = (next_recent_ + 1) % recent_.size();
+  }
+  if (due(old_, next_old_, options_.old_period)) {
+    store(sweep, old_[next_old_]);
+    next_old_ = (next_old_ + 1) % old_.size();
+  }
+}
+
+void SeenFree::store(const LaserSweep& sweep, PastScan& slot) const {
+  slot.valid = sweep.scan.angle_increment != 0 && std::isfinite(sweep.scan.angle_increment);
+  slot.stamp = sweep.stamp;
+  slot.T_laser_map =
+      interpolate(planar(sweep.motion.T_map_laser_start), planar(sweep.motion.T_map_laser_end), 0.5)
+          .inverse();
+  slot.angle_min = sweep.scan.angle_min;
+  slot.angle_increment = sweep.scan.angle_increment;
+  const RangeConvention& convention = sweep.description.convention;
+  slot.free_to.assign(sweep.scan.ranges.size(), -1);
+  for (std::size_t i = 0; i < slot.free_to.size(); ++i) {
+    const BeamKind kind = convention.classify(sweep.scan.ranges[i]);
+    if (kind == BeamKind::hit) slot.free_to[i] = sweep.scan.ranges[i];
+    if (kind == BeamKind::no_return) slot.free_to[i] = convention.range_max;
+  }
+}
+
+}  // namespace parhelion::people

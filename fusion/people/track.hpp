@@ -1,0 +1,100 @@
+// One track: a Kalman filter with constant velocity, its legs, and the evidence that it is a person.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "fusion/people/mover.hpp"
+#include "fusion/people/segments.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion::people {
+
+/// Order of the features of a track. Averages are exponential over half a second; a mean is over the whole
+/// track, or about its last three seconds.
+enum class TrackFeature : std::uint8_t {
+  segment_log_odds,  ///< mean of its more person-like segment
+  second_log_odds,   ///< mean of the other one; -4 without
+  two_segments,      ///< fraction of scans with both
+  newly_occupied,    ///< average of PlaceEvidence::free_fraction
+  has_moved,         ///< largest such average, forgotten over half a minute
+  long_occupied,     ///< average fraction of older scans that had a return there
+  before_it,         ///< average fraction of scans in which the place had been occupied before the track came
+  displacement,      ///< m between the place and its average over one second
+  travelled,         ///< m from where it began, at most 3
+  speed,             ///< m/s
+  age,               ///< s, at most 5
+  width,             ///< m, average, over both segments
+  leg_distance,      ///< m, average between the segments; 0 without
+  gait,              ///< m, average of how much the distance of the segments differs from its average
+  laser_height,      ///< m
+  neighbours,        ///< average number of other segments around it
+  missed,            ///< average fraction of scans in which nothing was found for it
+  range,             ///< m
+  part_width,        ///< m, mean width of the more person-like segment
+  depth,             ///< m, mean of SegmentFeature::depth of it, and so on
+  roughness,
+  circle_radius,
+  circle_residual,
+  straight_distance,
+  width_difference,  ///< m, mean between its segments; 0 without
+  width_change,      ///< m, mean of how much the width differs from its average: a robot's does not
+  count
+};
+inline constexpr std::size_t kTrackFeatures = static_cast<std::size_t>(TrackFeature::count);
+using TrackFeatures = std::array<float, kTrackFeatures>;
+
+/// One of two parts of a track.
+struct Leg {
+  bool known = false;
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< m, map: from the track's position
+  SimulationTime seen;
+};
+
+/// What a scan shows of a track.
+struct TrackObservation {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map
+  double sigma = 0;                                    ///< m
+  int segments = 0;                                    ///< 1 or 2
+  double log_odds = 0, second_log_odds = 0;
+  double free_fraction = 0, old_occupied = 0, before_it = 0;
+  const SegmentFeatures* shape = nullptr;  ///< of the more person-like segment
+  double width_difference = 0;
+  double width = 0, leg_distance = 0, neighbours = 0, range = 0, laser_height = 0;
+};
+
+struct Track {
+  std::uint32_t id = 0;
+  Eigen::Vector4d state = Eigen::Vector4d::Zero();  ///< x, y, vx, vy; m, m/s, map
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  SimulationTime stamp, born, seen;
+  Eigen::Vector2d birth_place = Eigen::Vector2d::Zero();
+  Eigen::Vector2d average_place = Eigen::Vector2d::Zero();
+  Eigen::Vector2d arrival_place = Eigen::Vector2d::Zero();  ///< it has stayed about here ...
+  SimulationTime arrival;                                   ///< ... since then
+  std::array<Leg, 2> legs;
+  std::uint32_t scans = 0;  ///< with returns from it
+  TrackFeatures features{};
+  double log_odds = 0;          ///< that it is a person: average over a quarter of a second
+  bool person = false;          ///< confirmed
+  bool robot = false;           ///< at the place of a known robot
+  std::uint32_t companion = 0;  ///< id of another track very close to it
+  double companion_time = 0;    ///< s with a companion, less those without
+
+  Eigen::Vector2d position() const { return state.head<2>(); }
+  Eigen::Vector2d velocity() const { return state.tail<2>(); }
+  /// m/s, map: average over about the last second, in which the swing of a leg cancels out.
+  Eigen::Vector2d average_velocity() const;
+  float feature(TrackFeature which) const { return features[static_cast<std::size_t>(which)]; }
+};
+
+Track begin_track(std::uint32_t id, const TrackObservation& seen, SimulationTime stamp);
+/// To `stamp`, with random accelerations.
+void predict(Track& track, SimulationTime stamp);
+/// `dt`: s since the track's last scan.
+void update(Track& track, const TrackObservation& seen, SimulationTime stamp, double dt);
+void miss(Track& track, double dt);
+
+}  // namespace parhelion::people

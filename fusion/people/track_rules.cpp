@@ -1,0 +1,124 @@
+#include "fusion/people/track_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion::people {
+namespace {
+
+constexpr double kLegSigma = 0.14;         // m: a leg between two scans, beyond the motion of the body
+constexpr double kUnknownLegSigma = 0.25;  // m: a leg that was not seen lately
+constexpr double kUnknownLegCost = 2.5;
+constexpr double kWide = 0.26;        // m: wider than a leg: a body, or two legs beside each other
+constexpr double kMaxLegWidth = 0.3;  // m
+constexpr double kLegDepth = 0.04, kBodyDepth = 0.1;  // m from the returns to the middle
+constexpr double kPairSigma = 0.07, kBodySigma = 0.09, kOneLegSigma = 0.15, kThingSigma = 0.07;  // m
+
+double wanted_look(double log_odds) { return 0.4 * std::clamp(-log_odds, -3.0, 3.0) + 1.2; }
+
+Eigen::Vector2d behind(const Eigen::Vector2d& p, const Eigen::Vector2d& eye, double depth) {
+  const Eigen::Vector2d ray = p - eye;
+  const double range = ray.norm();
+  return range > 1e-6 ? Eigen::Vector2d(p + ray / range * depth) : p;
+}
+
+constexpr double kWasThereCost = 4;
+
+bool two_legged(const Track& track) { return track.feature(TrackFeature::two_segments) > 0.2F; }
+
+/// One leg of it swings while the body goes on evenly.
+bool walks(const Track& track) { return two_legged(track) || track.feature(TrackFeature::has_moved) > 0.5F; }
+
+/// Something that has been there all along does not belong to somebody who came.
+double static_cost(const Track& track, const SegmentEvidence& evidence) {
+  if (track.feature(TrackFeature::has_moved) < 0.5F) return 0;
+  return was_there_before(track, evidence, track.stamp) ? kWasThereCost : 0;
+}
+
+/// Seen with both legs, or as a body.
+bool complete(const Track& track) { return two_legged(track) || track.feature(TrackFeature::width) > 0.3F; }
+
+}  // namespace
+
+double slot_cost(const Track& track, std::uint32_t slot, const Segment& segment,
+                 const SegmentEvidence& evidence) {
+  const Leg &leg = track.legs[slot], &other = track.legs[1 - slot];
+  if (!leg.known && !other.known) {  // not seen for a while: about its place
+    if (slot == 1) return kMaxSlotCost;
+    const double sigma = std::sqrt(track.covariance(0, 0) + kUnknownLegSigma * kUnknownLegSigma);
+    return (segment.center - track.position()).squaredNorm() / (sigma * sigma) +
+           wanted_look(evidence.log_odds) + static_cost(track, evidence);
+  }
+  const Eigen::Vector2d expected = track.position() + (leg.known ? leg.offset : -other.offset);
+  double variance = leg.known ? kLegSigma * kLegSigma : kUnknownLegSigma * kUnknownLegSigma;
+  variance += std::min(track.covariance(0, 0), 0.3 * 0.3);
+  double cost = (segment.center - expected).squaredNorm() / variance + static_cost(track, evidence);
+  if (!leg.known) {
+    if (segment.width > kMaxLegWidth || track.feature(TrackFeature::width) > 0.45F) return kMaxSlotCost;
+    cost += kUnknownLegCost + wanted_look(evidence.log_odds);
+  }
+  return cost;
+}
+
+TrackObservation observe_one(const Segment& segment, const SegmentEvidence& evidence,
+                             const Eigen::Vector2d& eye, const Track* track) {
+  TrackObservation seen;
+  const bool wide = segment.width > kWide;
+  seen.position = behind(segment.center, eye, wide ? kBodyDepth : kLegDepth);
+  seen.sigma = wide ? kBodySigma : track != nullptr && walks(*track) ? kOneLegSigma : kThingSigma;
+  seen.segments = 1;
+  seen.log_odds = evidence.log_odds;
+  seen.shape = &segment.features;
+  seen.free_fraction = evidence.place.free_fraction();
+  seen.old_occupied = std::min(evidence.place.old_occupied / 6.0, 1.0);
+  if (track != nullptr) seen.before_it = was_there_before(*track, evidence, track->stamp) ? 1 : 0;
+  seen.width = segment.width;
+  seen.neighbours = double{segment.features[static_cast<std::size_t>(SegmentFeature::neighbours)]};
+  seen.range = segment.range;
+  seen.laser_height = double{segment.features[static_cast<std::size_t>(SegmentFeature::laser_height)]};
+  return seen;
+}
+
+TrackObservation observe_two(const ObservedSegment& a, const ObservedSegment& b, const Eigen::Vector2d& eye,
+                             const Track* track) {
+  TrackObservation seen = observe_one(a.segment, a.evidence, eye, track);
+  const TrackObservation second = observe_one(b.segment, b.evidence, eye, track);
+  seen.position = (behind(a.segment.center, eye, kLegDepth) + behind(b.segment.center, eye, kLegDepth)) / 2;
+  seen.sigma = kPairSigma;
+  seen.segments = 2;
+  if (second.log_odds > seen.log_odds) seen.shape = second.shape;
+  seen.width_difference = std::abs(a.segment.width - b.segment.width);
+  seen.second_log_odds = std::min(seen.log_odds, second.log_odds);
+  seen.log_odds = std::max(seen.log_odds, second.log_odds);
+  seen.free_fraction = std::max(seen.free_fraction, second.free_fraction);
+  seen.old_occupied = std::min(seen.old_occupied, second.old_occupied);
+  seen.before_it = std::min(seen.before_it, second.before_it);
+  seen.leg_distance = (a.segment.center - b.segment.center).norm();
+  seen.width = seen.leg_distance + (a.segment.width + b.segment.width) / 2;
+  return seen;
+}
+
+bool pair_of_legs(const Segment& a, const SegmentEvidence& evidence_a, const Segment& b,
+                  const SegmentEvidence& evidence_b) {
+  return a.width < kMaxLegWidth && b.width < kMaxLegWidth && evidence_a.log_odds > -1 &&
+         evidence_b.log_odds > -1;
+}
+
+bool was_there_before(const Track& track, const SegmentEvidence& evidence, SimulationTime now) {
+  return evidence.place.occupied_for > (now - track.arrival) + milliseconds(300);
+}
+
+bool belongs_to(const Track& part, const Track& whole) {
+  if (part.person != whole.person ? part.person : part.id < whole.id) return false;
+  if ((whole.position() - part.position()).norm() > kCompanionDistance) return false;
+  const bool young = part.stamp - part.born < kYoung;  // has no average yet
+  if (!young && (whole.average_velocity() - part.average_velocity()).norm() > kCompanionSpeed) return false;
+  // Two people side by side are each seen with two legs, or as a body.
+  return !(complete(part) && complete(whole));
+}
+
+bool moves(const Track& track) {
+  return track.feature(TrackFeature::has_moved) > 0.6F && track.feature(TrackFeature::travelled) > 0.5F;
+}
+
+}  // namespace parhelion::people

@@ -1,0 +1,83 @@
+// How well fusion/people finds and follows people: prints the tables of docs/measurements/people.md.
+//   people_table [crowds] [first seed]
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/fusion/people/crowd_score.hpp"
+#include "tests/fusion/people/recorded_people.hpp"
+#include "tests/recordings.hpp"
+
+namespace parhelion {
+namespace {
+
+void row(const std::string& name, const test::PeopleScore& score) {
+  std::printf("| %s | %d | %.3f | %s | %.2f, %.2f | %.3f, %.3f m | %.2f, %.2f s |\n", name.c_str(),
+              score.wanted, score.recall(),
+              score.reported > 0 ? std::to_string(score.precision()).substr(0, 5).c_str() : "-",
+              score.switches_a_minute(), score.switches_a_person_minute(), score.error_quantile(0.5),
+              score.rms_error(), score.first_detection(0.5), score.first_detection(0.9));
+}
+
+void recordings() {
+  const auto benchmark = test::recording("people-legtracker-benchmark");
+  for (const char* name : {"general_tracking_moving_1", "person_following_outdoor_1"}) {
+    for (const char* ending : {".zip", ".bag.zip", ".bag"}) {
+      const auto path = benchmark / (std::string(name) + ending);
+      if (std::filesystem::exists(path)) row(name, score(test::read_benchmark(path)));
+    }
+  }
+  for (const char* name : {"positive_1", "positive_6"}) {
+    const auto folder = test::recording("people-legtracker");
+    const auto scans = folder / (std::string(name) + ".bag"),
+               legs = folder / (std::string(name) + "_extracted.bag");
+    if (std::filesystem::exists(scans) && std::filesystem::exists(legs))
+      row(name, score(test::read_legs(scans, legs)));
+  }
+}
+
+/// The same crowds, with one thing changed.
+template <class Change>
+test::PeopleScore crowds(int n, std::uint64_t seed, Change&& change) {
+  test::PeopleScore all;
+  for (int i = 0; i < n; ++i) {
+    test::CrowdOptions options = test::random_crowd(seed + static_cast<std::uint64_t>(i));
+    options.duration = 30;
+    change(options);
+    all += score(options);
+  }
+  return all;
+}
+
+void synthetic(int n, std::uint64_t seed) {
+  row("all kinds", crowds(n, seed, [](test::CrowdOptions&) {}));
+  row("laser at 0.18 m", crowds(n, seed, [](test::CrowdOptions& o) { o.laser.height = 0.18; }));
+  row("laser at 0.35 m", crowds(n, seed, [](test::CrowdOptions& o) { o.laser.height = 0.35; }));
+  row("laser at 0.85 m", crowds(n, seed, [](test::CrowdOptions& o) { o.laser.height = 0.85; }));
+  row("nobody stands all the time", crowds(n, seed, [](test::CrowdOptions& o) { o.standing = 0; }));
+  row("everybody stands", crowds(n, seed, [](test::CrowdOptions& o) {
+        o.standing += o.walkers;
+        o.walkers = 0;
+      }));
+  row("no furniture", crowds(n, seed, [](test::CrowdOptions& o) {
+        o.chairs = o.tables = o.poles = o.boxes = o.bins = o.robots = 0;
+      }));
+  row("no model", crowds(n, seed, [](test::CrowdOptions& o) { o.model = false; }));
+  row("modelled walls", crowds(n, seed, [](test::CrowdOptions& o) { o.model = true; }));
+}
+
+}  // namespace
+}  // namespace parhelion
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  std::puts(
+      "| what | persons' scans | recall | precision | switches a minute, a person's minute | error median, "
+      "RMS | "
+      "first found median, p90 |\n|---|---|---|---|---|---|---|");
+  parhelion::recordings();
+  parhelion::synthetic(argc > 1 ? std::atoi(argv[1]) : 20,
+                       argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 900000);
+}

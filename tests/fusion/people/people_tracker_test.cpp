@@ -1,0 +1,165 @@
+#include "fusion/people/people_tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/allocations.hpp"
+#include "tests/fusion/people/crowd_score.hpp"
+
+namespace parhelion::people {
+namespace {
+
+test::CrowdOptions one_walker() {
+  test::CrowdOptions options;
+  options.seed = 7;
+  options.walkers = 1;
+  options.standing = options.robots = options.chairs = options.tables = options.poles = options.boxes = 0;
+  options.bins = 0;
+  options.glass = options.moving_laser = false;
+  options.laser.beams = 720;
+  options.room = 8;
+  return options;
+}
+
+TEST(PeopleTracker, keeps_the_identity_of_one_who_walks_in_an_empty_room) {
+  const test::PeopleScore score = test::score(one_walker());
+  EXPECT_GE(score.recall(), 0.95);
+  EXPECT_GE(score.precision(), 0.98);
+  EXPECT_EQ(score.switches, 0);
+  EXPECT_LE(score.first_detection(1), 0.5);
+}
+
+TEST(PeopleTracker, estimates_velocity_and_a_covariance_that_fits) {
+  test::CrowdOptions options = one_walker();
+  options.duration = 60;
+  const test::Crowd crowd = make_crowd(options);
+  PeopleTracker tracker;
+  double error = 0, normalized = 0;
+  int n = 0;
+  for (const test::CrowdScan& scan : crowd.scans) {
+    for (const Mover& mover : tracker.update(test::sweep_of(crowd, scan))) {
+      if (mover.kind != MoverClass::person || mover.seen != mover.stamp) continue;
+      const Eigen::Vector2d off = mover.position - scan.people[0].position;
+      error += (mover.velocity - scan.people[0].velocity).norm();
+      normalized += off.squaredNorm() / mover.covariance(0, 0);
+      ++n;
+    }
+  }
+  ASSERT_GT(n, 300);
+  EXPECT_LE(error / n, 0.45);
+  EXPECT_LE(normalized / n, 4);  // 2 where the covariance is exact
+}
+
+TEST(PeopleTracker, gives_the_same_bits_again_and_allocates_nothing_after_warm_up) {
+  test::CrowdOptions options = test::random_crowd(5);
+  options.duration = 12;
+  const test::Crowd crowd = make_crowd(options);
+  PeopleTracker first, second;
+  for (const test::CrowdScan& scan : crowd.scans) first.update(test::sweep_of(crowd, scan));
+  const std::vector<Mover> once(first.movers().begin(), first.movers().end());
+  for (const test::CrowdScan& scan : crowd.scans) second.update(test::sweep_of(crowd, scan));
+  ASSERT_EQ(once.size(), second.movers().size());
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_EQ(once[i].id, second.movers()[i].id);
+    EXPECT_EQ(std::memcmp(once[i].position.data(), second.movers()[i].position.data(), 16), 0);
+  }
+  // The same scans again, later: memory has its size now.
+  const test::AllocationWatch watch;
+  for (const test::CrowdScan& scan : crowd.scans) {
+    LaserSweep sweep = test::sweep_of(crowd, scan);
+    sweep.stamp = sweep.stamp + seconds(100);
+    second.update(sweep);
+  }
+  EXPECT_EQ(watch.count(), 0U);
+}
+
+TEST(PeopleTracker, never_calls_a_known_robot_a_person) {
+  test::CrowdOptions options = one_walker();
+  options.walkers = 0;
+  options.robots = 2;
+  const test::Crowd crowd = make_crowd(options);
+  PeopleTracker tracker;
+  for (const test::CrowdScan& scan : crowd.scans) {
+    std::vector<KnownRobot> robots;
+    for (const Eigen::Vector2d& center : scan.robots) robots.push_back({center, 0.5});
+    LaserSweep sweep = test::sweep_of(crowd, scan);
+    sweep.robots = robots;
+    for (const Mover& mover : tracker.update(sweep)) EXPECT_NE(mover.kind, MoverClass::person);
+  }
+}
+
+/// 720 beams all around from the origin; `range_of(angle)` in m.
+template <class RangeOf>
+Scan scan_of(RangeOf&& range_of) {
+  Scan scan;
+  scan.angle_min = -3.14159265F;
+  scan.angle_increment = 2 * 3.14159265F / 720;
+  for (int i = 0; i < 720; ++i)
+    scan.ranges.push_back(
+        static_cast<float>(range_of(double{scan.angle_min} + i * double{scan.angle_increment})));
+  return scan;
+}
+
+struct Fixture {
+  LaserDescription laser;
+  std::vector<float> time = std::vector<float>(720, 0.0F);
+  PeopleTracker tracker;
+  Fixture() { laser.convention.range_max = 20; }
+  std::span<const Mover> update(const Scan& scan, double t, std::span<const scan::RangeHit> building = {}) {
+    const auto T = Transform<Map, Laser>::planar(0, 0, 0, 0.2);
+    return tracker.update({0, scan, laser, {T, T}, time, building, 0.01, SimulationTime{seconds(t).ns}, {}});
+  }
+};
+
+TEST(PeopleTracker, takes_two_hundred_movers_in_one_scan) {
+  Fixture fixture;
+  for (int k = 0; k < 50; ++k) {
+    const Scan scan = scan_of([&](double angle) {
+      const double slot = std::floor((angle + 0.01 * k) / (2 * 3.14159265 / 200));
+      const double within = (angle + 0.01 * k) / (2 * 3.14159265 / 200) - slot;
+      return within < 0.6 ? 3 + std::fmod(std::abs(slot) * 0.7, 2.0) : 19.0;
+    });
+    fixture.update(scan, 0.1 * k);
+    EXPECT_LE(fixture.tracker.tracks().size(), PeopleOptions{}.max_tracks);
+  }
+  EXPECT_GE(fixture.tracker.tracks().size(), 150U);
+}
+
+TEST(PeopleTracker, reports_nobody_inside_a_modelled_wall) {
+  Fixture fixture;
+  // The wall is modelled at 3 m; somebody "walks" inside and behind it.
+  const std::vector<scan::RangeHit> wall(720, {3, -1, 0});
+  for (int k = 0; k < 60; ++k) {
+    const Scan scan = scan_of([&](double angle) {
+      const double off = (angle - 0.005 * k) * 3.3;
+      return std::abs(std::abs(off) - 0.12) < 0.06 ? 3.3 - 0.4 * (k % 2) : 3.0;
+    });
+    for (const Mover& mover : fixture.update(scan, 0.1 * k, wall)) EXPECT_LT(mover.position.norm(), 3.0);
+  }
+}
+
+TEST(PeopleTracker, survives_scans_that_make_no_sense) {
+  Fixture fixture;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Scan scan = scan_of([](double) { return 5.0; });
+  fixture.update(scan, 1);
+  EXPECT_TRUE(fixture.update(scan, 0.5).empty());  // older than the newest
+  std::fill(scan.ranges.begin(), scan.ranges.end(), nan);
+  fixture.update(scan, 2);
+  std::fill(scan.ranges.begin(), scan.ranges.end(), 1e30F);
+  fixture.update(scan, 3);
+  scan.angle_increment = 0;
+  std::fill(scan.ranges.begin(), scan.ranges.end(), 2.0F);
+  fixture.update(scan, 4);
+  scan.angle_increment = nan;
+  fixture.update(scan, 5);
+  scan.ranges.clear();
+  EXPECT_TRUE(fixture.update(scan, 6).empty());
+}
+
+}  // namespace
+}  // namespace parhelion::people
