@@ -1,0 +1,54 @@
+// How good the semantic model is on hard made-up sites; not a benchmark of time. semantic_sites [FIRST [LAST
+// [DEVICE [KIND]]]]: seeds, and only one device (0 to 5) and kind of site (0 to 4). With four arguments each
+// seed has a line.
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/mean_sites/mean_score.hpp"
+
+using namespace parhelion::test;
+
+namespace {
+
+void print(const char* first, const char* second, const MeanScore& s) {
+  std::printf(
+      "%-12s %-13s F1 %.2f (%.2f %.2f) crossing %5.1f m, false doors %2d pillars %2d flights %d steps %2d; "
+      "doors %2d/%2d, "
+      "steps %3d/%3d rise %4.1f mm; floor on things %4.1f %%, unknown %4.1f %%, objects %3d/%3d class %3d "
+      "false %2d, %.2f s/M%s\n",
+      first, second, s.f1(), s.precision(), s.recall(), s.crossing, s.false_doors, s.false_pillars,
+      s.false_flights, s.false_steps, s.doors_found, s.doors, s.steps_found, s.steps, 1000 * s.rise_error,
+      s.raised > 0 ? 100 * s.called_floor / s.raised : 0, s.points > 0 ? 100 * s.unknown / s.points : 0,
+      s.objects_found, s.objects, s.objects_right, s.false_objects,
+      s.points > 0 ? 1e6 * s.seconds / s.points : 0, s.refused > 0 ? " REFUSED" : "");
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto number = [&](int k, int otherwise) { return argc > k ? std::atoi(argv[k]) : otherwise; };
+  const int first = number(1, 1), last = number(2, first), only_device = number(3, -1),
+            only_kind = number(4, -1);
+  MeanScore all;
+  for (int d = 0; d < kDevices; ++d) {
+    if (only_device >= 0 && d != only_device) continue;
+    MeanScore of_device;
+    for (int k = 0; k < kSiteKinds; ++k) {
+      if (only_kind >= 0 && k != only_kind) continue;
+      MeanScore sum;
+      for (int seed = first; seed <= last; ++seed) {
+        const MeanScore score = score_mean_site(static_cast<SiteKind>(k), static_cast<Device>(d),
+                                                static_cast<std::uint64_t>(seed));
+        if (argc > 4)
+          print(("seed " + std::to_string(seed)).c_str(), to_string(static_cast<Device>(d)), score);
+        sum += score;
+      }
+      print(to_string(static_cast<SiteKind>(k)), to_string(static_cast<Device>(d)), sum);
+      of_device += sum;
+    }
+    print("all", to_string(static_cast<Device>(d)), of_device);
+    all += of_device;
+  }
+  print("all", "all", all);
+}

@@ -1,0 +1,281 @@
+#include "tests/mean_sites/mean_score.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "protocols/quantile.hpp"
+
+namespace parhelion::test {
+namespace {
+
+constexpr double kNear = 0.10;   // m
+constexpr double kPiece = 0.10;  // m
+constexpr int kFew = 8;          // points of a piece of wall that was seen
+
+using Boxes = std::vector<ModelEntity>;
+
+double middle(std::vector<double> values) { return quantile(values, 0.5); }
+
+/// m in the plan from a point to a box.
+double distance(const ModelEntity& box, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d local = box.T_map_body.inverse() * p;
+  return (local.head<2>().cwiseAbs() - 0.5 * box.size.head<2>()).cwiseMax(0).norm();
+}
+bool in_box(const ModelEntity& box, const Eigen::Vector3d& p, double margin) {
+  const Eigen::Vector3d local = box.T_map_body.inverse() * p;
+  return (local.cwiseAbs().array() < 0.5 * box.size.array() + margin).all();
+}
+
+class Scoring {
+ public:
+  Scoring(const MeanSite& site, const MeanScan& scan, const semantic::BuiltModel& built)
+      : site_(site),
+        scan_(scan),
+        built_(built),
+        T_site_map_((built.model.T_map_cloud * scan.T_cloud_site).inverse()) {
+    const Transform<Map, Cloud> T_site_cloud = scan.T_cloud_site.inverse();
+    for (const Eigen::Vector3f& p : scan.cloud.points) points_.push_back(T_site_cloud * p.cast<double>());
+    for (ModelEntity e : built.model.entities) {
+      e.T_map_body = T_site_map_ * e.T_map_body;
+      found_.push_back(e);
+    }
+  }
+
+  MeanScore run() {
+    score_.sites = 1;
+    drawn_walls();
+    seen_walls();
+    openings();
+    pillars();
+    steps();
+    labels();
+    return score_;
+  }
+
+ private:
+  const Boxes& boxes() const { return site_.model.entities; }
+
+  void drawn_walls() {
+    for (const ModelEntity& e : found_) {
+      if (e.label != EntityLabel::wall) continue;
+      for (double s = -e.size.x() / 2 + kPiece / 2; s < e.size.x() / 2; s += kPiece) {
+        const Eigen::Vector3d p = e.T_map_body * Eigen::Vector3d(s, 0, 0);
+        score_.drawn += kPiece;
+        const bool right = std::any_of(boxes().begin(), boxes().end(), [&](const ModelEntity& box) {
+          return box.label == EntityLabel::wall && distance(box, p) < kNear && overlap_in_height(box, e);
+        });
+        if (right) score_.drawn_right += kPiece;
+        if (!right && is_free(e, p)) score_.crossing += kPiece;
+      }
+    }
+  }
+  static bool overlap_in_height(const ModelEntity& a, const ModelEntity& b) {
+    const double low = std::max(a.T_map_body.translation().z() - a.size.z() / 2,
+                                b.T_map_body.translation().z() - b.size.z() / 2);
+    const double high = std::min(a.T_map_body.translation().z() + a.size.z() / 2,
+                                 b.T_map_body.translation().z() + b.size.z() / 2);
+    return high - low > 0.3 * std::min(a.size.z(), b.size.z());
+  }
+  /// Whether most of the wall's height at `p` is far from anything.
+  bool is_free(const ModelEntity& e, const Eigen::Vector3d& p) const {
+    int free = 0, all = 0;
+    for (double z = -0.45 * e.size.z(); z < 0.45 * e.size.z(); z += 0.1) {
+      const Eigen::Vector3d q = p + Eigen::Vector3d(0, 0, z);
+      ++all;
+      free += std::none_of(boxes().begin(), boxes().end(),
+                           [&](const ModelEntity& box) { return in_box(box, q, 0.1); });
+    }
+    return 2 * free > all;
+  }
+
+  void seen_walls() {
+    for (std::size_t b = 0; b < boxes().size(); ++b) {
+      const ModelEntity& box = boxes()[b];
+      if (box.label != EntityLabel::wall || box.size.z() < 1.5) continue;
+      const int axis = box.size.x() > box.size.y() ? 0 : 1;
+      const auto pieces = static_cast<std::size_t>(box.size[axis] / kPiece);
+      if (pieces == 0) continue;
+      std::vector<int> counts[2] = {std::vector<int>(pieces), std::vector<int>(pieces)};
+      for (std::size_t i = 0; i < points_.size(); ++i) {
+        if (scan_.box[i] != b) continue;
+        const Eigen::Vector3d local = box.T_map_body.inverse() * points_[i];
+        const auto k = static_cast<std::ptrdiff_t>(std::floor((local[axis] + box.size[axis] / 2) / kPiece));
+        if (k < 0 || k >= std::ssize(counts[0]) || std::abs(local.z()) > 0.45 * box.size.z()) continue;
+        ++counts[local[1 - axis] > 0 ? 1 : 0][static_cast<std::size_t>(k)];
+      }
+      for (int side = 0; side < 2; ++side) {
+        for (std::size_t k = 0; k < pieces; ++k) {
+          if (counts[side][k] < kFew) continue;
+          Eigen::Vector3d p = Eigen::Vector3d::Zero();
+          p[axis] = (static_cast<double>(k) + 0.5) * kPiece - box.size[axis] / 2;
+          p[1 - axis] = (side == 1 ? 0.5 : -0.5) * box.size[1 - axis];
+          const Eigen::Vector3d at = box.T_map_body * p;
+          score_.seen += kPiece;
+          if (std::any_of(found_.begin(), found_.end(), [&](const ModelEntity& e) {
+                return e.label == EntityLabel::wall && distance(e, at) < kNear && overlap_in_height(box, e);
+              }))
+            score_.seen_found += kPiece;
+        }
+      }
+    }
+  }
+
+  void openings() {
+    std::vector<bool> matched(site_.doors.size());
+    for (const ModelEntity& e : found_) {
+      if (e.label != EntityLabel::door) continue;
+      Eigen::Vector2d in_door(0, 0);
+      if (e.hinge)
+        in_door = e.hinge->axis - Eigen::Rotation2Dd(e.hinge->closed).toRotationMatrix() * e.hinge->axis;
+      const Eigen::Vector2d p = (e.T_map_body * Eigen::Vector3d(in_door.x(), in_door.y(), 0)).head<2>();
+      bool right = false;
+      for (std::size_t d = 0; d < site_.doors.size(); ++d) {
+        if ((site_.doors[d].centre - p).norm() > 0.4) continue;
+        right = true;
+        matched[d] = true;
+      }
+      score_.false_doors += !right;
+    }
+    score_.doors += static_cast<int>(matched.size());
+    score_.doors_found += static_cast<int>(std::count(matched.begin(), matched.end(), true));
+  }
+
+  void pillars() {
+    for (const ModelEntity& e : found_) {
+      if (e.label != EntityLabel::pillar) continue;
+      score_.false_pillars += std::none_of(boxes().begin(), boxes().end(), [&](const ModelEntity& box) {
+        return box.label == EntityLabel::pillar && distance(box, e.T_map_body.translation()) < 0.3;
+      });
+    }
+  }
+
+  static double top(const ModelEntity& e) { return e.T_map_body.translation().z() + e.size.z() / 2; }
+
+  void steps() {
+    std::vector<bool> used(found_.size());
+    std::vector<bool> hit(site_.flights.size());
+    for (std::size_t f = 0; f < site_.flights.size(); ++f) {
+      for (const Eigen::AlignedBox3d& tread : site_.flights[f].treads) {
+        const Eigen::Vector3d centre(tread.center().x(), tread.center().y(), tread.max().z());
+        int points = 0;
+        for (const Eigen::Vector3d& p : points_) {
+          points += std::abs(p.z() - centre.z()) < 0.05 && p.x() > tread.min().x() &&
+                    p.x() < tread.max().x() && p.y() > tread.min().y() && p.y() < tread.max().y();
+        }
+        bool found = false;
+        for (std::size_t k = 0; k < found_.size(); ++k) {
+          const ModelEntity& e = found_[k];
+          if (e.label != EntityLabel::stairs || distance(e, centre) > 0.05 ||
+              std::abs(top(e) - centre.z()) > 0.05)
+            continue;
+          found = used[k] = true;
+        }
+        hit[f] = hit[f] || found;
+        if (points < 20) continue;
+        score_.steps += 1;
+        score_.steps_found += found;
+      }
+    }
+    for (std::size_t k = 0; k < found_.size(); ++k) {
+      if (found_[k].label != EntityLabel::stairs || used[k]) continue;
+      const Eigen::Vector3d p(found_[k].T_map_body.translation().x(), found_[k].T_map_body.translation().y(),
+                              top(found_[k]));
+      // The last level of a flight is the landing.
+      const bool near_flight =
+          std::any_of(site_.flights.begin(), site_.flights.end(), [&](const TrueFlight& flight) {
+            return std::any_of(flight.treads.begin(), flight.treads.end(),
+                               [&](const Eigen::AlignedBox3d& tread) {
+                                 return (p.head<2>() - tread.center().head<2>()).norm() <
+                                            tread.sizes().head<2>().maxCoeff() + 0.5 &&
+                                        std::abs(p.z() - tread.max().z()) < 0.06;
+                               });
+          });
+      score_.false_steps += !near_flight;
+    }
+    flights();
+  }
+  void flights() {
+    for (const semantic::StairsFlight& flight : built_.net.stairs) {
+      double best = 1e9;
+      bool right = false;
+      for (std::size_t k = 0; k < found_.size(); ++k) {
+        if (found_[k].label != EntityLabel::stairs || found_[k].part_of != flight.name) continue;
+        for (const TrueFlight& truth : site_.flights) {
+          for (const Eigen::AlignedBox3d& tread : truth.treads)
+            right = right || (distance(found_[k], tread.center()) < 0.05 &&
+                              std::abs(top(found_[k]) - tread.max().z()) < 0.06);
+          if (!flight.rises.empty() && !truth.rises.empty())
+            best = std::min(best, std::abs(middle(flight.rises) - middle(truth.rises)));
+        }
+      }
+      if (right) score_.rise_error = std::max(score_.rise_error, best);
+      score_.false_flights += !right;
+    }
+  }
+
+  void labels() {
+    std::vector<bool> of_object(boxes().size());
+    for (const TrueObject& object : site_.objects) {
+      for (const std::size_t b : object.boxes) of_object[b] = true;
+    }
+    const auto& labels = built_.cloud.labels;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const auto label = static_cast<EntityLabel>(labels[i]);
+      score_.points += 1;
+      score_.unknown += label == EntityLabel::unknown;
+      if (!of_object[scan_.box[i]] || !over_floor(points_[i])) continue;
+      score_.raised += 1;
+      score_.called_floor += label == EntityLabel::floor;
+    }
+  }
+  bool over_floor(const Eigen::Vector3d& p) const {
+    return std::none_of(boxes().begin(), boxes().end(), [&](const ModelEntity& box) {
+      return box.label == EntityLabel::floor && std::abs(p.z() - top(box)) < 0.25 && distance(box, p) < 0.05;
+    });
+  }
+
+  const MeanSite& site_;
+  const MeanScan& scan_;
+  const semantic::BuiltModel& built_;
+  Transform<Map, Map> T_site_map_;
+  std::vector<Eigen::Vector3d> points_;  // site's frame
+  Boxes found_;                          // site's frame
+  MeanScore score_;
+};
+
+}  // namespace
+
+MeanScore& MeanScore::operator+=(const MeanScore& o) {
+  sites += o.sites, refused += o.refused;
+  drawn += o.drawn, drawn_right += o.drawn_right, seen += o.seen, seen_found += o.seen_found;
+  crossing += o.crossing, false_doors += o.false_doors, false_pillars += o.false_pillars;
+  false_flights += o.false_flights, doors += o.doors, doors_found += o.doors_found;
+  steps += o.steps, steps_found += o.steps_found, false_steps += o.false_steps;
+  rise_error = std::max(rise_error, o.rise_error);
+  raised += o.raised, called_floor += o.called_floor, points += o.points, unknown += o.unknown;
+  objects += o.objects, objects_found += o.objects_found, objects_right += o.objects_right;
+  false_objects += o.false_objects, seconds += o.seconds;
+  return *this;
+}
+
+MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic::BuiltModel& built) {
+  return Scoring(site, scan, built).run();
+}
+
+MeanScore score_mean_site(SiteKind kind, Device device, std::uint64_t seed, const std::string& picture) {
+  const MeanSite site = mean_site(kind, seed);
+  const MeanScan scan = mean_scan(site, device, seed);
+  const auto start = std::chrono::steady_clock::now();
+  semantic::ModelOptions options;
+  options.segmentation.stages = picture;
+  const auto built = semantic::build_model(scan.cloud, options);
+  MeanScore score;
+  score.sites = score.refused = 1;
+  if (!built) return score;
+  score = score_model(site, scan, *built);
+  score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return score;
+}
+
+}  // namespace parhelion::test

@@ -1,0 +1,38 @@
+// How well a model describes a site that is known.
+#pragma once
+
+#include "fusion/semantic/build_model.hpp"
+#include "tests/mean_sites/mean_scan.hpp"
+
+namespace parhelion::test {
+
+/// Sums over sites; lengths in m.
+struct MeanScore {
+  int sites = 0, refused = 0;
+  double drawn = 0, drawn_right = 0;  ///< walls in plan, within 10 cm of a true one
+  double seen = 0, seen_found = 0;    ///< faces of true walls with points, within 10 cm of a drawn one
+  double crossing = 0;                ///< walls drawn where nothing stands
+  int false_doors = 0, false_pillars = 0, false_flights = 0;
+  int doors = 0, doors_found = 0;
+  int steps = 0, steps_found = 0, false_steps = 0;
+  double rise_error = 0;                ///< of flights found, largest of the sites: |median of rises - truth|
+  double raised = 0, called_floor = 0;  ///< points of things over the floor; of these labelled floor
+  double points = 0, unknown = 0;
+  int objects = 0, objects_found = 0, objects_right = 0, false_objects = 0;
+  double seconds = 0;
+
+  double precision() const { return drawn > 0 ? drawn_right / drawn : 1; }
+  double recall() const { return seen > 0 ? seen_found / seen : 1; }
+  double f1() const {
+    const double sum = precision() + recall();
+    return sum > 0 ? 2 * precision() * recall() / sum : 0;
+  }
+  MeanScore& operator+=(const MeanScore& other);
+};
+
+/// Builds the model of a site measured by a device, and scores it.
+MeanScore score_mean_site(SiteKind kind, Device device, std::uint64_t seed, const std::string& picture = "");
+
+MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic::BuiltModel& built);
+
+}  // namespace parhelion::test

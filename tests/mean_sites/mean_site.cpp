@@ -1,0 +1,251 @@
+#include "tests/mean_sites/mean_site.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion::test {
+namespace {
+
+using L = EntityLabel;
+
+void slab(SitePen& pen, double x0, double y0, double x1, double y1, double height) {
+  pen.box(L::floor, {x0, y0, -0.2}, {x1, y1, 0});
+  if (height > 0) pen.box(L::ceiling, {x0, y0, height}, {x1, y1, height + 0.2});
+  pen.site().ceiling = height > 0;
+}
+
+/// A camera carried around a room, 1.4 m up.
+void walk(SitePen& pen, double x0, double y0, double x1, double y1) {
+  for (int k = 0; k < 16; ++k) {
+    const double a = 2 * EIGEN_PI * k / 16;
+    pen.site().path.emplace_back(0.5 * (x0 + x1) + 0.25 * (x1 - x0) * std::cos(a),
+                                 0.5 * (y0 + y1) + 0.25 * (y1 - y0) * std::sin(a), 1.4);
+  }
+}
+
+/// Chairs around a table that may fill what a scanner sees of the floor.
+void dining(SitePen& pen, const Eigen::Vector3d& at) {
+  const double along = pen.range(1.2, 2.6), deep = pen.range(0.7, 1.3);
+  const int turned = pen.whole(0, 1);
+  pen.table(at, turned, along, deep, pen.range(0.70, 0.78));
+  for (const double side : {-1.0, 1.0}) {
+    for (const double s : {-0.3, 0.3}) {
+      if (!pen.chance(0.75)) continue;
+      const Eigen::Vector2d p(s * along, side * (deep / 2 + pen.range(0.1, 0.3)));
+      const Eigen::Vector2d q = turned == 0 ? p : Eigen::Vector2d(-p.y(), p.x());
+      pen.chair(at + Eigen::Vector3d(q.x(), q.y(), 0), (side > 0 ? 0 : 2) + turned);
+    }
+  }
+}
+
+/// One open room with a bathroom in a corner; a bar counter in line with the bathroom's wall, a wardrobe up
+/// to the ceiling, a bed, a kitchen, glass.
+MeanSite flat(SitePen& pen) {
+  const double w = pen.range(8, 11), d = pen.range(6, 8), h = pen.range(2.4, 2.9);
+  slab(pen, -0.2, -0.2, w + 0.2, d + 0.2, h);
+  pen.wall_with_door({-0.06, 0}, {-0.06, d}, 0, h, pen.range(0.4, 1.0), 0.9);
+  pen.wall({w + 0.06, 0}, {w + 0.06, d}, 0, h);
+  pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, 0, h);
+  // A window over a sill in the long wall.
+  const double from = pen.range(3.0, 4.0), to = from + pen.range(1.2, 2.2);
+  pen.wall({-0.12, d + 0.06}, {from, d + 0.06}, 0, h);
+  pen.wall({to, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  pen.wall({from, d + 0.06}, {to, d + 0.06}, 0, 0.95);
+  pen.wall({from, d + 0.06}, {to, d + 0.06}, 2.1, h);
+  const double bx = pen.range(2.0, 2.6), by = pen.range(1.8, 2.4);  // the bathroom's size
+  pen.wall({w - bx, d}, {w - bx, d - by}, 0, h);
+  pen.wall_with_door({w - bx - 0.06, d - by}, {w, d - by}, 0, h, pen.range(0.3, 0.6), 0.8);
+  pen.solid("cupboard", {w - 0.3, d - 0.6, 0}, 0, {0.5, 0.9, pen.range(0.8, 0.9)});
+  // In line with the bathroom's wall: a counter across the open room, a gap of 0.7 to 2 m between them.
+  const double high = pen.range(0.88, 1.12), gap = pen.range(0.7, 2.0), along = pen.range(1.8, 3.0);
+  pen.solid("counter", {w - bx - gap - along / 2, d - by + pen.range(-0.02, 0.02), 0}, 0,
+            {along, 0.45, high});
+  for (double x = w - bx - gap - along + 0.4; x < w - bx - gap; x += 0.7)
+    pen.solid("chair", {x, d - by - 0.5, 0}, 0, {0.35, 0.35, pen.range(0.6, 0.7)});
+  // The kitchen: low cupboards, and others that hang over them.
+  const double k = pen.range(2.0, 2.6);
+  pen.solid("counter", {w - 0.3, k / 2 + 0.2, 0}, 0, {0.6, k, 0.9});
+  pen.solid("cupboard", {w - 0.18, k / 2 + 0.2, 1.45}, 0, {0.36, k, pen.range(0.6, 0.8)});
+  pen.solid("cupboard", {w - 0.35, k + 0.55, 0}, 0, {0.7, 0.65, pen.chance(0.5) ? h - 0.01 : 1.9});
+  dining(pen, {w - 2.6, pen.range(1.5, 2.0), 0});
+  pen.bed({1.6, d - 1.15, 0}, 0);
+  pen.solid("cupboard", {0.3, d - 2.6 - 0.6, 0}, 0, {0.6, pen.range(1.2, 2.0), pen.chance(0.6) ? h : 2.1});
+  pen.sofa({3.2, pen.range(0.7, 1.0), 0}, 2, pen.range(1.5, 2.2));
+  pen.table({3.2, 2.3, 0}, 0, 1.0, 0.6, pen.range(0.38, 0.48));
+  if (pen.chance(0.7)) pen.shelf({1.4, 0.16, 0}, 2, 1.2, pen.range(1.2, 2.1));
+  if (pen.chance(0.7)) pen.plant({5.2, 0.5, 0});
+  if (pen.chance(0.5)) pen.solid("bin", {5.2, d - 0.35, 0}, 0, {0.3, 0.3, 0.5});
+  pen.stand({pen.range(4.0, 5.0), pen.range(2.7, 3.2), pen.range(1.1, 1.6)});
+  pen.stand({w - 1.6, d - by - 1.1, pen.range(1.1, 1.6)});
+  pen.stand({w - bx / 2, d - by / 2, pen.range(1.1, 1.5)});
+  if (pen.chance(0.6)) pen.stand({3.4, d - 1.4, pen.range(1.1, 1.6)});
+  walk(pen, 0.5, 0.5, w - bx, d - by);
+  return std::move(pen.site());
+}
+
+/// A storey high flight, straight or with a landing, in a hall; seen from below, from above or from its side.
+MeanSite stair_hall(SitePen& pen) {
+  const int steps = pen.whole(9, 17);
+  const double rise = pen.range(0.15, 0.19), tread = pen.range(0.26, 0.31), wide = pen.range(1.2, 2.4);
+  const bool landing = pen.chance(0.5);
+  const double flat_piece = landing ? pen.range(1.0, 1.5) : 0;
+  const double run = steps * tread + flat_piece, foot = pen.range(2.2, 3.2), d = wide + pen.range(1.6, 3.0);
+  const double top = steps * rise, h = top + pen.range(2.5, 2.9), w = foot + run + 2.4;
+  slab(pen, -0.2, -0.2, w + 0.2, d + 0.2, pen.chance(0.8) ? h : 0);
+  pen.wall_with_door({-0.06, 0}, {-0.06, d}, 0, h, pen.range(0.3, d - 1.3), 0.9);
+  pen.wall({w + 0.06, 0}, {w + 0.06, d}, 0, h);
+  pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, 0, h);
+  pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  const int first = landing ? steps / 2 : steps;
+  const bool open = pen.chance(0.4);
+  double z = pen.flight({foot, wide / 2, 0}, 0, first, rise, tread, wide, open);
+  double x = foot + first * tread;
+  if (landing) {
+    pen.box(L::floor, {x, 0, open ? z - 0.15 : 0}, {x + flat_piece, wide, z});
+    const double from = z;
+    x += flat_piece;
+    TrueFlight second;
+    for (int i = first; i < steps; ++i) {
+      second.rises.push_back(rise);
+      z += rise;
+      const std::size_t box =
+          pen.box(L::stairs, {x, 0, open ? std::max(from, z - rise) - 0.15 : 0}, {x + tread, wide, z});
+      const ModelEntity& e = pen.site().model.entities[box];
+      second.treads.emplace_back(e.T_map_body.translation() - 0.5 * e.size,
+                                 e.T_map_body.translation() + 0.5 * e.size);
+      x += tread;
+    }
+    pen.site().flights.push_back(second);
+  }
+  pen.box(L::floor, {x, 0, z - 0.2}, {w, d, z});
+  if (pen.chance(0.5))
+    pen.wall({foot + 1, wide + 0.06}, {x, wide + 0.06}, 0, top + 0.9);  // beside the flight
+  pen.solid("box", {1.0, d - 0.5, 0}, 0, {0.5, 0.5, pen.range(0.3, 0.8)});
+  if (pen.chance(0.5)) pen.plant({0.6, 0.6, 0});
+  pen.stand({1.3, d / 2, pen.range(1.2, 1.6)});                                    // from below
+  if (pen.chance(0.6)) pen.stand({foot + run / 2, d - 0.5, pen.range(1.2, 1.7)});  // from the side
+  if (pen.chance(0.6)) pen.stand({w - 1.0, d / 2, top + pen.range(1.2, 1.6)});     // from above
+  walk(pen, 0.3, 0.3, foot, d - 0.3);
+  return std::move(pen.site());
+}
+
+/// Two or three storeys of rooms one over the other.
+MeanSite storeys(SitePen& pen) {
+  const int floors = pen.whole(2, 3);
+  const double w = pen.range(6, 8), d = pen.range(4, 5), each = pen.range(2.7, 3.1), clear = each - 0.25;
+  for (int f = 0; f < floors; ++f) {
+    const double z = f * each, h = z + clear;
+    pen.box(L::floor, {-0.2, -0.2, z - (f > 0 ? 0.12 : 0.2)}, {w + 0.2, d + 0.2, z});
+    pen.box(L::ceiling, {-0.2, -0.2, h}, {w + 0.2, d + 0.2, h + 0.12});
+    pen.wall({-0.06, 0}, {-0.06, d}, z, h);
+    pen.wall({w + 0.06, 0}, {w + 0.06, d}, z, h);
+    pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, z, h);
+    pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, z, h);
+    const double middle = pen.range(2.4, w - 2.6);
+    pen.wall_with_door({middle, 0}, {middle, d}, z, h, pen.range(0.5, d - 1.5), 0.9);
+    dining(pen, {middle / 2 + 0.2, d * 0.62, z});
+    pen.solid("cupboard", {w - 0.3, d / 2, z}, 0, {0.6, 1.2, pen.range(1.0, 2.0)});
+    pen.sofa({0.5 * (middle + w), d - 0.5, z}, 0, 1.6);
+    if (pen.chance(0.5)) pen.shelf({middle + 0.9, 0.16, z}, 2, 1.0, pen.range(1.0, 2.0));
+    pen.stand({middle - 0.8, 0.9, z + pen.range(1.1, 1.6)});
+    pen.stand({0.5 * (middle + w), 1.2, z + pen.range(1.1, 1.6)});
+  }
+  walk(pen, 0.5, 0.5, w - 0.5, d - 0.5);
+  return std::move(pen.site());
+}
+
+/// Outdoors: a facade, a kerb, a ramp to a door, steps, cars, boxes; no ceiling.
+MeanSite yard(SitePen& pen) {
+  const double w = pen.range(12, 18), d = pen.range(8, 12), h = pen.range(3.5, 5),
+               kerb = pen.range(0.10, 0.16);
+  slab(pen, -1, -1, w + 1, d, 0);
+  pen.box(L::floor, {-1, d, -0.2}, {w + 1, d + 3.5, kerb});  // the pavement
+  const double front = d + 3.5;
+  pen.wall({-1, front + 0.1}, {w * 0.4, front + 0.1}, 0, h, 0.2);
+  pen.wall({w * 0.4 + 1.1, front + 0.1}, {w + 1, front + 0.1}, 0, h, 0.2);
+  pen.wall({w * 0.4, front + 0.1}, {w * 0.4 + 1.1, front + 0.1}, 2.2, h, 0.2);
+  pen.site().doors.push_back({{w * 0.4 + 0.55, front + 0.1}, 1.1});
+  pen.wall({-0.9, d * 0.3}, {-0.9, front}, 0, h, 0.2);
+  pen.flight({w * 0.75, front - 1.2, kerb}, 1, 4, pen.range(0.14, 0.17), 0.3, 1.6, false);
+  const double slope = pen.range(0.05, 0.11), l = 3.0;
+  ModelEntity ramp = model_box("ramp", L::unknown, {0, 0, 0}, {l, 1.4, 0.2});
+  ramp.T_map_body =
+      Transform<Map, Body>(Eigen::Quaterniond(Eigen::AngleAxisd(-slope, Eigen::Vector3d::UnitY())),
+                           {w * 0.15 + l / 2, front - 0.9, kerb + std::sin(slope) * l / 2 - 0.1});
+  pen.site().ramps.push_back(pen.site().model.entities.size());
+  pen.site().model.entities.push_back(ramp);
+  for (int k = 0; k < 2; ++k) {
+    const double x = pen.range(2, w - 5), y = k == 0 ? d - 1.2 : 1.2;
+    pen.thing("car", {x, y, 0}, 0,
+              {{{0, -0.85, 0.25}, {4.2, 0.85, 0.85}},
+               {{0.9, -0.8, 0.85}, {3.4, 0.8, 1.45}},
+               {{0.5, -0.85, 0}, {1.1, 0.85, 0.3}},
+               {{3.1, -0.85, 0}, {3.7, 0.85, 0.3}}});
+  }
+  pen.solid("box", {w * 0.55, d * 0.5, 0}, 0,
+            {pen.range(0.5, 1.2), pen.range(0.5, 1.2), pen.range(0.4, 1.2)});
+  pen.person({w * 0.35, d * 0.45, 0}, 0);
+  pen.box(L::pillar, {w * 0.6, d + 2.0, kerb}, {w * 0.6 + 0.3, d + 2.3, 3.0});
+  pen.stand({w * 0.3, d * 0.6, pen.range(1.2, 1.7)});
+  pen.stand({w * 0.7, d * 0.55, pen.range(1.2, 1.7)});
+  if (pen.chance(0.5)) pen.stand({w * 0.5, front - 1.5, kerb + 1.4});
+  walk(pen, 1, 3, w - 1, d - 2);
+  return std::move(pen.site());
+}
+
+/// Rows of desks, shelves up to the ceiling, partitions of half height, glass.
+MeanSite office(SitePen& pen) {
+  const double w = pen.range(9, 13), d = pen.range(7, 9), h = pen.range(2.6, 3.2);
+  slab(pen, -0.2, -0.2, w + 0.2, d + 0.2, pen.chance(0.75) ? h : 0);
+  pen.wall({-0.06, 0}, {-0.06, d}, 0, h);
+  pen.wall_with_door({w + 0.06, 0}, {w + 0.06, d}, 0, h, pen.range(0.5, 2.0), 0.9);
+  pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, 0, h);
+  pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  // A meeting room behind glass: no wall is measured where the glass is.
+  const double mx = pen.range(3.0, 3.8), my = pen.range(2.6, 3.2);
+  pen.wall({mx, d}, {mx, d - 1.0}, 0, h);
+  pen.wall({0, d - my}, {mx - 1.2, d - my}, 0, h);
+  dining(pen, {mx * 0.45, d - my * 0.5, 0});
+  for (double x = mx + 1.6; x + 0.9 < w; x += pen.range(2.3, 2.9)) {
+    for (const double y : {d * 0.3, d * 0.68}) {
+      pen.table({x, y, 0}, 1, 1.5, 0.75, pen.range(0.70, 0.76));
+      if (pen.chance(0.8)) pen.chair({x + 0.75, y + pen.range(-0.2, 0.2), 0}, 3);
+      if (pen.chance(0.6)) pen.solid("thing", {x - 0.2, y, 0.76}, 0, {0.06, 0.5, 0.35});  // a screen
+    }
+  }
+  const double p = pen.range(1.25, 1.6);
+  pen.solid("thing", {mx + 0.9, d * 0.3, 0}, 0, {0.05, 1.8, p});  // a partition
+  pen.solid("cupboard", {1.6, 0.22, 0}, 0, {pen.range(1.6, 2.4), 0.42, pen.chance(0.5) ? h - 0.02 : 1.95});
+  pen.shelf({mx + 2.0, 0.16, 0}, 2, 1.8, pen.range(1.6, h - 0.1));
+  pen.box(L::pillar, {w * 0.5, d * 0.48, 0}, {w * 0.5 + 0.35, d * 0.48 + 0.35, h});
+  if (pen.chance(0.6)) pen.plant({w - 0.5, d - 0.5, 0});
+  if (pen.chance(0.6)) pen.person({w - 1.2, d * 0.5, 0}, 1);
+  pen.solid("bin", {w - 0.35, 0.35, 0}, 0, {0.3, 0.3, 0.6});
+  pen.stand({mx + 0.7, d * 0.5, pen.range(1.2, 1.6)});
+  pen.stand({w - 0.9, d * 0.5 + 0.9, pen.range(1.2, 1.6)});
+  if (pen.chance(0.7)) pen.stand({mx * 0.5, d - my + 0.6, pen.range(1.2, 1.6)});
+  walk(pen, mx, 0.5, w - 0.5, d - 0.5);
+  return std::move(pen.site());
+}
+
+}  // namespace
+
+MeanSite mean_site(SiteKind kind, std::uint64_t seed) {
+  SitePen pen(seed * 5 + static_cast<std::uint64_t>(kind));
+  pen.site().kind = kind;
+  switch (kind) {
+    case SiteKind::flat:
+      return flat(pen);
+    case SiteKind::stair_hall:
+      return stair_hall(pen);
+    case SiteKind::storeys:
+      return storeys(pen);
+    case SiteKind::yard:
+      return yard(pen);
+    case SiteKind::office:
+      return office(pen);
+  }
+  return {};
+}
+
+}  // namespace parhelion::test

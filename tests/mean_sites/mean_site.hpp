@@ -1,0 +1,203 @@
+// Sites drawn at random to be hard: what a semantic model meets that was never looked at. Walls, furniture
+// with its kind, flights, ramps and kerbs are known.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "tests/model_box.hpp"
+
+namespace parhelion::test {
+
+enum class SiteKind : std::uint8_t { flat, stair_hall, storeys, yard, office };
+inline constexpr int kSiteKinds = 5;
+
+inline const char* to_string(SiteKind kind) {
+  constexpr const char* names[] = {"flat", "stair hall", "storeys", "yard", "office"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// Some boxes that are one thing: a table's top and its legs.
+struct TrueObject {
+  std::string kind;  ///< "table", "chair", ...; "thing": any
+  std::vector<std::size_t> boxes;
+};
+
+struct TrueFlight {
+  std::vector<double> rises;  ///< m, from the lowest
+  std::vector<Eigen::AlignedBox3d> treads;
+};
+
+struct TrueDoor {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< m
+  double width = 0;                                  ///< m
+};
+
+struct MeanSite {
+  SiteKind kind = SiteKind::flat;
+  SemanticModel model;  ///< boxes in the site's frame; labels say what each is
+  std::vector<TrueObject> objects;
+  std::vector<TrueFlight> flights;
+  std::vector<TrueDoor> doors;
+  std::vector<Eigen::Vector3d> scanners;
+  std::vector<Eigen::Vector3d> path;  ///< where a camera is carried, m
+  std::vector<std::size_t> ramps;     ///< boxes
+  bool ceiling = true;
+};
+
+/// Of boxes that may be called one thing or another.
+inline constexpr EntityLabel kEitherWay = EntityLabel::window;
+
+/// Draws pieces; its own arithmetic on the generator's words, so that every library draws the same.
+class SitePen {
+ public:
+  explicit SitePen(std::uint64_t seed) : random_(seed) {}
+  MeanSite& site() { return site_; }
+
+  double uniform() { return static_cast<double>(random_() >> 11) * 0x1.0p-53; }
+  double range(double low, double high) { return low + (high - low) * uniform(); }
+  int whole(int low, int high) { return low + static_cast<int>(uniform() * (high - low + 1)); }
+  bool chance(double p) { return uniform() < p; }
+
+  std::size_t box(EntityLabel label, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    auto& boxes = site_.model.entities;
+    boxes.push_back(model_box("box " + std::to_string(boxes.size()), label, 0.5 * (low + high), high - low));
+    return boxes.size() - 1;
+  }
+
+  /// Along x or y from `a` to `b`, its middle on the line between them.
+  void wall(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double z0, double z1, double thick = 0.12) {
+    const Eigen::Vector2d low = a.cwiseMin(b), high = a.cwiseMax(b);
+    const bool along_x = high.x() - low.x() > high.y() - low.y();
+    const Eigen::Vector2d half = along_x ? Eigen::Vector2d(0, thick / 2) : Eigen::Vector2d(thick / 2, 0);
+    if ((high - low).maxCoeff() < 0.01) return;
+    const Eigen::Vector2d p = low - half, q = high + half;
+    box(EntityLabel::wall, {p.x(), p.y(), z0}, {q.x(), q.y(), z1});
+  }
+
+  /// The same with a doorway `at` m from `a`; its leaf may stand open beyond it.
+  void wall_with_door(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double z0, double z1, double at,
+                      double width, double thick = 0.12) {
+    const Eigen::Vector2d d = (b - a).normalized();
+    const Eigen::Vector2d p = a + at * d, q = a + (at + width) * d;
+    wall(a, p, z0, z1, thick);
+    wall(q, b, z0, z1, thick);
+    wall(p, q, z0 + 2.05, z1, thick);
+    site_.doors.push_back({0.5 * (p + q), width});
+  }
+
+  /// A thing of boxes given relative to `at`, turned by quarter turns.
+  struct Part {
+    Eigen::Vector3d low, high;
+  };
+  void thing(const std::string& kind, const Eigen::Vector3d& at, int quarter,
+             const std::vector<Part>& parts) {
+    TrueObject object;
+    object.kind = kind;
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(quarter * EIGEN_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    for (const Part& part : parts) {
+      const Eigen::Vector3d a = at + turn * part.low, b = at + turn * part.high;
+      object.boxes.push_back(box(EntityLabel::unknown, a.cwiseMin(b), a.cwiseMax(b)));
+    }
+    site_.objects.push_back(object);
+  }
+
+  /// `along` x `deep` m, its top at `high`.
+  void table(const Eigen::Vector3d& at, int quarter, double along, double deep, double high) {
+    std::vector<Part> parts = {{{-along / 2, -deep / 2, high - 0.03}, {along / 2, deep / 2, high}}};
+    for (const double x : {-along / 2 + 0.03, along / 2 - 0.08}) {
+      for (const double y : {-deep / 2 + 0.03, deep / 2 - 0.08})
+        parts.push_back({{x, y, 0}, {x + 0.05, y + 0.05, high - 0.03}});
+    }
+    thing("table", at, quarter, parts);
+  }
+  void chair(const Eigen::Vector3d& at, int quarter) {
+    std::vector<Part> parts = {{{-0.22, -0.22, 0.42}, {0.22, 0.22, 0.46}},
+                               {{-0.22, 0.18, 0.46}, {0.22, 0.22, 0.9}}};
+    for (const double x : {-0.2, 0.16}) {
+      for (const double y : {-0.2, 0.16}) parts.push_back({{x, y, 0}, {x + 0.04, y + 0.04, 0.42}});
+    }
+    thing("chair", at, quarter, parts);
+  }
+  void sofa(const Eigen::Vector3d& at, int quarter, double along) {
+    const double l = along / 2;
+    thing("sofa", at, quarter,
+          {{{-l, -0.42, 0}, {l, 0.2, 0.42}},
+           {{-l, 0.2, 0}, {l, 0.42, 0.85}},
+           {{-l, -0.42, 0.42}, {-l + 0.18, 0.2, 0.62}},
+           {{l - 0.18, -0.42, 0.42}, {l, 0.2, 0.62}}});
+  }
+  void bed(const Eigen::Vector3d& at, int quarter) {
+    const double w = range(0.45, 0.9), high = range(0.4, 0.6);
+    thing("bed", at, quarter,
+          {{{-w, -1.0, 0.15}, {w, 1.0, high}}, {{-w, 1.0, 0}, {w, 1.06, high + range(0.2, 0.5)}}});
+  }
+  /// Solid: cupboard, counter, bin, box.
+  void solid(const std::string& kind, const Eigen::Vector3d& at, int quarter, const Eigen::Vector3d& size) {
+    thing(kind, at, quarter, {{{-size.x() / 2, -size.y() / 2, 0}, {size.x() / 2, size.y() / 2, size.z()}}});
+  }
+  void shelf(const Eigen::Vector3d& at, int quarter, double along, double high) {
+    const double l = along / 2;
+    std::vector<Part> parts = {{{-l, -0.15, 0}, {-l + 0.02, 0.15, high}},
+                               {{l - 0.02, -0.15, 0}, {l, 0.15, high}}};
+    for (double z = 0.08; z < high; z += 0.36) {
+      parts.push_back({{-l, -0.15, z}, {l, 0.15, z + 0.02}});
+      if (z + 0.3 < high)
+        parts.push_back({{-l + 0.1, -0.1, z + 0.02}, {range(-0.2, l - 0.1), 0.15, z + 0.25}});
+    }
+    thing("shelf", at, quarter, parts);
+  }
+  void plant(const Eigen::Vector3d& at) {
+    std::vector<Part> parts = {{{-0.15, -0.15, 0}, {0.15, 0.15, 0.3}}};
+    for (int k = 0; k < 26; ++k) {
+      const Eigen::Vector3d leaf(range(-0.3, 0.3), range(-0.3, 0.3), range(0.4, 1.4));
+      parts.push_back(
+          {leaf, leaf + Eigen::Vector3d(range(0.03, 0.14), range(0.03, 0.14), range(0.02, 0.12))});
+    }
+    thing("plant", at, 0, parts);
+  }
+  void person(const Eigen::Vector3d& at, int quarter) {
+    thing("person", at, quarter,
+          {{{-0.18, -0.1, 0}, {-0.03, 0.1, 0.85}},
+           {{0.03, -0.1, 0}, {0.18, 0.1, 0.85}},
+           {{-0.24, -0.13, 0.85}, {0.24, 0.13, 1.45}},
+           {{-0.09, -0.1, 1.45}, {0.09, 0.1, 1.75}}});
+  }
+
+  /// Steps along +x (or turned) from `at`, each a box down to `under`; 0: solid to the ground.
+  double flight(const Eigen::Vector3d& at, int quarter, int steps, double rise, double tread, double wide,
+                bool open) {
+    TrueFlight flight;
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(quarter * EIGEN_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    double z = 0;
+    for (int i = 0; i < steps; ++i) {
+      flight.rises.push_back(rise + range(-0.003, 0.003));
+      z += flight.rises.back();
+      const Eigen::Vector3d low(i * tread, -wide / 2, open ? std::max(0.0, z - rise - 0.15) : 0);
+      const Eigen::Vector3d high((i + 1) * tread, wide / 2, z);
+      const Eigen::Vector3d a = at + turn * low, b = at + turn * high;
+      const Eigen::AlignedBox3d step(a.cwiseMin(b), a.cwiseMax(b));
+      box(EntityLabel::stairs, step.min(), step.max());
+      flight.treads.push_back(step);
+    }
+    site_.flights.push_back(flight);
+    return z;
+  }
+
+  void stand(const Eigen::Vector3d& p) { site_.scanners.push_back(p); }
+
+ private:
+  std::mt19937_64 random_;
+  MeanSite site_;
+};
+
+/// The site of a kind and a seed.
+MeanSite mean_site(SiteKind kind, std::uint64_t seed);
+
+}  // namespace parhelion::test
