@@ -8,6 +8,7 @@
 #include "fusion/semantic/net/net_graph.hpp"
 #include "fusion/semantic/net/observed_floors.hpp"
 #include "fusion/semantic/net/sagging_floors.hpp"
+#include "fusion/semantic/spread_voxels.hpp"
 #include "protocols/length_text.hpp"
 
 namespace parhelion::semantic {
@@ -120,18 +121,30 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
+  std::optional<SpreadCloud> spread;
+  if (const auto spacing = voxel_spacing(cloud)) {
+    spread = spread_voxels(cloud, *spacing, options.segmentation.threads);
+    built.notes.push_back(
+        "points are " + length_text(*spacing) +
+        " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
+  }
   bool upside_down = false;
   const auto T_map_cloud =
-      level(cloud, options.up.value_or(Eigen::Vector3d::UnitZ()), options.up.has_value(), &upside_down);
+      level(spread ? spread->cloud : cloud, options.up.value_or(Eigen::Vector3d::UnitZ()),
+            options.up.has_value(), &upside_down);
   if (!T_map_cloud) return Error{T_map_cloud.error().message + (upside_down ? options.up_advice : "")};
   built.model.T_map_cloud = *T_map_cloud;
   built.cloud = placed(std::move(cloud), *T_map_cloud);
   begin("segment", 1);
-  auto segmentation = segment(built.cloud, options.segmentation);
+  cloud::PointCloud<Map> dense;
+  if (spread) dense = placed(std::move(spread->cloud), *T_map_cloud);
+  const cloud::PointCloud<Map>& surfaces_of = spread ? dense : built.cloud;
+  auto segmentation = segment(surfaces_of, options.segmentation);
   if (!segmentation) return segmentation.error();
   begin("label", 2);
-  auto net = label_entities(built.cloud, *segmentation, options.net);
+  auto net = label_entities(surfaces_of, *segmentation, options.net);
   if (!net) return net.error();
+  if (spread) net->labels = labels_of_parents(*spread, net->labels, built.cloud.size());
   built.net = std::move(*net);
   if (const std::string& stages = options.segmentation.stages; !stages.empty()) {
     if (Status written = write_net(built.net, stages); !written) return written.error();

@@ -4,46 +4,55 @@
 #include <cmath>
 #include <limits>
 
+#include "fusion/semantic/net/site_columns.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kCell = 0.25;          ///< m, plan cell for the lowest and highest point
-constexpr double kSame = 0.15;          ///< m, heights that count as one level
-constexpr double kMinRoomHeight = 1.9;  ///< m, from a floor to the ceiling over it
-constexpr double kMinArea = 1.0;        ///< m^2, of a floor or a ceiling
-constexpr double kBow = 0.12;           ///< m, height variation of one floor
-constexpr double kPart = 3;             ///< deduction for a part of a larger level
-constexpr double kBeside = 0.6;         ///< m, a level reaches this far beyond its bounds
+constexpr double kLip = 0.09, kApart = 0.30,
+                 kNearby = 1.5;    ///< m, heights below a floor where there is nothing: a small, a wide one
+constexpr double kThickest = 0.7;  ///< m, from a ceiling to the floor on it
+constexpr double kStorey = 4;      ///< m^2, of an upper floor that nothing was measured over
+constexpr double kRaised = 0.4;    ///< of its rim: a plate that drops on as much is no floor
+constexpr std::size_t kSamples = 3'000'000;  ///< points used
+constexpr double kMinRoomHeight = 1.9;       ///< m, from a floor to the ceiling over it
+constexpr double kMinArea = 1.0;             ///< m^2, of a floor or a ceiling
+constexpr double kBow = 0.12;                ///< m, height variation of one floor
+constexpr double kPart = 3;                  ///< deduction for a part of a larger level
+constexpr double kBeside = 0.6;              ///< m, a level reaches this far beyond its bounds
 
-/// Lowest and highest point of each plan cell.
-struct Extremes {
-  Eigen::Vector2f low = Eigen::Vector2f::Zero();
-  Eigen::Vector2i cells = Eigen::Vector2i::Zero();
-  std::vector<float> lowest, highest;
+/// What the eye meets beyond a plate's edge: the first cell outwards with points near its height or lower.
+enum class Beyond : std::uint8_t { nothing, lower, level, higher };
 
-  explicit Extremes(const cloud::PointCloud<Map>& cloud) {
-    Eigen::AlignedBox2f bounds;
-    for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>());
-    if (cloud.empty()) return;
-    low = bounds.min();
-    cells = ((bounds.max() - low) / static_cast<float>(kCell)).array().floor().cast<int>() + 1;
-    const auto n = static_cast<std::size_t>(cells.x()) * static_cast<std::size_t>(cells.y());
-    lowest.assign(n, std::numeric_limits<float>::max());
-    highest.assign(n, std::numeric_limits<float>::lowest());
-    for (const Eigen::Vector3f& p : cloud.points) {
-      const std::size_t i = index(p);
-      lowest[i] = std::min(lowest[i], p.z());
-      highest[i] = std::max(highest[i], p.z());
+Beyond beyond(const SiteColumns& columns, int x, int y, int dx, int dy, double z, double step) {
+  constexpr int kReach = 4;  // cells: an edge hides what is close behind it
+  for (int k = 1; k <= kReach; ++k) {
+    if (!columns.contains(x + k * dx, y + k * dy)) return Beyond::nothing;
+    const std::uint32_t cell = columns.index(x + k * dx, y + k * dy);
+    if (columns.occupied(cell, z + 0.2, z + 1.0)) return Beyond::higher;
+    if (columns.occupied(cell, z - step, z + 0.1)) return Beyond::level;
+    if (columns.occupied(cell, z - 1.4, z - step)) return Beyond::lower;
+  }
+  return Beyond::nothing;
+}
+
+/// Fraction of the rim of these cells at height `z` (m) beyond which it goes down by more than `step`.
+double drops_of(const SiteColumns& columns, const std::vector<std::uint32_t>& cells, double z, double step) {
+  double lower = 0, all = 0;
+  for (const std::uint32_t cell : cells) {
+    const int x = static_cast<int>(cell) % columns.width(), y = static_cast<int>(cell) / columns.width();
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      if (!columns.contains(x + dx, y + dy) ||
+          std::binary_search(cells.begin(), cells.end(), columns.index(x + dx, y + dy)))
+        continue;
+      const Beyond next = beyond(columns, x, y, dx, dy, z, step);
+      all += next == Beyond::nothing ? 0 : 1;
+      lower += next == Beyond::lower ? 1 : 0;
     }
   }
-  std::size_t index(const Eigen::Vector3f& p) const {
-    const Eigen::Vector2i c = ((p.head<2>() - low) / static_cast<float>(kCell)).array().floor().cast<int>();
-    return static_cast<std::size_t>(c.y()) * static_cast<std::size_t>(cells.x()) +
-           static_cast<std::size_t>(c.x());
-  }
-};
+  return all > 0 ? lower / all : 0;
+}
 
 bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
   return (p.array() > h.low.array() - kBeside).all() && (p.array() < h.high.array() + kBeside).all();
@@ -53,30 +62,17 @@ bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
 
 Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation)
     : segmentation_(segmentation) {
-  const Extremes extremes(cloud);
-  const std::size_t verticals = segmentation.verticals.size(), n = segmentation.horizontals.size();
-  std::vector<double> points(n, 0);
+  const std::size_t n = segmentation.horizontals.size();
   evidence_.resize(n);
   floor_part_.assign(n, 0);
   ceiling_part_.assign(n, 0);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const std::uint32_t surface = segmentation.surface_of[i];
-    if (surface == kNoSurface || surface < verticals) continue;
-    const std::size_t h = surface - verticals;
-    const Eigen::Vector3f& p = cloud.points[i];
-    const std::size_t cell = extremes.index(p);
-    points[h] += 1;
-    evidence_[h].lowest += p.z() - extremes.lowest[cell] < kSame ? 1 : 0;
-    evidence_[h].highest += extremes.highest[cell] - p.z() < kSame ? 1 : 0;
-  }
+  find_evidence(cloud);
   std::vector<float> heights;
   for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / 200'000)
     heights.push_back(cloud.points[i].z());
   if (!heights.empty()) top_ = quantile(heights, 0.995), floor_ = quantile(heights, 0.005);
-  for (std::size_t h = 0; h < n; ++h) {
-    if (points[h] > 0) evidence_[h].lowest /= points[h], evidence_[h].highest /= points[h];
-  }
   find_parts();
+  find_raised();
   double floor_area = 0, ceiling_area = 0;
   for (std::size_t h = 0; h < n; ++h) {
     const double area = segmentation.horizontals[h].area;
@@ -95,6 +91,48 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   }
 }
 
+void Levels::find_evidence(const cloud::PointCloud<Map>& cloud) {
+  const SiteColumns columns(cloud);
+  const std::size_t verticals = segmentation_.verticals.size();
+  SurfaceCells cells(segmentation_.horizontals.size());
+  std::vector<std::uint32_t> before(cells.size(), ~std::uint32_t{0});
+  const std::size_t stride = 1 + cloud.size() / kSamples;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    const std::uint32_t surface = segmentation_.surface_of[i];
+    if (surface == kNoSurface || surface < verticals) continue;
+    const std::uint32_t cell = columns.cell_of(cloud.points[i]);
+    if (before[surface - verticals] != cell) cells[surface - verticals].push_back(cell);
+    before[surface - verticals] = cell;
+  }
+  for (auto& of_surface : cells) {
+    std::sort(of_surface.begin(), of_surface.end());
+    of_surface.erase(std::unique(of_surface.begin(), of_surface.end()), of_surface.end());
+  }
+  for (std::size_t h = 0; h < cells.size(); ++h) {
+    const double z = segmentation_.horizontals[h].z;
+    // A pavement is wide and may lie over the street by a step; what is small and does is a crate.
+    const double step = segmentation_.horizontals[h].area < kStorey ? kLip : kApart;
+    double lowest = 0, highest = 0;
+    for (const std::uint32_t cell : cells[h]) {
+      lowest += columns.occupied(cell, z - kNearby, z - step) ? 0 : 1;
+      highest += columns.occupied(cell, z + 0.15, z + kNearby) && !carries_floor(cells, h, cell) ? 0 : 1;
+    }
+    const double n = std::max(1.0, static_cast<double>(cells[h].size()));
+    evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], z, step)};
+  }
+}
+
+/// Whether a floor lies on the ceiling `h` over a cell.
+bool Levels::carries_floor(const SurfaceCells& cells, std::size_t h, std::uint32_t cell) const {
+  const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
+  for (std::size_t g = 0; g < all.size(); ++g) {
+    const double over = all[g].z - all[h].z;
+    if (all[g].faces_down || over < 0.05 || over > kThickest || all[g].area < kMinArea) continue;
+    if (std::binary_search(cells[g].begin(), cells[g].end(), cell)) return true;
+  }
+  return false;
+}
+
 void Levels::find_parts() {
   const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
   for (std::size_t h = 0; h < all.size(); ++h) {
@@ -108,11 +146,42 @@ void Levels::find_parts() {
   }
 }
 
+/// A plate that no climbable step joins to the floor under it is furniture, whatever hides that floor.
+void Levels::find_raised() {
+  constexpr double kClimb = 0.25, kHigh = 1.4, kNext = 1.0;  // m
+  const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
+  std::vector<std::size_t> raised;
+  for (std::size_t h = 0; h < all.size(); ++h) {
+    if (all[h].faces_down || floor_score(h) <= 0) continue;
+    const Eigen::AlignedBox2d plan(all[h].low, all[h].high);
+    std::vector<double> between;
+    bool over_floor = false;
+    double floor = all[h].z;
+    for (std::size_t g = 0; g < all.size(); ++g) {
+      const double under = all[h].z - all[g].z;
+      if (all[g].faces_down || under <= 0 || under > kHigh) continue;
+      if (plan.exteriorDistance(Eigen::AlignedBox2d(all[g].low, all[g].high)) > kNext) continue;
+      between.push_back(all[g].z);
+      const bool wider = all[h].area > kStorey && all[h].area > all[g].area;
+      if (under < kClimb || wider || floor_score(g) <= 0) continue;
+      over_floor = true;
+      floor = std::min(floor, all[g].z);
+    }
+    std::sort(between.begin(), between.end());
+    for (const double z : between) floor = z > floor && z < floor + kClimb ? z : floor;
+    if (over_floor && all[h].z > floor + kClimb) raised.push_back(h);
+  }
+  for (const std::size_t h : raised) floor_part_[h] += 4 * kPart;
+}
+
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
-  return -floor_part_[i] + 8 * (evidence_[i].lowest - 0.6) + std::min(std::log(h.area / kMinArea), 1.5) -
-         (evidence_[i].highest > 0.9 && h.z > floor_ + kMinRoomHeight && has_floor_ ? 3 : 0);
+  const double raised = 15 * std::max(0.0, evidence_[i].drops - kRaised);
+  return -floor_part_[i] - raised + 8 * (evidence_[i].lowest - 0.6) +
+         std::min(std::log(h.area / kMinArea), 1.5) -
+         (evidence_[i].highest > 0.9 && h.z > floor_ + kMinRoomHeight && has_floor_ && h.area < kStorey ? 3
+                                                                                                        : 0);
 }
 
 double Levels::ceiling_score(std::size_t i) const {

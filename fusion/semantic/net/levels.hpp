@@ -11,8 +11,9 @@ namespace parhelion::semantic {
 
 /// Evidence of one horizontal surface, without its neighbours.
 struct LevelEvidence {
-  double lowest = 0;   ///< fraction of its plan cells below which nothing was measured
-  double highest = 0;  ///< the same above
+  double lowest = 0;   ///< fraction of its points with nothing measured below, to 1.5 m
+  double highest = 0;  ///< the same above, but for a floor that lies on it
+  double drops = 0;    ///< fraction of its observed rim beyond which the next surface is lower, to 1.4 m
 };
 
 class Levels {
@@ -35,8 +36,12 @@ class Levels {
 
  private:
   const Segmentation& segmentation_;
+  using SurfaceCells = std::vector<std::vector<std::uint32_t>>;  ///< per horizontal surface, ascending
+  void find_evidence(const cloud::PointCloud<Map>& cloud);
+  bool carries_floor(const SurfaceCells& cells, std::size_t h, std::uint32_t cell) const;
   /// Finds parts of a larger level nearby: a bow of the same floor, a lamp or a beam under the same ceiling.
   void find_parts();
+  void find_raised();
 
   std::vector<LevelEvidence> evidence_;
   std::vector<double> floor_part_, ceiling_part_;  ///< deductions from the scores for such parts

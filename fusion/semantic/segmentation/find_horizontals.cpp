@@ -160,6 +160,27 @@ void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Pla
   }
 }
 
+/// Without viewpoints, two wide surfaces close over each other are a ceiling and the floor on it.
+void find_slabs(std::vector<HorizontalSurface>& surfaces, const std::vector<Plate>& sums) {
+  constexpr double kThinnest = 0.06, kThickest = 0.7, kOver = 1.8;  // m
+  constexpr double kWide = 3;                                       // m^2
+  double lowest = 1e30;
+  for (const HorizontalSurface& s : surfaces) lowest = s.area > kWide ? std::min(lowest, s.z) : lowest;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    for (std::size_t k = 0; k < surfaces.size(); ++k) {
+      HorizontalSurface &under = surfaces[i], &over = surfaces[k];
+      if (sums[i].from_above + sums[i].from_below + sums[k].from_above + sums[k].from_below > 0) continue;
+      if (over.z - under.z < kThinnest || over.z - under.z > kThickest || under.z < lowest + kOver) continue;
+      const Eigen::Vector2d both =
+          (under.high.cwiseMin(over.high) - under.low.cwiseMax(over.low)).cwiseMax(0);
+      const double least = std::min(under.area, over.area);
+      if (least < kWide || both.prod() < 0.5 * least) continue;
+      under.faces_down = true;
+      over.faces_down = false;
+    }
+  }
+}
+
 /// Median of the heights within 3 cm of the median, so that a sagging edge or an object does not move a
 /// surface. Heights ascending, each with its number of points.
 double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& heights) {
@@ -272,6 +293,7 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
     i = end;
   }
   find_facing(search.surfaces, sums);
+  find_slabs(search.surfaces, sums);
   index_by_block(site, search);
   return search;
 }

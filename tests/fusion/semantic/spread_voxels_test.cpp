@@ -1,0 +1,76 @@
+// Voxel maps: their spacing is found, and their surfaces become planes again.
+#include "fusion/semantic/spread_voxels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/mean_sites/mean_scan.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+using test::Device;
+using test::SiteKind;
+
+cloud::PointCloud<Cloud> cloud_of(Device device) {
+  const test::MeanSite site = test::mean_site(SiteKind::office, 31);
+  return test::mean_scan(site, device, 31).cloud;
+}
+
+TEST(VoxelSpacing, IsFoundForVoxelMapsOnly) {
+  ASSERT_TRUE(voxel_spacing(cloud_of(Device::voxels_5cm)));
+  EXPECT_NEAR(*voxel_spacing(cloud_of(Device::voxels_5cm)), 0.05, 0.002);
+  ASSERT_TRUE(voxel_spacing(cloud_of(Device::voxels_10cm)));
+  EXPECT_NEAR(*voxel_spacing(cloud_of(Device::voxels_10cm)), 0.10, 0.004);
+  EXPECT_FALSE(voxel_spacing(cloud_of(Device::terrestrial)));
+  EXPECT_FALSE(voxel_spacing(cloud_of(Device::depth_camera)));
+  EXPECT_FALSE(voxel_spacing({}));
+}
+
+/// Centres of 10 cm cubes that a plane with the given slope passes through.
+cloud::PointCloud<Cloud> sloping_plane(double slope) {
+  cloud::PointCloud<Cloud> cloud;
+  for (int x = 0; x < 60; ++x) {
+    for (int y = 0; y < 60; ++y) {
+      const double z = 0.1 * (std::floor(slope * x) + 0.5);
+      cloud.points.emplace_back(0.1F * (static_cast<float>(x) + 0.5F), 0.1F * (static_cast<float>(y) + 0.5F),
+                                static_cast<float>(z));
+    }
+  }
+  return cloud;
+}
+
+TEST(SpreadVoxels, TakesStepsOfAVoxelOutOfASlope) {
+  constexpr double kSlope = 0.2;
+  const cloud::PointCloud<Cloud> steps = sloping_plane(kSlope);
+  const SpreadCloud spread = spread_voxels(steps, 0.1);
+  ASSERT_GT(spread.cloud.size(), 20 * steps.size());
+  const auto spread_of = [&](const cloud::PointCloud<Cloud>& cloud) {
+    double sum = 0, squares = 0;
+    for (const Eigen::Vector3f& p : cloud.points) {
+      const double d = static_cast<double>(p.z()) - kSlope * static_cast<double>(p.x());
+      sum += d, squares += d * d;
+    }
+    const double n = static_cast<double>(cloud.size());
+    return std::sqrt(squares / n - sum * sum / n / n);
+  };
+  EXPECT_LT(spread_of(spread.cloud), 0.6 * spread_of(steps));
+}
+
+TEST(SpreadVoxels, IsTheSameForAnyNumberOfThreads) {
+  const cloud::PointCloud<Cloud> voxels = cloud_of(Device::voxels_10cm);
+  const SpreadCloud one = spread_voxels(voxels, 0.1, 1), two = spread_voxels(voxels, 0.1, 2);
+  EXPECT_EQ(one.cloud.points, two.cloud.points);
+  EXPECT_EQ(one.parent, two.parent);
+}
+
+TEST(SpreadVoxels, GivesEachVoxelTheLabelOfMostOfItsPoints) {
+  SpreadCloud spread;
+  spread.parent = {0, 0, 0, 1, 1};
+  const std::vector<std::uint8_t> labels = {2, 3, 3, 1, 0};
+  EXPECT_EQ(labels_of_parents(spread, labels, 2), (std::vector<std::uint8_t>{3, 0}));
+}
+
+}  // namespace
+}  // namespace parhelion::semantic
