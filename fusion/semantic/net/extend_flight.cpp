@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "fusion/semantic/net/find_stairs.hpp"
 #include "fusion/semantic/net/flight_strip.hpp"
@@ -12,15 +13,20 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kCell = 0.05;          ///< m, of the plan beside the flight's end
-constexpr double kReach = 0.6;          ///< m, search range beyond the end
-constexpr double kInto = 0.05;          ///< m, overlap with the end's own strip: edges are not sharp
-constexpr double kOff = 0.03;           ///< m, the next rise may differ from the flight's median
-constexpr double kSkin = 0.03;          ///< m, thickness of a cell's outermost layer, noise included
-constexpr double kWindow = 0.03;        ///< m, tolerance of the heights of one level
-constexpr double kAcross = 0.5;         ///< minimum fraction of the flight's width on which it is seen
-constexpr double kAgree = 0.3;          ///< minimum fraction of the cells there: less is a slope
-constexpr std::size_t kMinPoints = 50;  ///< points
+constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
+constexpr double kReach = 0.6;      ///< m, search range beyond the end, where the treads' depth is unknown
+constexpr double kOfTread = 0.8;    ///< of a tread's depth: the same range, short of the next riser
+constexpr double kInto = 0.05;      ///< m, overlap with the end's own strip: edges are not sharp
+constexpr double kOff = 0.03;       ///< m, the next rise may differ from the flight's median
+constexpr double kSkin = 0.03;      ///< m, thickness of a cell's outermost layer, noise included
+constexpr double kWindow = 0.03;    ///< m, tolerance of the heights of one level
+constexpr double kAcross = 0.5;     ///< minimum fraction of the flight's width on which it is seen...
+constexpr double kAcrossFew = 0.3;  ///< ...or this, where a scan's lines are farther apart than cells
+constexpr double kAgree = 0.3;      ///< minimum fraction of the cells there: less is a slope
+constexpr std::size_t kMinPoints = 50;  ///< points...
+constexpr std::size_t kMinFew = 12;  ///< ...or this, of a flight of four rises that they continue to 1.5 cm
+constexpr std::size_t kSureRises = 4;
+constexpr double kOffFew = 0.015;  ///< m
 constexpr std::size_t kMaxSteps = 60;
 
 struct Seen {
@@ -31,19 +37,27 @@ struct Seen {
 /// Points beyond the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
 using Cells = std::map<std::pair<int, int>, std::vector<Seen>>;
 
+/// m, depth of the flight's treads; nullopt: fewer than two are known.
+std::optional<double> depth_of(const Flight& flight) {
+  std::vector<double> treads = flight.treads();
+  return treads.size() < 2 ? std::nullopt : std::optional(std::max(0.15, median(treads)));
+}
+
 Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, const Flight& flight,
                    const Step& end, bool below, double rise) {
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
   const double edge = below ? end.near : end.far, outwards = below ? -1 : 1;
   Cells cells;
-  const double from = edge - outwards * kInto, to = edge + outwards * kReach;
+  const auto depth = depth_of(flight);
+  const double reach = depth ? std::max(0.2, kOfTread * *depth) : kReach;
+  const double from = edge - outwards * kInto, to = edge + outwards * reach;
   for_each_on_strip(points, flight.direction, {from, to, end.left, end.right}, [&](std::uint32_t i) {
     const Eigen::Vector3f& point = points.sorted()[i];
     const double height = outwards * (point.z() - end.z);
     if (height < 0.3 * rise || height > 1.6 * rise) return;
     const Eigen::Vector2d p = point.head<2>().cast<double>();
     const double s = flight.direction.dot(p), t = across.dot(p), beyond = outwards * (s - edge);
-    if (t < end.left || t > end.right || beyond < -kInto || beyond > kReach) return;
+    if (t < end.left || t > end.right || beyond < -kInto || beyond > reach) return;
     cells[{static_cast<int>((t - end.left) / kCell), static_cast<int>((beyond + kInto) / kCell)}].push_back(
         {s, height, segmentation.surface_of[points.order()[i]]});
   });
@@ -112,7 +126,9 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
     }
   }
   const auto wide = static_cast<double>(std::count(across.begin(), across.end(), true));
-  if (agreeing.size() < kMinPoints || wide < kAcross * static_cast<double>(across.size()) ||
+  const bool few = flight.steps.size() > kSureRises && std::abs(*middle - rise) < kOffFew;
+  if (agreeing.size() < (few ? kMinFew : kMinPoints) ||
+      wide < (few ? kAcrossFew : kAcross) * static_cast<double>(across.size()) ||
       static_cast<double>(agree) < kAgree * static_cast<double>(cells.size()))
     return std::nullopt;
   const double z = end.z + (below ? -1 : 1) * median(agreeing);
@@ -122,6 +138,47 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
               quantile(along, 0.95),
               end.left,
               end.right};
+}
+
+/// m along the flight, where the next riser stands beyond a landing at its upper end: the first place with
+/// points of its lower half over a third of the width.
+std::optional<double> riser_beyond_landing(const PlanBlocks& points, const Flight& flight) {
+  constexpr double kLongest = 2.5, kBin = 0.05;  // m
+  const Step& end = flight.steps.back();
+  const double rise = median(flight.rises());
+  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
+  std::map<int, std::pair<std::size_t, std::vector<bool>>> bins;
+  const auto wide = static_cast<std::size_t>((end.right - end.left) / kCell) + 1;
+  for_each_on_strip(
+      points, flight.direction, {end.far, end.far + kLongest, end.left, end.right}, [&](std::uint32_t i) {
+        const Eigen::Vector3f& point = points.sorted()[i];
+        const double over = (static_cast<double>(point.z()) - end.z) / rise;
+        const Eigen::Vector2d p = point.head<2>().cast<double>();
+        const double s = flight.direction.dot(p) - end.far, t = across.dot(p) - end.left;
+        if (over < 0.3 || over > 0.8 || s < 0.3 || s > kLongest || t < 0 || t > end.right - end.left) return;
+        auto& bin = bins[static_cast<int>(s / kBin)];
+        ++bin.first;
+        bin.second.resize(wide);
+        bin.second[static_cast<std::size_t>(t / kCell)] = true;
+      });
+  for (const auto& [bin, seen] : bins) {
+    const auto columns = static_cast<double>(std::count(seen.second.begin(), seen.second.end(), true));
+    if (seen.first >= kMinFew && columns >= kAcrossFew * static_cast<double>(wide))
+      return end.far + (bin + 0.5) * kBin;
+  }
+  return std::nullopt;
+}
+
+/// The next level behind a landing at the flight's upper end; the landing's own step reaches up to it.
+std::optional<Step> beyond_landing(const PlanBlocks& points, const Segmentation& segmentation,
+                                   Flight& flight) {
+  if (flight.steps.size() <= kSureRises) return std::nullopt;
+  const auto riser = riser_beyond_landing(points, flight);
+  if (!riser) return std::nullopt;
+  const double before = std::exchange(flight.steps.back().far, *riser);
+  const auto step = next_level(points, segmentation, flight, false);
+  if (!step) flight.steps.back().far = before;
+  return step;
 }
 
 }  // namespace
@@ -173,9 +230,18 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
 void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
   for (const bool below : {true, false}) {
     while (flight.steps.size() < kMaxSteps) {
-      const auto step = next_level(points, segmentation, flight, below);
+      auto step = next_level(points, segmentation, flight, below);
+      if (!step && !below) step = beyond_landing(points, segmentation, flight);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);
+      Step& added = below ? flight.steps.front() : flight.steps.back();
+      const auto depth = depth_of(flight);
+      if (!depth || added.far - added.near > 0.5 * *depth) continue;
+      // Only its riser was seen, from below or from above.
+      if (below)
+        added.near = added.far - *depth;
+      else
+        added.far = added.near + *depth;
     }
   }
 }
