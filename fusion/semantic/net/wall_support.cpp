@@ -1,0 +1,99 @@
+#include "fusion/semantic/net/wall_support.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kFrom = 0.3, kTo = 2.1;  ///< m over the floor: below a lintel, over what lies on the floor
+constexpr double kMeasured = 0.35;        ///< fraction of a column's rows
+constexpr double kCrossed = 0.25, kInFront = 0.2;
+constexpr int kSmooth = 2;                    ///< columns on either side
+constexpr double kOpen = 0.35, kBlank = 0.6;  ///< m, of a gap: rays crossed it; nothing is known of it
+constexpr double kHidden = 3.0;               ///< m, of a gap behind something
+constexpr double kShortest = 0.3;             ///< m, measured, of a stretch
+
+constexpr double kTall = 1.2, kMostly = 0.6;  ///< m and fraction, of a wall that begins over a head
+
+enum class Support : std::uint8_t { measured, hidden, open };
+
+Support support_between(const WallRaster& raster, int c0, int c1, double low, double high) {
+  int rows = 0, measured = 0, crossed = 0, hidden = 0;
+  for (int r = std::max(raster.row_of(low), 0); r < std::min(raster.row_of(high), raster.rows); ++r) {
+    for (int c = std::max(c0, 0); c < std::min(c1, raster.columns); ++c) {
+      const std::size_t i = raster.at(c, r);
+      ++rows;
+      if (raster.covered(c, r) || raster.behind[i] > 0)
+        ++measured;
+      else if (raster.through[i] > 0)
+        ++crossed;
+      else if (raster.hidden[i] > 0)
+        ++hidden;
+    }
+  }
+  if (rows == 0 || measured >= kMeasured * rows) return Support::measured;
+  if (crossed >= kCrossed * rows) return Support::open;
+  if (raster.viewpoints_known || hidden >= kInFront * rows) return Support::hidden;
+  return Support::open;
+}
+
+/// At the height of a body; over a landing or behind a flight, that of the tall wall above.
+Support support_of(const WallCandidate& wall, int c0, int c1) {
+  const double high = wall.ceiling - 0.1, head = std::min(wall.floor + kTo, high);
+  const Support body = support_between(wall.raster, c0, c1, wall.floor + kFrom, head);
+  const bool crossed = wall.raster.viewpoints_known && body == Support::open;
+  if (body == Support::measured || crossed || high - head < kTall) return body;
+  return wall.raster.fractions(c0, c1, head, high).measured > kMostly ? Support::measured : body;
+}
+
+class Stretches {
+ public:
+  explicit Stretches(const WallCandidate& wall) : wall_(wall) {
+    for (int c = 0; c < wall.raster.columns; ++c)
+      columns_.push_back(support_of(wall, c - kSmooth, c + kSmooth + 1));
+  }
+  void keep(const Opening& opening) {
+    const double column = wall_.raster.column;
+    for (int c = std::max(0, static_cast<int>(opening.from / column) - 1);
+         c < std::min<int>(wall_.raster.columns, static_cast<int>(opening.to / column) + 2); ++c)
+      columns_[static_cast<std::size_t>(c)] = Support::measured;
+  }
+  std::vector<WallStretch> find() const {
+    const double column = wall_.raster.column;
+    std::vector<WallStretch> found;
+    int last = -1, open = 0, measured = 0, first = -1;
+    const auto close = [&] {
+      if (first >= 0 && measured * column >= kShortest)
+        found.push_back({first * column, (last + 1) * column});
+      first = -1, measured = 0;
+    };
+    for (int c = 0; c < static_cast<int>(columns_.size()); ++c) {
+      const Support support = columns_[static_cast<std::size_t>(c)];
+      if (support == Support::open) ++open;
+      if (support != Support::measured) continue;
+      const double widest = wall_.raster.viewpoints_known ? kOpen : kBlank;
+      if (first >= 0 && (open * column > widest || (c - last) * column > kHidden)) close();
+      if (first < 0) first = c;
+      last = c, open = 0, ++measured;
+    }
+    close();
+    if (!found.empty() && found.front().from < 2 * column) found.front().from = 0;
+    if (!found.empty() && found.back().to > wall_.length() - 2 * column) found.back().to = wall_.length();
+    return found;
+  }
+
+ private:
+  const WallCandidate& wall_;
+  std::vector<Support> columns_;
+};
+
+}  // namespace
+
+std::vector<WallStretch> supported_stretches(const WallCandidate& wall, const std::vector<Opening>& kept) {
+  Stretches stretches(wall);
+  for (const Opening& opening : kept) stretches.keep(opening);
+  return stretches.find();
+}
+
+}  // namespace parhelion::semantic
