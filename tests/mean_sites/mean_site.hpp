@@ -50,7 +50,7 @@ struct MeanSite {
 };
 
 /// Of boxes that may be called one thing or another.
-inline constexpr EntityLabel kEitherWay = EntityLabel::window;
+inline constexpr EntityLabel kNotJudged = EntityLabel::window;
 
 /// Draws pieces; its own arithmetic on the generator's words, so that every library draws the same.
 class SitePen {
