@@ -11,7 +11,7 @@ Arm::Arm()
               {"gripper", 0, 0.045, 0.06, 0.0001}} {}
 
 void Arm::receive(const parhelion::joints_t& command, std::int64_t now) {
-  heard_ = now;
+  received_ = now;
   for (std::size_t i = 0; i < command.names.size(); ++i) {
     for (Joint& joint : joints_) {
       if (joint.name != command.names[i]) continue;
@@ -25,7 +25,7 @@ void Arm::receive(const parhelion::joints_t& command, std::int64_t now) {
 }
 
 void Arm::step(double dt, std::int64_t now) {
-  const bool silent = now - heard_ > kSilence;
+  const bool silent = now - received_ > kSilence;
   for (Joint& joint : joints_) {
     const double wanted = joint.to_target ? (joint.target - joint.position) / dt : joint.wanted_speed;
     joint.speed = silent ? 0 : std::clamp(wanted, -joint.max_speed, joint.max_speed);

@@ -30,7 +30,7 @@ class Arm {
     double target = 0, wanted_speed = 0;
   };
   std::vector<Joint> joints_;
-  std::int64_t heard_ = -kSilence;
+  std::int64_t received_ = -kSilence;
 };
 
 }  // namespace robot

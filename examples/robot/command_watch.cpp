@@ -43,10 +43,16 @@ bool CommandWatch::receive(const Twist2& command, std::int64_t utime, std::int64
   const bool is_motion = command.vx != 0 || command.wz != 0;
   if (is_motion && !is_new(utime, now)) return false;
   command_ = command;
-  heard_ = now;
+  received_ = now;
   return true;
 }
 
-Twist2 CommandWatch::command(std::int64_t now) const { return now - heard_ > kSilence ? Twist2{} : command_; }
+Twist2 CommandWatch::command(std::int64_t now) const {
+  return now - received_ > kSilence ? Twist2{} : command_;
+}
+
+bool CommandWatch::is_stopped(std::int64_t now) const {
+  return now - received_ <= kSilence && command_.vx == 0 && command_.wz == 0;
+}
 
 }  // namespace robot

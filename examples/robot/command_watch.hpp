@@ -20,6 +20,8 @@ class CommandWatch {
 
   // What the motors may do at `now`.
   Twist2 command(std::int64_t now) const;
+  // Whether stops are coming now: an emergency stop, for a robot that drives itself, too.
+  bool is_stopped(std::int64_t now) const;
 
  private:
   // Sender: what its commands have in common.
@@ -35,7 +37,7 @@ class CommandWatch {
   static constexpr int kConfirm = 5;  // commands in a row with which another console takes over
   std::optional<Sender> sender_, candidate_;
   Twist2 command_;
-  std::int64_t heard_ = -kSilence;  // when the last command was obeyed
+  std::int64_t received_ = -kSilence;  // when the last command was obeyed
 };
 
 }  // namespace robot

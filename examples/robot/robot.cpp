@@ -117,7 +117,8 @@ void Robot::steer(const parhelion::planar_lidar_t& scan, std::int64_t now) {
 // Whoever commands, silence is stop and the obstacle stop has the last word.
 void Robot::step(std::int64_t now) {
   Twist2 command = watch_.command(now);
-  if (route_) command = now - steered_ > CommandWatch::kSilence ? Twist2{} : steering_;
+  const bool steered = route_ && !watch_.is_stopped(now) && now - steered_ <= CommandWatch::kSilence;
+  if (route_) command = steered ? steering_ : Twist2{};
   const double part = obstacles_.allowed(command, now);
   if (part == 0 && !held_) ++obstacle_stops_;
   held_ = part == 0;

@@ -29,7 +29,7 @@ struct Options {
   unsigned seed = 1;
   bool truth = false;         // publish the true pose on REFERENCE_POSE, as a motion capture system could
   double speed = 0.5;         // m/s, of a robot that drives itself
-  std::vector<Point2> route;  // map; not empty: it drives itself on MR_SCAN, and MR_CMD is not obeyed
+  std::vector<Point2> route;  // map; not empty: it drives itself on MR_SCAN, and obeys MR_CMD's stops alone
 };
 
 class Robot {

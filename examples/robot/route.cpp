@@ -11,6 +11,9 @@ namespace {
 constexpr int kCells = 140;     // a side of the grid, which has the robot in its middle
 constexpr double kCell = 0.08;  // m
 constexpr int kMiddle = kCells / 2;
+constexpr double kSlow = 0.15;       // m/s
+constexpr double kMinGap = 0.065;    // m: what the obstacle stop just allows
+constexpr int kPatience = 20;        // stops in a row, for what moves to go away
 constexpr double kPreferred = 0.35;  // m: nearer to an obstacle than this, a cell costs more
 
 using Grid = std::vector<double>;
@@ -120,25 +123,45 @@ Twist2 Route::follow(const std::vector<Point2>& path, const Pose2& pose, double 
   return {vx, curvature * vx};
 }
 
+// m from the outline to the nearest seen point, if that is near.
+double Route::gap(const Pose2& at, const std::vector<Point2>& seen) const {
+  double nearest = 10;
+  for (const Point2& p : seen) {
+    if (distance(p, {at.x, at.y}) < radius_ + settings_.gap + 0.05)
+      nearest = std::min(nearest, distance(settings_.footprint, inverse(at) * p));
+  }
+  return nearest;
+}
+
+// Back, or turning on the spot: what leads farthest away from what is too close, and never nearer.
+Twist2 Route::escape(const Pose2& pose, const std::vector<Point2>& seen) const {
+  constexpr double kStep = 0.1, kHorizon = 0.8;  // s
+  Twist2 best;
+  double farthest = gap(pose, seen);
+  for (const Twist2& twist : {Twist2{-0.15, 0}, Twist2{0, 0.5}, Twist2{0, -0.5}}) {
+    double nearest = 10, last = 0;
+    for (double t = kStep; t <= kHorizon; t += kStep) {
+      last = gap(advance(pose, twist, t), seen);
+      nearest = std::min(nearest, last);
+    }
+    if (nearest < gap(pose, seen) - 1e-3 || last <= farthest) continue;
+    farthest = last;
+    best = twist;
+  }
+  return best;
+}
+
 // Whether the next seconds keep a gap from all that is seen, or at least do not narrow it.
 bool Route::is_safe(const std::vector<Point2>& path, Pose2 pose, Twist2 now, double speed,
-                    const std::vector<Point2>& seen) const {
+                    const std::vector<Point2>& seen, double min_gap) const {
   constexpr double kStep = 0.1, kHorizon = 1.6;  // s
-  const auto gap = [&](const Pose2& at) {
-    double nearest = 10;
-    for (const Point2& p : seen) {
-      if (distance(p, {at.x, at.y}) < radius_ + settings_.gap + 0.05)
-        nearest = std::min(nearest, distance(settings_.footprint, inverse(at) * p));
-    }
-    return nearest;
-  };
-  const double wanted = std::min(settings_.gap, gap(pose) - 0.005);
+  const double wanted = std::min(min_gap, gap(pose, seen) - 0.005);
   for (double t = 0; t < kHorizon; t += kStep) {
     const Twist2 next = follow(path, pose, speed);
     now.vx += std::clamp(next.vx - now.vx, -kStep, kStep);
     now.wz = next.wz;
     pose = advance(pose, now, kStep);
-    if (gap(pose) < std::max(0.03, wanted * (1 - t / kHorizon / 2))) return false;
+    if (gap(pose, seen) < std::max(0.03, wanted * (1 - t / kHorizon / 2))) return false;
   }
   return true;
 }
@@ -147,19 +170,23 @@ Twist2 Route::drive(const Pose2& pose, const Twist2& now, const std::vector<Poin
   while (next_ < points_.size() && distance(points_[next_], {pose.x, pose.y}) < settings_.reached) ++next_;
   reason_ = "";
   if (is_reached()) return {};
-  std::vector<Point2> way;
+  std::vector<Point2> found;
   for (const double gap : {settings_.gap, settings_.gap / 2, 0.02}) {
-    if (way.empty()) way = path(pose, seen, radius_ * 0.8 + gap);
+    if (found.empty()) found = path(pose, seen, radius_ * 0.8 + gap);
   }
   reason_ = "no path to the next point";
-  if (way.size() < 2) return {};
-  reason_ = "something is too close";
-  for (const double speed : {settings_.speed, 0.6 * settings_.speed, 0.15}) {
-    if (!is_safe(way, pose, now, speed, seen)) continue;
-    reason_ = "";
-    return follow(way, pose, speed);
+  if (found.size() < 2) return {};
+  reason_ = "";
+  for (const double speed : {settings_.speed, 0.6 * settings_.speed, kSlow}) {
+    if (!is_safe(found, pose, now, speed, seen, settings_.gap)) continue;
+    blocked_ = 0;
+    return follow(found, pose, speed);
   }
-  return {};
+  // What moves has had time to go away: closer past what does not, or back.
+  if (++blocked_ > kPatience && is_safe(found, pose, now, kSlow, seen, kMinGap))
+    return follow(found, pose, kSlow);
+  reason_ = "something is too close";
+  return blocked_ > kPatience ? escape(pose, seen) : Twist2{};
 }
 
 }  // namespace robot

@@ -29,13 +29,16 @@ class Route {
  private:
   std::vector<Point2> path(const Pose2& pose, const std::vector<Point2>& seen, double clearance) const;
   Twist2 follow(const std::vector<Point2>& path, const Pose2& pose, double speed) const;
+  double gap(const Pose2& at, const std::vector<Point2>& seen) const;
+  Twist2 escape(const Pose2& pose, const std::vector<Point2>& seen) const;
   bool is_safe(const std::vector<Point2>& path, Pose2 pose, Twist2 now, double speed,
-               const std::vector<Point2>& seen) const;
+               const std::vector<Point2>& seen, double min_gap) const;
 
   Settings settings_;
   std::vector<Point2> points_;
   std::size_t next_ = 0;
   double radius_ = 0;  // m, of the footprint about its origin
+  int blocked_ = 0;    // commands in a row that were a stop
   const char* reason_ = "";
 };
 

@@ -10,12 +10,14 @@
 #include <csignal>
 #include <cstdio>
 #include <lcm/lcm-cpp.hpp>
+#include <optional>
 #include <vector>
 
 #include "arguments.hpp"
 #include "description.hpp"
 #include "laser.hpp"
 #include "obstacles.hpp"
+#include "parhelion/joints_t.hpp"
 #include "parhelion/operator_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -33,7 +35,8 @@ constexpr const char* kHelp =
     "  --robot NAME      name of the real robot (example_robot)\n"
     "  --speed M_PER_S   on a free path (0.5)\n"
     "  --patience S      then it gives up (60)\n"
-    "  --careless yes    does not look at the scans\n";
+    "  --careless yes    does not look at the scans\n"
+    "  --shoulder RAD    brings this joint of the real robot's arm there, and holds it\n";
 
 // Outline and laser of the server's virtual robots that have no model of their own.
 const robot::Polygon kAgentFootprint = {{-0.3, -0.24}, {0.3, -0.24}, {0.3, 0.24}, {-0.3, 0.24}};
@@ -42,11 +45,13 @@ constexpr Pose2 kAgentLaserPose{0.2, 0, 0};
 constexpr std::int64_t kPeriod = 50'000;    // us between two commands: 20 a second
 constexpr std::int64_t kSilence = 400'000;  // us without a scan or a pose: it lets go
 constexpr int kHeartbeat = 8;               // commands between two messages on OPERATOR
+constexpr int kArmPeriod = 2;               // commands between two of the arm
 
 struct Options {
   std::string agent, robot = "example_robot";
   double speed = 0.5, patience = 60;
   bool careless = false;
+  std::optional<double> shoulder;  // rad
   std::vector<robot::Point2> points;
 };
 
@@ -86,6 +91,7 @@ class Trainee {
       for (std::int64_t left = next - now_us(); left > 0; left = next - now_us())
         bus_.handleTimeout(static_cast<int>((left + 999) / 1000));
       if (n % kHeartbeat == 0) publish_operator(0);
+      if (n % kArmPeriod == 0 && options_.shoulder) publish_arm();
       publish(now_us() - steered_ > kSilence ? robot::Twist2{} : command_);
       next += kPeriod;
     }
@@ -144,6 +150,14 @@ class Trainee {
     message.wz = static_cast<float>(twist.wz);
     bus_.publish(teleop_, &message);
   }
+  void publish_arm() {
+    parhelion::joints_t message{};
+    message.utime = now_us();
+    message.names = {"shoulder"};
+    message.positions = {*options_.shoulder};
+    message.njoints = message.npositions = 1;
+    bus_.publish("JOINT_CMD", &message);
+  }
   void publish_operator(std::int8_t state) {
     parhelion::operator_t message{};
     message.utime = now_us();
@@ -179,6 +193,8 @@ void set(Options& options, const std::string& option, const std::string& value) 
     options.patience = robot::number(option, value);
   else if (option == "--careless")
     options.careless = value == "yes";
+  else if (option == "--shoulder")
+    options.shoulder = robot::number(option, value);
   else
     throw std::invalid_argument(option + ": no such option");
 }

@@ -57,8 +57,9 @@ void send_command(const TickContext& context, const CommandPath& path) {
   if (simulates_trainee(configuration.scenario))
     path.simulation.teleop(configuration.robot.name, result.command.twist);
   // Consoles are silent after a stop: not an event.
+  const std::optional<TwistCommand>& teleop = path.command.teleop;
   const bool stopped = result.reason == simulation::SpeedLimitReason::silence &&
-                       simulation::footprint_speed(configuration.robot, path.command.teleop->twist) == 0;
+                       (!teleop || simulation::footprint_speed(configuration.robot, teleop->twist) == 0);
   report_speed_limit(context, stopped ? simulation::SpeedLimitReason::none : result.reason, path.command);
 }
 
@@ -193,7 +194,8 @@ void set_emergency_stop(const TickContext& context, bool stopped, const CommandP
   CommandState& command = path.command;
   command.emergency_stop = stopped;
   command.joints_stopped = command.joints_stopped || stopped;
-  if (command.teleop) send_command(context, path);
+  // A robot that nobody drives by TELEOP may drive itself: it must stop, too.
+  if (command.teleop || stopped) send_command(context, path);
   if (stopped) stop_joints(context, path);
 }
 
@@ -204,7 +206,8 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
     return context.now - sent >= driving_timing::kStopPeriod &&
            (context.now - simulation_time(last)).seconds() >= context.configuration.scenario.contact.silence;
   };
-  if (command.teleop && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
+  const bool answers = command.teleop || command.emergency_stop;
+  if (answers && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
   if (silent(command.joint_command_arrival, command.last_joint_command)) stop_joints(context, path);
 }
 

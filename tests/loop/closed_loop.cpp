@@ -20,6 +20,7 @@ using Json = nlohmann::json;
 
 constexpr double kReady = 30, kPatience = 60, kGraded = 3;  // s
 constexpr double kCarelessPatience = 25;                    // s: it may stand before an obstacle for ever
+constexpr double kShoulder = 0.7;                           // rad, where the arm is brought
 constexpr double kTeleopSilence = 0.5;                      // s, of the scenario
 
 std::string example(const std::string& name) {
@@ -96,7 +97,10 @@ class ClosedLoop {
   std::vector<std::string> trainee_arguments() const {
     const bool careless = arrangement_ == Arrangement::careless_trainee_drives;
     std::vector<std::string> arguments{"--patience", number(careless ? kCarelessPatience : kPatience)};
-    if (drives_itself()) arguments.insert(arguments.end(), {"--agent", "robot_1"});
+    if (drives_itself())
+      arguments.insert(arguments.end(), {"--agent", "robot_1"});
+    else
+      arguments.insert(arguments.end(), {"--shoulder", number(kShoulder)});
     if (careless) arguments.insert(arguments.end(), {"--careless", "yes"});
     add_route(arguments, drives_itself() ? site_.other_route : site_.route);
     return arguments;
@@ -182,6 +186,13 @@ class ClosedLoop {
         load_robot_description(std::string(PARHELION_SOURCE_DIR) + "/examples/robot/robot.yaml");
     if (!description) throw std::runtime_error(description.error().message);
     report_.log = check_log(path("session.lcm"), *description, kTeleopSilence);
+    if (report_.goal != "reached" && !report_.log.limited_by.empty())
+      report_.goal += ", MR_CMD is limited: " + report_.log.limited_by;
+    else if (report_.goal != "reached" && report_.obstacle_stops > 0)
+      report_.goal += ", the robot's own obstacle stop";
+    const bool arm_obeyed = std::abs(report_.log.joints["shoulder"] - kShoulder) < 0.01;
+    if (!drives_itself() && (report_.log.joint_commands == 0 || !arm_obeyed))
+      report_.log.violations.emplace_back("the arm is not where it was brought");
     compare();
   }
   static Json last_line(std::string text) {
@@ -223,6 +234,7 @@ std::vector<std::string> DriveReport::failures() const {
   if (!not_run.empty()) return {not_run};
   std::vector<std::string> found = log.violations;
   if (log.contacts > 0) found.push_back(std::to_string(log.contacts) + " contacts with what was shown");
+  if (log.nearest_shown <= 0) found.emplace_back("something shown is inside the robot's outline");
   if (bumps > 0) found.push_back(std::to_string(bumps) + " contacts with the building");
   if (log.scans == 0) found.emplace_back("no scan in the log");
   if (goal.empty()) found.emplace_back("neither the goal nor a reason");

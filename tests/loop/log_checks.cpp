@@ -64,6 +64,10 @@ class Checker {
       handle_command(message);
     } else if (message.channel == channel::kMrEvents) {
       handle_event(message);
+    } else if (message.channel == channel::kJointCmd || message.channel == channel::kMrJointCmd) {
+      handle_joints(message);
+    } else if (message.channel == channel::kJointState) {
+      handle_encoders(message);
     } else if (message.channel == channel::kCamera) {
       images_.push_back(*leading_stamp(message.payload));
     } else if (message.channel == channel::kMrCamera) {
@@ -168,7 +172,8 @@ class Checker {
     TwistCommand command;
     if (!decoded(message, command)) return;
     teleops_[command.stamp.ns] = command.twist;
-    heard_ = message.arrival;
+    if (command.twist.vx != 0 || command.twist.wz != 0) findings_.limited_by = limited_by_;
+    received_ = message.arrival;
     stopped_since_ = false;
   }
   void handle_command(const Message& message) {
@@ -181,7 +186,7 @@ class Checker {
     if (!moves) return;
     const auto asked = teleops_.find(command.stamp.ns);
     expect(asked != teleops_.end(), "promise 3: a motion that no TELEOP asked for");
-    expect(heard_ && (message.arrival - *heard_).seconds() < silence_ + 0.01,
+    expect(received_ && (message.arrival - *received_).seconds() < silence_ + 0.01,
            "promise 3: a motion although TELEOP is silent");
     expect(std::abs(twist.vx) <= robot_.limits.speed * (1 + kRounding) &&
                std::abs(twist.wz) <= robot_.limits.yaw_rate * (1 + kRounding),
@@ -200,13 +205,40 @@ class Checker {
   /// A stop has followed the silence before `now`.
   void check_silence(ArrivalTime now) {
     constexpr double kStopPeriod = 0.1, kStep = 0.02;  // s
-    if (!heard_ || (now - *heard_).seconds() < silence_ + kStopPeriod + kStep) return;
+    if (!received_ || (now - *received_).seconds() < silence_ + kStopPeriod + kStep) return;
     expect(stopped_since_, "promise 3: no stop although TELEOP is silent");
+  }
+
+  /// A motion of the arm has been asked for, with that stamp and to that place.
+  void handle_joints(const Message& message) {
+    Joints joints;
+    if (!decoded(message, joints)) return;
+    if (message.channel == channel::kJointCmd) {
+      asked_joints_[joints.stamp.ns] = joints;
+      return;
+    }
+    const bool moves = std::any_of(joints.velocities.begin(), joints.velocities.end(),
+                                   [](double velocity) { return velocity != 0; }) ||
+                       (joints.velocities.empty() && !joints.positions.empty());
+    if (!moves) return;
+    ++findings_.joint_commands;
+    const auto asked = asked_joints_.find(joints.stamp.ns);
+    expect(asked != asked_joints_.end() && asked->second.names == joints.names,
+           "promise 3: a motion of joints that no JOINT_CMD asked for");
+  }
+  void handle_encoders(const Message& message) {
+    Joints joints;
+    if (!decoded(message, joints)) return;
+    for (std::size_t i = 0; i < joints.names.size(); ++i)
+      findings_.joints[joints.names[i]] = joints.positions[i];
   }
 
   void handle_event(const Message& message) {
     Event event;
-    if (!decoded(message, event) || event.kind != EventKind::contact_started) return;
+    if (!decoded(message, event)) return;
+    if (event.kind == EventKind::speed_limited) limited_by_ = event.text;
+    if (event.kind == EventKind::speed_limit_lifted) limited_by_.clear();
+    if (event.kind != EventKind::contact_started) return;
     const bool is_robots = event.subject == robot_.name || event.object == robot_.name;
     if (!is_robots || event.pair != PairKind::real_virtual) return;
     ++(event.undetectable ? findings_.unsensed_contacts : findings_.contacts);
@@ -224,8 +256,10 @@ class Checker {
   std::map<std::string, int> reported_;
   std::map<std::int64_t, Answered> scans_;
   std::map<std::int64_t, Twist2> teleops_;
+  std::map<std::int64_t, Joints> asked_joints_;
   std::vector<SensorTime> images_;
-  std::optional<ArrivalTime> heard_;
+  std::string limited_by_;  ///< now
+  std::optional<ArrivalTime> received_;
   bool stopped_since_ = true;
   ArrivalTime end_;
 };

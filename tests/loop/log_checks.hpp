@@ -16,8 +16,11 @@ struct LogFindings {
   int beams_replaced = 0;
   int commands = 0, commands_reduced = 0;
   int contacts = 0, unsensed_contacts = 0;  ///< of the robot with virtual things: shown, and not shown
-  double nearest_shown = 1e9;               ///< m, from the footprint to a virtual return
-  std::map<std::string, int> reasons;       ///< of scans that went out unchanged
+  std::map<std::string, double> joints;     ///< rad or m, by the robot's last encoder values
+  int joint_commands = 0;                   ///< that moved something
+  std::string limited_by;      ///< why MR_CMD was less than the last motion of TELEOP; empty: it was not
+  double nearest_shown = 1e9;  ///< m, from the footprint to a virtual return
+  std::map<std::string, int> reasons;  ///< of scans that went out unchanged
 };
 
 /// Reads the log of a level 3 session. Of promise 1 the log does not hold where the modelled wall was behind

@@ -26,9 +26,13 @@ class ExampleRobot : public ::testing::Test {
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     ASSERT_TRUE(bus_->subscribe("SCAN|ODOMETRY|JOINT_STATE|ROBOT|CAMERA|DEPTH", 200).ok());
-    robot_.emplace(std::vector<std::string>{"--building", kFolder + "building.txt", "--description",
-                                            kFolder + "robot.yaml", "--image-rate", "2"},
-                   folder_ / "robot.txt", kProgram);
+    switch_on({});
+  }
+  void switch_on(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"--building",           kFolder + "building.txt", "--description",
+                                       kFolder + "robot.yaml", "--image-rate",           "2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    robot_.emplace(arguments, folder_ / "robot.txt", kProgram);
   }
   template <class Type>
   void publish(const char* channel, const Type& value) {
@@ -74,6 +78,16 @@ class ExampleRobot : public ::testing::Test {
             std::min(scan.ranges[i], static_cast<float>((*wall_ - x_ - kLaser) / std::cos(angle)));
     }
     publish(channel::kMrScan, scan);
+    if (localizes_) localize(scan.stamp);
+  }
+  /// The map's origin is where the robot was switched on.
+  void localize(SensorTime stamp) {
+    PoseEstimate estimate;
+    estimate.stamp = stamp;
+    estimate.T_map_base = Transform<Map, Base>::planar(x_, 0, 0);
+    estimate.covariance = PoseCovariance::Identity() * 1e-4;
+    estimate.state = SlamState::tracking;
+    publish(channel::kPoseCov, estimate);
   }
   bool stands() const { return still_ >= 10; }
 
@@ -84,7 +98,7 @@ class ExampleRobot : public ::testing::Test {
   double x_ = 0;   ///< m, by odometry
   int still_ = 0;  ///< readings of odometry without motion
   Joints joints_;
-  bool answers_ = true;
+  bool answers_ = true, localizes_ = false;
   std::optional<double> command_;       ///< m/s
   std::optional<SensorTime> repeated_;  ///< of each command
   std::optional<double> wall_;          ///< m, x of a virtual wall in odom
@@ -137,6 +151,17 @@ TEST_F(ExampleRobot, StopsBeforeWhatOnlyMrScanShowsAndMayBackAway) {
   EXPECT_TRUE(until([&] { return x_ < stopped - 0.2; }));
 }
 
+TEST_F(ExampleRobot, ThatDrivesItselfStandsWhileMrCmdBringsStops) {
+  switch_on({"--to", "3,0"});
+  localizes_ = true;
+  ASSERT_TRUE(until([&] { return x_ > 0.2; })) << text_of(folder_ / "robot.txt");
+  command_ = 0;
+  ASSERT_TRUE(until([&] { return stands(); }));
+  const double stopped = x_;
+  command_.reset();
+  EXPECT_TRUE(until([&] { return x_ > stopped + 0.2; }));
+}
+
 TEST_F(ExampleRobot, ItsArmObeysWithinItsLimitsAndHoldsStillInSilence) {
   Joints command;
   command.names = {"shoulder", "third_arm"};
@@ -147,10 +172,10 @@ TEST_F(ExampleRobot, ItsArmObeysWithinItsLimitsAndHoldsStillInSilence) {
     publish(channel::kMrJointCmd, command);
   };
   ASSERT_TRUE(until([&] { return send(), shoulder() > 0.3; }));
-  const int heard = count_["JOINT_STATE"];
-  ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > heard + 20; }));  // silence
+  const int before = count_["JOINT_STATE"];
+  ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > before + 20; }));  // silence
   const double held = shoulder();
-  ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > heard + 30; }));
+  ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > before + 30; }));
   EXPECT_EQ(shoulder(), held);
   ASSERT_TRUE(until([&] { return send(), shoulder() > 1.59; }));
   EXPECT_LT(shoulder(), 1.61);

@@ -160,6 +160,32 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstAnyDriver) {
   EXPECT_GT(moved[3], 0);
 }
 
+TEST_F(TickTest, TickRepeatsAnEmergencyStopForARobotThatDrivesItself) {
+  start(test::configuration({}));
+  auto log = test::drive(5);
+  for (const bool engaged : {true, false}) {
+    const std::int64_t utime = test::kStartUs + (engaged ? 2'000'000 : 4'000'000);
+    log.push_back(test::message(channel::kMrEmergencyStop, utime,
+                                EmergencyStopCommand{SensorTime::from_utime(utime), engaged ? 7U : 8U,
+                                                     configuration_.robot.name, engaged}));
+  }
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  int stops[3] = {};  // before, during the stop, afterwards
+  for (const Message& each : log) {
+    out_.clear();
+    feed(each);
+    const double s = (each.arrival.utime() - test::kStartUs) * 1e-6;
+    for (const TwistCommand& command : decoded<TwistCommand>(channel::kMrCmd)) {
+      ++stops[s < 2 ? 0 : s < 4 ? 1 : 2];
+      EXPECT_TRUE(command.twist.vx == 0 && command.twist.vy == 0 && command.twist.wz == 0);
+    }
+  }
+  EXPECT_EQ(stops[0], 0);
+  EXPECT_GE(stops[1], 15) << "each 0.1 s";
+  EXPECT_EQ(stops[2], 0);
+}
+
 TEST_F(TickTest, TickFreezesAgentsButNotTheTraineesRobot) {
   start(test::configuration({agent("robot_1", AgentKind::robot, 3, 2)}));
   feed(test::drive(1));
