@@ -33,7 +33,7 @@ class Hungarian {
  private:
   void augment(std::size_t row) {
     row_of_[0] = row;
-    least_.fill(std::numeric_limits<double>::infinity());
+    min_cost_.fill(std::numeric_limits<double>::infinity());
     used_.fill(false);
     std::size_t column = 0;
     do column = extend(column);
@@ -53,12 +53,12 @@ class Hungarian {
     for (std::size_t j = 1; j <= costs_.columns; ++j) {
       if (used_[j]) continue;
       const double reduced = costs_.at(row - 1, j - 1) - row_price_[row] - column_price_[j];
-      if (reduced < least_[j]) {
-        least_[j] = reduced;
+      if (reduced < min_cost_[j]) {
+        min_cost_[j] = reduced;
         previous_[j] = column;
       }
-      if (least_[j] < delta) {
-        delta = least_[j];
+      if (min_cost_[j] < delta) {
+        delta = min_cost_[j];
         next = j;
       }
     }
@@ -67,7 +67,7 @@ class Hungarian {
         row_price_[row_of_[j]] += delta;
         column_price_[j] -= delta;
       } else {
-        least_[j] -= delta;
+        min_cost_[j] -= delta;
       }
     }
     return next;
@@ -75,7 +75,7 @@ class Hungarian {
 
   Costs& costs_;
   std::array<std::size_t, 2 * kExact + 1> row_of_{}, previous_{};
-  std::array<double, 2 * kExact + 1> column_price_{}, least_{};
+  std::array<double, 2 * kExact + 1> column_price_{}, min_cost_{};
   std::array<double, kExact + 1> row_price_{};
   std::array<bool, 2 * kExact + 1> used_{};
 };

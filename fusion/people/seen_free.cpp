@@ -48,23 +48,28 @@ SeenFree::Look SeenFree::look(const PastScan& past, const Eigen::Vector2d& place
   const double first = std::ceil(middle - reach), last = std::floor(middle + reach);
   if (!(first >= 0) || !(last < static_cast<double>(past.free_to.size())) || last < first)
     return Look::unknown;
-  float least = std::numeric_limits<float>::infinity();
+  float nearest = std::numeric_limits<float>::infinity();
   int known = 0, unknown = 0;
   bool occupied = false;
   for (auto i = static_cast<std::size_t>(first); i <= static_cast<std::size_t>(last); ++i) {
     ++(past.free_to[i] < 0 ? unknown : known);
     if (past.free_to[i] < 0) continue;
-    least = std::min(least, past.free_to[i]);
+    nearest = std::min(nearest, past.free_to[i]);
     occupied = occupied || std::abs(past.free_to[i] - distance) < radius + options_.depth + sigma;
   }
   if (occupied) return Look::occupied;
-  const bool through = known >= unknown && least > distance + options_.behind + sigma;
+  const bool through = known >= unknown && nearest > distance + options_.behind + sigma;
   return through ? Look::free : Look::unknown;
 }
 
 void SeenFree::add(const LaserSweep& sweep) {
-  recent_.resize(options_.recent);
-  old_.resize(options_.old);
+  if (recent_.empty()) {
+    recent_.resize(options_.recent);
+    old_.resize(options_.old);
+    // All at once, so that no later scan allocates.
+    for (std::vector<PastScan>* ring : {&recent_, &old_})
+      for (PastScan& past : *ring) past.free_to.reserve(sweep.scan.ranges.size());
+  }
   const auto due = [&](const std::vector<PastScan>& ring, std::size_t next, Duration period) {
     const PastScan& newest = ring[(next + ring.size() - 1) % ring.size()];
     return !newest.valid || sweep.stamp - newest.stamp >= period - milliseconds(1);

@@ -92,7 +92,8 @@ void drive_agents(Agents& agents, const Surroundings& around, Behaviours& behavi
   for (Agent& agent : agents) {
     if (!agent.form.upright) continue;
     const SteeringLimits limits = limits_of(agent);
-    const Twist2 twist = behaviours.wanted(agent, around, events);
+    const Twist2 twist =
+        slowed_for_people(agent, behaviours.wanted(agent, around, events), around.environment.people);
     if (agent.robot) {
       agent.robot->drive(physics, agent.supply.empty ? Twist2{} : twist, around.clock.now(), dt);
       continue;

@@ -76,6 +76,10 @@ void Behaviours::gather_obstacles(const Agent& agent, const Surroundings& around
       steering.obstacles.push_back(&other->placed);
     }
   }
+  for (const PlacedPerson& person : around.environment.people.placed()) {
+    if ((person.disc.center - p).norm() < kSight + person.disc.bound)
+      predict(person.disc.center, person.velocity, person.disc.bound + kRespect);
+  }
   // Agents keep clear of real robots even if their own laser does not show them.
   for (const RealRobot& real : around.real_robots) {
     if (!real.ever_present || (real.placed.center - p).norm() >= kSight + real.placed.bound) continue;

@@ -8,6 +8,7 @@
 #include "server/simulation/building.hpp"
 #include "server/simulation/door_set.hpp"
 #include "server/simulation/planar.hpp"
+#include "server/simulation/real_people.hpp"
 
 namespace parhelion::simulation {
 
@@ -15,6 +16,7 @@ struct Environment {
   std::shared_ptr<Building> building;
   DoorSet doors;                      ///< of the building
   std::vector<Footprint> unmodelled;  ///< discs, m, map: real obstacles that the model does not explain
+  RealPeople people;
 };
 
 }  // namespace parhelion::simulation

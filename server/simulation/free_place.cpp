@@ -46,6 +46,9 @@ std::string PlaceSearch::obstruction(const Pose2& pose) {
   for (const Footprint& disc : environment_.unmodelled) {
     if (hits(disc, kGap)) return "on something real that the model does not explain";
   }
+  for (const PlacedPerson& person : environment_.people.placed()) {
+    if (hits(person.disc, kGap)) return "on a real person";
+  }
   return {};
 }
 

@@ -53,6 +53,9 @@ RouteQuery Navigation::query_to(const Agent& agent, const Eigen::Vector2d& goal,
   for (const Footprint& disc : environment.unmodelled) {
     if (near_enough(disc)) query.blocked.push_back(disc);
   }
+  for (const PlacedPerson& person : environment.people.placed()) {
+    if (person.velocity.norm() < 0.1 && near_enough(person.disc)) query.blocked.push_back(person.disc);
+  }
   return query;
 }
 

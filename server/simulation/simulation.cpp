@@ -175,6 +175,10 @@ void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) 
     discs[i] = make_disc(obstacles[i].center, obstacles[i].radius);
 }
 
+void Simulation::set_real_people(const std::vector<RealPerson>& people) {
+  parts_->environment.people.set(people);
+}
+
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;
   events.swap(parts_->events);

@@ -46,6 +46,15 @@ struct RealObstacle {
   double radius = 0.2;
 };
 
+/// A real person whom sensors follow: identity and motion are known, unlike those of an obstacle.
+struct RealPerson {
+  std::uint32_t id = 0;
+  Eigen::Vector2d position;                            ///< m, map, at `stamp`
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< m/s, map
+  double radius = 0.25;                                ///< m
+  SimulationTime stamp;
+};
+
 /// Whether the real robot's sensors show an agent now. A withheld agent freezes near the robot and its
 /// contacts with the robot are undetectable; a returning one is also kept outside the stopping distance
 /// (event agent_moved) until it is shown.
@@ -158,6 +167,9 @@ class Simulation {
   const std::vector<Relation>& relations_of(const std::string& entity) const;
 
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
+  /// Replaces the real people that agents keep clear of and brake before; contacts are events (object
+  /// "person_<id>").
+  void set_real_people(const std::vector<RealPerson>& people);
 
   /// The expensive part of set_building(); independent of the simulation, so that another thread may do it.
   /// Error: an entity or a mesh that is not finite.

@@ -64,6 +64,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   Building& building = *environment.building;
   ++clock.step;
   move_real_robots(states);
+  environment.people.place(clock.now());
 
   // Decisions of agents.
   behaviours.search_routes(agents, around, events);
@@ -80,6 +81,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
 
   // Events.
   contacts.update(agents, real_robots, building, physics, clock.now(), events);
+  environment.people.report_contacts(agents, clock.now(), events);
   grippers.update(agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);
   supervise(real_robots, agents, around, contacts, physics, predictor, events);

@@ -47,6 +47,7 @@ void step_physics(const TickContext& context, RobotState& robot, State& state) {
                                   : real_robot_at(context.now, robot.pose, robot.injection);
   report_pose_changes(context, robot.pose);
   forget_old_obstacles(context.now, robot.scan, state.simulation);
+  forget_old_people(context.now, robot.people, state.simulation);
   state.lasers.requests.clear();
   state.simulation.step(simulated ? std::nullopt : robot.pose.at_this_step, state.lasers.requests);
   robot.pose.relocalized = false;

@@ -251,10 +251,21 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
   if (!scan.building_cast)
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
+  track_people(context,
+               {0,
+                scan.real,
+                laser,
+                poses.laser,
+                scan.beam_time,
+                scan.building_hits,
+                sigma,
+                path.pose.clock.to_server(scan.real.stamp),
+                {}},
+               path.people, path.simulation);
   scan.obstacles.clear();
   for (const scan::UnexplainedDisc& disc :
        scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {
-    scan.obstacles.push_back({disc.center, disc.radius});
+    if (!near_person(path.people, disc.center)) scan.obstacles.push_back({disc.center, disc.radius});
   }
   scan.obstacles_seen = context.now;
   path.simulation.set_real_obstacles(scan.obstacles);

@@ -17,6 +17,7 @@
 #include "server/tick/injection_path.hpp"
 #include "server/tick/model_path.hpp"
 #include "server/tick/outputs.hpp"
+#include "server/tick/people_path.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/tick_context.hpp"
 
@@ -50,6 +51,7 @@ struct ScanPath {
   ScanState& scan;
   InjectionState& injection;
   SiteState& site;
+  PeopleState& people;
   DoorTracker& doors;
   simulation::Simulation& simulation;
 };

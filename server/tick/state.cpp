@@ -70,7 +70,7 @@ TickContext State::context(const Configuration& configuration, SimulationTime no
 }
 
 ScanPath State::scan_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection, site, doors, simulation};
+  return {robot.pose, robot.scan, robot.injection, site, robot.people, doors, simulation};
 }
 
 CameraPath State::camera_path(RobotState& robot) {

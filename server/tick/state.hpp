@@ -21,6 +21,7 @@
 #include "server/tick/laser_path.hpp"
 #include "server/tick/model_path.hpp"
 #include "server/tick/operator_path.hpp"
+#include "server/tick/people_path.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/scan_path.hpp"
 #include "server/tick/script_path.hpp"
@@ -39,6 +40,7 @@ struct RobotState {
   std::string name;
   PoseState pose;
   ScanState scan;
+  PeopleState people;
   InjectionState injection;
   CameraState camera;
   CommandState command;

@@ -22,17 +22,17 @@ double cost_of(std::span<const std::int32_t> columns, const std::vector<Candidat
   return sum;
 }
 
-double least_cost(std::size_t row, std::size_t rows, const std::vector<Candidate>& candidates,
-                  double unassigned, std::vector<char>& taken) {
+double min_cost(std::size_t row, std::size_t rows, const std::vector<Candidate>& candidates,
+                double unassigned, std::vector<char>& taken) {
   if (row == rows) return 0;
-  double least = unassigned + least_cost(row + 1, rows, candidates, unassigned, taken);
+  double best = unassigned + min_cost(row + 1, rows, candidates, unassigned, taken);
   for (const Candidate& each : candidates) {
     if (each.row != row || taken[each.column] != 0) continue;
     taken[each.column] = 1;
-    least = std::min(least, each.cost + least_cost(row + 1, rows, candidates, unassigned, taken));
+    best = std::min(best, each.cost + min_cost(row + 1, rows, candidates, unassigned, taken));
     taken[each.column] = 0;
   }
-  return least;
+  return best;
 }
 
 RC_GTEST_PROP(Assignment, has_the_least_cost_of_all_assignments, ()) {
@@ -47,7 +47,7 @@ RC_GTEST_PROP(Assignment, has_the_least_cost_of_all_assignments, ()) {
   for (const std::int32_t column : result)
     if (column != Assignment::kNone) RC_ASSERT(++uses[static_cast<std::size_t>(column)] == 1);
   std::vector<char> taken(columns, 0);
-  RC_ASSERT(std::abs(cost_of(result, candidates, 6) - least_cost(0, rows, candidates, 6, taken)) < 1e-9);
+  RC_ASSERT(std::abs(cost_of(result, candidates, 6) - min_cost(0, rows, candidates, 6, taken)) < 1e-9);
 }
 
 TEST(Assignment, gives_no_column_twice_where_hundreds_compete) {

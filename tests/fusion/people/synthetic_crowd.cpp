@@ -252,7 +252,7 @@ class World {
     }
     return {width() / 2, depth() / 2, 0};
   }
-  bool way_is_free(const Vector2d& a, const Vector2d& b, double clearance) const {
+  bool path_is_free(const Vector2d& a, const Vector2d& b, double clearance) const {
     const int n = static_cast<int>((b - a).norm() / 0.1) + 1;
     for (int k = 1; k <= n; ++k)
       if (!is_free(a + (b - a) * k / n, clearance)) return false;
@@ -261,7 +261,7 @@ class World {
   std::optional<Vector2d> next_target(const Vector2d& from, double clearance) {
     for (int k = 0; k < 20; ++k) {
       const Vector2d p = place();
-      if ((p - from).norm() > 0.8 && way_is_free(from, p, clearance)) return p;
+      if ((p - from).norm() > 0.8 && path_is_free(from, p, clearance)) return p;
     }
     return std::nullopt;
   }
@@ -270,24 +270,24 @@ class World {
     walker.sway +=
         -walker.sway * dt + Vector2d(random_.normal(), random_.normal()) * 0.012 * std::sqrt(2 * dt);
     walker.weight += -walker.weight * dt / 3 + random_.normal(0.02) * std::sqrt(2 * dt / 3);
-    const Vector2d way = walker.target - walker.position;
-    if (walker.stands || walker.pause > 0 || way.norm() < 0.1) {
+    const Vector2d path = walker.target - walker.position;
+    if (walker.stands || walker.pause > 0 || path.norm() < 0.1) {
       walker.pause -= dt;
       walker.velocity *= std::exp(-dt / 0.2);
       if (!walker.stands && walker.pause <= 0) {
-        if (way.norm() < 0.1 && random_.chance(0.3)) walker.pause = random_.uniform(0.5, 8);
+        if (path.norm() < 0.1 && random_.chance(0.3)) walker.pause = random_.uniform(0.5, 8);
         if (const auto next = next_target(walker.position, 0.25)) walker.target = *next;
       }
     } else {
-      double speed = walker.speed * std::min(way.norm() / 0.4 + 0.2, 1.0);
+      double speed = walker.speed * std::min(path.norm() / 0.4 + 0.2, 1.0);
       for (const Walker& other : walkers_) {
         const Vector2d gap = other.position - walker.position;
-        if (&other != &walker && gap.norm() < 0.7 && gap.dot(way) > 0) speed = 0;
+        if (&other != &walker && gap.norm() < 0.7 && gap.dot(path) > 0) speed = 0;
       }
       if (speed == 0 && random_.chance(dt)) {
         if (const auto next = next_target(walker.position, 0.25)) walker.target = *next;
       }
-      walker.velocity += (way.normalized() * speed - walker.velocity) * std::min(dt / 0.25, 1.0);
+      walker.velocity += (path.normalized() * speed - walker.velocity) * std::min(dt / 0.25, 1.0);
     }
     walker.position += walker.velocity * dt;
     const double speed = walker.velocity.norm();
@@ -332,12 +332,12 @@ class World {
   }
 
   void step_rover(Rover& rover, double dt) {
-    const Vector2d way = rover.target - rover.pose.position();
-    if (way.norm() < 0.15) {
+    const Vector2d path = rover.target - rover.pose.position();
+    if (path.norm() < 0.15) {
       if (const auto next = next_target(rover.pose.position(), 0.4)) rover.target = *next;
       return;
     }
-    const double off = wrap_angle(std::atan2(way.y(), way.x()) - rover.pose.yaw);
+    const double off = wrap_angle(std::atan2(path.y(), path.x()) - rover.pose.yaw);
     const double turn = std::clamp(2 * off, -1.0, 1.0);
     const double speed = std::abs(off) < 0.5 ? rover.speed : 0;
     rover.pose = rover.pose * moved(Twist2{speed, 0, turn}, dt);
