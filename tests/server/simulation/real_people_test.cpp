@@ -78,7 +78,7 @@ TEST(RealPeople, whoever_steps_in_front_of_a_driving_robot_is_a_contact) {
   EXPECT_FALSE(started[0].undetectable);
 }
 
-TEST(RealPeople, agents_keep_clear_of_somebody_who_walks_across_their_way) {
+TEST(RealPeople, agents_keep_clear_of_somebody_who_crosses_their_path) {
   Simulation simulation = make(test::room(12));
   AgentDefinition guard = moving("guard", AgentKind::robot, -4, 0, BehaviourKind::patrol, 0.8);
   guard.behaviour.waypoints = {{4, 0}, {-4, 0}};
