@@ -1,4 +1,4 @@
-import{d as Ps,s as oc}from"./draw_live.js";import{S as lc,ay as cc,e as Pe,aw as fn,Y as hc,F as uc,aO as dc}from"./index.js";import{t as gi}from"./outline.js";/**
+import{d as Ps,s as oc}from"./draw_live.js";import{S as lc,az as cc,e as Pe,ax as fn,Y as hc,F as uc,aP as dc}from"./index.js";import{t as gi}from"./outline.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

@@ -10,14 +10,24 @@ import { teleop } from "./teleop.svelte";
 class StopState {
   /** Neither connection accepted the last one; somebody beside the robot must be told. */
   failed = $state(false);
-  latched = $derived(teleop.stops.size > 0 || (session.control?.estop ?? false));
-  by = $derived([...new Set(teleop.stops.values())].join(", "));
+  /** The stops that count here: of several robots a trainee's own. */
+  #own = $derived([...teleop.stops].filter(([robot]) => session.robots.length < 2 || session.instructs || robot === (teleop.driven || session.robot)));
+  latched = $derived(this.#own.length > 0 || (session.robots.length < 2 && (session.control?.estop ?? false)));
+  by = $derived([...new Set(this.#own.map(([, by]) => by))].join(", "));
 }
 export const stopState = new StopState();
 
-export function emergencyStop() {
-  const overTeleop = teleop.emergencyStop(), overState = session.send({ type: "estop" });
+/** Stops the robot of this name; empty: all robots. */
+export function stopRobot(robot: string) {
+  const named = robot ? { robot } : {};
+  const overTeleop = teleop.emergencyStop(robot), overState = session.send({ type: "estop", ...named });
   stopState.failed = !overTeleop && !overState;
+}
+
+/** Of several robots a trainee stops the one that he drives or follows, an instructor all. */
+export function emergencyStop() {
+  const one = session.robots.length > 1 && !session.instructs;
+  stopRobot(one ? teleop.driven || session.robot : "");
 }
 
 /** Space activates the focused control only if Tab moved the focus there; after a click or a driving key it stops. */

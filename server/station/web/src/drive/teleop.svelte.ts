@@ -71,9 +71,9 @@ class Teleop {
   send(messages: TeleopMessage[]) {
     for (const message of messages) this.#send(message);
   }
-  /** false: not connected. */
-  emergencyStop(): boolean {
-    return this.#send({ type: "stop" });
+  /** `robot` empty: the driven one, or all. false: not connected. */
+  emergencyStop(robot = ""): boolean {
+    return this.#send(robot ? { type: "stop", robot } : { type: "stop" });
   }
 
   #send(message: object): boolean {

@@ -14,7 +14,7 @@ const groups: Record<EventGroup, string[]> = {
     "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
   task: ["task_started", "task_done", "task_failed", "points_deducted", "score_changed", "grading_ended", "object_reported"],
   robot: ["joint_broken", "joint_overload", "joints_restored", "battery_low", "battery_empty", "radio_lost", "radio_restored", "localization_lost",
-    "localized", "relocalized", "odometry_changed", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
+    "localized", "relocalized", "odometry_changed", "poses_conflict", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
   session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started",
     "fault_started", "fault_ended"],
   agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable", "agent_hidden", "agent_shown"],

@@ -6,7 +6,7 @@ export interface Who { name: string; role: Role }
 
 /** `robot`: the trainee's; `graded`: the robot of the tasks, if it is another. */
 export interface SessionInfo {
-  name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string; graded?: string;
+  name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string; robots?: string[]; graded?: string;
   simulated: boolean; started_us: number; mapped: boolean;
 }
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
@@ -62,8 +62,12 @@ export interface Hazard { type: "hazard"; [field: string]: unknown }
 export interface ModelVersion { type: "model"; version: number | string }
 export interface Reply { type: "reply"; request: number; ok: boolean; text: string }
 
+/** Each of several trainees' robots; `reason`: why nothing is injected. */
+export interface RobotLine { name: string; localized: boolean; injecting: boolean; reason: string; score: number | null }
+export interface Robots { type: "robots"; list: RobotLine[] }
+
 export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
-  | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
+  | Robots | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
 export interface Ask { type: "agent" | "script" | "fault" | "end" | "save" | "report"; [field: string]: unknown }

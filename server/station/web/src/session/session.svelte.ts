@@ -3,7 +3,7 @@ import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
@@ -30,6 +30,10 @@ class Session {
   injection = $state.raw<Injection | null>(null);
   pose = $state.raw<PoseState | null>(null);
   operators = $state.raw<Operator[]>([]);
+  /** State of each robot, if there are several. */
+  robotLines = $state.raw<RobotLine[]>([]);
+  /** The robot whose scans, score, pose, joints and sensors the server sends here; empty: the session's first. */
+  #followed = $state("");
   chat = $state.raw<Chat[]>([]);
   marks = $state.raw<Mark[]>([]);
   control = $state.raw<Control | null>(null);
@@ -51,6 +55,11 @@ class Session {
   readonly history = new History();
   /** The current state, whatever is shown. */
   #live: Moment = { table: -1, entities: [], forms: [], world: null, scans: {} };
+
+  /** Names of the trainees' robots. */
+  robots: string[] = $derived(this.hello?.session.robots ?? (this.hello ? [this.hello.session.robot] : []));
+  /** The robot that this page follows; empty: no session yet. */
+  robot: string = $derived(this.robots.includes(this.#followed) ? this.#followed : (this.hello?.session.robot ?? ""));
 
   /** Permission to place, inject faults, pause and end. Only for the display: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
@@ -113,7 +122,7 @@ class Session {
   }
 
   /** Which poses are known: that of the session's robot, only others', or none. */
-  placed: "site" | "others" | "robot" = $derived(this.poseOf(this.hello?.session.robot ?? "") ? "robot" : this.world ? "others" : "site");
+  placed: "site" | "others" | "robot" = $derived(this.poseOf(this.robot) ? "robot" : this.world ? "others" : "site");
 
   /** Positions of robots and agents; doors and the like are part of the site. */
   places(): FlatPose[] {
@@ -135,7 +144,17 @@ class Session {
     return this.pastTime === null ? this.now() : (this.#live.world?.t ?? this.pastTime);
   }
 
-  subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
+  /** Another name than that of a trainee's robot changes nothing. */
+  follow(robot: string) {
+    if (!this.robots.includes(robot) || robot === this.robot) return;
+    this.#followed = robot;
+    [this.score, this.status, this.injection, this.pose, this.hazard] = [null, null, null, null, null];
+    this.#live = { ...this.#live, scans: Object.fromEntries(Object.entries(this.#live.scans).filter(([key]) => key.startsWith(`${SCAN_AGENT}:`))) };
+    if (this.pastTime === null) this.scans = this.#live.scans;
+    this.subscribe({ robot });
+  }
+
+  subscribe(change: { robot?: string; scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
     this.#subscription = { ...this.#subscription, ...change };
     this.send({ type: "subscribe", ...this.#subscription });
   }
@@ -181,6 +200,7 @@ class Session {
       case "status": this.status = message; break;
       case "injection": this.injection = message; break;
       case "pose": this.pose = message; break;
+      case "robots": this.robotLines = message.list; break;
       case "operators": this.operators = message.list; break;
       case "chat": this.chat = [...this.chat, message]; break;
       case "mark": this.marks = [...this.marks, message]; break;
@@ -210,6 +230,7 @@ class Session {
     this.#live = { ...this.#live, world: null, scans: {} };
     this.#show(this.#live);
     this.hello = hello;
+    this.robotLines = [];
   }
 }
 
