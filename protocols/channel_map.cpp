@@ -21,23 +21,58 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
          "'";
 }
 
+/// The names with those that each robot has replaced by one for each robot.
+std::vector<std::string> of_each_robot(const std::vector<std::string>& names,
+                                       const std::vector<std::string>& robots) {
+  if (robots.empty()) return names;
+  std::vector<std::string> all;
+  for (const std::string& name : names) {
+    if (!is_robot_channel(name)) {
+      all.push_back(name);
+      continue;
+    }
+    for (const std::string& robot : robots) all.push_back(robot_channel(name, robot));
+  }
+  return all;
+}
+
 }  // namespace
 
-std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
+std::span<const char* const> robot_channels() {
+  static constexpr const char* names[] = {
+      channel::kRobot,      channel::kScan,          channel::kLines,   channel::kOdometry,
+      channel::kPoseCov,    channel::kPose,          channel::kCamera,  channel::kReferencePose,
+      channel::kDepth,      channel::kImu,           channel::kTeleop,  channel::kJointCmd,
+      channel::kJointState, channel::kBumper,        channel::kHazard,  channel::kMrScan,
+      channel::kMrCamera,   channel::kMrScanInfo,    channel::kMrDepth, channel::kMrCmd,
+      channel::kMrJointCmd, channel::kMrObjectReport};
+  return names;
+}
+
+bool is_robot_channel(std::string_view canonical) {
+  const auto names = robot_channels();
+  return std::find(names.begin(), names.end(), canonical) != names.end();
+}
+
+std::vector<std::string> input_channels(const std::vector<std::string>& agents,
+                                        const std::vector<std::string>& robots) {
   std::vector<std::string> names{
       channel::kRobot,  channel::kScan,          channel::kLines,    channel::kOdometry, channel::kPoseCov,
       channel::kPose,   channel::kReferencePose, channel::kCamera,   channel::kDepth,    channel::kImu,
       channel::kTeleop, channel::kJointState,    channel::kJointCmd, channel::kOperators};
   names.insert(names.end(), kInstructorChannels.begin(), kInstructorChannels.end());
+  names = of_each_robot(names, robots);
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
 }
 
-std::vector<std::string> output_channels(const std::vector<std::string>& agents) {
+std::vector<std::string> output_channels(const std::vector<std::string>& agents,
+                                         const std::vector<std::string>& robots) {
   std::vector<std::string> names{
       channel::kLoop,       channel::kMrScan,  channel::kMrScanInfo, channel::kMrCamera, channel::kMrDepth,
       channel::kMrSession,  channel::kMrWorld, channel::kMrEvents,   channel::kMrStatus, channel::kMrCmd,
       channel::kMrJointCmd, channel::kMrModel, channel::kBumper,     channel::kHazard};
+  names = of_each_robot(names, robots);
   for (const std::string& agent : agents) {
     names.push_back("MR_AGENT_" + agent + "_SCAN");
     names.push_back(agent_camera_channel(agent));

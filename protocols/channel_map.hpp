@@ -3,17 +3,23 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace parhelion {
 
-/// Canonical names of the server's inputs, including the agents' TELEOP channels; `agents`: names of the
-/// agents.
-std::vector<std::string> input_channels(const std::vector<std::string>& agents);
+/// Canonical names of the server's inputs, including the agents' TELEOP channels. `agents`: names of the
+/// agents; `robots`: names of the robots, if there are several.
+std::vector<std::string> input_channels(const std::vector<std::string>& agents,
+                                        const std::vector<std::string>& robots = {});
 /// Canonical names of the server's outputs; agents' own scans included.
-std::vector<std::string> output_channels(const std::vector<std::string>& agents);
+std::vector<std::string> output_channels(const std::vector<std::string>& agents,
+                                         const std::vector<std::string>& robots = {});
+/// Canonical (bare) names of the channels of which each robot has its own; the others are the session's.
+std::span<const char* const> robot_channels();
+bool is_robot_channel(std::string_view canonical);
 /// MR_AGENT_<name>_CAMERA: images of a virtual robot's camera.
 std::string agent_camera_channel(std::string_view agent);
 

@@ -199,6 +199,8 @@ const char* to_string(EventKind kind) {
       return "agent_shown";
     case EventKind::odometry_changed:
       return "odometry_changed";
+    case EventKind::poses_conflict:
+      return "poses_conflict";
   }
   return "unknown";
 }

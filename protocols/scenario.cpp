@@ -9,6 +9,7 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/nearest_name.hpp"
+#include "protocols/scenario_robots.hpp"
 #include "protocols/scenario_site.hpp"
 #include "protocols/yaml/agent.hpp"
 #include "protocols/yaml/faults.hpp"
@@ -80,15 +81,29 @@ void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& l
   }
 }
 
-/// Two canonical channels must not have one name on the bus: an output that is an input would feed the server
-/// its own messages.
-void check_meetings(const Scenario& scenario, const Node& node, const std::vector<std::string>& inputs,
-                    const std::vector<std::string>& outputs, yaml::Problems& problems) {
-  std::map<std::string, std::string> taken;  // name on the bus -> canonical
-  const auto line_of = [&](const std::string& canonical) {
-    const Node* entry = node.find(canonical);
+/// Line that renames the channel, in the scenario's 'channels' or in those of a robot; 0: none does.
+int line_of_channel(const Node& document, const std::string& canonical) {
+  const auto line = [](const Node* channels, std::string_view key) {
+    const Node* entry = channels == nullptr ? nullptr : channels->find(key);
     return entry == nullptr ? 0 : entry->line;
   };
+  if (const int found = line(document.find("channels"), canonical); found > 0) return found;
+  const Node* robots = document.find("robots");
+  const auto parts = parse_robot_channel(canonical);
+  if (robots == nullptr || !parts) return 0;
+  for (const Node& robot : robots->items) {
+    if (robots->items.size() > 1 && robot.find("name")->text != parts->robot) continue;
+    if (const int found = line(robot.find("channels"), parts->canonical); found > 0) return found;
+  }
+  return 0;
+}
+
+/// Two canonical channels must not have one name on the bus: an output that is an input would feed the server
+/// its own messages.
+void check_meetings(const Scenario& scenario, const Node& document, const std::vector<std::string>& inputs,
+                    const std::vector<std::string>& outputs, yaml::Problems& problems) {
+  std::map<std::string, std::string> taken;  // name on the bus -> canonical
+  const auto line_of = [&](const std::string& canonical) { return line_of_channel(document, canonical); };
   for (const auto* side : {&inputs, &outputs}) {
     for (const std::string& canonical : *side) {
       const std::string name = bus_name(scenario.channels, canonical);
@@ -109,25 +124,27 @@ void check_meetings(const Scenario& scenario, const Node& node, const std::vecto
   }
 }
 
-void read_channels(const Node& node, Scenario& scenario, yaml::Problems& problems) {
+void read_channels(const Node& document, Scenario& scenario, yaml::Problems& problems) {
   std::vector<std::string> agents;
   for (const AgentDefinition& agent : scenario.agents) agents.push_back(agent.name);
-  const auto inputs = input_channels(agents);
-  const auto outputs = output_channels(agents);
+  const std::vector<std::string> robots = robots_in_channels(scenario);
+  const auto inputs = input_channels(agents, robots);
+  const auto outputs = output_channels(agents, robots);
   std::vector<std::string> known = inputs;
   known.insert(known.end(), outputs.begin(), outputs.end());
-  for (std::size_t i = 0; i < node.keys.size(); ++i) {
-    const std::string& canonical = node.keys[i];
+  const Node* node = document.find("channels");
+  for (std::size_t i = 0; node != nullptr && i < node->keys.size(); ++i) {
+    const std::string& canonical = node->keys[i];
     if (std::find(known.begin(), known.end(), canonical) == known.end()) {
-      problems.add(node.key_lines[i],
+      problems.add(node->key_lines[i],
                    "unknown channel '" + yaml::printable(canonical) + "'" + suggestion(canonical, known));
     }
-    if (const std::string fault = channel_name_fault(node.items[i].text); !fault.empty()) {
-      problems.add(node.items[i].line, "name of a channel: " + fault);
+    if (const std::string fault = channel_name_fault(node->items[i].text); !fault.empty()) {
+      problems.add(node->items[i].line, "name of a channel: " + fault);
     }
-    scenario.channels[canonical] = node.items[i].text;
+    scenario.channels[canonical] = node->items[i].text;
   }
-  if (problems.empty()) check_meetings(scenario, node, inputs, outputs, problems);
+  if (problems.empty()) check_meetings(scenario, document, inputs, outputs, problems);
 }
 
 void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& problems) {
@@ -244,7 +261,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.faults = yaml::read_faults(*faults, scenario.level, problems);
   if (const Node* drawn = node.find("drawn")) scenario.drawn_values = yaml::read_drawn(*drawn);
   if (Node* training = node.find("training")) scenario.training = yaml::read_training(*training, problems);
-  if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
+  if (node.find("robots")) read_robots(node, scenario, problems);
+  if (node.find("channels") || node.find("robots")) read_channels(node, scenario, problems);
   return scenario;
 }
 
@@ -299,6 +317,7 @@ Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint6
   resolve(scenario->model, folder);
   resolve(scenario->map, folder);
   resolve(scenario->robot, folder);
+  for (ScenarioRobot& robot : scenario->robots) resolve(robot.description, folder);
   // Models without a file extension are installed ones, by name.
   for (AgentDefinition& agent : scenario->agents) {
     if (agent.model.ends_with(".yaml")) resolve(agent.model, folder);
@@ -318,6 +337,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.map.empty()) writer.text("map", scenario.map);
   if (!scenario.scan_matching) writer.text("scan_matching", "off");
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
+  write_robots(scenario.robots, writer);
   if (scenario.authentication) writer.word("authentication", "sign");
   writer.texts("hosts", scenario.hosts);
   if (scenario.mapping) writer.word("mapping", "true");

@@ -46,6 +46,12 @@ struct Trainee {
   bool slam = false;  ///< POSE_COV is received, as at level 3; else it comes from the simulation
 };
 
+/// One of the real robots of a session. If there are several, each has its own channels: robot_channel().
+struct ScenarioRobot {
+  std::string name;         ///< unique among robots and agents; replaces the name in its description
+  std::string description;  ///< path of its robot description; empty: its ROBOT channel
+};
+
 /// A scenario's settings of a door of the model.
 struct DoorSettings {
   std::string name;                ///< its name in the model
@@ -66,6 +72,7 @@ struct Scenario {
   std::string map;            ///< path of the map that SLAM localizes in; empty: scans are not matched
   bool scan_matching = true;  ///< scans are matched to the map, if there is one
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
+  std::vector<ScenarioRobot> robots;  ///< level 3, instead of `robot`; empty: there is one robot
   bool authentication =
       false;  ///< the server starts only with keys, and refuses messages without a signature
   /// IPv4 addresses of other machines whose messages are accepted without keys; see OtherHosts.

@@ -20,6 +20,7 @@
 #include "server/runtime/session_files.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/web_site.hpp"
+#include "server/tick/robot_descriptions.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
@@ -58,17 +59,17 @@ std::string session_name(const std::string& stem) {
   return stem + text + std::to_string(getpid()) + ".lcm";
 }
 
-/// A restarted server uses the description that the one before it had: the robot may send its own seldom.
-Result<std::optional<RobotDescription>> robot_for(const Scenario& scenario, Bus& bus,
-                                                  const runtime::ServeOptions& options,
-                                                  ServerMemory& memory) {
+/// A restarted server uses the descriptions that the one before it had: a robot may send its own seldom.
+Result<std::optional<std::vector<RobotDescription>>> robots_for(const runtime::SessionFiles& files, Bus& bus,
+                                                                const runtime::ServeOptions& options,
+                                                                ServerMemory& memory) {
   if (const std::string known = memory.robot(); !known.empty()) {
-    auto robot = parse_robot_description(known, "the previous server's robot description");
-    if (robot) return std::optional(std::move(*robot));
+    auto robots = tick::parse_robot_descriptions(known, "the previous server's robot description");
+    if (robots && robots->size() == files.robots.size()) return std::optional(std::move(*robots));
   }
-  auto robot = runtime::wait_for_robot(bus, scenario, options);
-  if (robot && *robot) memory.set_robot(to_yaml(**robot));
-  return robot;
+  auto robots = runtime::wait_for_robots(bus, files.scenario, files.robots, options);
+  if (robots && *robots) memory.set_robot(tick::to_yaml_documents(**robots));
+  return robots;
 }
 
 Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
@@ -85,12 +86,11 @@ Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files
   for (const auto& model : files.robot_models) {
     for (const std::string& warning : model->warnings) options.notify("warning: " + warning);
   }
-  if (files.robot)
-    return tick::configure(files.scenario, *files.robot, files.model, files.robot_models, files.map);
-  const auto robot = robot_for(files.scenario, bus, options, memory);
-  if (!robot) return robot.error();
-  if (!*robot) return Error{"stopped before a robot description came"};
-  return tick::configure(files.scenario, **robot, files.model, files.robot_models, files.map);
+  auto robots = robots_for(files, bus, options, memory);
+  if (!robots) return robots.error();
+  if (!*robots) return Error{"stopped before a robot description came"};
+  return tick::configure_robots(files.scenario, std::move(**robots), files.model, files.robot_models,
+                                files.map);
 }
 
 /// The network reader gets the same priority as the loop.
@@ -117,12 +117,21 @@ void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus
   manager.stopping();
 }
 
-/// Initializes the stop state in `options` from `memory`, and stores its later changes there.
-void remember_stops(runtime::ServeOptions& options, StopMemory& memory, ServerMemory& shared) {
-  options.robot_stopped = shared.robot_stopped || memory.holds();
-  options.robot_stop_held = [&memory, &shared](bool holds) {
-    shared.robot_stopped = holds;
-    if (const Status kept = memory.keep(holds); !kept)
+/// The emergency stops of the session's robots, in its order.
+using StopMemories = std::vector<std::unique_ptr<StopMemory>>;
+
+/// Initializes the stop state in `options` from `memories`, and stores its later changes there.
+void remember_stops(const tick::Configuration& configuration, const StopMemories& memories,
+                    ServerMemory& shared, runtime::ServeOptions& options) {
+  for (std::size_t i = 0; i < memories.size(); ++i) {
+    if (memories[i]->holds() || (shared.robots_stopped >> i & 1U) != 0)
+      options.stopped_robots.push_back(configuration.robot_at(i).name);
+  }
+  options.robot_stop_held = [&](const std::string& robot, bool holds) {
+    const std::size_t i = *configuration.find_robot(robot);
+    const std::uint32_t bit = std::uint32_t{1} << i;
+    holds ? shared.robots_stopped |= bit : shared.robots_stopped &= ~bit;
+    if (const Status kept = memories[i]->keep(holds); !kept)
       log_line(Priority::warning, "emergency stop: " + kept.error().message);
   };
 }
@@ -168,11 +177,14 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   const auto state =
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
-  StopMemory stop_memory(state, bus_address(arguments.bus.url), configuration->robot.name);
-  remember_stops(options, stop_memory, memory);
+  StopMemories stop_memories;
+  for (std::size_t i = 0; i < configuration->robot_count(); ++i)
+    stop_memories.push_back(
+        std::make_unique<StopMemory>(state, bus_address(arguments.bus.url), configuration->robot_at(i).name));
+  remember_stops(*configuration, stop_memories, memory, options);
   for (const std::string& stop : active_stops(state)) options.notify(stop);
   options.begun = [&memory] { memory.begun = true; };
-  options.commanded = [&memory](const runtime::RobotStop& stop) { memory.set_robot_stop(stop); };
+  options.commanded = [&memory](const auto& stops) { memory.set_robot_stops(stops); };
   if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) log_line(Priority::warning, *slow);
   log_line(Priority::information, "session log " + options.session);
   if (configuration->scenario.training)
@@ -186,7 +198,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   if (!arguments.http.empty()) {
     auto opened = LiveStation::open(
         {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->connect()); },
-         arguments.session, arguments.cloud, options.robot_stopped},
+         arguments.session, arguments.cloud, options.stopped_robots},
         *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
@@ -207,7 +219,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   if (!report) return fail(report.error().message);
   memory.ended = true;
   // A simulated robot ends with its session; a real one is still there.
-  if (tick::simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
+  if (tick::simulates_trainee(configuration->scenario)) (void)stop_memories.front()->keep(false);
   std::fputs(runtime::summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
     if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite);

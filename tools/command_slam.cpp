@@ -112,9 +112,9 @@ class LiveSlam {
     // Odometry and attitude are interpolated and needed completely; of scans only the newest few are
     // processed.
     for (const auto& [channel, capacity] : {std::pair{options_.odometry_channel, 200},
-                                            {std::string(channel::kImu), 1000},
+                                            {options_.own(channel::kImu), 1000},
                                             {options_.scan_channel, 5},
-                                            {std::string(channel::kRobot), 1}}) {
+                                            {options_.own(channel::kRobot), 1}}) {
       if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
     }
     std::signal(SIGINT, ask_to_stop);
@@ -151,10 +151,10 @@ class LiveSlam {
   }
 
   Status take(const Message& message) {
-    if (message.channel == channel::kRobot) {
+    if (message.channel == options_.own(channel::kRobot)) {
       RobotMessage robot_message;
       if (slam_ || !read(message, robot_message)) return {};
-      auto robot = parse_robot_description(robot_message.yaml, "channel ROBOT");
+      auto robot = parse_robot_description(robot_message.yaml, "channel " + message.channel);
       return robot ? start(*robot) : Status(robot.error());
     }
     if (!slam_) {
@@ -163,7 +163,7 @@ class LiveSlam {
       asked_for_robot_ = true;
       return {};
     }
-    if (message.channel == channel::kImu) {
+    if (message.channel == options_.own(channel::kImu)) {
       ImuSample sample;
       if (read(message, sample)) slam_->add_inertial(sample);
       return {};
@@ -196,10 +196,10 @@ class LiveSlam {
     }
     word->step_time = nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(took).count());
     encode(*word, bytes_);
-    if (Status sent = bus_->publish(channel::kPoseCov, bytes_); !sent) return sent;
+    if (Status sent = bus_->publish(options_.own(channel::kPoseCov), bytes_); !sent) return sent;
     if (word->state != SlamState::tracking) return {};
     encode(PoseStamped{word->stamp, word->T_map_base}, bytes_);
-    return bus_->publish(channel::kPose, bytes_);
+    return bus_->publish(options_.own(channel::kPose), bytes_);
   }
 
   Status finish() {
@@ -235,6 +235,13 @@ Exit run(Arguments& arguments) {
     const auto start = parse_place(arguments.start, true);
     if (!start) return usage("--start '" + arguments.start + "': " + start.error().message);
     options.slam.start = *start;
+  }
+  if (!options.robot_name.empty()) {
+    if (const std::string fault = robot_name_fault(options.robot_name); !fault.empty())
+      return usage("--robot-name: " + fault);
+    if (options.scan_channel == channel::kScan) options.scan_channel = options.own(channel::kScan);
+    if (options.odometry_channel == channel::kOdometry)
+      options.odometry_channel = options.own(channel::kOdometry);
   }
   if (!parse_delay(arguments.delay, options.pose_delay))
     return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
@@ -285,6 +292,9 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->add_option("--pose-delay", arguments->delay, "Arrival of a pose after its scan, over a log")
       ->capture_default_str();
   command->add_option("--robot", options.robot, "Robot description, instead of the one on ROBOT");
+  command->add_option(
+      "--robot-name", options.robot_name,
+      "Of several robots the one whose channels are used: SCAN.NAME, ODOMETRY.NAME, POSE_COV.NAME");
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();

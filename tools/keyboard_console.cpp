@@ -22,7 +22,7 @@ Status KeyboardConsole::turn(std::string_view bytes, WallTime now, SensorTime st
 }
 
 Status KeyboardConsole::act(station::Key key, WallTime now, SensorTime stamp) {
-  const std::size_t joints = view_.joints().size();
+  const std::size_t joints = view_.joints(driven_name()).size();
   switch (key) {
     case station::Key::quit:
       quit_ = true;
@@ -76,18 +76,23 @@ Status KeyboardConsole::send_joint(double speed, SensorTime stamp) {
 
 bool KeyboardConsole::take_help() { return std::exchange(help_, false); }
 
+std::string KeyboardConsole::driven_name() const {
+  const station::DrivenRobot* robot = console_.driven();
+  return robot != nullptr ? robot->name : std::string();
+}
+
 std::string KeyboardConsole::joint() const {
-  return joint_ < view_.joints().size() ? view_.joints()[joint_] : "";
+  const std::vector<std::string> joints = view_.joints(driven_name());
+  return joint_ < joints.size() ? joints[joint_] : "";
 }
 
 std::string KeyboardConsole::line(WallTime now) const {
   const station::DrivenRobot* robot = console_.driven();
   if (!refused_.empty()) return refused_;
-  const Twist2 twist = keys_.twist(now);
+  const Twist2 twist = keys_.twist(now), applied = view_.command(driven_name());
   char text[160];
   std::snprintf(text, sizeof text, "  %+.2f m/s %+.2f rad/s (applied: %+.2f %+.2f)  speed %d/%d", twist.vx,
-                twist.wz, view_.command().vx, view_.command().wz, keys_.step(),
-                station::KeyboardDrive::kSteps);
+                twist.wz, applied.vx, applied.wz, keys_.step(), station::KeyboardDrive::kSteps);
   return (robot != nullptr ? robot->name : "no robot yet: is `parhelion serve` running?") + text +
          (joint().empty() ? "" : "  joint " + joint());
 }

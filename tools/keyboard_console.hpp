@@ -35,6 +35,7 @@ class KeyboardConsole {
   /// True if the help key was pressed since the last call.
   bool take_help();
   /// The joint that r and f move; empty: none known yet.
+  std::string driven_name() const;
   std::string joint() const;
   /// Status line: driven robot, command and selected joint.
   std::string line(WallTime now) const;

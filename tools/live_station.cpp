@@ -38,7 +38,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   base.address = options.address;
   base.folder =
       options.folder.empty() ? station::default_site_folder() : std::filesystem::path(options.folder);
-  base.robot_stopped = options.robot_stopped;
+  base.stopped_robots = options.stopped_robots;
   base.open_bus = options.open_bus;
   station::StationOptions& station = base.station;
   station.configuration = std::make_shared<const tick::Configuration>(configuration);

@@ -17,9 +17,9 @@ struct LiveStationOptions {
   std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's default
   /// An endpoint of the session's bus, see BaseStationOptions.
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;
-  std::string session;         ///< path of the session log; notes are stored beside it
-  std::string cloud;           ///< file with the cloud that the model was built from; empty: none
-  bool robot_stopped = false;  ///< an emergency stop of an earlier server process is active
+  std::string session;  ///< path of the session log; notes are stored beside it
+  std::string cloud;    ///< file with the cloud that the model was built from; empty: none
+  std::vector<std::string> stopped_robots;  ///< emergency stops of an earlier server process that are active
 };
 
 /// The after-action page of a session, for BaseStation::set_report; empty: its log cannot be read.

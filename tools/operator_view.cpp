@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 
 namespace parhelion::tools {
@@ -18,9 +19,12 @@ std::string line(const Event& event) {
 }  // namespace
 
 Status OperatorView::listen() {
-  for (const auto& [name, capacity] : {std::pair{channel::kMrWorld, 1},
-                                       {channel::kMrCmd, 1},
-                                       {channel::kJointState, 1},
+  const std::string command = channel::kMrCmd, joints = channel::kJointState, robots = "\\..+";
+  for (const auto& [name, capacity] : {std::pair<std::string, int>{channel::kMrWorld, 1},
+                                       {command, 1},
+                                       {command + robots, 16},
+                                       {joints, 1},
+                                       {joints + robots, 16},
                                        {channel::kMrEvents, 64}}) {
     if (Status subscribed = bus_.subscribe(name, capacity); !subscribed) return subscribed;
   }
@@ -40,15 +44,19 @@ Status OperatorView::update() {
 }
 
 void OperatorView::take(const Message& message) {
+  const auto parts = parse_robot_channel(message.channel);
+  if (!parts) return;
   if (message.channel == channel::kMrWorld) {
     WorldMessage world;
     if (decode(message.channel, message.payload, world)) robots_ = station::robots_in(world);
-  } else if (message.channel == channel::kMrCmd) {
+  } else if (parts->canonical == channel::kMrCmd) {
     TwistCommand command;
-    if (decode(message.channel, message.payload, command)) command_ = command.twist;
-  } else if (message.channel == channel::kJointState) {
+    if (decode(message.channel, message.payload, command))
+      commands_[std::string(parts->robot)] = command.twist;
+  } else if (parts->canonical == channel::kJointState) {
     Joints joints;
-    if (decode(message.channel, message.payload, joints)) joints_ = std::move(joints.names);
+    if (decode(message.channel, message.payload, joints))
+      joints_[std::string(parts->robot)] = std::move(joints.names);
   } else if (message.channel == channel::kMrEvents) {
     Event event;
     // Reports that a contact begins and ends, not that it continues.

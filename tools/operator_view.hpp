@@ -1,6 +1,7 @@
 // State that a console displays: robots, the server's response to commands, and events.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,10 @@ class OperatorView {
 
   /// Of the newest MR_WORLD.
   const std::vector<station::DrivenRobot>& robots() const { return robots_; }
-  /// Of the trainee's robot, from JOINT_STATE.
-  const std::vector<std::string>& joints() const { return joints_; }
-  /// MR_CMD: the command sent to the trainee's robot.
-  const Twist2& command() const { return command_; }
+  /// Of a trainee's robot, from its JOINT_STATE.
+  std::vector<std::string> joints(const std::string& robot) const { return of(robot, joints_); }
+  /// MR_CMD: the command sent to a trainee's robot.
+  Twist2 command(const std::string& robot) const { return of(robot, commands_); }
   /// Events since the last call, one line each, without continued contacts.
   std::vector<std::string> take_news();
 
@@ -29,9 +30,17 @@ class OperatorView {
 
   Bus& bus_;
   std::vector<station::DrivenRobot> robots_;
-  std::vector<std::string> joints_;
+  // By the robot's name in its channels; empty: there is one robot.
+  template <class T>
+  using ByRobot = std::map<std::string, T, std::less<>>;
+  template <class T>
+  static T of(const std::string& robot, const ByRobot<T>& all) {
+    const auto found = all.find(robot), bare = all.find("");
+    return found != all.end() ? found->second : bare != all.end() ? bare->second : T{};
+  }
+  ByRobot<std::vector<std::string>> joints_;
+  ByRobot<Twist2> commands_;
   std::vector<std::string> news_;
-  Twist2 command_;
 };
 
 }  // namespace parhelion::tools

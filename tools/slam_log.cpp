@@ -116,12 +116,12 @@ class LogSlam {
   }
 
   Status take(const Message& event) {
-    if (event.channel == channel::kRobot && !slam_) {
+    if (event.channel == options_.own(channel::kRobot) && !slam_) {
       RobotMessage message;
       if (Status read = decode(event.channel, event.payload, message); !read) return read;
       return start(message.yaml, options_.input.string() + ", channel ROBOT");
     }
-    if (event.channel == channel::kImu && slam_) {
+    if (event.channel == options_.own(channel::kImu) && slam_) {
       ImuSample sample;
       if (const Status read = decode(event.channel, event.payload, sample); read.ok())
         slam_->add_inertial(sample);
@@ -131,8 +131,8 @@ class LogSlam {
     }
     if (event.channel != options_.scan_channel && event.channel != options_.odometry_channel) return {};
     if (!slam_) {
-      return Error{options_.input.string() + ": has no " + channel::kRobot + " event before its first " +
-                   event.channel + "; describe the robot with --robot FILE"};
+      return Error{options_.input.string() + ": has no " + options_.own(channel::kRobot) +
+                   " event before its first " + event.channel + "; describe the robot with --robot FILE"};
     }
     if (event.channel == options_.odometry_channel) {
       Odometry odometry;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fusion/pose/slam.hpp"
+#include "protocols/channel_map.hpp"
 #include "protocols/status.hpp"
 #include "protocols/time.hpp"
 
@@ -30,6 +31,10 @@ struct SlamLogOptions {
   Duration pose_delay = milliseconds(20);  ///< from the scan to the arrival of its pose
   std::string scan_channel = "SCAN";
   std::string odometry_channel = "ODOMETRY";
+  std::string robot_name;  ///< of several robots the one whose channels are used; empty: there is one
+
+  /// The robot's channel of this canonical name.
+  std::string own(const char* canonical) const { return robot_channel(canonical, robot_name); }
 };
 
 struct StepPercentiles {

@@ -40,13 +40,14 @@ class SlamLogWriter {
   }
 
   /// Writes the estimate's events 1 us apart, so that arrivals are distinct.
-  static Status write_output(LogWriter& writer, const SlamOutput& output) {
+  Status write_output(LogWriter& writer, const SlamOutput& output) const {
     std::vector<std::uint8_t> bytes;
     encode(output.estimate, bytes);
-    if (Status written = writer.write(channel::kPoseCov, output.arrival, bytes); !written) return written;
+    if (Status written = writer.write(options_.own(channel::kPoseCov), output.arrival, bytes); !written)
+      return written;
     if (output.estimate.state != SlamState::tracking) return {};  // POSE cannot represent this state
     encode(PoseStamped{output.estimate.stamp, output.estimate.T_map_base}, bytes);
-    return writer.write(channel::kPose, output.arrival + microseconds(1), bytes);
+    return writer.write(options_.own(channel::kPose), output.arrival + microseconds(1), bytes);
   }
 
   Status write_to(const std::string& path) {
@@ -88,8 +89,8 @@ class SlamLogWriter {
   }
 
   bool is_replaced(const std::string& channel_name) {
-    if (channel_name == channel::kRobot) return !options_.robot.empty();
-    if (channel_name != channel::kPoseCov && channel_name != channel::kPose &&
+    if (channel_name == options_.own(channel::kRobot)) return !options_.robot.empty();
+    if (channel_name != options_.own(channel::kPoseCov) && channel_name != options_.own(channel::kPose) &&
         channel_name != kSlamStatusChannel)
       return false;
     ++replaced_;
@@ -99,7 +100,7 @@ class SlamLogWriter {
   Status write_robot(LogWriter& writer, ArrivalTime arrival) const {
     std::vector<std::uint8_t> bytes;
     encode(RobotMessage{trajectory_.outputs.front().estimate.stamp, to_yaml(trajectory_.robot)}, bytes);
-    return writer.write(channel::kRobot, arrival, bytes);
+    return writer.write(options_.own(channel::kRobot), arrival, bytes);
   }
 
   const SlamLogOptions& options_;

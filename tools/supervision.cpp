@@ -96,19 +96,26 @@ int wait_for(pid_t server) {
 
 }  // namespace
 
-void ServerMemory::set_robot_stop(const runtime::RobotStop& stop) {
-  std::string text = stop.command_channel + '\n' + stop.joint_channel + '\n';
-  for (const std::string& joint : stop.joints) text += joint + '\n';
-  stop_.set(text);
+void ServerMemory::set_robot_stops(const std::vector<runtime::RobotStop>& stops) {
+  std::string text;
+  for (const runtime::RobotStop& stop : stops) {
+    text += stop.command_channel + '\n' + stop.joint_channel + '\n';
+    for (const std::string& joint : stop.joints) text += joint + '\n';
+    text += '\n';
+  }
+  stops_.set(text);
 }
 
-runtime::RobotStop ServerMemory::robot_stop() const {
-  runtime::RobotStop stop;
-  std::istringstream lines(stop_.get());
-  std::getline(lines, stop.command_channel);
-  std::getline(lines, stop.joint_channel);
-  for (std::string joint; std::getline(lines, joint);) stop.joints.push_back(joint);
-  return stop;
+std::vector<runtime::RobotStop> ServerMemory::robot_stops() const {
+  std::vector<runtime::RobotStop> stops;
+  std::istringstream lines(stops_.get());
+  for (std::string line; std::getline(lines, line);) {
+    runtime::RobotStop& stop = stops.emplace_back();
+    stop.command_channel = line;
+    std::getline(lines, stop.joint_channel);
+    while (std::getline(lines, line) && !line.empty()) stop.joints.push_back(line);
+  }
+  return stops;
 }
 
 Exit supervise(const Supervision& supervision) {
@@ -141,8 +148,7 @@ Exit supervise(const Supervision& supervision) {
         how = "the server ended before its session did";
       } else {
         how = "the server died (signal " + std::to_string(WTERMSIG(status)) + ")";
-        const runtime::RobotStop stop = memory->robot_stop();
-        if (!stop.command_channel.empty()) supervision.stop_robot(stop);
+        for (const runtime::RobotStop& stop : memory->robot_stops()) supervision.stop_robot(stop);
         if (memory->ended) return Exit::failed;
       }
     }

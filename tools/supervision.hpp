@@ -3,8 +3,10 @@
 
 #include <array>
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "server/runtime/loop.hpp"
 #include "tools/command.hpp"
@@ -17,14 +19,15 @@ class ServerMemory {
  public:
   std::atomic<bool> begun = false;  ///< a session has begun
   std::atomic<bool> ended = false;  ///< a session has ended as it should
-  /// An emergency stop is active. Used if the state folder is not writable.
-  std::atomic<bool> robot_stopped = false;
+  /// A bit for each robot, by its index, whose emergency stop is active. Used if the state folder is not
+  /// writable.
+  std::atomic<std::uint32_t> robots_stopped = 0;
 
-  void set_robot_stop(const runtime::RobotStop& stop);
-  /// Empty channels: no robot was commanded.
-  runtime::RobotStop robot_stop() const;
+  void set_robot_stops(const std::vector<runtime::RobotStop>& stops);
+  /// Of the robots that were commanded.
+  std::vector<runtime::RobotStop> robot_stops() const;
   void set_robot(const std::string& yaml) { robot_.set(yaml); }
-  /// The last description that a server used; empty: none.
+  /// The last descriptions that a server used, as tick::to_yaml_documents(); empty: none.
   std::string robot() const { return robot_.get(); }
 
  private:
@@ -45,14 +48,14 @@ class ServerMemory {
     std::array<char, Size> bytes_{};
   };
 
-  Text<8192> stop_;  // a line each: both channels, then the joints
+  Text<32768> stops_;  // for each robot a line each: both channels, then the joints; then an empty line
   Text<std::size_t{1} << 20> robot_;
 };
 
 struct Supervision {
   /// Runs one server in the new process. `attempt`: 0 for the first.
   std::function<Exit(int attempt, ServerMemory& memory)> serve;
-  /// Sends the stop of the robot, in the supervisor's process; called when a server has died.
+  /// Sends the stop of a robot, in the supervisor's process; called when a server has died.
   std::function<void(const runtime::RobotStop&)> stop_robot;
   /// Messages for people.
   std::function<void(const std::string&)> notify;

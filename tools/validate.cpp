@@ -5,11 +5,14 @@
 
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/build_model.hpp"
+#include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
 #include "protocols/course.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
+#include "protocols/scenario_robots.hpp"
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "server/runtime/session_files.hpp"
@@ -45,10 +48,16 @@ Validation validate_scenario(const std::string& path) {
     validation.errors.push_back(files.error().message);
     return validation;
   }
-  if (!files->robot)
-    validation.notes.push_back("names no robot description: serve and replay use the one on channel ROBOT");
-  const auto configuration = tick::configure(files->scenario, files->robot ? *files->robot : any_robot(),
-                                             files->model, files->robot_models);
+  std::vector<RobotDescription> robots;
+  const std::vector<std::string> names = robots_in_channels(files->scenario);
+  for (std::size_t i = 0; i < files->robots.size(); ++i) {
+    robots.push_back(files->robots[i].value_or(any_robot()));
+    if (!files->robots[i])
+      validation.notes.push_back("names no robot description: serve and replay use the one on channel " +
+                                 robot_channel(channel::kRobot, names.empty() ? "" : names[i]));
+  }
+  const auto configuration =
+      tick::configure_robots(files->scenario, std::move(robots), files->model, files->robot_models);
   const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
   if (!begun) validation.errors.push_back(begun.error().message);
   return validation;

@@ -8,12 +8,14 @@
 #include <map>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "server/tick/configuration.hpp"
+#include "server/tick/robot_descriptions.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -46,7 +48,7 @@ Status session_message(std::string_view channel, Bytes bytes) {
     if (const auto model = parse_model(header.model_yaml, origin + " (model)"); !model) return model.error();
   }
   if (!header.robot_yaml.empty()) {
-    const auto robot = parse_robot_description(header.robot_yaml, origin + " (robot)");
+    const auto robot = tick::parse_robot_descriptions(header.robot_yaml, origin + " (robot)");
     if (!robot) return robot.error();
   }
   return {};
@@ -167,7 +169,8 @@ class LogCheck {
     ChannelCount& count = channels_[message.channel];
     ++count.messages;
     const std::string type = type_name(message.payload);
-    const auto expected = kTypesByChannel.find(message.channel);
+    const auto parts = parse_robot_channel(message.channel);
+    const auto expected = kTypesByChannel.find(parts ? parts->canonical : std::string_view(message.channel));
     if (count.type.empty()) count.type = type;
     if (expected != kTypesByChannel.end() && expected->second != type) {
       refuse(count, "is of type " + type + ", expected " + expected->second);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/codec_wire.hpp"
 
 namespace parhelion {
@@ -41,8 +42,10 @@ Nonce nonce_of(const std::uint8_t* trailer) {
 std::vector<ChannelPattern> patterns_of(const Sender& sender) {
   std::vector<std::string> texts = sender.channels;
   for (const std::string& role : sender.roles) {
-    if (const auto channels = channels_of_role(role))
-      texts.insert(texts.end(), channels->begin(), channels->end());
+    for (const std::string& channel : channels_of_role(role).value_or(std::vector<std::string>())) {
+      texts.push_back(channel);
+      if (is_robot_channel(channel)) texts.push_back(channel + "\\..+");  // of each of several robots
+    }
   }
   std::vector<ChannelPattern> patterns;
   for (const std::string& text : texts) {

@@ -68,8 +68,7 @@ ChildLimits limits_for(const std::string& log, const GradeProcess& process) {
   return {process.bytes, process.seconds + (failed ? 0 : size / bytes_per_second)};
 }
 
-BatchRow row_from(const std::string& log, const Result<ChildResult>& child,
-                  const GradeProcess& process) {
+BatchRow row_from(const std::string& log, const Result<ChildResult>& child, const GradeProcess& process) {
   if (!child) return failed_row(log, child.error().message);
   if (child->end.completed) return unpacked(child->bytes);
   return failed_row(log, "its grading " + describe(child->end, limits_for(log, process)) +
@@ -139,7 +138,7 @@ std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned
   std::size_t done = 0;
   const auto task = [&](std::size_t i) {
     return ChildTask{limits_for(logs[i], process),
-                           [&, i](const auto&) { return packed(process.grade(logs[i])); }};
+                     [&, i](const auto&) { return packed(process.grade(logs[i])); }};
   };
   results_of_children(logs.size(), at_once, task, [&](std::size_t i, const auto& child) {
     rows[i] = row_from(logs[i], child, process);

@@ -6,6 +6,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "server/tick/check_training.hpp"
+#include "server/tick/grading_path.hpp"
 #include "server/training/grade_json.hpp"
 #include "server/training/grading_text.hpp"
 
@@ -27,35 +28,39 @@ class SessionGrading::Reading {
 
   Status take(const Message& message) {
     if (message.channel == channel::kMrSession) return begin(message);
-    if (!grader_) return {};
+    if (graders_.empty()) return {};
     const tick::ChannelMap& channels = configuration_->channels;
     if (message.channel == channels.bus(channel::kMrEvents)) {
       Event event;
       if (const Status read = decode(message.channel, message.payload, event); !read) return read;
-      grader_->take(event);
+      for (training::Grader& grader : graders_) grader.take(event);
     } else if (message.channel == channels.bus(channel::kMrWorld)) {
       if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
-      grader_->take(world_);
+      for (training::Grader& grader : graders_) grader.take(world_);
     } else if (message.channel == channel::kLoop) {
       LoopDecision decision;
       if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
-      if (decision.kind == LoopDecision::Kind::ended) grader_->close(simulation_time(message.arrival));
+      if (decision.kind != LoopDecision::Kind::ended) return {};
+      for (training::Grader& grader : graders_) grader.close(simulation_time(message.arrival));
     }
     return {};
   }
 
   const tick::Configuration* configuration() const { return configuration_ ? &*configuration_ : nullptr; }
-  const training::Grader* grader() const { return grader_ ? &*grader_ : nullptr; }
-  Result<GradedSession> result(std::uint64_t skipped_bytes) const {
-    if (!grader_)
+  const training::Grader* grader() const { return graders_.empty() ? nullptr : &graders_.front(); }
+  Result<std::vector<GradedSession>> results(std::uint64_t skipped_bytes) const {
+    if (graders_.empty())
       return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
-    return GradedSession{path_, configuration_->scenario.name, tick::graded_robot(*configuration_),
-                         grader_->grade(), skipped_bytes};
+    std::vector<GradedSession> all;
+    const std::vector<std::string> robots = tick::graded_robots(*configuration_);
+    for (std::size_t i = 0; i < robots.size(); ++i)
+      all.push_back({path_, configuration_->scenario.name, robots[i], graders_[i].grade(), skipped_bytes});
+    return all;
   }
 
  private:
   Status begin(const Message& message) {
-    if (grader_) return Error{path_ + ": a second MR_SESSION; expected the log of one session"};
+    if (!graders_.empty()) return Error{path_ + ": a second MR_SESSION; expected the log of one session"};
     SessionHeader header;
     if (const Status read = decode(message.channel, message.payload, header); !read) return read;
     auto configuration = tick::configuration_from(header, path_);
@@ -67,14 +72,13 @@ class SessionGrading::Reading {
                    "' has no 'training': there is nothing to grade"};
     if (const Status known = tick::check_training(*configuration_); !known)
       return Error{path_ + ": " + known.error().message};
-    grader_.emplace(*training, configuration_->model, configuration_->robot, configuration_->robot.name,
-                    SimulationTime{header.stamp.ns});
+    graders_ = tick::make_graders(*configuration_, SimulationTime{header.stamp.ns});
     return {};
   }
 
   std::string path_;
   std::optional<tick::Configuration> configuration_;
-  std::optional<training::Grader> grader_;
+  std::vector<training::Grader> graders_;
   WorldMessage world_;
 };
 
@@ -84,11 +88,29 @@ Status SessionGrading::take(const Message& message) { return reading_->take(mess
 const tick::Configuration* SessionGrading::configuration() const { return reading_->configuration(); }
 const training::Grader* SessionGrading::grader() const { return reading_->grader(); }
 Result<GradedSession> SessionGrading::result(std::uint64_t skipped_bytes) const {
-  return reading_->result(skipped_bytes);
+  auto all = reading_->results(skipped_bytes);
+  if (!all) return all.error();
+  return std::move(all->front());
+}
+Result<std::vector<GradedSession>> SessionGrading::results(std::uint64_t skipped_bytes) const {
+  return reading_->results(skipped_bytes);
 }
 
 Result<GradedSession> grade_session(const std::string& path,
-                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress,
+                                    const std::string& robot) {
+  auto all = grade_robots(path, progress);
+  if (!all) return all.error();
+  std::string names;
+  for (GradedSession& each : *all) {
+    if (robot.empty() || each.robot == robot) return std::move(each);
+    names += (names.empty() ? "" : ", ") + each.robot;
+  }
+  return Error{path + ": no robot '" + robot + "' is graded in it; graded: " + names};
+}
+
+Result<std::vector<GradedSession>> grade_robots(
+    const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
   auto reader = LogReader::open(path);
   if (!reader) return reader.error();
   SessionGrading reading(path);
@@ -99,7 +121,7 @@ Result<GradedSession> grade_session(const std::string& path,
     if (const Status taken = reading.take(**next); !taken) return taken.error();
     if (progress) progress(reader->offset(), reader->size());
   }
-  return reading.result(reader->skipped_bytes());
+  return reading.results(reader->skipped_bytes());
 }
 
 std::string to_text(const GradedSession& session) {

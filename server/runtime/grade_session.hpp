@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "protocols/bus/bus.hpp"
 #include "server/tick/configuration.hpp"
@@ -30,9 +31,11 @@ class SessionGrading {
   Status take(const Message& message);
   /// nullptr before MR_SESSION; also set where MR_SESSION is refused for lack of `training`.
   const tick::Configuration* configuration() const;
-  /// nullptr before MR_SESSION.
+  /// That of the first graded robot; nullptr before MR_SESSION.
   const training::Grader* grader() const;
   Result<GradedSession> result(std::uint64_t skipped_bytes) const;
+  /// Of all graded robots.
+  Result<std::vector<GradedSession>> results(std::uint64_t skipped_bytes) const;
 
  private:
   class Reading;
@@ -41,9 +44,13 @@ class SessionGrading {
 
 /// Error: not a session log, a scenario without `training`, or a training that names missing objects. A
 /// truncated log is graded as far as it goes (Grade::complete is false). `progress`: bytes done and in total;
-/// may be empty.
+/// may be empty. `robot`: one of several that are graded; empty: the first.
 Result<GradedSession> grade_session(const std::string& path,
-                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
+                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress = {},
+                                    const std::string& robot = {});
+/// The same of all graded robots.
+Result<std::vector<GradedSession>> grade_robots(
+    const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
 /// For people, and for programs (numbers convert back to the same bits).
 std::string to_text(const GradedSession& session);

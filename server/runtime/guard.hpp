@@ -14,8 +14,8 @@
 
 namespace parhelion::runtime {
 
-/// The only publisher of MR_SCAN in a live server: exactly one result per scan, in the order of arrival, from
-/// the loop or from the guard.
+/// The only publisher of a robot's MR_SCAN in a live server: exactly one result per scan, in the order of
+/// arrival, from the loop or from the guard.
 class Guard {
  public:
   /// Publishes one scan; never called concurrently, and must not wait for a slow disk or receiver.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/codec.hpp"
 
 namespace parhelion::runtime {
@@ -26,13 +27,14 @@ bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
 
 }  // namespace
 
-Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, Guard& guard, InboxLimits limits,
+Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, std::vector<Guard*> guards, InboxLimits limits,
              const SentMessages* sent, std::shared_ptr<const SessionClock> clock)
     : bus_(bus),
       channels_(channels),
-      guard_(guard),
+      guards_(std::move(guards)),
       limits_(limits),
       sent_(sent),
+      queues_(guards_.size() == 1 ? 1 : guards_.size() + 1),
       clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
       thread_([this] { run(); }) {}
 
@@ -64,24 +66,30 @@ void Inbox::run() {
   }
 }
 
+Inbox::Queue& Inbox::queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot) {
+  const bool robots = kind != tick::InputKind::agent_teleop && is_robot_channel(channels_.canonical(channel));
+  return robots ? queues_[robot] : queues_.back();
+}
+
 void Inbox::push(Message message) {
   Arrived arrived;
   arrived.received = steady_now();
-  const tick::InputKind kind = channels_.kind(message.channel);
+  const tick::InputKind kind = channels_.kind(message.channel, nullptr, &arrived.robot);
   if (kind == tick::InputKind::none) return note_foreign(message);
   // Messages that are not scans are not forwarded as one.
   if (kind == tick::InputKind::scan && has_form_of_scan(message.payload))
-    arrived.ticket = guard_.watch(message.payload);
+    arrived.ticket = guards_[arrived.robot]->watch(message.payload);
   arrived.message = std::move(message);
   {
     const std::lock_guard lock(mutex_);
-    if (!make_room(kind, arrived.message.payload.size())) return;
+    Queue& queue = queue_of(kind, arrived.message.channel, arrived.robot);
+    if (!make_room(queue, kind, arrived)) return;
     if (may_be_dropped(kind)) {
-      ++others_;
+      ++queue.others;
     } else {
-      bytes_ += arrived.message.payload.size();
+      queue.bytes += arrived.message.payload.size();
     }
-    queue_.push_back(std::move(arrived));
+    queue.waiting.push_back(std::move(arrived));
   }
   changed_.notify_one();  // the loop, after the lock is released
 }
@@ -95,58 +103,69 @@ void Inbox::note_foreign(const Message& message) {
 }
 
 /// False: the new input is dropped.
-bool Inbox::make_room(tick::InputKind kind, std::size_t size) {
+bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived) {
   if (may_be_dropped(kind)) {
-    if (others_ >= limits_.others) drop(oldest(may_be_dropped));
+    if (queue.others >= limits_.others) drop(queue, oldest(queue, may_be_dropped));
     return true;
   }
-  while (bytes_ > 0 && bytes_ + size > limits_.bytes) {
-    const auto scan = oldest(is_scan);
-    if (scan == queue_.end() && kind == tick::InputKind::scan)
+  while (queue.bytes > 0 && queue.bytes + arrived.message.payload.size() > limits_.bytes) {
+    const auto scan = oldest(queue, is_scan);
+    if (scan == queue.waiting.end() && kind == tick::InputKind::scan)
       break;  // only commands left: a scan is kept regardless
-    if (scan == queue_.end()) {
+    if (scan == queue.waiting.end()) {
       ++dropped_;
       return false;
     }
     if (scan->ticket != 0) {
-      guard_.give_up(scan->ticket);
+      guards_[scan->robot]->give_up(scan->ticket);
       ++given_up_;
     }
-    drop(scan);
+    drop(queue, scan);
   }
   return true;
 }
 
-std::deque<Arrived>::iterator Inbox::oldest(bool (*wanted)(tick::InputKind)) {
-  return std::find_if(queue_.begin(), queue_.end(), [&](const Arrived& waiting) {
+std::deque<Arrived>::iterator Inbox::oldest(Queue& queue, bool (*wanted)(tick::InputKind)) {
+  return std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
     return wanted(channels_.kind(waiting.message.channel));
   });
 }
 
-void Inbox::drop(std::deque<Arrived>::iterator waiting) {
-  forget(*waiting);
+void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
+  forget(queue, *waiting);
   ++dropped_;
-  queue_.erase(waiting);
+  queue.waiting.erase(waiting);
 }
 
-void Inbox::forget(const Arrived& leaving) {
+void Inbox::forget(Queue& queue, const Arrived& leaving) {
   if (may_be_dropped(channels_.kind(leaving.message.channel))) {
-    --others_;
+    --queue.others;
   } else {
-    bytes_ -= leaving.message.payload.size();
+    queue.bytes -= leaving.message.payload.size();
   }
+}
+
+/// The queue whose turn it is, of those with inputs; nullptr: there is none.
+Inbox::Queue* Inbox::next_queue() {
+  for (std::size_t i = 0; i < queues_.size(); ++i) {
+    Queue& queue = queues_[turn_];
+    turn_ = (turn_ + 1) % queues_.size();
+    if (!queue.waiting.empty()) return &queue;
+  }
+  return nullptr;
 }
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {
   std::unique_lock lock(mutex_);
-  while (queue_.empty()) {
+  Queue* queue = nullptr;
+  while ((queue = next_queue()) == nullptr) {
     const Duration left = deadline - steady_now();
     if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
     changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
   }
-  Arrived arrived = std::move(queue_.front());
-  forget(arrived);
-  queue_.pop_front();
+  Arrived arrived = std::move(queue->waiting.front());
+  forget(*queue, arrived);
+  queue->waiting.pop_front();
   lock.unlock();
   arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
   arrived.message.arrival = stamp();

@@ -23,27 +23,30 @@ namespace parhelion::runtime {
 
 struct Arrived {
   Message message;
-  std::uint64_t ticket = 0;  ///< the guard's, for scans
+  std::size_t robot = 0;     ///< whose input it is; 0 for those of the session
+  std::uint64_t ticket = 0;  ///< of the robot's guard, for scans
   WallTime received;         ///< steady clock, at receipt
   Duration age;              ///< since its receipt by the kernel, when it was taken
 };
 
-/// Limits of the queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams
-/// a second.
+/// Limits of a robot's queue. Scans and commands are limited by size: enough for an hour of ten scans of 361
+/// beams a second.
 struct InboxLimits {
   std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
   std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
 };
 
 /// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
-/// takes them. The queue is bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given
-/// up to the guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it
-/// was acknowledged.
+/// takes them. Each of several robots has a queue, and so has the session; they take turns, so that a robot
+/// that sends too much delays itself. The queues are bounded, and dropped inputs are counted. Beyond `bytes`
+/// the oldest scan is given up to the guard, which publishes it raw; if no scan is queued, the newest command
+/// is dropped, before it was acknowledged.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
   /// its own.
-  Inbox(Bus& bus, const tick::ChannelMap& channels, Guard& guard, InboxLimits limits = {},
+  /// `guards`: one for each robot.
+  Inbox(Bus& bus, const tick::ChannelMap& channels, std::vector<Guard*> guards, InboxLimits limits = {},
         const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr);
   ~Inbox();
 
@@ -70,20 +73,26 @@ class Inbox {
   void run();
   void push(Message message);
   void note_foreign(const Message& message);
-  bool make_room(tick::InputKind kind, std::size_t size);
-  void drop(std::deque<Arrived>::iterator waiting);
-  void forget(const Arrived& leaving);
-  std::deque<Arrived>::iterator oldest(bool (*wanted)(tick::InputKind));
+  struct Queue {
+    std::deque<Arrived> waiting;
+    std::size_t others = 0, bytes = 0;  // as in InboxLimits
+  };
+  Queue& queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot);
+  Queue* next_queue();
+  bool make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived);
+  void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
+  void forget(Queue& queue, const Arrived& leaving);
+  std::deque<Arrived>::iterator oldest(Queue& queue, bool (*wanted)(tick::InputKind));
 
   Bus& bus_;
   const tick::ChannelMap& channels_;
-  Guard& guard_;
+  const std::vector<Guard*> guards_;
   const InboxLimits limits_;
   const SentMessages* sent_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Arrived> queue_;
-  std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in InboxLimits
+  std::vector<Queue> queues_;  // by robot; of several robots the last is the session's
+  std::size_t turn_ = 0;       // index of the queue that is next
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel

@@ -43,14 +43,33 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       sent_(configuration),
       outbox_(&bus, std::move(log), &sent_),
       log_watch_(options.session),
-      mr_scan_(configuration.channels.bus(channel::kMrScan)),
-      guard_(options.guard,
-             [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
-      inbox_(bus, configuration.channels, guard_, options.inbox, &sent_, options.clock),
+      guards_(make_guards()),
+      inbox_(bus, configuration.channels, guards(), options.inbox, &sent_, options.clock),
       renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
-                [this] { inbox_.wake(); }) {
+                [this] { inbox_.wake(); }),
+      stages_(configuration.robot_count()),
+      in_to_out_us_(configuration.robot_count()),
+      robot_stopped_(configuration.robot_count()),
+      commanded_(configuration.robot_count()) {
   if (configuration.scenario.mapping && options.update_site)
     views_.emplace(options.update_site, configuration, kMappingNice);
+}
+
+std::vector<std::unique_ptr<Guard>> LiveSession::make_guards() {
+  std::vector<std::unique_ptr<Guard>> made;
+  for (std::size_t i = 0; i < configuration_.robot_count(); ++i) {
+    const std::string& mr_scan = configuration_.channels.robots_bus(channel::kMrScan, i);
+    made.push_back(std::make_unique<Guard>(
+        options_.guard,
+        [this, &mr_scan](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan, scan); }));
+  }
+  return made;
+}
+
+std::vector<Guard*> LiveSession::guards() const {
+  std::vector<Guard*> all;
+  for (const auto& each : guards_) all.push_back(each.get());
+  return all;
 }
 
 Status LiveSession::start() {
@@ -62,19 +81,18 @@ Status LiveSession::start() {
   encode(tick::session_header(configuration_, {started_.ns}), header.payload);
   outbox_.send(nullptr, {&header, 1}, started_);
   if (!outbox_.complete()) return Error{outbox_.log_error()};
-  if (options_.robot_stopped) keep_robot_stopped();
+  for (const std::string& robot : options_.stopped_robots) keep_robot_stopped(robot);
   return {};
 }
 
 /// As a normal input, so that replay applies it, too.
-void LiveSession::keep_robot_stopped() {
-  const Message stop = tick::emergency_stop_message(configuration_, inbox_.stamp());
+void LiveSession::keep_robot_stopped(const std::string& robot) {
+  const Message stop = tick::emergency_stop_message(configuration_, robot, inbox_.stamp());
   last_ = stop.arrival;
   outputs_.clear();
   tick::tick(configuration_, stop, *state_, outputs_, stages_);
-  report_robot_stop();
+  report_robot_stops();
   outbox_.send(&stop, outputs_.entries(), stop.arrival);
-  const std::string& robot = configuration_.robot.name;
   if (options_.notify)
     options_.notify(
         "the emergency stop of '" + robot +
@@ -84,37 +102,48 @@ void LiveSession::keep_robot_stopped() {
         robot);
 }
 
-void LiveSession::report_robot_stop() {
-  if (robot().command.emergency_stop == robot_stopped_) return;
-  robot_stopped_ = robot().command.emergency_stop;
-  if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
+void LiveSession::report_robot_stops() {
+  for (const tick::RobotState& robot : state_->robots) {
+    const bool stopped = robot.command.emergency_stop;
+    if (stopped == robot_stopped_[robot.index]) continue;
+    robot_stopped_[robot.index] = stopped;
+    if (options_.robot_stop_held) options_.robot_stop_held(robot.name, stopped);
+  }
 }
 
-void LiveSession::report_commanded() {
-  const tick::CommandState& command = robot().command;
+void LiveSession::report_commanded(std::size_t robot) {
+  const tick::CommandState& command = state_->robots[robot].command;
   if (!options_.commanded || tick::simulates_trainee(configuration_.scenario)) return;
   if (!command.teleop && command.joint_command.names.empty()) return;
-  RobotStop stop = commanded_;
-  stop.command_channel = configuration_.channels.bus(channel::kMrCmd);
-  stop.joint_channel = configuration_.channels.bus(channel::kMrJointCmd);
+  RobotStop stop = commanded_[robot];
+  stop.command_channel = configuration_.channels.robots_bus(channel::kMrCmd, robot);
+  stop.joint_channel = configuration_.channels.robots_bus(channel::kMrJointCmd, robot);
   for (const std::string& joint : command.joint_command.names) {
     if (std::find(stop.joints.begin(), stop.joints.end(), joint) == stop.joints.end())
       stop.joints.push_back(joint);
   }
-  if (stop == commanded_) return;
-  commanded_ = std::move(stop);
-  options_.commanded(commanded_);
+  if (stop == commanded_[robot]) return;
+  commanded_[robot] = std::move(stop);
+  std::vector<RobotStop> all;
+  for (const RobotStop& each : commanded_)
+    if (!each.command_channel.empty()) all.push_back(each);
+  options_.commanded(all);
 }
 
 /// A datagram may be lost: the stop of a real robot goes out twice more. The log has the first.
 void LiveSession::repeat_stop() {
   if (tick::simulates_trainee(configuration_.scenario)) return;
-  const std::string command = configuration_.channels.bus(channel::kMrCmd),
-                    joints = configuration_.channels.bus(channel::kMrJointCmd);
+  const auto is_stop = [this](const std::string& name) {
+    for (std::size_t i = 0; i < configuration_.robot_count(); ++i) {
+      for (const char* canonical : {channel::kMrCmd, channel::kMrJointCmd})
+        if (configuration_.channels.robots_bus(canonical, i) == name) return true;
+    }
+    return false;
+  };
   for (int i = 0; i < kStopRepeats; ++i) {
     bool commanded = false;
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
-      if (entry.channel != command && entry.channel != joints) continue;
+      if (!is_stop(entry.channel)) continue;
       if (!commanded) std::this_thread::sleep_for(std::chrono::nanoseconds(kStopPause.ns));
       commanded = true;
       outbox_.publish_now(entry.channel, entry.payload);
@@ -132,8 +161,8 @@ Result<Report> LiveSession::operator()() {
   end();
   if (!fault.empty()) return Error{fault};
   Report whole = report();
-  whole.grade = grade_now(configuration_, state_->grading.get());
-  if (whole.grade) whole.grade->log = options_.session;
+  whole.grades = grades_now(configuration_, state_->grading.get(), options_.session);
+  if (!whole.grades.empty()) whole.grade = whole.grades.front();
   whole.hash = outbox_.hashes();
   return whole;
 }
@@ -198,11 +227,11 @@ void LiveSession::handle(Arrived arrived) {
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
   tick::tick(configuration_, message, *state_, outputs_, stages_);
-  if (command) report_robot_stop();
-  report_commanded();
+  if (command) report_robot_stops();
+  report_commanded(arrived.robot);
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
-  if (views_) views_->offer(configuration_.channels.kind(message.channel), robot());
+  if (views_) views_->offer(configuration_.channels.kind(message.channel), state_->robots.front());
 }
 
 bool LiveSession::is_stale_command(const Arrived& arrived) const {
@@ -232,27 +261,29 @@ bool LiveSession::refuse_unwritable(const Message& message) {
 
 /// Before any write, and before the server uses the scan for its own state. If the guard fired first, the log
 /// gets what the guard published.
-tick::ScanSink::Receipt LiveSession::publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) {
-  const bool in_time = guard_.answer(scan_->arrived.ticket, mr_scan);
-  in_to_out_us_.add((steady_now() - scan_->arrived.received).microseconds());
-  scan_->sequence = sequence;
+tick::ScanSink::Receipt LiveSession::publish(std::uint64_t number, std::span<const std::uint8_t> mr_scan) {
+  const std::size_t robot = scan_->arrived.robot;
+  const bool in_time = guards_[robot]->answer(scan_->arrived.ticket, mr_scan);
+  in_to_out_us_[robot].add((steady_now() - scan_->arrived.received).microseconds());
+  scan_->number = number;
   scan_->receipt = {.sent = true, .raw = !in_time};
   return *scan_->receipt;
 }
 
 void LiveSession::handle_scan(const Arrived& arrived) {
   outputs_.clear();
-  stages_.begin();
+  stages_.begin(arrived.robot);
   scan_.emplace(ScanInWork{arrived, std::nullopt});
   tick::tick(configuration_, arrived.message, *state_, outputs_, stages_, *this);
   if (!scan_->receipt)
-    guard_.give_up(arrived.ticket);  // not a scan, or a fault of the tick: the robot still gets the raw scan
+    guards_[arrived.robot]->give_up(
+        arrived.ticket);  // not a scan, or a fault of the tick: the robot still gets the raw scan
   std::optional<Message> fired;
-  if (scan_->receipt && scan_->receipt->raw) fired = note(LoopDecision::Kind::guard_fired, scan_->sequence);
+  if (scan_->receipt && scan_->receipt->raw) fired = note(LoopDecision::Kind::guard_fired, scan_->number);
   scan_.reset();
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, fired ? &*fired : nullptr);
   send_frames();
-  if (views_) views_->offer(tick::InputKind::scan, robot());
+  if (views_) views_->offer(tick::InputKind::scan, state_->robots.front());
 }
 
 /// Real time until the next step, if that is soon.

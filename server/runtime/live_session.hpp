@@ -27,21 +27,22 @@ class LiveSession : private tick::ScanSink {
   Result<Report> operator()();
 
  private:
+  std::vector<std::unique_ptr<Guard>> make_guards();
+  std::vector<Guard*> guards() const;
   Status start();
   std::string run_until_stopped();
   void end();
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
-  Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) override;
+  Receipt publish(std::uint64_t number, std::span<const std::uint8_t> mr_scan) override;
   bool is_stale_command(const Arrived& arrived) const;
   bool refuse_unwritable(const Message& message);
-  void keep_robot_stopped();
-  void report_robot_stop();
-  void report_commanded();
+  void keep_robot_stopped(const std::string& robot);
+  void report_robot_stops();
+  void report_commanded(std::size_t robot);
   void repeat_stop();
   Duration until_step() const;
   bool step_is_due() const;
-  const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
@@ -66,8 +67,7 @@ class LiveSession : private tick::ScanSink {
   SentMessages sent_;
   Outbox outbox_;
   const LogWatch log_watch_;
-  const std::string mr_scan_;
-  Guard guard_;
+  std::vector<std::unique_ptr<Guard>> guards_;  // by robot: one that is late delays no other
   Inbox inbox_;
   RenderThread renderer_;
   std::optional<RenderThread> agents_renderer_;  // from the first image of an agent's camera on
@@ -79,16 +79,17 @@ class LiveSession : private tick::ScanSink {
   struct ScanInWork {
     const Arrived& arrived;
     std::optional<Receipt> receipt;  // none: MR_SCAN is not computed yet
-    std::uint64_t sequence = 0;
+    std::uint64_t number = 0;
   };
   std::optional<ScanInWork> scan_;
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
-  tick::Percentiles frame_us_, agent_frame_us_, in_to_out_us_;
+  tick::Percentiles frame_us_, agent_frame_us_;
+  std::vector<tick::Percentiles> in_to_out_us_;  // by robot
   std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
-  bool robot_stopped_ = false;  // last value passed to robot_stop_held
-  RobotStop commanded_;         // last value passed to ServeOptions::commanded
-  bool log_lost_ = false;       // people were told
+  std::vector<bool> robot_stopped_;   // by robot: last value passed to robot_stop_held
+  std::vector<RobotStop> commanded_;  // by robot: last value passed to ServeOptions::commanded
+  bool log_lost_ = false;             // people were told
   std::jthread syncer_{[this](const std::stop_token& stop) { look_after_log(stop); }};
 };
 

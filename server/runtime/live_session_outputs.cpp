@@ -141,14 +141,20 @@ Report LiveSession::report() {
   report.agent_frames_dropped = agent_frames_dropped_;
   report.inputs_dropped = inbox_.dropped();
   report.scan_us = stages_.scan_us;
-  report.scan_in_to_out_us = in_to_out_us_;
+  for (const tick::Percentiles& robot : in_to_out_us_) report.scan_in_to_out_us.add(robot);
   report.frame_us = frame_us_;
   report.agent_frame_us = agent_frame_us_;
   report.physics_step_us = stages_.physics_step_us;
   report.physics_wait_us = stages_.physics_wait_us;
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   report_completeness(outbox_, report);
-  report.guard_fired = guard_.fired();
+  report_robots(state_->robots, stages_, report);
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    report.guard_fired += guards_[i]->fired();
+    if (report.robots.empty()) continue;
+    report.robots[i].guard_fired = guards_[i]->fired();
+    report.robots[i].scan_in_to_out_us = in_to_out_us_[i];
+  }
   if (options_.refused != nullptr) report.messages_refused = options_.refused->count();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);
@@ -159,7 +165,7 @@ Report LiveSession::report() {
   report.notes["priority"] = real_time_.note();
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
-  if (const std::string slam = tick::slam_note(robot().sensors.get()); !slam.empty())
+  if (const std::string slam = tick::slam_note(state_->robots.front().sensors.get()); !slam.empty())
     report.notes["slam"] = slam;
   return report;
 }

@@ -7,35 +7,60 @@ namespace parhelion::runtime {
 namespace {
 
 constexpr Duration kIdle = milliseconds(100);
+constexpr Duration kAskAgain = seconds(10.0);
 
 }  // namespace
 
-Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
-                                                       const ServeOptions& options) {
-  const std::string name = tick::ChannelMap(scenario).bus(channel::kRobot);
-  if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
-  if (options.notify)
-    options.notify("waiting for the robot description on " + name + " (or give --robot FILE)");
+Result<std::optional<std::vector<RobotDescription>>> wait_for_robots(
+    Bus& bus, const Scenario& scenario, std::vector<std::optional<RobotDescription>> known,
+    const ServeOptions& options) {
+  const tick::ChannelMap channels(scenario);
+  const auto missing = [&] {
+    std::string names;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (!known[i]) names += (names.empty() ? "" : ", ") + channels.bus(channel::kRobot, i);
+    }
+    return names;
+  };
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (known[i]) continue;
+    if (const Status subscribed = bus.subscribe(channels.bus(channel::kRobot, i), 1); !subscribed)
+      return subscribed.error();
+  }
   std::string reported;
   const auto report = [&](const std::string& what) {
-    if (options.notify && what != reported) options.notify(what + "; still waiting");
+    if (options.notify && what != reported) options.notify(what);
     reported = what;
   };
-  while (!options.stop || !options.stop()) {
+  const std::string hint = known.size() == 1 ? " (or give --robot FILE)" : " (or give 'description: FILE')";
+  WallTime asked = steady_now();
+  for (std::string left = missing(); !left.empty(); left = missing()) {
+    report("waiting for the robot description on " + left + hint);
+    if (options.stop && options.stop()) return std::optional<std::vector<RobotDescription>>{};
+    if (steady_now() - asked > kAskAgain) {
+      asked = steady_now();
+      reported.clear();
+    }
     Message message;
     const auto received = bus.receive(message, kIdle);
     if (!received) return received.error();
-    if (!*received) continue;
-    RobotMessage robot;
-    if (const Status read = decode(message.channel, message.payload, robot); !read) {
-      report(read.error().message);
+    std::size_t robot = 0;
+    if (!*received || channels.kind(message.channel, nullptr, &robot) != tick::InputKind::robot) continue;
+    RobotMessage text;
+    if (const Status read = decode(message.channel, message.payload, text); !read) {
+      report(read.error().message + "; still waiting");
       continue;
     }
-    auto description = parse_robot_description(robot.yaml, name);
-    if (description) return std::optional(std::move(*description));
-    report(description.error().message);
+    auto description = parse_robot_description(text.yaml, message.channel);
+    if (description) {
+      known[robot] = std::move(*description);
+    } else {
+      report(description.error().message + "; still waiting");
+    }
   }
-  return std::optional<RobotDescription>{};
+  std::vector<RobotDescription> all;
+  for (auto& each : known) all.push_back(std::move(*each));
+  return std::optional(std::move(all));
 }
 
 Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options) {

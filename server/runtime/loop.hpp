@@ -36,17 +36,19 @@ struct ServeOptions {
       RealTime::off;  ///< for the threads that scans wait for: receiving, the tick, the guard
   std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only with a simulated robot
   UpdateSite update_site;                     ///< for scenarios with mapping: true; empty: no mapping
-  /// The previous server ended during an emergency stop: the stop applies from the start.
-  bool robot_stopped = false;
-  /// Called on each change of the emergency stop, before anything else; may be empty. The stored value
+  /// Names of the robots whose emergency stop was active when the previous server ended: it applies from the
+  /// start.
+  std::vector<std::string> stopped_robots;
+  /// Called on each change of a robot's emergency stop, before anything else; may be empty. The stored value
   /// outlives a server that crashes.
-  std::function<void(bool)> robot_stop_held;
+  std::function<void(const std::string& robot, bool)> robot_stop_held;
   std::function<void()> begun;            ///< called when the session and its log exist; may be empty
   bool open_bus = false;                  ///< other machines can send messages, and nothing is signed
   RefusedMessages* refused = nullptr;     ///< of a bus with signatures; none: nothing is refused
   RefusedHosts* refused_hosts = nullptr;  ///< may be none
-  /// Called when a real robot is commanded for the first time, and when further joints are; may be empty.
-  std::function<void(const RobotStop&)> commanded;
+  /// Called with the stops of all commanded real robots, when one is commanded for the first time and when
+  /// further joints are; may be empty.
+  std::function<void(const std::vector<RobotStop>&)> commanded;
   /// Called by the loop in each round, at least ten times a second: never while the loop hangs. May be empty.
   std::function<void()> loop_runs;
   /// Called when the loop has ended, before what was received until then is processed; may be empty.
@@ -59,9 +61,11 @@ struct ServeOptions {
 /// transport fails, or the session log cannot be created.
 Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options);
 
-/// The robot description from the ROBOT channel; nullopt: stopped before it arrived. One that cannot be read
-/// is reported, and waiting goes on.
-Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
-                                                       const ServeOptions& options);
+/// The descriptions of the scenario's robots, in its order: those of `known`, the others from their ROBOT
+/// channels. nullopt: stopped before they arrived. One that cannot be read is reported, and waiting goes on;
+/// so it does for a robot that does not come, which is reported every ten seconds.
+Result<std::optional<std::vector<RobotDescription>>> wait_for_robots(
+    Bus& bus, const Scenario& scenario, std::vector<std::optional<RobotDescription>> known,
+    const ServeOptions& options);
 
 }  // namespace parhelion::runtime

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -14,7 +15,7 @@ namespace parhelion::runtime {
 
 struct Preview {
   std::optional<SessionHeader> session;
-  std::optional<std::string> robot_yaml;
+  std::map<std::string, std::string> robot_yamls;         // by canonical channel: ROBOT, or ROBOT.<name>
   std::set<std::uint64_t> guarded_scans, dropped_frames;  // sequence numbers
   std::string damage;                                     // the first, or empty
   std::uint64_t events = 0;

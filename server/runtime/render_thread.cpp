@@ -10,7 +10,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 8;  // each holds a snapshot of the world
+constexpr std::size_t kMaxWaiting = 24;  // each holds a snapshot of the world
 
 render::RenderAnswer original(Image image, const std::string& reason) {
   render::RenderAnswer answer;
@@ -103,8 +103,9 @@ RenderThread::~RenderThread() {
 std::optional<std::uint64_t> RenderThread::submit_newest(tick::Outputs::Frame frame) {
   const std::lock_guard lock(mutex_);
   std::optional<std::uint64_t> dropped;
-  auto place = std::find_if(waiting_.begin(), waiting_.end(),
-                            [&](const Waiting& each) { return each.frame.agent == frame.agent; });
+  auto place = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& each) {
+    return each.frame.agent == frame.agent && each.frame.robot == frame.robot;
+  });
   if (place == waiting_.end() && waiting_.size() == kMaxWaiting) {
     dropped = waiting_.front().frame.sequence;
     waiting_.pop_front();
@@ -171,7 +172,7 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
       note_fault(*renderer);
     }
     tick::FrameAnswer done{
-        frame.agent, frame.sequence, frame.exposure.has_value(), renderer->answer(frame), {}};
+        frame.agent, frame.robot, frame.sequence, frame.exposure.has_value(), renderer->answer(frame), {}};
     done.latency = steady_now() - since;
     lock.lock();
     busy_ = false;

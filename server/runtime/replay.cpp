@@ -47,7 +47,6 @@ class Run : private tick::ScanSink {
   void take_stock();
   void publish_status();
   void finish(const LogReader& reader);
-  const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }
 
   const ReplayOptions& options_;
   const Preview& preview_;
@@ -56,7 +55,7 @@ class Run : private tick::ScanSink {
   RenderSlot robots_, agents_;  // agents_: its renderer is created at the first image of an agent's camera
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_, frame_outputs_;
-  StageClock stages_;
+  StageClock stages_{configuration_.robot_count()};
   Report report_;
   ArrivalTime first_, last_, last_status_;
   ArrivalOrder order_;
@@ -115,12 +114,14 @@ Status Run::handle(Message message) {
   last_ = message.arrival;
   pace(last_);
   outputs_.clear();
-  stages_.begin();
+  std::size_t robot = 0;
+  (void)configuration_.channels.kind(message.channel, nullptr, &robot);
+  stages_.begin(robot);
   tick::tick(configuration_, message, *state_, outputs_, stages_, *this);
   outbox_.send(&message, outputs_.entries(), message.arrival);
   render_frames();
   publish_status();
-  if (options_.watch) options_.watch(configuration_, message, robot());
+  if (options_.watch) options_.watch(configuration_, message, state_->robots[robot]);
   return {};
 }
 
@@ -160,7 +161,8 @@ void Run::take_stock() {
   report_.notes.insert(options_.notes.begin(), options_.notes.end());
   if (state_) {
     report_.tally = state_->tally;
-    if (const std::string slam = tick::slam_note(robot().sensors.get()); !slam.empty())
+    report_robots(state_->robots, stages_, report_);
+    if (const std::string slam = tick::slam_note(state_->robots.front().sensors.get()); !slam.empty())
       report_.notes["slam"] = slam;
   }
   report_.scan_us = stages_.scan_us;
@@ -195,8 +197,8 @@ void Run::finish(const LogReader& reader) {
   take_stock();
   report_.log_damage_bytes = reader.skipped_bytes();
   report_.hash = outbox_.hashes();
-  if (state_) report_.grade = grade_now(configuration_, state_->grading.get());
-  if (report_.grade) report_.grade->log = options_.session;
+  if (state_) report_.grades = grades_now(configuration_, state_->grading.get(), options_.session);
+  if (!report_.grades.empty()) report_.grade = report_.grades.front();
 }
 
 Result<Report> Run::operator()() {

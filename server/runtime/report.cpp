@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/tick/grading_path.hpp"
+#include "server/tick/state.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -21,7 +22,10 @@ std::uint64_t degraded_total(const tick::Tally& tally) {
 
 }  // namespace
 
-void StageClock::begin() { begun_ = last_ = waited_ = steady_now(); }
+void StageClock::begin(std::size_t robot) {
+  robot_ = robot;
+  begun_ = last_ = waited_ = steady_now();
+}
 
 void StageClock::ended(tick::Stage stage) {
   const WallTime now = steady_now();
@@ -34,6 +38,7 @@ void StageClock::ended(tick::Stage stage) {
       break;
     case tick::Stage::encode:
       scan_us.add((now - waited_).microseconds());
+      robots_scan_us[robot_].add((now - waited_).microseconds());
       physics_wait_us.add((waited_ - begun_).microseconds());
       break;
     default:
@@ -52,6 +57,19 @@ void report_completeness(const Outbox& outbox, Report& report) {
       " scans were published unchanged and are not in the session log: the queue was full";
 }
 
+void report_robots(const std::vector<tick::RobotState>& robots, const StageClock& stages, Report& report) {
+  if (robots.size() < 2) return;
+  report.robots.clear();
+  for (const tick::RobotState& robot : robots) {
+    RobotReport own;
+    own.name = robot.name;
+    own.scans_in = robot.scan.sequence;
+    own.scans_degraded = robot.scan.degraded;
+    own.scan_us = stages.robots_scan_us[robot.index];
+    report.robots.push_back(std::move(own));
+  }
+}
+
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
   if (!render_fault.empty()) report.notes["render"] = render_fault;
   if (report.tally.frames_in > 0 && !robot.camera) {
@@ -60,11 +78,14 @@ void note_what_images_lack(const RobotDescription& robot, const std::string& ren
   }
 }
 
-std::optional<GradedSession> grade_now(const tick::Configuration& configuration,
-                                       const tick::LiveGrading* grading) {
-  if (grading == nullptr) return std::nullopt;
-  return GradedSession{
-      {}, configuration.scenario.name, tick::graded_robot(configuration), grading->grader.grade(), 0};
+std::vector<GradedSession> grades_now(const tick::Configuration& configuration,
+                                      const tick::LiveGrading* grading, const std::string& log) {
+  std::vector<GradedSession> grades;
+  if (grading == nullptr) return grades;
+  const std::vector<std::string> robots = tick::graded_robots(configuration);
+  for (std::size_t i = 0; i < robots.size(); ++i)
+    grades.push_back({log, configuration.scenario.name, robots[i], grading->graders[i].grade(), 0});
+  return grades;
 }
 
 ServerStatus to_status(const Report& report, ArrivalTime now) {
@@ -88,6 +109,16 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
                    {"scans_foreign", number(tally.foreign_scans)},
                    {"guard_fired", number(report.guard_fired)},
                    {"session_complete", report.complete ? 1.0 : 0.0}};
+  for (const RobotReport& robot : report.robots) {
+    const auto add = [&](const char* key, double value) {
+      status.values.emplace_back(std::string(key) + "." + robot.name, value);
+    };
+    add("scans_in", number(robot.scans_in));
+    add("scans_degraded", number(robot.scans_degraded));
+    add("scan_us_p50", robot.scan_us.at(0.5));
+    add("scan_us_p99", robot.scan_us.at(0.99));
+    add("guard_fired", number(robot.guard_fired));
+  }
   if (report.messages_refused)
     status.values.emplace_back("messages_refused", number(*report.messages_refused));
   if (tally.radio_power) status.values.emplace_back("radio_dbm", *tally.radio_power);
@@ -141,6 +172,13 @@ std::string to_json(const Report& report) {
                    {{"p50", tally.pose_age_us.at(0.5) / 1e3},
                     {"p99", tally.pose_age_us.at(0.99) / 1e3},
                     {"max", tally.pose_age_us.max() / 1e3}}}};
+  for (const RobotReport& robot : report.robots) {
+    json["robots"][robot.name] = {
+        {"scans", {{"in", robot.scans_in}, {"degraded", robot.scans_degraded}}},
+        {"guard_fired", robot.guard_fired},
+        {"latency_us",
+         {{"scan", percentiles(robot.scan_us)}, {"scan_in_to_out", percentiles(robot.scan_in_to_out_us)}}}};
+  }
   json["events"] = events;
   json["inputs"] = {{"refused", tally.refused_inputs},
                     {"last_refusal", tally.last_refusal},
@@ -154,6 +192,9 @@ std::string to_json(const Report& report) {
   if (report.grade) {
     json["score"] = report.grade->grade.score;
     json["grade"] = Json::parse(to_json(*report.grade));
+  }
+  if (report.grades.size() > 1) {
+    for (const GradedSession& each : report.grades) json["grades"][each.robot] = Json::parse(to_json(each));
   }
   json["hash"] = report.hash;
   json["notes"] = report.notes;
@@ -179,6 +220,13 @@ std::string summary(const Report& report) {
       report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
       report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
   std::string text = line;
+  for (const RobotReport& robot : report.robots) {
+    std::snprintf(line, sizeof line, "robot   %s: %llu scans, %llu degraded; %.0f us median, %.0f us p99\n",
+                  robot.name.c_str(), static_cast<unsigned long long>(robot.scans_in),
+                  static_cast<unsigned long long>(robot.scans_degraded), robot.scan_us.at(0.5),
+                  robot.scan_us.at(0.99));
+    text += line;
+  }
   if (tally.agent_frames_in > 0)
     text += "agents  " + std::to_string(tally.agent_frames_out) + " of " +
             std::to_string(tally.agent_frames_in) + " images of agents' cameras, " +
@@ -198,7 +246,7 @@ std::string summary(const Report& report) {
     text += "damaged " + std::to_string(report.log_damage_bytes) + " bytes of the log were lost" +
             (where == report.notes.end() ? "" : ", the last: " + where->second) + "\n";
   }
-  if (report.grade) text += "grade   " + to_text(*report.grade);
+  for (const GradedSession& each : report.grades) text += "grade   " + to_text(each);
   if (!report.complete) text += "INCOMPLETE: " + report.incomplete_because + "\n";
   return text;
 }

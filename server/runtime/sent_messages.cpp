@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/hash.hpp"
 #include "server/tick/foreign_publisher.hpp"
 
@@ -17,13 +18,15 @@ std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> pa
 SentMessages::SentMessages(const tick::Configuration& configuration) {
   const std::vector<std::string>& names = tick::own_channels();
   const auto first_of_all_levels = static_cast<std::size_t>(tick::status_channel_index());
-  for (std::size_t i = tick::simulates_trainee(configuration.scenario) ? 0 : first_of_all_levels;
-       i < names.size(); ++i) {
-    const std::string bus = configuration.channels.bus(names[i]);
+  const std::size_t first = tick::simulates_trainee(configuration.scenario) ? 0 : first_of_all_levels;
+  for (std::size_t k = 0; k < configuration.robot_count() * names.size(); ++k) {
+    const std::size_t robot = k / names.size(), i = k % names.size();
+    if (i < first || (robot > 0 && !is_robot_channel(names[i]))) continue;
+    const std::string bus = configuration.channels.bus(names[i], robot);
     // POSE_COV is an input if SLAM provides it.
     if (configuration.channels.kind(bus) != tick::InputKind::none) continue;
     channels_.push_back(bus);
-    indices_.push_back(static_cast<std::int64_t>(i));
+    indices_.push_back(static_cast<std::int64_t>(k));
   }
 }
 

@@ -87,6 +87,30 @@ Status load_map(const std::string& path, SessionFiles& files) {
   return {};
 }
 
+/// The descriptions of real robots. `given`: a path that replaces the scenario's; empty: none.
+Status load_robots(const std::string& path, const std::string& given, SessionFiles& files) {
+  const Scenario& scenario = files.scenario;
+  std::vector<std::string> paths{given.empty() ? scenario.robot : given};
+  if (!scenario.robots.empty()) {
+    paths.clear();
+    for (const ScenarioRobot& each : scenario.robots) paths.push_back(each.description);
+    if (!given.empty() && paths.size() > 1) {
+      return Error{place_of(path, "robots") + "this scenario has " + std::to_string(paths.size()) +
+                   " robots, and " + given + " describes one: leave it out, and give each its 'description'"};
+    }
+    if (!given.empty()) paths = {given};
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    std::optional<RobotDescription>& description = files.robots.emplace_back();
+    if (paths[i].empty()) continue;
+    auto usable = load_usable_robot(paths[i]);
+    if (!usable) return usable.error();
+    description = std::move(*usable);
+    if (!scenario.robots.empty()) description->name = scenario.robots[i].name;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<RobotDescription> load_usable_robot(const std::string& path) {
@@ -127,13 +151,11 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     auto description = tick::trainee_description(files.scenario, files.robot_models);
     if (!description) return Error{place_of(path, "trainee") + description.error().message};
     files.robot = std::move(*description);
+    files.robots = {files.robot};
     return files;
   }
-  const std::string& robot_file = robot.empty() ? files.scenario.robot : robot;
-  if (robot_file.empty()) return files;
-  auto usable = load_usable_robot(robot_file);
-  if (!usable) return usable.error();
-  files.robot = std::move(*usable);
+  if (const Status loaded = load_robots(path, robot, files); !loaded) return loaded.error();
+  files.robot = files.robots.front();
   return files;
 }
 

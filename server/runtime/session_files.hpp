@@ -11,8 +11,10 @@ namespace parhelion::runtime {
 
 struct SessionFiles {
   Scenario scenario;
-  SemanticModel model;                           ///< empty if the scenario names none
-  std::optional<RobotDescription> robot;         ///< none: to come from the ROBOT channel
+  SemanticModel model;                    ///< empty if the scenario names none
+  std::optional<RobotDescription> robot;  ///< the first; none: to come from the ROBOT channel
+  /// All robots in the scenario's order, at least one; none: to come from its ROBOT channel.
+  std::vector<std::optional<RobotDescription>> robots;
   std::shared_ptr<const pose::MatchingMap> map;  ///< null: scans are not matched
   tick::RobotModels robot_models;                ///< all shipped ones, and those named by the scenario
 };

@@ -44,6 +44,12 @@ struct AgentRoute {
   std::uint64_t retry_after = 0;  ///< step; no search before it
 };
 
+/// Whether one real robot's sensors show the agent.
+struct SeenByRobot {
+  AgentShown shown = AgentShown::shown;
+  bool clear_of_real = false;  ///< at the newest step, while returning
+};
+
 struct Agent {
   AgentDefinition definition;
   AgentForm form;
@@ -59,9 +65,8 @@ struct Agent {
   std::uint32_t epoch = 0;          ///< counts spawn and teleports
   double floor = 0;                 ///< m, z of its floor (upright agents)
   bool frozen = false;
-  bool unconstrained = false;  ///< no contact is possible now: moved without the solver
-  AgentShown shown = AgentShown::shown;
-  bool clear_of_real = false;  ///< at the newest step, while returning
+  bool unconstrained = false;        ///< no contact is possible now: moved without the solver
+  std::vector<SeenByRobot> seen_by;  ///< by RealRobot::index
 
   RigidState rigid;  ///< at the newest step
   Pose2 pose;

@@ -18,7 +18,7 @@ constexpr double kScanAge = 0.5;      // s: an older own scan is ignored
 bool is_frozen(const Agent& agent, const RealRobots& real_robots) {
   if (agent.frozen) return true;
   return std::any_of(real_robots.begin(), real_robots.end(), [&](const RealRobot& real) {
-    const bool shown = real.injection_live && agent.shown == AgentShown::shown;
+    const bool shown = real.injection_live && agent.seen_by[real.index].shown == AgentShown::shown;
     if (shown || !real.ever_present) return false;
     const double speed = std::hypot(real.last.twist.vx, real.last.twist.vy);
     return distance_bound(agent.placed, real.placed) < kFreezeRange + stopping_distance(real.limits, speed);

@@ -1,5 +1,6 @@
 // Commands to agents, simulated robots and doors (part of Simulation).
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -67,6 +68,7 @@ Status Simulation::Parts::spawn(const AgentDefinition& definition, RealRobotStat
       !status)
     return status;
   agent->trainee = trainee;
+  agent->seen_by.resize(real_robots.size());
   if (!definition.model.empty())
     agent->robot = std::make_unique<ArticulatedRobot>(find_model(definition.model, options));
   agent->name_hash = fnv1a(definition.name);
@@ -166,12 +168,22 @@ Status Simulation::Parts::apply(const AgentFreeze& command, RealRobotStates) {
   return {};
 }
 
+Status Simulation::spawn_among_robots(const AgentDefinition& agent, RealRobotStates real) {
+  assert(real.size() == parts_->real_robots.size());
+  return parts_->spawn(agent, real, 0);
+}
+
 Status Simulation::spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real) {
-  return parts_->spawn(agent, {&real, 1}, 0);
+  return spawn_among_robots(agent, RealRobotStates(&real, 1));
+}
+
+Status Simulation::command_among_robots(const AgentCommand& command, RealRobotStates real) {
+  assert(real.size() == parts_->real_robots.size());
+  return std::visit([&](const auto& each) { return parts_->apply(each, real); }, command);
 }
 
 Status Simulation::command(const AgentCommand& command, const std::optional<RealRobotState>& real) {
-  return std::visit([&](const auto& each) { return parts_->apply(each, {&real, 1}); }, command);
+  return command_among_robots(command, RealRobotStates(&real, 1));
 }
 
 Status Simulation::set_door(const DoorCommand& command) {

@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/simulation/pose_conflicts.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
@@ -17,9 +19,9 @@ constexpr double kClosingSpeed = 0.02;  // m/s: a slower robot stands beside a w
 struct Party {
   const std::string* name = nullptr;
   bool is_virtual = false;
-  bool is_robot = false;            ///< the trainee's, real or simulated
-  const RealRobot* real = nullptr;  ///< if it is the real robot
-  bool shown = true;
+  bool is_robot = false;                  ///< the trainee's, real or simulated
+  const RealRobot* real = nullptr;        ///< if it is the real robot
+  const Agent* agent = nullptr;           ///< if it is an agent
   ArticulatedRobot* robot = nullptr;      ///< if it is an articulated robot
   const std::string* relation = nullptr;  ///< if it is a part of the building
   bool is_thing = false;                  ///< does not move by itself
@@ -30,18 +32,30 @@ Party party(PhysicsHandle handle, Agents& agents, const RealRobots& real_robots,
     if (handle == robot.handle) return {&robot.name, false, true, &robot};
   }
   for (Agent& agent : agents) {
-    const bool shown = agent.shown == AgentShown::shown;
     if (agent.robot && agent.robot->owns(handle))
-      return {&agent.definition.name, !agent.trainee, agent.trainee, nullptr, shown, agent.robot.get()};
+      return {&agent.definition.name, !agent.trainee, agent.trainee, nullptr, &agent, agent.robot.get()};
     if (agent.handle == handle || (agent.cable && agent.cable->owns(handle))) {
       const AgentKind kind = agent.definition.kind;
       const bool is_thing = kind != AgentKind::robot && kind != AgentKind::person;
-      return {&agent.definition.name, true, false, nullptr, shown, nullptr, nullptr, is_thing};
+      return {&agent.definition.name, true, false, nullptr, &agent, nullptr, nullptr, is_thing};
     }
   }
   if (const FixedObstacle* obstacle = building.by_handle(handle))
-    return {&obstacle->name, obstacle->is_virtual, false, nullptr, true, nullptr, &obstacle->relation, true};
+    return {&obstacle->name, obstacle->is_virtual, false, nullptr, nullptr,
+            nullptr,         &obstacle->relation,  true};
   return {};
+}
+
+/// Whether the robot's sensors show the agent; null: a part of the building.
+bool shows(const RealRobot& robot, const Agent* agent) {
+  return robot.injection_live && (agent == nullptr || agent->seen_by[robot.index].shown == AgentShown::shown);
+}
+
+/// m/s at which the robot's motion reduces the distance to the other's outline.
+double closing_speed(const RealRobot& robot, const RealRobot& other, double distance, Footprint& moved) {
+  constexpr double ahead = 0.01;  // s
+  place(robot.footprint, advance(planar_pose(robot.last.T_map_base), robot.last.twist, ahead), moved);
+  return (distance - signed_distance(moved, other.placed)) / ahead;
 }
 
 }  // namespace
@@ -68,12 +82,12 @@ void Contacts::collect_body_contacts(Agents& agents, const RealRobots& real_robo
                        physics.state(contact.b).velocity.norm() < kRests;
     // A simulated robot's sensors are never degraded.
     if (a.real != nullptr && !a.real->touchable) continue;
-    touching_.push_back(
-        {*a.name, *b.name,
-         a.is_virtual == b.is_virtual ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
-                                      : PairKind::real_virtual,
-         contact.position, contact.impulse, a.real != nullptr && !(a.real->injection_live && b.shown),
-         b.relation != nullptr ? *b.relation : std::string(), rests});
+    touching_.push_back({*a.name, *b.name,
+                         a.is_virtual == b.is_virtual
+                             ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
+                             : PairKind::real_virtual,
+                         contact.position, contact.impulse, a.real != nullptr && !shows(*a.real, b.agent),
+                         b.relation != nullptr ? *b.relation : std::string(), rests});
   }
 }
 
@@ -105,11 +119,42 @@ void Contacts::collect_building_contacts(const RealRobot& robot, const Building&
   }
 }
 
+/// As with the building: the robots' bodies are kinematic, so contact is a distance below the poses'
+/// uncertainty.
+void Contacts::collect_robot_contact(const RealRobot& one, const RealRobot& other) {
+  if (!one.touchable || !other.touchable || !share_height(one, other)) return;
+  const double margin = std::min(kMaxMargin, std::hypot(contact_margin(one), contact_margin(other)));
+  if (distance_bound(one.placed, other.placed) > margin + kReleaseGap) return;
+  const double distance = signed_distance(one.placed, other.placed);
+  const bool open = touch_each_other(one.name, other.name);
+  if (distance > margin + (open ? kReleaseGap : 0) || poses_conflict(one, other)) return;
+  const double by_one = closing_speed(one, other, distance, moved_);
+  const double by_other = closing_speed(other, one, distance, moved_);
+  if (!open && std::max(by_one, by_other) < kClosingSpeed) return;
+  // The subject is the robot that drives into the other, as long as the contact lasts.
+  const bool is_subject = open ? touched(one.name, other.name) : by_one >= by_other;
+  const RealRobot& subject = is_subject ? one : other;
+  const RealRobot& object = is_subject ? other : one;
+  const Eigen::Vector2d touch = nearest_point(one.placed, other.placed);
+  const double mass = one.mass * other.mass / (one.mass + other.mass);
+  touching_.push_back({subject.name,
+                       object.name,
+                       PairKind::real_real,
+                       {touch.x(), touch.y(), subject.last.T_map_base.translation().z()},
+                       mass * std::max(0.0, by_one + by_other),
+                       false,
+                       {}});
+}
+
 void Contacts::update(Agents& agents, const RealRobots& real_robots, const Building& building,
                       const Physics& physics, SimulationTime now, std::vector<Event>& events) {
   touching_.clear();
   collect_body_contacts(agents, real_robots, building, physics);
   for (const RealRobot& robot : real_robots) collect_building_contacts(robot, building);
+  for (std::size_t i = 0; i < real_robots.size(); ++i) {
+    for (std::size_t j = i + 1; j < real_robots.size(); ++j)
+      collect_robot_contact(real_robots[i], real_robots[j]);
+  }
   tracker_.update(touching_, now, events);
 }
 

@@ -40,10 +40,14 @@ EntityShapes::EntityShapes(const Scenario& scenario, const RobotDescription& rob
     trainee.model = scenario.trainee->model;
     stand(trainee);
   } else {
-    shapes_[robot.name]["base"] = outline_shapes(convex_hull(robot.footprint), robot.height);
+    add(robot);
   }
   for (const AgentDefinition& agent : scenario.agents) stand(agent);
   take(model);
+}
+
+void EntityShapes::add(const RobotDescription& robot) {
+  shapes_[robot.name]["base"] = outline_shapes(convex_hull(robot.footprint), robot.height);
 }
 
 const RobotModel* EntityShapes::model_of(const std::string& name) const {

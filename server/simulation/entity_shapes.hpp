@@ -28,6 +28,9 @@ class EntityShapes {
   EntityShapes(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model,
                std::vector<std::shared_ptr<const RobotModel>> robot_models);
 
+  /// Another real robot.
+  void add(const RobotDescription& robot);
+
   void take(const AgentSpawn& command);
   void take(const Event& event);
   /// A new version of the building, for its doors.

@@ -130,11 +130,11 @@ double Hazards::read_sources(HazardKind kind, const Eigen::Vector3d& p, const Su
   return sum;
 }
 
-bool Hazards::read(const Surroundings& around, HazardReading& reading) {
+bool Hazards::read(const Surroundings& around, std::size_t robot, HazardReading& reading) {
   reading.values.clear();
   if (!has(HazardKind::radiation) && !has(HazardKind::gas)) return false;
   Eigen::Vector3d sensor;
-  const RealRobot& real = around.real_robots.front();
+  const RealRobot& real = around.real_robots[robot];
   const Agent* trainee = around.agents.trainee();
   if (real.present) {
     sensor = real.last.T_map_base * Eigen::Vector3d(0, 0, real.height);

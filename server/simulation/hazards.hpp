@@ -22,7 +22,7 @@ class Hazards {
   /// After a step: appends an event for each triggered device.
   void update(const Surroundings& around, std::vector<Event>& events);
   /// See Simulation::hazard_reading().
-  bool read(const Surroundings& around, HazardReading& reading);
+  bool read(const Surroundings& around, std::size_t robot, HazardReading& reading);
   /// After a change of the building: gas fields are recomputed when read.
   void forget_fields();
 

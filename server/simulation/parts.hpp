@@ -12,6 +12,7 @@
 #include "server/simulation/contacts.hpp"
 #include "server/simulation/grippers.hpp"
 #include "server/simulation/hazards.hpp"
+#include "server/simulation/pose_conflicts.hpp"
 #include "server/simulation/predictor.hpp"
 #include "server/simulation/recorder.hpp"
 #include "server/simulation/simulation.hpp"
@@ -41,14 +42,12 @@ struct Simulation::Parts {
   ContactForecast forecast;
   Contacts contacts;
   Grippers grippers;
+  PoseConflicts pose_conflicts;
   Predictor predictor;
   std::optional<Hazards> hazards;  ///< set by create(), as it needs the building
   Recorder recorder;
   std::vector<Event> events;  ///< since the last take_events()
   Footprint swept;            ///< reused memory of clearance()
-
-  /// One entry for each real robot.
-  using RealRobotStates = std::span<const std::optional<RealRobotState>>;
 
   Surroundings surroundings() const { return {options, clock, environment, real_robots, agents, neighbours}; }
   void publish(Event event) { events.push_back(std::move(event)); }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/simulation/pose_conflicts.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
@@ -110,7 +112,8 @@ void Predictor::predict_agent_collision(const PredictionQuery& query, const Agen
   const double z = other.rigid.T_map_body.translation().z();
   if (z > query.top || z + other.form.size.z() < query.bottom) return;
   const bool undetectable =
-      query.real != nullptr && !(query.real->injection_live && other.shown == AgentShown::shown);
+      query.real != nullptr &&
+      !(query.real->injection_live && other.seen_by[query.real->index].shown == AgentShown::shown);
   const bool leans = other.cable || other.rigid.T_map_body.isometry()(2, 2) <= 0.9999;
   const MovingFootprint moving =
       leans ? MovingFootprint{&other.placed, {}, {}}
@@ -121,10 +124,14 @@ void Predictor::predict_agent_collision(const PredictionQuery& query, const Agen
 
 void Predictor::predict_real_collision(const PredictionQuery& query, const RealRobot& other,
                                        std::optional<Ahead>& ahead) {
-  if (!other.touchable || query.agent == nullptr || query.agent->trainee) return;
+  if (!other.touchable || &other == query.real || (query.agent != nullptr && query.agent->trainee)) return;
+  if (query.real != nullptr && poses_conflict(*query.real, other)) return;
   const double z = other.last.T_map_base.translation().z();
   if (z > query.top || z + other.height < query.bottom) return;
-  const bool undetectable = !(other.injection_live && query.agent->shown == AgentShown::shown);
+  // Two real robots see each other whatever is injected.
+  const bool undetectable =
+      query.agent != nullptr &&
+      !(other.injection_live && query.agent->seen_by[other.index].shown == AgentShown::shown);
   const MovingFootprint moving{&other.footprint, planar_pose(other.last.T_map_base), other.last.twist};
   predict_body_collision(query, {moving, other.placed, other.name, false, undetectable}, ahead);
 }

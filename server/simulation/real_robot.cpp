@@ -14,9 +14,11 @@ constexpr double kZoneSpacing = 0.10;  // m between two footprints of the area
 
 }  // namespace
 
-RealRobot make_real_robot(const RobotDescription& description, BodyId id, Physics& physics) {
+RealRobot make_real_robot(const RobotDescription& description, std::size_t index, BodyId id,
+                          Physics& physics) {
   RealRobot robot;
   robot.name = description.name;
+  robot.index = index;
   robot.id = id;
   robot.mass = description.mass;
   robot.height = description.height;

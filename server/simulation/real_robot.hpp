@@ -20,6 +20,7 @@ constexpr double kStopMargin = 0.15;  // m added to the real robot's stopping ar
 
 struct RealRobot {
   std::string name;
+  std::size_t index = 0;  ///< in RealRobots
   BodyId id = 0;
   PhysicsHandle handle = 0;
   double mass = 0;
@@ -36,12 +37,14 @@ struct RealRobot {
   RealRobotState last;  ///< last known
   BodyWatch watch;
   RobotPrediction prediction;
+  std::vector<RealObstacle> obstacles;  ///< that its sensors see now
 };
 
-/// At least one; the first is that of the robot description.
+/// At least one; in the order of the robot descriptions.
 using RealRobots = std::vector<RealRobot>;
 
-RealRobot make_real_robot(const RobotDescription& description, BodyId id, Physics& physics);
+RealRobot make_real_robot(const RobotDescription& description, std::size_t index, BodyId id,
+                          Physics& physics);
 
 bool finite(const Twist2& twist);
 /// Whether a state is present and finite.

@@ -15,7 +15,7 @@
 namespace parhelion::simulation {
 namespace {
 
-Status check(const SimulationOptions& options, const RobotDescription& robot) {
+Status check(const SimulationOptions& options) {
   if (!(options.rate >= 10 && options.rate <= 10'000)) {
     return Error{"physics rate " + std::to_string(options.rate) + " Hz; expected 10 to 10000 Hz"};
   }
@@ -35,6 +35,10 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
   if (options.battery) {
     if (Status status = check(*options.battery); !status) return status;
   }
+  return {};
+}
+
+Status check(const RobotDescription& robot) {
   const bool finite = std::all_of(robot.footprint.begin(), robot.footprint.end(),
                                   [](const auto& v) { return v.allFinite(); });
   if (!finite || convex_hull(robot.footprint).size() < 3) {
@@ -52,6 +56,18 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
   return {};
 }
 
+Status check(std::span<const RobotDescription> robots) {
+  if (robots.empty()) return Error{"no robot: expected at least one description"};
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    if (Status status = check(robots[i]); !status) return status;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (robots[i].name == robots[j].name)
+        return Error{"two robots are called '" + robots[i].name + "': names must be unique"};
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Simulation::Parts::Parts(const SimulationOptions& with, SimulationTime start)
@@ -63,7 +79,7 @@ Simulation::Parts::Parts(const SimulationOptions& with, SimulationTime start)
 void Simulation::Parts::rebuild_scene() {
   recorder.rebuild_scene(*environment.building, real_robots, agents);
   // Memory for the worst case, so that a growing crowd allocates nothing.
-  const std::size_t movers = agents.size() + 2;
+  const std::size_t movers = agents.size() + 1 + real_robots.size();
   const std::size_t obstacles = environment.building->obstacles().size();
   behaviours.reserve(movers, obstacles);
   forecast.reserve(movers, obstacles);
@@ -73,7 +89,13 @@ void Simulation::Parts::rebuild_scene() {
 
 Result<Simulation> Simulation::create(const SimulationOptions& options, const SemanticModel& model,
                                       const RobotDescription& robot, SimulationTime start) {
-  if (Status status = check(options, robot); !status) return status.error();
+  return create(options, model, std::span(&robot, 1), start);
+}
+
+Result<Simulation> Simulation::create(const SimulationOptions& options, const SemanticModel& model,
+                                      std::span<const RobotDescription> robots, SimulationTime start) {
+  if (Status status = check(options); !status) return status.error();
+  if (Status status = check(robots); !status) return status.error();
   auto parts = std::make_unique<Parts>(options, start);
   auto building = Building::create(model);
   if (!building) return building.error();
@@ -86,7 +108,10 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   numbers.end = numbers.next + options.building_bodies;
   parts->agents.number_bodies_from(numbers.end);
   parts->hazards.emplace(options.hazards, *environment.building);
-  parts->real_robots.push_back(make_real_robot(robot, parts->agents.take_body_numbers(1), parts->physics));
+  for (const RobotDescription& robot : robots) {
+    parts->real_robots.push_back(make_real_robot(robot, parts->real_robots.size(),
+                                                 parts->agents.take_body_numbers(1), parts->physics));
+  }
   parts->rebuild_scene();
   parts->recorder.record(parts->clock, environment, parts->real_robots, parts->agents);
   return Simulation(std::move(parts));
@@ -134,16 +159,15 @@ SupplyState Simulation::supply_of(const std::string& name) const {
   return supply_state(parts_->agents.find(name), parts_->options.battery);
 }
 
-void Simulation::show(const std::string& agent, AgentShown shown) {
+void Simulation::show(const std::string& agent, AgentShown shown, std::size_t robot) {
   Agent* found = parts_->agents.find(agent);
-  if (found == nullptr || found->shown == shown) return;
-  found->shown = shown;
-  found->clear_of_real = false;  // until a step has checked it
+  if (found == nullptr || found->seen_by[robot].shown == shown) return;
+  found->seen_by[robot] = {shown, false};  // not clear until a step has checked it
 }
 
-bool Simulation::clear_of_real(const std::string& agent) const {
+bool Simulation::clear_of_real(const std::string& agent, std::size_t robot) const {
   const Agent* found = parts_->agents.find(agent);
-  return found == nullptr || found->clear_of_real;
+  return found == nullptr || found->seen_by[robot].clear_of_real;
 }
 
 std::size_t Simulation::unconstrained_agents() const {
@@ -168,11 +192,16 @@ const std::vector<Relation>& Simulation::relations_of(const std::string& entity)
   return parts_->environment.building->net().relations(entity);
 }
 
-void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
+void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot) {
+  parts_->real_robots[robot].obstacles.assign(obstacles.begin(), obstacles.end());
+  std::size_t count = 0;
+  for (const RealRobot& each : parts_->real_robots) count += each.obstacles.size();
   std::vector<Footprint>& discs = parts_->environment.unmodelled;
-  discs.resize(obstacles.size());
-  for (std::size_t i = 0; i < obstacles.size(); ++i)
-    discs[i] = make_disc(obstacles[i].center, obstacles[i].radius);
+  discs.resize(count);
+  auto disc = discs.begin();
+  for (const RealRobot& each : parts_->real_robots) {
+    for (const RealObstacle& obstacle : each.obstacles) *disc++ = make_disc(obstacle.center, obstacle.radius);
+  }
 }
 
 void Simulation::set_real_people(const std::vector<RealPerson>& people) {
@@ -185,13 +214,13 @@ std::vector<Event> Simulation::take_events() {
   return events;
 }
 
-bool Simulation::hazard_reading(HazardReading& reading) {
-  return parts_->hazards->read(parts_->surroundings(), reading);
+bool Simulation::hazard_reading(HazardReading& reading, std::size_t robot) {
+  return parts_->hazards->read(parts_->surroundings(), robot, reading);
 }
 
 Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
-                                            double limit) const {
-  const Footprint& footprint = parts_->real_robots.front().footprint;
+                                            double limit, std::size_t robot) const {
+  const Footprint& footprint = parts_->real_robots[robot].footprint;
   return simulation::clearance(footprint, parts_->agents, T_map_base, twist, limit, parts_->swept);
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct RealRobotState {
   /// (event agent_moved).
   bool injection_live = true;
 };
+
+/// One entry for each real robot, in the order of the robot descriptions.
+using RealRobotStates = std::span<const std::optional<RealRobotState>>;
 
 /// A short-lived real obstacle that the model does not explain (such as a person): a disc in the map.
 struct RealObstacle {
@@ -109,6 +113,10 @@ struct SupplyState {
 /// Deterministic: same calls, same states, bit for bit. One thread.
 class Simulation {
  public:
+  /// `robots`: at least one, with different names. Functions below that take one robot's state are for a
+  /// simulation of one real robot; `robot` of others is an index in `robots`.
+  static Result<Simulation> create(const SimulationOptions& options, const SemanticModel& model,
+                                   std::span<const RobotDescription> robots, SimulationTime start);
   static Result<Simulation> create(const SimulationOptions& options, const SemanticModel& model,
                                    const RobotDescription& robot, SimulationTime start);
   Simulation(Simulation&&) noexcept;
@@ -120,10 +128,12 @@ class Simulation {
   /// not appear on it or inside its stopping distance v r + v^2 / (2 a) plus a margin. Results are appended
   /// to the events (agent_spawned, agent_moved, agent_removed, with the request's number); the server
   /// publishes command_accepted and command_refused.
+  Status command_among_robots(const AgentCommand& command, RealRobotStates real);
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
   /// Sets the angle of a simulated door's leaf, or the reported angle of a real one. Error: no such door, off
   /// its hinge, or an opening outside its range.
   Status set_door(const DoorCommand& command);
+  Status spawn_among_robots(const AgentDefinition& agent, RealRobotStates real);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
   /// Spawns the trainee's simulated robot (levels 1 and 2): an articulated robot whose bodies are the real
   /// robot's (BodyOwner::real_robot, never injected), driven by teleop(); the kinematic body of the real one
@@ -153,10 +163,10 @@ class Simulation {
   /// For an unknown robot, or one that is not simulated: full supply.
   SupplyState supply_of(const std::string& robot) const;
   /// From the next step on; an unknown name is a drawn part of the building, which is not affected.
-  void show(const std::string& agent, AgentShown shown);
+  void show(const std::string& agent, AgentShown shown, std::size_t robot = 0);
   /// False: at the newest step the agent was inside the real robot's stopping distance, without a free place
   /// for it.
-  bool clear_of_real(const std::string& agent) const;
+  bool clear_of_real(const std::string& agent, std::size_t robot = 0) const;
 
   /// The doors of the building, in the order of the model.
   std::vector<DoorState> doors() const;
@@ -166,10 +176,8 @@ class Simulation {
   /// Relations of an entity in the semantic net.
   const std::vector<Relation>& relations_of(const std::string& entity) const;
 
-  void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
-  /// Replaces the real people that agents keep clear of and brake before; contacts are events (object
-  /// "person_<id>").
-  void set_real_people(const std::vector<RealPerson>& people);
+  /// As seen by one real robot; those of the others stay.
+  void set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot = 0);
 
   /// The expensive part of set_building(); independent of the simulation, so that another thread may do it.
   /// Error: an entity or a mesh that is not finite.
@@ -188,6 +196,7 @@ class Simulation {
   std::uint64_t steps_due(
       SimulationTime until) const;  ///< steps not done yet, with an instant at or before `until`
   /// One fixed step; `real` is the robot at next_step(). Appends due laser requests to `requests`.
+  void step_robots(RealRobotStates real, std::vector<LaserRequest>& requests);
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
   /// Skips `steps` steps: all motion pauses meanwhile. For a machine that is too slow.
   void skip(std::uint64_t steps);
@@ -211,7 +220,7 @@ class Simulation {
 
   /// Reading at the newest step of the hazard sensor on top of the real robot, or of the trainee's simulated
   /// one; the caller sets the stamp. False: no such robot now, or no sources.
-  bool hazard_reading(HazardReading& reading);
+  bool hazard_reading(HazardReading& reading, std::size_t robot = 0);
 
   /// Geometry of promise 3: how far the real robot's footprint can be swept along the arc of `twist` until it
   /// touches the nearest agent, m travelled by the footprint's fastest point (so a turn on the spot has a
@@ -222,7 +231,8 @@ class Simulation {
     bool moving_out = false;
     std::string agent;  ///< nearest
   };
-  Clearance clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit) const;
+  Clearance clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,
+                      std::size_t robot = 0) const;
 
  private:
   struct Parts;

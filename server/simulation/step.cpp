@@ -1,6 +1,7 @@
 // A step (part of Simulation): sets the real robots' states, drives the agents, runs the physics, and then
 // produces events and a record.
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "server/simulation/agent_lasers.hpp"
@@ -12,20 +13,23 @@
 namespace parhelion::simulation {
 
 void Simulation::Parts::clear_stop_zone(const RealRobot& robot, const RealRobotState& state, bool all) {
-  const auto returns = [&](const Agent& agent) { return all || agent.shown == AgentShown::returning; };
+  const auto returns = [&](const Agent& agent) {
+    return all || agent.seen_by[robot.index].shown == AgentShown::returning;
+  };
   if (std::none_of(agents.begin(), agents.end(), returns)) return;
   std::vector<Footprint> zone;
   append_stop_zone(robot, state, zone);
   for (Agent& agent : agents) {
     if (!returns(agent)) continue;
-    agent.clear_of_real = true;
+    bool& is_clear = agent.seen_by[robot.index].clear_of_real;
+    is_clear = true;
     const bool inside = std::any_of(zone.begin(), zone.end(), [&](const Footprint& footprint) {
       return distance_bound(footprint, agent.placed) <= 0 && signed_distance(footprint, agent.placed) <= 0;
     });
     if (!inside) continue;
     const auto free = PlaceSearch(agent.form, &agent, zone, environment, agents).nearest_free(agent.pose);
     if (!free) {
-      agent.clear_of_real = false;
+      is_clear = false;
       continue;
     }
     put(agent, *free);
@@ -81,7 +85,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
 
   // Events.
   contacts.update(agents, real_robots, building, physics, clock.now(), events);
-  environment.people.report_contacts(agents, clock.now(), events);
+  pose_conflicts.update(real_robots, clock.now(), events);
   grippers.update(agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);
   supervise(real_robots, agents, around, contacts, physics, predictor, events);
@@ -91,8 +95,13 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   request_scans(agents, clock.now(), requests);
 }
 
+void Simulation::step_robots(RealRobotStates real, std::vector<LaserRequest>& requests) {
+  assert(real.size() == parts_->real_robots.size());
+  parts_->step(real, requests);
+}
+
 void Simulation::step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests) {
-  parts_->step({&real, 1}, requests);
+  step_robots(RealRobotStates(&real, 1), requests);
 }
 
 void Simulation::skip(std::uint64_t steps) {

@@ -24,6 +24,11 @@ VideoOptions video_options(const StationOptions& station) {
   video.robot = configuration.robot.name;
   video.camera = configuration.channels.bus(channel::kMrCamera);
   video.original = configuration.channels.bus(channel::kCamera);
+  for (std::size_t i = 1; i < configuration.robot_count(); ++i) {
+    video.other_robots.push_back({configuration.robot_at(i).name,
+                                  configuration.channels.bus(channel::kMrCamera, i),
+                                  configuration.channels.bus(channel::kCamera, i)});
+  }
   video.simulated = tick::simulates_trainee(configuration.scenario);
   video.agent_camera = [all = station.configuration](const std::string& agent) {
     return all->channels.bus(agent_camera_channel(agent));
@@ -99,8 +104,10 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   teleop_options.now = [] { return runtime::steady_now(); };
   teleop_options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
   teleop_options.emergency_stops = options.station.configuration->channels.bus(channel::kMrEmergencyStop);
-  teleop_options.robot = options.station.configuration->robot.name;
-  if (options.robot_stopped) teleop_options.active_stops = {{teleop_options.robot, "the server that died"}};
+  for (std::size_t i = 0; i < options.station.configuration->robot_count(); ++i)
+    teleop_options.robots.push_back(options.station.configuration->robot_at(i).name);
+  for (const std::string& robot : options.stopped_robots)
+    teleop_options.active_stops.push_back({robot, "the server that died"});
   teleop_options.audit = [&audit = site->audit()](const std::string& who, const std::string& what) {
     audit.record({who, {}, what, "done"});
   };

@@ -20,8 +20,8 @@ struct BaseStationOptions {
   StationOptions station;        ///< its emergency stop and audit are set by this class
   std::string why_not_driven;  ///< reason, for people, why the trainee's robot cannot be driven; empty: pages
                                ///< can drive it
-  bool robot_stopped = false;  ///< an emergency stop of an earlier server process still holds the trainee's
-                               ///< robot
+  std::vector<std::string> stopped_robots;  ///< emergency stops of an earlier server process still hold these
+                                            ///< robot
   /// Opens an endpoint of the session's bus, for each part of the station. Called on a thread whose priority
   /// the station's threads inherit.
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;

@@ -93,6 +93,7 @@ Enum named(const std::string& name, Enum last) {
 
 Subscription subscription(const Json& message) {
   Subscription wanted;
+  if (message.contains("robot")) wanted.robot = message["robot"].get<std::string>();
   wanted.scan = flag(message, "scan", wanted.scan);
   wanted.points = flag(message, "points", wanted.points);
   wanted.world_hz = number(message, "world_hz", wanted.world_hz);

@@ -15,6 +15,7 @@ namespace parhelion::station {
 
 /// The parts of the session that a page subscribes to.
 struct Subscription {
+  std::string robot;  ///< the trainee's robot that the page follows; empty: the first
   bool scan = true;
   bool points = false;
   double world_hz = 30;                  ///< maximum rate of the binary world message

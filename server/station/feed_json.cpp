@@ -158,6 +158,18 @@ std::string pose_json(const PoseEstimate& estimate) {
                   {"sigma_m", tracking && variance >= 0 ? rounded(std::sqrt(variance)) : Json()}});
 }
 
+std::string robots_json(std::span<const RobotLine> robots) {
+  Json list = Json::array();
+  for (const RobotLine& robot : robots) {
+    list.push_back({{"name", robot.name},
+                    {"localized", robot.localized},
+                    {"injecting", robot.injecting},
+                    {"reason", robot.reason},
+                    {"score", robot.score ? rounded(*robot.score) : Json()}});
+  }
+  return text_of({{"type", "robots"}, {"list", std::move(list)}});
+}
+
 std::string operators_json(std::span<const OperatorStatus> statuses) {
   static constexpr const char* states[] = {"drives", "ended", "lost"};
   Json list = Json::array();

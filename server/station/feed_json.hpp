@@ -29,6 +29,16 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
 std::string status_json(const ServerStatus& status, const std::vector<SensorState>& sensors);
 std::string injection_json(const ScanInfo& info);
 std::string pose_json(const PoseEstimate& estimate);
+
+/// One of several trainees' robots, for the list of all.
+struct RobotLine {
+  std::string name;
+  bool localized = false;
+  bool injecting = false;
+  std::string reason;           ///< why nothing is injected, else empty
+  std::optional<double> score;  ///< none: not graded
+};
+std::string robots_json(std::span<const RobotLine> robots);
 std::string operators_json(std::span<const OperatorStatus> statuses);
 std::string control_json(const ControlState& state);
 std::string hazard_json(const HazardReading& reading, double t);

@@ -137,7 +137,10 @@ Status InstructorService::send(WebClient& client, ClientMessage message, WallTim
   const std::string what = summary(message);
   set_request(message.command, {runtime::wall_now().ns}, ++next_request_);
   encode(message.command, payload_);
-  const std::string channel = feed_.configuration().channels.bus(channel_of(message.command));
+  // A trainee's report is of the robot that the page follows.
+  const Subscriber* subscriber = feed_.subscribers().find(client.id());
+  const std::string channel = feed_.configuration().channels.bus(
+      channel_of(message.command), subscriber != nullptr ? subscriber->robot : 0);
   if (Status sent = bus_.publish(channel, payload_); !sent) return sent;
   asked_[next_request_] = {client.id(), message.request, client.who(), client.remote(), what, now};
   return {};

@@ -36,17 +36,20 @@ TeleopRobot drivable(const DrivenRobot& robot, const tick::Configuration& config
                      const AgentDefinition* placed) {
   TeleopRobot made;
   made.driven = robot;
-  if (robot.teleop == channel::kTeleop) made.driven.teleop = configuration.channels.bus(channel::kTeleop);
-  if (robot.joints == channel::kJointCmd) made.driven.joints = configuration.channels.bus(channel::kJointCmd);
+  const auto index = configuration.find_robot(robot.name);
+  if (index) {
+    made.driven.teleop = configuration.channels.robots_bus(channel::kTeleop, *index);
+    made.driven.joints = configuration.channels.robots_bus(channel::kJointCmd, *index);
+  }
   const simulation::RobotModel* model = model_of(robot, configuration, placed);
-  const bool trainees = robot.name == configuration.robot.name;
-  if (trainees || model != nullptr) {
-    const RobotLimits& limits = trainees ? configuration.robot.limits : model->description.limits;
+  if (index || model != nullptr) {
+    const RobotLimits& limits = index ? configuration.robot_at(*index).limits : model->description.limits;
     made.vx = limits.speed;
     made.wz = limits.yaw_rate;
   }
-  made.video = trainees ? configuration.robot.camera || !tick::simulates_trainee(configuration.scenario)
-                        : placed != nullptr && placed->camera_rate > 0;
+  made.video = index
+                   ? configuration.robot_at(*index).camera || !tick::simulates_trainee(configuration.scenario)
+                   : placed != nullptr && placed->camera_rate > 0;
   if (model == nullptr || made.driven.joints.empty()) return made;
   for (const simulation::RobotJoint& joint : model->joints) {
     const bool wheel =
@@ -134,7 +137,7 @@ void RobotWatch::handle_world(const Message& message) {
   std::vector<TeleopRobot> drivables;
   for (const DrivenRobot& robot : robots) {
     drivables.push_back(drivable(robot, *configuration_, placed_.find(robot.name)));
-    if (robot.name == configuration_->robot.name) drivables.back().why_not = trainee_why_not_;
+    if (configuration_->find_robot(robot.name)) drivables.back().why_not = trainee_why_not_;
   }
   teleop_->set_robots(std::move(drivables));
 }

@@ -46,11 +46,12 @@ std::string scan_bytes(const Scan& scan, const ScanFrame& frame) {
   return bytes.take();
 }
 
-RobotPlace::RobotPlace(const tick::Configuration& configuration) : configuration_(configuration) {
+RobotPlace::RobotPlace(const tick::Configuration& configuration, std::size_t robot)
+    : configuration_(configuration), robot_(configuration.robot_at(robot)) {
   restart();
 }
 
-void RobotPlace::restart() { track_.emplace(configuration_.robot, place_options(configuration_)); }
+void RobotPlace::restart() { track_.emplace(robot_, place_options(configuration_)); }
 
 void RobotPlace::take(PoseEstimate estimate) {
   // A map that SLAM is still building is assumed to match the model's, as in the server.
@@ -79,8 +80,8 @@ std::optional<Transform<Map, Base>> RobotPlace::base_at(SensorTime t) const {
 
 std::optional<Transform<Map, Laser>> RobotPlace::laser_at(SensorTime t) const {
   const auto pose = track_->at(t);
-  if (!pose || !configuration_.robot.laser) return std::nullopt;
-  return pose->T_map_base * configuration_.robot.laser->T_base_laser;
+  if (!pose || !robot_.laser) return std::nullopt;
+  return pose->T_map_base * robot_.laser->T_base_laser;
 }
 
 void AgentPlaces::take(const WorldMessage& world) {

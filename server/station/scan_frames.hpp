@@ -25,10 +25,11 @@ struct ScanFrame {
 };
 std::string scan_bytes(const Scan& scan, const ScanFrame& frame);
 
-/// Pose of the trainee's robot at any instant of its clock, as the server estimates it.
+/// Pose of a trainee's robot at any instant of its clock, as the server estimates it.
 class RobotPlace {
  public:
-  explicit RobotPlace(const tick::Configuration& configuration);
+  /// `robot`: its index in the configuration, which must outlive this.
+  RobotPlace(const tick::Configuration& configuration, std::size_t robot);
 
   void take(const Odometry& odometry) { track_->add(odometry); }
   void take(PoseEstimate estimate);
@@ -41,6 +42,7 @@ class RobotPlace {
 
  private:
   const tick::Configuration& configuration_;
+  const RobotDescription& robot_;
   std::optional<pose::PoseTrack> track_;
 };
 

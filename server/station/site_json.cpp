@@ -119,6 +119,13 @@ void put_links(const simulation::RobotModel& model, Json& json) {
   }
 }
 
+Json robot_names(const tick::Configuration& configuration) {
+  Json names = Json::array();
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i)
+    names.push_back(configuration.robot_at(i).name);
+  return names;
+}
+
 }  // namespace
 
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
@@ -134,6 +141,7 @@ std::string hello_json(const tick::Configuration& configuration, const Identity&
                     {"mode", hello_fields.recorded ? "recorded" : "live"},
                     {"level", scenario.level},
                     {"robot", configuration.robot.name},
+                    {"robots", robot_names(configuration)},
                     {"graded", tick::graded_robot(configuration)},
                     {"simulated", tick::simulates_trainee(scenario)},
                     {"started_us", hello_fields.start.utime()},
@@ -196,6 +204,7 @@ std::string robots_json(const tick::Configuration& configuration) {
     models.push_back(std::move(each));
   }
   list.push_back(std::move(own));
+  for (const RobotDescription& other : configuration.other_robots) list.push_back(description_json(other));
   return text_of({{"robots", std::move(list)}, {"models", std::move(models)}});
 }
 

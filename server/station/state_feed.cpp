@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "server/simulation/base_body.hpp"
 #include "server/station/depth_frames.hpp"
@@ -29,9 +30,9 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
       options_(std::move(options)),
       shapes_(configuration_->scenario, configuration_->robot, configuration_->model,
               configuration_->robot_models),
-      placed_(configuration_->scenario),
-      board_(configuration_->scenario.training),
-      robot_(*configuration_) {
+      placed_(configuration_->scenario) {
+  for (std::size_t i = 0; i < configuration_->robot_count(); ++i) robots_.emplace_back(*configuration_, i);
+  for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
   using Clock = SensorWatch::Clock;
   add(channel::kScan, Kind::scan, 4, Clock::robot);
   add(channel::kOdometry, Kind::odometry, 64, Clock::robot);
@@ -55,13 +56,16 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
     add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
   add(channel::kMrModel, Kind::model, 2, std::nullopt);
   add(channel::kOperators, Kind::operators, 64, std::nullopt);
-  channels_[channel::kMrSession] = {Kind::session, channel::kMrSession, 2};  // never renamed
+  channels_[channel::kMrSession] = {Kind::session, channel::kMrSession, 2, 0};  // never renamed
 }
 
 void StateFeed::add(const char* canonical, Kind kind, int capacity,
                     std::optional<SensorWatch::Clock> watched) {
-  channels_[configuration_->channels.bus(canonical)] = {kind, canonical, capacity};
-  if (watched) sensors_.watch(canonical, *watched);
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    if (i == 0 || is_robot_channel(canonical))
+      channels_[configuration_->channels.bus(canonical, i)] = {kind, canonical, capacity, i};
+    if (watched) robots_[i].sensors.watch(canonical, *watched);
+  }
 }
 
 std::vector<std::pair<std::string, int>> StateFeed::channels() const {
@@ -75,10 +79,11 @@ void StateFeed::take(const Message& message, WallTime now) {
   bus_error_.clear();
   const auto known = channels_.find(message.channel);
   if (known == channels_.end()) return handle_agent_scan(message);
-  if (const auto stamp = leading_stamp(message.payload))
-    sensors_.record(known->second.canonical, *stamp, ArrivalTime{options_.clock().ns});
+  const Channel& channel = known->second;
+  if (const auto stamp = leading_stamp(message.payload)) record(channel, *stamp);
+  RobotFeed& robot = robots_[channel.robot];
   const auto read = [&](auto& item) { return decode(message.channel, message.payload, item).ok(); };
-  switch (known->second.kind) {
+  switch (channel.kind) {
     case Kind::session:
       if (SessionHeader header; read(header)) restart({header.stamp.ns});
       return;
@@ -87,24 +92,19 @@ void StateFeed::take(const Message& message, WallTime now) {
     case Kind::event:
       return handle_event(message);
     case Kind::scan:
-      return handle_scan(message, ScanFrame::Source::real);
+      return handle_scan(message, channel.robot, ScanFrame::Source::real);
     case Kind::mr_scan:
-      return handle_scan(message, ScanFrame::Source::mixed);
+      return handle_scan(message, channel.robot, ScanFrame::Source::mixed);
     case Kind::scan_info:
-      return handle_scan_info(message);
+      return handle_scan_info(message, channel.robot);
     case Kind::odometry:
-      if (Odometry odometry; read(odometry)) robot_.take(odometry);
+      if (Odometry odometry; read(odometry)) robot.place.take(odometry);
       return;
     case Kind::pose_cov:
-      if (PoseEstimate estimate; read(estimate)) {
-        pose_changed_ = pose_changed_ || !pose_known_ || estimate.state != pose_.state;
-        pose_known_ = true;
-        pose_ = estimate;
-        robot_.take(std::move(estimate));
-      }
+      if (PoseEstimate estimate; read(estimate)) robot.take(std::move(estimate));
       return;
     case Kind::pose:
-      if (PoseStamped pose; read(pose)) robot_.take(pose);
+      if (PoseStamped pose; read(pose)) robot.place.take(pose);
       return;
     case Kind::status:
       read(status_);
@@ -112,10 +112,10 @@ void StateFeed::take(const Message& message, WallTime now) {
     case Kind::operators:
       return handle_operator(message, now);
     case Kind::joints:
-      if (Joints joints; read(joints)) joints_ = std::move(joints);
+      if (Joints joints; read(joints)) robot.joints = std::move(joints);
       return;
     case Kind::hazard:
-      if (HazardReading reading; read(reading)) hazard_ = std::move(reading);
+      if (HazardReading reading; read(reading)) robot.hazard = std::move(reading);
       return;
     case Kind::model:
       return handle_model(message);
@@ -126,7 +126,7 @@ void StateFeed::take(const Message& message, WallTime now) {
       }
       return;
     case Kind::depth:
-      return handle_depth(message, now);
+      return handle_depth(message, channel.robot, now);
     case Kind::watched:
     case Kind::agent_scan:
     case Kind::none:
@@ -134,25 +134,28 @@ void StateFeed::take(const Message& message, WallTime now) {
   }
 }
 
+/// Messages of the session are in each robot's list.
+void StateFeed::record(const Channel& channel, SensorTime stamp) {
+  const ArrivalTime arrival{options_.clock().ns};
+  if (is_robot_channel(channel.canonical))
+    return robots_[channel.robot].sensors.record(channel.canonical, stamp, arrival);
+  for (RobotFeed& robot : robots_) robot.sensors.record(channel.canonical, stamp, arrival);
+}
+
 void StateFeed::restart(SimulationTime at) {
   start_ = at;
   shapes_ = simulation::EntityShapes(configuration_->scenario, configuration_->robot, configuration_->model,
                                      configuration_->robot_models);
+  for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
   placed_.restart();
   table_.clear();
-  sensors_.restart();
-  board_.restart();
-  robot_.restart();
+  for (RobotFeed& robot : robots_) robot.restart();
   agents_.restart();
   world_ = {};
   world_unread_ = false;
   events_.clear();
   new_events_.clear();
-  mixed_scan_.reset();
-  joints_.reset();
-  hazard_.reset();
   operators_.clear();
-  pose_known_ = false;
   table_due_ = depth_due_ = {};
   for (Subscriber& subscriber : subscribers_.all()) greet(subscriber);
   if (restarted) restarted();
@@ -201,7 +204,7 @@ void StateFeed::handle_event(const Message& message) {
   note_start(event.stamp);
   placed_.take(event);
   shapes_.take(event);
-  score_changed_ = board_.take(event) || score_changed_;
+  for (RobotFeed& robot : robots_) robot.score_changed = robot.take(event) || robot.score_changed;
   if (event_received) event_received(event);
   if (event.kind == EventKind::contact_continues) return;  // reported at its start
   events_.push_back(event);
@@ -209,39 +212,43 @@ void StateFeed::handle_event(const Message& message) {
   if (!subscribers_.empty()) new_events_.push_back(std::move(event));
 }
 
-void StateFeed::handle_scan(const Message& message, ScanFrame::Source source) {
+void StateFeed::handle_scan(const Message& message, std::size_t index, ScanFrame::Source source) {
   if (subscribers_.empty()) return;
+  RobotFeed& robot = robots_[index];
   const bool mixed = source == ScanFrame::Source::mixed;
-  if (mixed && mixed_scan_) send_mixed_scan(nullptr);
+  if (mixed && robot.mixed_scan) send_mixed_scan(index, nullptr);
   if (!decode(message.channel, message.payload, scan_)) return;
   if (mixed) {
-    mixed_scan_ = scan_;
+    robot.mixed_scan = scan_;
     return;
   }
   ScanFrame frame;
   frame.source = source;
-  frame.t = t(sensors_.to_server(scan_.stamp));
-  frame.T_map_laser = robot_.laser_at(scan_.stamp);
-  send_scan(scan_, frame, send_slot::kRealScan);
+  frame.t = t(robot.sensors.to_server(scan_.stamp));
+  frame.T_map_laser = robot.place.laser_at(scan_.stamp);
+  send_scan(index, scan_, frame, send_slot::kRealScan);
 }
 
-void StateFeed::handle_scan_info(const Message& message) {
-  const bool live = info_.live;
-  const std::string reason = std::move(info_.reason);
-  if (!decode(message.channel, message.payload, info_)) {
-    info_ = {};
+void StateFeed::handle_scan_info(const Message& message, std::size_t index) {
+  RobotFeed& robot = robots_[index];
+  ScanInfo& info = robot.info;
+  const bool live = info.live;
+  const std::string reason = std::move(info.reason);
+  if (!decode(message.channel, message.payload, info)) {
+    info = {};
     return;
   }
-  injection_changed_ = injection_changed_ || live != info_.live || reason != info_.reason;
-  if (mixed_scan_ && mixed_scan_->stamp == info_.stamp) send_mixed_scan(&info_);
+  robot.injection_changed = robot.injection_changed || live != info.live || reason != info.reason;
+  if (robot.mixed_scan && robot.mixed_scan->stamp == info.stamp) send_mixed_scan(index, &info);
 }
 
 /// With the entities hit, if MR_SCAN_INFO has arrived.
-void StateFeed::send_mixed_scan(const ScanInfo* info) {
+void StateFeed::send_mixed_scan(std::size_t index, const ScanInfo* info) {
+  RobotFeed& robot = robots_[index];
   ScanFrame frame;
   frame.source = ScanFrame::Source::mixed;
-  frame.t = t(sensors_.to_server(mixed_scan_->stamp));
-  frame.T_map_laser = robot_.laser_at(mixed_scan_->stamp);
+  frame.t = t(robot.sensors.to_server(robot.mixed_scan->stamp));
+  frame.T_map_laser = robot.place.laser_at(robot.mixed_scan->stamp);
   if (info != nullptr) {
     std::vector<std::int16_t> entities;
     for (const std::string& agent : info->agents) {
@@ -251,14 +258,15 @@ void StateFeed::send_mixed_scan(const ScanInfo* info) {
     for (const std::int16_t agent : info->beam_agent)
       frame.entities.push_back(agent < 0 ? std::int16_t{-1} : entities[static_cast<std::size_t>(agent)]);
   }
-  send_scan(*mixed_scan_, frame, send_slot::kMixedScan);
-  mixed_scan_.reset();
+  send_scan(index, *robot.mixed_scan, frame, send_slot::kMixedScan);
+  robot.mixed_scan.reset();
 }
 
-void StateFeed::send_scan(const Scan& scan, const ScanFrame& frame, int slot) {
+/// To the pages that follow the robot.
+void StateFeed::send_scan(std::size_t robot, const Scan& scan, const ScanFrame& frame, int slot) {
   SharedText bytes;
   for (const Subscriber& subscriber : subscribers_.all()) {
-    if (!subscriber.wants.scan) continue;
+    if (!subscriber.wants.scan || subscriber.robot != robot) continue;
     if (!bytes) bytes = shared_text(scan_bytes(scan, frame));
     subscriber.client->send(bytes, true, slot);
   }
@@ -279,7 +287,7 @@ void StateFeed::handle_agent_scan(const Message& message) {
       frame.source = ScanFrame::Source::agent;
       frame.part =
           static_cast<std::uint16_t>(table_.entities()[static_cast<std::size_t>(entity)].parts.front());
-      const SimulationTime taken = sensors_.to_server(scan_.stamp);
+      const SimulationTime taken = robots_.front().sensors.to_server(scan_.stamp);
       frame.t = t(taken);
       if (const auto mount = shapes_.laser_mount(agent))
         frame.T_map_laser = agents_.laser_at(agent, *mount, taken);
@@ -291,22 +299,25 @@ void StateFeed::handle_agent_scan(const Message& message) {
 
 /// For pages that subscribe to points, a few times a second. The pose of a camera on a turning head is
 /// unknown here.
-void StateFeed::handle_depth(const Message& message, WallTime now) {
+void StateFeed::handle_depth(const Message& message, std::size_t index, WallTime now) {
   const auto& all = subscribers_.all();
-  const auto& camera = configuration_->robot.depth;
-  const bool wanted = std::any_of(all.begin(), all.end(),
-                                  [](const Subscriber& subscriber) { return subscriber.wants.points; });
+  const RobotFeed& robot = robots_[index];
+  const auto& camera = configuration_->robot_at(index).depth;
+  const auto wants = [index](const Subscriber& subscriber) {
+    return subscriber.wants.points && subscriber.robot == index;
+  };
+  const bool wanted = std::any_of(all.begin(), all.end(), wants);
   if (!wanted || !camera || !camera->head.empty() || now < depth_due_) return;
   Image image;
   if (!decode(message.channel, message.payload, image).ok()) return;
-  const auto place = robot_.base_at(image.stamp);
+  const auto place = robot.place.base_at(image.stamp);
   const auto pixels = place ? render::decode_depth(image) : Result<render::DepthPixels>(Error{"no pose"});
   if (!pixels) return;
   depth_due_ = now + kPointsPeriod;
-  const SharedText bytes = shared_text(
-      depth_bytes(*pixels, *camera, *place * camera->T_base_optical, t(sensors_.to_server(image.stamp))));
+  const SharedText bytes = shared_text(depth_bytes(*pixels, *camera, *place * camera->T_base_optical,
+                                                   t(robot.sensors.to_server(image.stamp))));
   for (const Subscriber& subscriber : all) {
-    if (subscriber.wants.points) subscriber.client->send(bytes, true, send_slot::kPoints);
+    if (wants(subscriber)) subscriber.client->send(bytes, true, send_slot::kPoints);
   }
 }
 

@@ -17,9 +17,7 @@
 #include "server/station/entity_table.hpp"
 #include "server/station/feed_json.hpp"
 #include "server/station/placed_agents.hpp"
-#include "server/station/scan_frames.hpp"
-#include "server/station/score_board.hpp"
-#include "server/station/sensor_watch.hpp"
+#include "server/station/robot_feed.hpp"
 #include "server/station/site_json.hpp"
 #include "server/station/subscribers.hpp"
 #include "server/tick/configuration.hpp"
@@ -98,8 +96,10 @@ class StateFeed {
     Kind kind = Kind::none;
     std::string canonical;
     int capacity = 1;
+    std::size_t robot = 0;  ///< whose it is; 0 for those of the session
   };
   void add(const char* canonical, Kind kind, int capacity, std::optional<SensorWatch::Clock> watched);
+  void record(const Channel& channel, SensorTime stamp);
 
   SimulationTime start() const { return start_.value_or(SimulationTime{}); }
   void note_start(SimulationTime at);
@@ -107,20 +107,24 @@ class StateFeed {
   void handle_world(const Message& message, WallTime now);
   bool read_world();
   void handle_event(const Message& message);
-  void handle_scan(const Message& message, ScanFrame::Source source);
-  void handle_scan_info(const Message& message);
+  void handle_scan(const Message& message, std::size_t robot, ScanFrame::Source source);
+  void handle_scan_info(const Message& message, std::size_t robot);
   void handle_agent_scan(const Message& message);
   void handle_operator(const Message& message, WallTime now);
   void handle_model(const Message& message);
-  void handle_depth(const Message& message, WallTime now);
+  void handle_depth(const Message& message, std::size_t robot, WallTime now);
   void send_world(WallTime now);
-  void send_mixed_scan(const ScanInfo* info);
-  void send_scan(const Scan& scan, const ScanFrame& frame, int slot);
+  void send_mixed_scan(std::size_t robot, const ScanInfo* info);
+  void send_scan(std::size_t robot, const Scan& scan, const ScanFrame& frame, int slot);
+  void greet_about_robot(const Subscriber& subscriber);
+  void look_at_robot(std::size_t robot, bool second, bool half);
+  void send_readings(std::size_t robot);
   void send_plans();
   void greet(Subscriber& subscriber);
   std::string hello(const Identity& who) const;
   std::string entities() const;
-  std::string status_text() const;
+  std::string status_text(const RobotFeed& robot) const;
+  std::string robots_text() const;
   ControlState control() const;
   void forget_silent_operators(WallTime now);
   void send_operators() const;
@@ -134,28 +138,20 @@ class StateFeed {
   simulation::EntityShapes shapes_;
   PlacedAgents placed_;
   EntityTable table_;
-  SensorWatch sensors_;
-  ScoreBoard board_;
-  RobotPlace robot_;
+  std::vector<RobotFeed> robots_;  ///< by index
   AgentPlaces agents_;
 
   Message world_message_;  ///< the newest MR_WORLD, decoded on demand
   bool world_unread_ = false;
   WorldMessage world_;
-  std::deque<Event> events_;        ///< the last ones of the session
-  std::vector<Event> new_events_;   ///< not sent yet
-  std::optional<Scan> mixed_scan_;  ///< MR_SCAN that waits for its MR_SCAN_INFO
+  std::deque<Event> events_;       ///< the last ones of the session
+  std::vector<Event> new_events_;  ///< not sent yet
   Scan scan_;
-  ScanInfo info_;
-  PoseEstimate pose_;
-  bool pose_known_ = false;
   ServerStatus status_;
   std::string bus_error_;  ///< why the bus delivers nothing; empty: it works
   std::map<std::string, std::pair<OperatorStatus, WallTime>> operators_;
-  std::optional<Joints> joints_;
-  std::optional<HazardReading> hazard_;
   std::uint64_t model_version_ = 0;
-  bool score_changed_ = false, operators_changed_ = false, injection_changed_ = false, pose_changed_ = false;
+  bool operators_changed_ = false;
   WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< due times of periodic work
   std::string sent_control_;
 };

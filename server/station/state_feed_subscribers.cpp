@@ -60,17 +60,30 @@ void StateFeed::greet(Subscriber& subscriber) {
   if (table_.number() != 0 && !table_.parts().empty()) send(entities());
   const std::vector<Event> events(events_.begin(), events_.end());
   send(events_json(events, start()));
-  send(score_json(board_, start(), now()), send_slot::kScore);
-  send(status_text(), send_slot::kStatus);
-  if (pose_known_) send(pose_json(pose_), send_slot::kPose);
-  if (info_.stamp.ns != 0) send(injection_json(info_), send_slot::kInjection);
+  greet_about_robot(subscriber);
+  if (robots_.size() > 1) send(robots_text(), send_slot::kRobots);
   send(control_json(control()), send_slot::kControl);
   subscriber.world_due = {};
   send_operators();
 }
 
+void StateFeed::greet_about_robot(const Subscriber& subscriber) {
+  const RobotFeed& robot = robots_[subscriber.robot];
+  const auto send = [&](std::string text, int slot) {
+    subscriber.client->send(shared_text(std::move(text)), false, slot);
+  };
+  send(score_json(robot.board, start(), now()), send_slot::kScore);
+  send(status_text(robot), send_slot::kStatus);
+  if (robot.pose_known) send(pose_json(robot.pose), send_slot::kPose);
+  if (robot.info.stamp.ns != 0) send(injection_json(robot.info), send_slot::kInjection);
+}
+
 void StateFeed::subscribe(std::uint64_t client, const Subscription& wanted) {
-  if (Subscriber* subscriber = subscribers_.find(client)) subscriber->wants = wanted;
+  Subscriber* subscriber = subscribers_.find(client);
+  if (subscriber == nullptr) return;
+  subscriber->wants = wanted;
+  const std::size_t robot = configuration_->find_robot(wanted.robot).value_or(0);
+  if (std::exchange(subscriber->robot, robot) != robot) greet_about_robot(*subscriber);
 }
 
 std::string StateFeed::hello(const Identity& who) const {
@@ -89,11 +102,21 @@ std::string StateFeed::entities() const {
       });
 }
 
-std::string StateFeed::status_text() const {
+std::string StateFeed::robots_text() const {
+  std::vector<RobotLine> lines;
+  for (const RobotFeed& robot : robots_) {
+    lines.push_back({robot.name, robot.pose_known && robot.pose.state == SlamState::tracking,
+                     robot.info.stamp.ns != 0 && robot.info.live, robot.info.reason, std::nullopt});
+    if (robot.board.graded()) lines.back().score = robot.board.score();
+  }
+  return robots_json(lines);
+}
+
+std::string StateFeed::status_text(const RobotFeed& robot) const {
   ServerStatus shown = status_;
   if (!bus_error_.empty())
     shown.notes.emplace_back("bus", "the base station receives nothing: " + bus_error_);
-  return status_json(shown, sensors_.states(options_.clock()));
+  return status_json(shown, robot.sensors.states(options_.clock()));
 }
 
 ControlState StateFeed::control() const {
@@ -120,9 +143,12 @@ void StateFeed::send_world(WallTime now) {
   const auto wants_scans = [](const Subscriber& subscriber) { return !subscriber.wants.agent_scans.empty(); };
   if (std::any_of(all.begin(), all.end(), wants_scans)) agents_.take(world_);
   const double seconds_in = t(SimulationTime{world_.stamp.ns});
-  const SharedText frame = shared_text(table_.frame(world_, seconds_in, info_.stamp.ns != 0 && !info_.live));
+  SharedText frames[2];  // by whether injection is suspended
   for (Subscriber& subscriber : all) {
     if (now < subscriber.world_due) continue;
+    const bool suspended = robots_[subscriber.robot].injection_suspended();
+    SharedText& frame = frames[suspended ? 1 : 0];
+    if (!frame) frame = shared_text(table_.frame(world_, seconds_in, suspended));
     // A little early, so that worlds at exactly this rate are all sent.
     subscriber.world_due = now + seconds(0.75 / subscriber.wants.world_hz);
     subscriber.client->send(frame, true, send_slot::kWorld);
@@ -175,13 +201,8 @@ void StateFeed::look(WallTime now) {
   if (!new_events_.empty()) subscribers_.send_to_all(events_json(std::exchange(new_events_, {}), start()));
   const bool second = due(second_, now, kSecondPeriod), half = due(half_, now, kHalfPeriod);
   if (std::exchange(operators_changed_, false)) send_operators();
-  if (std::exchange(score_changed_, false) || (second && board_.graded()))
-    subscribers_.send_to_all(score_json(board_, start(), this->now()), send_slot::kScore);
-  if (std::exchange(injection_changed_, false) || (half && info_.stamp.ns != 0))
-    subscribers_.send_to_all(injection_json(info_), send_slot::kInjection);
-  if (std::exchange(pose_changed_, false) || (half && pose_known_))
-    subscribers_.send_to_all(pose_json(pose_), send_slot::kPose);
-  if (second) subscribers_.send_to_all(status_text(), send_slot::kStatus);
+  for (std::size_t i = 0; i < robots_.size(); ++i) look_at_robot(i, second, half);
+  if (half && robots_.size() > 1) subscribers_.send_to_all(robots_text(), send_slot::kRobots);
   ControlState state = control();
   const std::string text = control_json(state);
   state.position = 0;
@@ -190,13 +211,30 @@ void StateFeed::look(WallTime now) {
   sent_control_ = std::move(without_position);
   if (!due(quarter_, now, kQuarterPeriod)) return;
   send_plans();
-  if (joints_)
-    subscribers_.send_to_all(joints_json(configuration_->robot.name, *joints_), send_slot::kJoints);
-  if (hazard_)
-    subscribers_.send_to_all(hazard_json(*hazard_, t(sensors_.to_server(hazard_->stamp))),
-                             send_slot::kHazard);
-  joints_.reset();
-  hazard_.reset();
+  for (std::size_t i = 0; i < robots_.size(); ++i) send_readings(i);
+}
+
+void StateFeed::look_at_robot(std::size_t index, bool second, bool half) {
+  RobotFeed& robot = robots_[index];
+  if (std::exchange(robot.score_changed, false) || (second && robot.board.graded()))
+    subscribers_.send_to_robot(index, score_json(robot.board, start(), now()), send_slot::kScore);
+  if (std::exchange(robot.injection_changed, false) || (half && robot.info.stamp.ns != 0))
+    subscribers_.send_to_robot(index, injection_json(robot.info), send_slot::kInjection);
+  if (std::exchange(robot.pose_changed, false) || (half && robot.pose_known))
+    subscribers_.send_to_robot(index, pose_json(robot.pose), send_slot::kPose);
+  if (second) subscribers_.send_to_robot(index, status_text(robot), send_slot::kStatus);
+}
+
+void StateFeed::send_readings(std::size_t index) {
+  RobotFeed& robot = robots_[index];
+  if (robot.joints)
+    subscribers_.send_to_robot(index, joints_json(robot.name, *robot.joints), send_slot::kJoints);
+  if (robot.hazard)
+    subscribers_.send_to_robot(index,
+                               hazard_json(*robot.hazard, t(robot.sensors.to_server(robot.hazard->stamp))),
+                               send_slot::kHazard);
+  robot.joints.reset();
+  robot.hazard.reset();
 }
 
 }  // namespace parhelion::station

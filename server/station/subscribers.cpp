@@ -26,4 +26,10 @@ void Subscribers::send_to_all(std::string text, int slot) const {
   for (const Subscriber& subscriber : subscribers_) subscriber.client->send(shared, false, slot);
 }
 
+void Subscribers::send_to_robot(std::size_t robot, std::string text, int slot) const {
+  const SharedText shared = shared_text(std::move(text));
+  for (const Subscriber& subscriber : subscribers_)
+    if (subscriber.robot == robot) subscriber.client->send(shared, false, slot);
+}
+
 }  // namespace parhelion::station

@@ -28,8 +28,7 @@ struct TeleopOptions {
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
   std::string emergency_stops = channel::kMrEmergencyStop;  ///< channel on the bus
-  std::string robot = {};  ///< the trainee's, which others may also stop and release; empty:
-                           ///< none
+  std::vector<std::string> robots = {};          ///< the trainees', which others may also stop and release
   std::vector<EmergencyStop> active_stops = {};  ///< active at the start: of an earlier server process
 };
 
@@ -92,7 +91,8 @@ class TeleopService {
   void reply_to_ping(TeleopClient& teleop_client, const TeleopRequest& request);
   std::vector<std::string> names_to_stop(const std::string& robot) const;
   Status stop_locked(const std::string& robot, const std::string& by);
-  void apply_emergency_stop(const EmergencyStopCommand& command);
+  void apply_emergency_stop(const std::string& robot, bool stop);
+  bool is_trainees(const std::string& robot) const;
   Status send_stop(const TeleopRobot& robot);
   Status send_stop_request(const std::string& robot, StopRequest& request);
   void repeat_stop_requests(WallTime now);

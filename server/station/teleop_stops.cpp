@@ -1,5 +1,7 @@
 // The emergency stop of TeleopService: active until it is reset, and requested from the server until it
 // replies.
+#include <algorithm>
+
 #include "protocols/codec.hpp"
 #include "protocols/driving_timing.hpp"
 #include "server/station/teleop_service.hpp"
@@ -15,7 +17,7 @@ constexpr const char* kElsewhere = "another console";
 
 void TeleopService::handle(const EmergencyStopCommand& command) {
   const std::lock_guard lock(mutex_);
-  if (options_.robot.empty() || (!command.robot.empty() && command.robot != options_.robot)) return;
+  if (options_.robots.empty() || (!command.robot.empty() && !is_trainees(command.robot))) return;
   if (own_requests_.contains(command.request)) return;
   if (requests_of_others_.size() >= kMaxUnanswered) requests_of_others_.clear();  // the server does not reply
   requests_of_others_[command.request] = command;
@@ -28,14 +30,15 @@ void TeleopService::handle(const Event& event) {
     request.answered = request.answered || request.number == event.request;
   const auto other = requests_of_others_.find(event.request);
   if (other == requests_of_others_.end()) return;
-  apply_emergency_stop(other->second);
+  for (const std::string& robot : options_.robots) {
+    if (other->second.robot.empty() || other->second.robot == robot)
+      apply_emergency_stop(robot, other->second.engaged);
+  }
   requests_of_others_.erase(other);
 }
 
 /// The server has stopped or released the robot at somebody else's request: follow it here.
-void TeleopService::apply_emergency_stop(const EmergencyStopCommand& command) {
-  const std::string& robot = options_.robot;
-  const bool stop = command.engaged;
+void TeleopService::apply_emergency_stop(const std::string& robot, bool stop) {
   if (stop == (stopped_by_.count(robot) > 0)) return;
   if (stop) {
     stopped_by_[robot] = kElsewhere;
@@ -108,11 +111,16 @@ Status TeleopService::stop_locked(const std::string& robot, const std::string& b
   return all;
 }
 
-/// The trainee's robot can be stopped before the first message of a server that has just started.
+bool TeleopService::is_trainees(const std::string& robot) const {
+  return std::find(options_.robots.begin(), options_.robots.end(), robot) != options_.robots.end();
+}
+
+/// The trainees' robots can be stopped before the first message of a server that has just started.
 std::vector<std::string> TeleopService::names_to_stop(const std::string& robot) const {
   std::vector<std::string> names;
   for (const TeleopRobot& each : robots_) names.push_back(each.driven.name);
-  if (!options_.robot.empty() && find(options_.robot) == nullptr) names.push_back(options_.robot);
+  for (const std::string& each : options_.robots)
+    if (find(each) == nullptr) names.push_back(each);
   if (!robot.empty()) std::erase_if(names, [&](const std::string& name) { return name != robot; });
   return names;
 }

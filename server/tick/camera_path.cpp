@@ -15,10 +15,12 @@ constexpr Duration kLongestWait = milliseconds(50);   // for the depth image of 
 
 /// Passed through the render thread like all images, so that no original overtakes an earlier image in
 /// rendering.
-Outputs::Frame original(Image image, std::uint64_t sequence, const std::string& reason) {
+Outputs::Frame original(const TickContext& context, Image image, std::uint64_t sequence,
+                        const std::string& reason) {
   Outputs::Frame frame;
   frame.job.image = std::move(image);
-  frame.sequence = sequence;
+  frame.sequence = record_number(context.robot_index, sequence);
+  frame.robot = context.robot_index;
   frame.reason = reason;
   return frame;
 }
@@ -54,11 +56,10 @@ bool has_recent_scan(const ScanState& scan, SensorTime t) {
 /// Leaves out agents that are withheld from the scans. Without a recent scan, and beyond the laser's range,
 /// those whose position in the image is too uncertain. Otherwise an agent in sight would flicker between
 /// scans.
-void leave_out_uncertain(const Configuration& configuration, const pose::PoseAtInstant& pose, SensorTime t,
+void leave_out_uncertain(const TickContext& context, const pose::PoseAtInstant& pose, SensorTime t,
                          const CameraPath& path, WorldSnapshot& world) {
-  const double followed = has_recent_scan(path.scan, t)
-                              ? static_cast<double>(configuration.robot.laser->convention.range_max)
-                              : 0;
+  const double followed =
+      has_recent_scan(path.scan, t) ? static_cast<double>(context.robot().laser->convention.range_max) : 0;
   std::vector<BodyState>& bodies = world.bodies;
   std::vector<const BodyDefinition*> definitions;
   for_each_body(world, [&](const BodyDefinition& body, const BodyState&) { definitions.push_back(&body); });
@@ -75,8 +76,8 @@ void leave_out_uncertain(const Configuration& configuration, const pose::PoseAtI
     const bool shown =
         !definitions[begin]->injectable ||
         (nearest <= followed ? path.gate.shows(entity)
-                             : path.gate.admit(entity, worst, world.stamp, configuration.scenario.injection,
-                                               path.simulation));
+                             : path.gate.admit(entity, worst, world.stamp,
+                                               context.configuration.scenario.injection, path.simulation));
     for (std::size_t i = begin; shown && i < end; ++i) bodies[kept++] = bodies[i];
   }
   bodies.resize(kept);
@@ -125,13 +126,13 @@ void show_at_their_rows(const CameraDescription& camera, const CameraPath& path,
 }
 
 /// Creates the render job for the image.
-Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiting, const CameraPath& path) {
+Outputs::Frame make_frame(const TickContext& context, WaitingImage waiting, const CameraPath& path) {
   render::RenderJob job;
   job.image = std::move(waiting.image);
   const auto unchanged = [&](const std::string& reason) {
-    return original(std::move(job.image), waiting.sequence, reason);
+    return original(context, std::move(job.image), waiting.sequence, reason);
   };
-  job.camera = *configuration.robot.camera;
+  job.camera = *context.robot().camera;
   const SensorTime taken = job.image.stamp + seconds(job.camera.time_offset);
   pose::NoPose why{};
   const auto pose = robot_pose(path.pose, taken, &why);
@@ -140,12 +141,13 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
   if (!turn) return unchanged("camera head: " + turn.error().message);
   if (!path.simulation.at(path.pose.clock.to_server(taken), job.world))
     return unchanged("the world at the image's stamp is not known");
-  leave_out_uncertain(configuration, *pose, taken, path, job.world);
+  leave_out_uncertain(context, *pose, taken, path, job.world);
   job.T_map_optical = pose->T_map_base * *turn * job.camera.T_base_optical;
   show_at_their_rows(job.camera, path, taken, job);
   job.floor_z = 0;
-  add_occluders(configuration.robot, path, job);
-  return {std::move(job), waiting.sequence, path.site.model, "", {}, {}};
+  add_occluders(context.robot(), path, job);
+  const std::uint64_t number = record_number(context.robot_index, waiting.sequence);
+  return {std::move(job), number, path.site.model, "", {}, {}, context.robot_index};
 }
 
 /// The depth image of the image's own instant, or a later one, has arrived.
@@ -159,7 +161,7 @@ void answer_waiting_image(const TickContext& context, const CameraPath& path) {
   if (!path.camera.waiting) return;
   WaitingImage waiting = std::move(*path.camera.waiting);
   path.camera.waiting.reset();
-  context.outputs.add_frame(make_frame(context.configuration, std::move(waiting), path));
+  context.outputs.add_frame(make_frame(context, std::move(waiting), path));
 }
 
 void answer_overdue_image(const TickContext& context, const CameraPath& path) {
@@ -168,7 +170,7 @@ void answer_overdue_image(const TickContext& context, const CameraPath& path) {
 }
 
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path) {
-  const RobotDescription& robot = context.configuration.robot;
+  const RobotDescription& robot = context.robot();
   Image image;
   if (const Status read = decode(input.channel, input.payload, image); !read)
     return refuse(context, read.error());
@@ -176,7 +178,7 @@ void handle_image(const TickContext& context, const Message& input, const Camera
   const std::uint64_t sequence = ++path.camera.sequence;
   answer_waiting_image(context, path);
   const auto pass = [&](const std::string& reason) {
-    context.outputs.add_frame(original(std::move(image), sequence, reason));
+    context.outputs.add_frame(original(context, std::move(image), sequence, reason));
   };
   if (!robot.camera) return pass("the robot description has no camera calibration");
   if (!path.pose.clock.add(input.arrival, image.stamp)) return pass("the stamp is off the robot's clock");

@@ -104,9 +104,11 @@ Status check_names(const Configuration& configuration, const Condition& conditio
                    suggestion_or_known(condition.into, agents)};
   }
   if (Status known = check_event(configuration, condition, where); !known) return known;
-  if (condition.kind == Kind::inspect && !configuration.robot.camera)
-    return Error{where + ": robot '" + configuration.robot.name + "' has no camera to inspect '" +
-                 condition.target + "' with"};
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i) {
+    if (condition.kind == Kind::inspect && !configuration.robot_at(i).camera)
+      return Error{where + ": robot '" + configuration.robot_at(i).name + "' has no camera to inspect '" +
+                   condition.target + "' with"};
+  }
   for (const auto* list : {&condition.parts, &condition.never}) {
     for (const Condition& part : *list) {
       if (Status known = check_names(configuration, part, where); !known) return known;

@@ -12,6 +12,7 @@ namespace {
 /// The motion currently allowed by the newest TELEOP and its age.
 simulation::VirtualContactResult limit_now(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
+  const RobotDescription& robot = context.robot();
   const CommandState& command = path.command;
   simulation::VirtualContactInput input;
   input.teleop = command.teleop;
@@ -20,18 +21,18 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
   input.emergency_stop = command.emergency_stop;
   if (command.teleop && path.pose.at_this_step) {
     const Twist2& asked = command.teleop->twist;
-    const double scale = simulation::limits_scale(configuration.robot.limits, asked);
+    const double scale = simulation::limits_scale(robot.limits, asked);
     const Twist2 twist{scale * asked.vx, scale * asked.vy, scale * asked.wz};
-    const double lookahead =
-        simulation::contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
+    const double lookahead = simulation::contact_lookahead(configuration.scenario.contact, robot, twist);
     // A simulated robot is limited by the physics.
     if (simulates_trainee(configuration.scenario)) {
       input.clearance.distance = lookahead;
     } else {
-      input.clearance = path.simulation.clearance(path.pose.at_this_step->T_map_base, twist, lookahead);
+      input.clearance = path.simulation.clearance(path.pose.at_this_step->T_map_base, twist, lookahead,
+                                                  context.robot_index);
     }
   }
-  return simulation::limit(configuration.scenario.contact, configuration.robot, input, path.command.contact);
+  return simulation::limit(configuration.scenario.contact, robot, input, path.command.contact);
 }
 
 void report_speed_limit(const TickContext& context, simulation::SpeedLimitReason reason,
@@ -42,7 +43,7 @@ void report_speed_limit(const TickContext& context, simulation::SpeedLimitReason
   event.stamp = context.now;
   event.kind =
       reason == simulation::SpeedLimitReason::none ? EventKind::speed_limit_lifted : EventKind::speed_limited;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.pair = PairKind::real_virtual;
   event.text = to_string(reason);
   publish_event(context, event);
@@ -53,13 +54,13 @@ void send_command(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   const simulation::VirtualContactResult result = limit_now(context, path);
   path.command.last_command = context.now;
-  encode(result.command, context.outputs.add(configuration.channels.bus(channel::kMrCmd)));
+  encode(result.command, context.outputs.add(context.channel(channel::kMrCmd)));
   if (simulates_trainee(configuration.scenario))
-    path.simulation.teleop(configuration.robot.name, result.command.twist);
+    path.simulation.teleop(context.robot().name, result.command.twist);
   // Consoles are silent after a stop: not an event.
   const std::optional<TwistCommand>& teleop = path.command.teleop;
   const bool stopped = result.reason == simulation::SpeedLimitReason::silence &&
-                       (!teleop || simulation::footprint_speed(configuration.robot, teleop->twist) == 0);
+                       (!teleop || simulation::footprint_speed(context.robot(), teleop->twist) == 0);
   report_speed_limit(context, stopped ? simulation::SpeedLimitReason::none : result.reason, path.command);
 }
 
@@ -89,7 +90,7 @@ void publish_dead_man(const TickContext& context, EventKind kind, double value, 
   Event event;
   event.stamp = context.now;
   event.kind = kind;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.value = value;
   publish_event(context, event);
 }
@@ -98,7 +99,7 @@ void publish_dead_man(const TickContext& context, EventKind kind, double value, 
 void update_dead_man(const TickContext& context, ArrivalTime arrival, const Twist2& twist,
                      DeadMan& dead_man) {
   dead_man.received = arrival;
-  const double speed = simulation::footprint_speed(context.configuration.robot, twist);
+  const double speed = simulation::footprint_speed(context.robot(), twist);
   if (speed > 0) {
     dead_man.moved = arrival;
     dead_man.speed = speed;
@@ -126,11 +127,11 @@ bool radio_reaches_robot(const Configuration& configuration, const simulation::S
 void send_joint_command(const TickContext& context, const Joints& command, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   path.command.last_joint_command = context.now;
-  encode(command, context.outputs.add(configuration.channels.bus(channel::kMrJointCmd)));
-  const std::string& robot = configuration.robot.name;
+  encode(command, context.outputs.add(context.channel(channel::kMrJointCmd)));
+  const std::string& robot = context.robot().name;
   if (!simulates_trainee(configuration.scenario) || path.simulation.supply_of(robot).battery_empty) return;
   const Status done = path.simulation.joint_command(robot, command);
-  if (!done) refuse(context, {configuration.channels.bus(channel::kJointCmd) + ": " + done.error().message});
+  if (!done) refuse(context, {context.channel(channel::kJointCmd) + ": " + done.error().message});
 }
 
 bool moves_nothing(const Joints& command) {
@@ -181,8 +182,7 @@ void refuse_stale_command(const TickContext& context, Duration age) {
                    std::to_string(driving_timing::kCommandAge.ns / 1'000'000) + " ms: refused"});
 }
 
-void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path) {
-  if (robot != context.configuration.robot.name) return path.simulation.teleop(robot, {});
+void stop_robot(const TickContext& context, const CommandPath& path) {
   if (!path.command.teleop) return;  // never moved
   path.command.teleop = TwistCommand{{context.now.ns}, {}};
   path.command.teleop_arrival = ArrivalTime{context.now.ns};

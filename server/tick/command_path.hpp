@@ -59,8 +59,8 @@ void refuse_stale_command(const TickContext& context, Duration age);
 /// counts as released.
 void watch_silence(const TickContext& context, const CommandPath& path);
 /// Stops the robot until the next command.
-void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path);
-/// Stops the trainee's robot, or releases the stop. Joint commands are stopped as well, until they were
+void stop_robot(const TickContext& context, const CommandPath& path);
+/// Stops the robot, or releases the stop. Joint commands are stopped as well, until they were
 /// released.
 void set_emergency_stop(const TickContext& context, bool stopped, const CommandPath& path);
 

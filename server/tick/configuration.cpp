@@ -1,6 +1,12 @@
 #include "server/tick/configuration.hpp"
 
+#include <algorithm>
+#include <cassert>
+
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
+#include "protocols/scenario_robots.hpp"
+#include "server/tick/robot_descriptions.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -21,7 +27,7 @@ std::string file_name(const std::string& path) { return path.substr(path.rfind('
 }  // namespace
 
 ChannelMap::ChannelMap(const Scenario& scenario)
-    : renamed_(scenario.channels.begin(), scenario.channels.end()) {
+    : renamed_(scenario.channels.begin(), scenario.channels.end()), robots_(robots_in_channels(scenario)) {
   std::vector<std::pair<const char*, InputKind>> known = {
       {channel::kTeleop, InputKind::teleop},       {channel::kJointCmd, InputKind::joint_command},
       {channel::kOperators, InputKind::operators}, {channel::kLoop, InputKind::loop},
@@ -49,19 +55,41 @@ ChannelMap::ChannelMap(const Scenario& scenario)
   } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
     known.push_back({channel::kPoseCov, InputKind::pose_cov});
   }
-  for (const auto& [canonical, kind] : known) inputs_.push_back({canonical, kind, bus(canonical)});
-}
-
-std::string ChannelMap::bus(std::string_view canonical) const {
-  for (const auto& [name, renamed] : renamed_) {
-    if (name == canonical) return renamed;
+  const std::size_t robots = std::max<std::size_t>(1, robots_.size());
+  for (const auto& [canonical, kind] : known) {
+    const std::size_t count = is_robot_channel(canonical) ? robots : 1;
+    for (std::size_t robot = 0; robot < count; ++robot)
+      inputs_.push_back({canonical, kind, robot, bus(canonical, robot)});
   }
-  return std::string(canonical);
+  for (const char* canonical : robot_channels()) {
+    for (std::size_t robot = 0; robot < robots; ++robot)
+      of_robots_.push_back({canonical, robot, bus(canonical, robot)});
+  }
 }
 
-InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent) const {
+std::string ChannelMap::bus(std::string_view canonical, std::size_t robot) const {
+  const bool carries_name = !robots_.empty() && is_robot_channel(canonical);
+  std::string whole = carries_name ? robot_channel(canonical, robots_[robot]) : std::string(canonical);
+  for (const auto& [name, renamed] : renamed_) {
+    if (name == whole) return renamed;
+  }
+  return whole;
+}
+
+const std::string& ChannelMap::robots_bus(std::string_view canonical, std::size_t robot) const {
+  const auto found = std::find_if(of_robots_.begin(), of_robots_.end(), [&](const RobotsChannel& each) {
+    return each.robot == robot && each.canonical == canonical;
+  });
+  assert(found != of_robots_.end());
+  return found->bus;
+}
+
+InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent, std::size_t* robot) const {
+  if (robot != nullptr) *robot = 0;
   for (const Entry& entry : inputs_) {
-    if (entry.bus == bus_name) return entry.kind;
+    if (entry.bus != bus_name) continue;
+    if (robot != nullptr) *robot = entry.robot;
+    return entry.kind;
   }
   if (bus_name.starts_with(kTeleopPrefix) && bus_name.ends_with(kTeleopSuffix) &&
       bus_name.size() > kTeleopPrefix.size() + kTeleopSuffix.size()) {
@@ -88,9 +116,18 @@ std::vector<std::string> ChannelMap::inputs() const {
   return names;
 }
 
+std::optional<std::size_t> Configuration::find_robot(std::string_view name) const {
+  for (std::size_t i = 0; i < robot_count(); ++i) {
+    if (robot_at(i).name == name) return i;
+  }
+  return std::nullopt;
+}
+
 Status check_level(const Scenario& scenario) {
   const std::string who = "scenario '" + scenario.name + "': level " + std::to_string(scenario.level) + " ";
   if (!simulates_trainee(scenario)) {
+    if (scenario.robots.size() > 1 && scenario.mapping)
+      return Error{who + "maps with one robot: remove 'mapping', or all but one of the 'robots'"};
     if (!scenario.trainee) return {};
     return Error{who +
                  "has a real robot: 'trainee' is for levels 1 and 2; remove it, or make what the trainee "
@@ -101,6 +138,9 @@ Status check_level(const Scenario& scenario) {
                  "needs the trainee's robot, which is simulated; add 'trainee: {model: rover, pose: {x: 0 "
                  "m, y: 0 m}}'"};
   }
+  if (!scenario.robots.empty())
+    return Error{who +
+                 "simulates one robot, that of 'trainee': 'robots' are real ones, for level 3; remove it"};
   if (!scenario.robot.empty())
     return Error{who + "simulates the robot model given in 'trainee'; remove 'robot'"};
   if (scenario.pose)
@@ -158,9 +198,23 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
   return configuration;
 }
 
+Result<Configuration> configure_robots(const Scenario& scenario, std::vector<RobotDescription> robots,
+                                       const SemanticModel& model, RobotModels robot_models,
+                                       std::shared_ptr<const pose::MatchingMap> map) {
+  if (const Status named = name_robots(scenario, robots); !named) return named.error();
+  auto configuration = configure(scenario, robots.front(), model, std::move(robot_models), std::move(map));
+  if (!configuration) return configuration;
+  for (std::size_t i = 1; i < robots.size(); ++i) {
+    if (const Status usable = check_robot(robots[i]); !usable) return usable.error();
+    configuration->other_robots.push_back(std::move(robots[i]));
+  }
+  return configuration;
+}
+
 std::vector<std::string> known_names(const Configuration& configuration) {
   const Scenario& scenario = configuration.scenario;
   std::vector<std::string> names{kTrainee, configuration.robot.name};
+  for (const RobotDescription& robot : configuration.other_robots) names.push_back(robot.name);
   if (scenario.trainee) names.push_back(scenario.trainee->name);
   for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
   for (const Zone& zone : scenario.zones) names.push_back(zone.name);
@@ -175,10 +229,15 @@ std::vector<std::string> known_names(const Configuration& configuration) {
   return names;
 }
 
-std::string graded_robot(const Configuration& configuration) {
+std::vector<std::string> graded_robots(const Configuration& configuration) {
   const auto& training = configuration.scenario.training;
-  return !training || training->robot.empty() ? configuration.robot.name : training->robot;
+  if (training && !training->robot.empty()) return {training->robot};
+  std::vector<std::string> names{configuration.robot.name};
+  for (const RobotDescription& robot : configuration.other_robots) names.push_back(robot.name);
+  return names;
 }
+
+std::string graded_robot(const Configuration& configuration) { return graded_robots(configuration).front(); }
 
 SessionHeader session_header(const Configuration& configuration, SensorTime start) {
   // Model and robot are embedded: only their file names are kept, so that no local folder is revealed.
@@ -186,11 +245,12 @@ SessionHeader session_header(const Configuration& configuration, SensorTime star
   scenario.model = file_name(scenario.model);
   scenario.map = file_name(scenario.map);
   scenario.robot = file_name(scenario.robot);
+  for (ScenarioRobot& robot : scenario.robots) robot.description = file_name(robot.description);
   SessionHeader header;
   header.stamp = start;
   header.scenario_yaml = to_yaml(scenario);
   header.model_yaml = to_yaml(configuration.model);
-  header.robot_yaml = to_yaml(configuration.robot);
+  header.robot_yaml = to_yaml_documents(configuration);
   if (configuration.map) header.map = configuration.map->packed;
   header.seed = configuration.scenario.seed;
   header.version = version_text();
@@ -203,8 +263,8 @@ SessionHeader session_header(const Configuration& configuration, SensorTime star
 Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin) {
   const auto scenario = parse_scenario(header.scenario_yaml, origin + " (MR_SESSION scenario)");
   if (!scenario) return scenario.error();
-  const auto robot = parse_robot_description(header.robot_yaml, origin + " (MR_SESSION robot)");
-  if (!robot) return robot.error();
+  auto robots = parse_robot_descriptions(header.robot_yaml, origin + " (MR_SESSION robot)");
+  if (!robots) return robots.error();
   const auto model = parse_model(header.model_yaml, origin + " (MR_SESSION model)");
   if (!model) return model.error();
   RobotModels robot_models;
@@ -220,7 +280,7 @@ Result<Configuration> configuration_from(const SessionHeader& header, const std:
     if (!unpacked) return unpacked.error();
     map = std::make_shared<const pose::MatchingMap>(std::move(*unpacked));
   }
-  return configure(*scenario, *robot, *model, std::move(robot_models), std::move(map));
+  return configure_robots(*scenario, std::move(*robots), *model, std::move(robot_models), std::move(map));
 }
 
 std::string version_text() {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,15 +41,19 @@ enum class InputKind : std::uint8_t {
   operators,  ///< which operator drives which robot
 };
 
-/// Maps canonical channel names to those on the bus, and back.
+/// Maps canonical channel names to those on the bus, and back. Of several robots each has its own channels; a
+/// robot is given by its index in the session, and canonical names are bare.
 class ChannelMap {
  public:
   explicit ChannelMap(const Scenario& scenario);
-  /// Name on the bus.
-  std::string bus(std::string_view canonical) const;
+  /// Name on the bus. `robot`: counts for channels of which each robot has its own.
+  std::string bus(std::string_view canonical, std::size_t robot = 0) const;
+  /// The same for a channel of which each robot has its own, without allocation; valid as long as this.
+  const std::string& robots_bus(std::string_view canonical, std::size_t robot) const;
   /// The kind of a message on this bus channel; for agent_teleop, `agent` is the name between MR_AGENT_ and
-  /// _TELEOP.
-  InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr) const;
+  /// _TELEOP; `robot`: the one whose channel it is, 0 for the session's channels.
+  InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr,
+                 std::size_t* robot = nullptr) const;
   /// Canonical name of the input on this bus channel; empty: not an input, or an agent's.
   std::string_view canonical(std::string_view bus_name) const;
   /// Bus names to subscribe to; the last is a pattern (agents' teleop).
@@ -58,21 +63,39 @@ class ChannelMap {
   struct Entry {
     const char* canonical;
     InputKind kind;
+    std::size_t robot;
+    std::string bus;
+  };
+  struct RobotsChannel {
+    std::string_view canonical;  ///< a constant of protocols/channels.hpp
+    std::size_t robot;
     std::string bus;
   };
   std::vector<Entry> inputs_;
+  std::vector<RobotsChannel> of_robots_;
   std::vector<std::pair<std::string, std::string>> renamed_;
+  std::vector<std::string> robots_;  ///< names in channels; empty: there is one robot
 };
 
 using RobotModels = std::vector<std::shared_ptr<const simulation::RobotModel>>;
 
 struct Configuration {
   Scenario scenario;
-  RobotDescription robot;  ///< at levels 1 and 2 the trainee's robot model, with the trainee's name
+  /// The first robot, of most sessions the only one; at levels 1 and 2 the trainee's robot model, with the
+  /// trainee's name.
+  RobotDescription robot;
   SemanticModel model;
   ChannelMap channels{Scenario{}};
   RobotModels robot_models;  ///< those that AgentDefinition::model and Trainee::model name
   std::shared_ptr<const pose::MatchingMap> map = nullptr;  ///< null: scans are not matched
+  std::vector<RobotDescription> other_robots = {};         ///< Scenario::robots after the first
+
+  std::size_t robot_count() const { return 1 + other_robots.size(); }
+  const RobotDescription& robot_at(std::size_t index) const {
+    return index == 0 ? robot : other_robots[index - 1];
+  }
+  /// The index of the robot of this name; nullopt: an agent's name, or none.
+  std::optional<std::size_t> find_robot(std::string_view name) const;
 };
 
 /// Levels 1 and 2: the trainee's robot is simulated, and its sensors are outputs.
@@ -91,7 +114,16 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
                                 const SemanticModel& model, RobotModels robot_models = {},
                                 std::shared_ptr<const pose::MatchingMap> map = nullptr);
 
-/// Name of the robot that is graded; without a training the trainee's.
+/// The same for all robots of the scenario, in its order. Their names in the scenario replace those of the
+/// descriptions.
+Result<Configuration> configure_robots(const Scenario& scenario, std::vector<RobotDescription> robots,
+                                       const SemanticModel& model, RobotModels robot_models = {},
+                                       std::shared_ptr<const pose::MatchingMap> map = nullptr);
+
+/// Names of the robots that are graded, each by itself: the one that the training names, or all of the
+/// session; without a training those that would be.
+std::vector<std::string> graded_robots(const Configuration& configuration);
+/// The first of them.
 std::string graded_robot(const Configuration& configuration);
 
 /// All names that an event can refer to, except joints, operators and channels.

@@ -14,9 +14,10 @@ constexpr double kStill = 0.01;               // rad: smaller changes are noise 
 constexpr double kLeap = 0.35;     // rad: a larger jump must appear in two scans, as people walk past
 constexpr double kMaxError = 0.1;  // m: with a worse pose, doors are not measured
 
-void observe(TrackedDoor& tracked, const scan::LeafFitResult& fit, SimulationTime now,
+void observe(const TickContext& context, TrackedDoor& tracked, const scan::LeafFitResult& fit,
              simulation::Simulation& simulation) {
-  const std::optional<double> before = std::exchange(tracked.newest, fit.angle);
+  const SimulationTime now = context.now;
+  const std::optional<double> before = std::exchange(tracked.newest[context.robot_index], fit.angle);
   const auto is_near = [&](const std::optional<double>& angle) {
     return angle && std::abs(*angle - *fit.angle) < kLeap;
   };
@@ -44,7 +45,8 @@ void find_real_doors(const Configuration& configuration, const SemanticModel& mo
                                    [&](const ModelEntity& entity) { return entity.name == stands.name; });
     if (stands.dynamic || door == model.entities.end()) continue;
     TrackedDoor& tracked =
-        tracker.doors.emplace_back(TrackedDoor{*door, hinge_of(*door), {}, std::nullopt, {}, std::nullopt});
+        tracker.doors.emplace_back(TrackedDoor{*door, hinge_of(*door), {}, std::nullopt, {}, {}});
+    tracked.newest.resize(configuration.robot_count());
     tracked.walls = scan::walls_beside(*door, tracked.hinge, model);
     for (const TrackedDoor& before : old) {
       if (before.door.name != stands.name || !before.angle) continue;
@@ -60,13 +62,13 @@ void update_door_angles(const TickContext& context, const PlacedScan& placed, Do
   if (tracker.doors.empty()) return;
   const bool usable = placed.sigma <= kMaxError;
   if (usable) {
-    const LaserDescription& laser = *context.configuration.robot.laser;
+    const LaserDescription& laser = *context.robot().laser;
     tracker.fit.set_scan(placed.real, laser, placed.laser, placed.beam_time, placed.sigma);
   }
   for (TrackedDoor& door : tracker.doors)
-    observe(door,
+    observe(context, door,
             usable ? tracker.fit.find(door.door, door.hinge, door.angle, door.walls) : scan::LeafFitResult{},
-            context.now, simulation);
+            simulation);
 }
 
 }  // namespace parhelion::tick

@@ -19,9 +19,10 @@ struct TrackedDoor {
   ModelEntity door;
   Hinge hinge;
   std::vector<scan::WallBeside> walls;
-  std::optional<double> angle;   ///< rad, at the hinge, as last measured
-  SimulationTime seen;           ///< arrival of that scan
-  std::optional<double> newest;  ///< rad, from the newest scan, where that alone shows it
+  std::optional<double> angle;  ///< rad, at the hinge, as last measured
+  SimulationTime seen;          ///< arrival of that scan
+  std::vector<std::optional<double>>
+      newest;  ///< rad, by robot: from its newest scan, where that alone shows it
 };
 
 struct DoorTracker {

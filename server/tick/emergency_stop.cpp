@@ -12,10 +12,11 @@ bool stops_robot(const Configuration& configuration, const Message& message) {
          is_for_trainee(configuration, command);
 }
 
-Message emergency_stop_message(const Configuration& configuration, ArrivalTime now) {
+Message emergency_stop_message(const Configuration& configuration, const std::string& robot,
+                               ArrivalTime now) {
   EmergencyStopCommand command;
   command.stamp = {now.ns};
-  command.robot = configuration.robot.name;
+  command.robot = robot;
   Message message{configuration.channels.bus(channel::kMrEmergencyStop), now, {}};
   encode(command, message.payload);
   return message;

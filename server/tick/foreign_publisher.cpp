@@ -13,7 +13,9 @@ constexpr auto kFaults = static_cast<std::int64_t>(kSignatureFaults);
 /// Inputs, then outputs, by their names on the bus.
 std::vector<std::string> reported_channels(const Configuration& configuration) {
   std::vector<std::string> names = configuration.channels.inputs();
-  for (const std::string& own : own_channels()) names.push_back(configuration.channels.bus(own));
+  for (std::size_t robot = 0; robot < configuration.robot_count(); ++robot) {
+    for (const std::string& own : own_channels()) names.push_back(configuration.channels.bus(own, robot));
+  }
   return names;
 }
 
@@ -21,7 +23,7 @@ void publish(const TickContext& context, const std::string& channel, std::string
   Event event;
   event.stamp = context.now;
   event.kind = EventKind::foreign_publisher;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.object = channel;
   event.text = std::move(text);
   publish_event(context, event);
@@ -50,10 +52,15 @@ std::int64_t refused_message_count(const Configuration& configuration, Signature
 
 void report_foreign_message(const TickContext& context, std::int64_t channel) {
   const auto& names = own_channels();
-  if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
-  const std::string name = context.configuration.channels.bus(names[static_cast<std::size_t>(channel)]);
+  const auto count = static_cast<std::int64_t>(names.size());
+  if (channel < 0 || channel / count >= static_cast<std::int64_t>(context.configuration.robot_count()))
+    return;
+  const auto robot = static_cast<std::size_t>(channel / count);
+  channel %= count;
+  const std::string name =
+      context.configuration.channels.bus(names[static_cast<std::size_t>(channel)], robot);
   if (channel == status_channel_index()) return publish(context, name, kOtherServerText);
-  publish(context, name,
+  publish(context.of_robot(robot), name,
           "another publisher uses " + name +
               (channel < status_channel_index()
                    ? ", a channel of the simulated robot's sensors; its messages are ignored"

@@ -24,7 +24,8 @@ inline constexpr const char* kOtherServerText =
 std::int64_t refused_message_count(const Configuration& configuration, SignatureFault fault,
                                    std::string_view channel);
 
-/// Another publisher sends on a channel of the server's; `channel` is an index in own_channels().
+/// Another publisher sends on a channel of the server's; `channel` is an index in own_channels(), plus their
+/// number for each robot before the one whose channel it is.
 void report_foreign_message(const TickContext& context, std::int64_t channel);
 /// `count`: of refused_message_count().
 void report_refused_message(const TickContext& context, std::int64_t count);

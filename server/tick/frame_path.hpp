@@ -15,7 +15,8 @@ namespace parhelion::tick {
 /// Result for one image. Without EGL it is the original with the reason; for a simulated camera an image
 /// without bytes.
 struct FrameAnswer {
-  std::string agent;  ///< owner of the camera; empty: the trainee's robot
+  std::string agent;  ///< owner of the camera; empty: the robot of this index
+  std::size_t robot = 0;
   std::uint64_t sequence = 0;
   bool simulated = false;  ///< an image of a simulated camera, which already shows all bodies
   render::RenderAnswer answer;

@@ -14,10 +14,14 @@ namespace parhelion::tick {
 
 /// Exists for a scenario with a training.
 struct LiveGrading {
-  training::Grader grader;
-  Event event;         ///< scratch
-  WorldMessage world;  ///< scratch
+  std::vector<training::Grader> graders;  ///< one for each of graded_robots()
+  Event event;                            ///< scratch
+  WorldMessage world;                     ///< scratch
 };
+
+/// A grader for each of graded_robots(), in that order. The scenario has a training. The configuration must
+/// outlive the result.
+std::vector<training::Grader> make_graders(const Configuration& configuration, SimulationTime begin);
 
 /// Null: nothing is graded. The configuration must outlive the result.
 std::unique_ptr<LiveGrading> make_grading(const Configuration& configuration, ArrivalTime start);

@@ -25,21 +25,22 @@ bool InjectionGate::admit(const std::string& agent, double error, SimulationTime
     }
     hidden_.push_back({agent, std::nullopt});
     changes_.push_back({agent, false});
-    simulation.show(agent, simulation::AgentShown::withheld);
+    simulation.show(agent, simulation::AgentShown::withheld, robot_);
     return false;
   }
   if (!hidden->returning) {
     if (error <= limits.restore * limits.max_error) hidden->returning = simulation.now();
   } else if (!good) {
     hidden->returning.reset();
-  } else if (first > *hidden->returning && simulation.clear_of_real(agent)) {
+  } else if (first > *hidden->returning && simulation.clear_of_real(agent, robot_)) {
     hidden_.erase(hidden);
     changes_.push_back({agent, true});
-    simulation.show(agent, simulation::AgentShown::shown);
+    simulation.show(agent, simulation::AgentShown::shown, robot_);
     return true;
   }
   simulation.show(agent,
-                  hidden->returning ? simulation::AgentShown::returning : simulation::AgentShown::withheld);
+                  hidden->returning ? simulation::AgentShown::returning : simulation::AgentShown::withheld,
+                  robot_);
   return false;
 }
 

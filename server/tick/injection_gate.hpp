@@ -16,6 +16,9 @@ namespace parhelion::tick {
 /// stopping distance, and later measurements show it.
 class InjectionGate {
  public:
+  /// `robot`: the index of the robot whose sensors it is about.
+  explicit InjectionGate(std::size_t robot = 0) : robot_(robot) {}
+
   /// `error`: m, the predicted error of a return from the agent (or from a drawn wall), the maximum over its
   /// bodies. `first`: the measurement's first instant, on the simulation's clock. Updates the simulation.
   bool admit(const std::string& agent, double error, SimulationTime first, const InjectionLimits& limits,
@@ -37,6 +40,7 @@ class InjectionGate {
     std::string agent;
     std::optional<SimulationTime> returning;  ///< start of the return; none: withheld
   };
+  std::size_t robot_;
   std::vector<Hidden> hidden_;
   std::vector<Change> changes_;
 };

@@ -14,7 +14,7 @@ void publish_injection_event(const TickContext& context, const std::string& reas
   Event event;
   event.stamp = context.now;
   event.kind = live ? EventKind::injection_active : EventKind::injection_suspended;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.text = reason;
   publish_event(context, event);
 }
@@ -24,7 +24,7 @@ void report_gate_changes(const TickContext& context, InjectionGate& gate) {
     Event event;
     event.stamp = context.now;
     event.kind = change.shown ? EventKind::agent_shown : EventKind::agent_hidden;
-    event.subject = context.configuration.robot.name;
+    event.subject = context.robot().name;
     event.object = change.agent;
     publish_event(context, event);
   }
@@ -45,7 +45,7 @@ void watch_injection(const TickContext& context, InjectionState& injection) {
   report_gate_changes(context, injection.gate);
   if (simulates_trainee(context.configuration.scenario) || context.now - injection.last_scan < kScanSilence)
     return;
-  const bool none_yet = context.tally.scans_in == 0;
+  const bool none_yet = injection.last_scan == SimulationTime{};
   publish_injection_event(context, none_yet ? "no scan yet" : "no scan for 0.5 s", injection);
 }
 

@@ -29,7 +29,7 @@ void handle_object_report(const TickContext& context, const ObjectReport& report
   Event event;
   event.stamp = context.now;
   event.kind = EventKind::object_reported;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.object = report.object;
   event.request = report.request;
   event.value = report_error(context.configuration, report, path);
@@ -41,9 +41,9 @@ void handle_object_report(const TickContext& context, const ObjectReport& report
 Status set_camera_rate(const TickContext& context, const CameraRate& command, const AgentPath& path) {
   const Configuration& configuration = context.configuration;
   const std::string& name = command.agent;
-  if (name == configuration.robot.name)
+  if (const auto robot = configuration.find_robot(name))
     return Error{"'" + name + "' is the trainee's robot: its camera's pictures are " +
-                 configuration.channels.bus(channel::kMrCamera)};
+                 configuration.channels.bus(channel::kMrCamera, *robot)};
   const AgentDefinition* known = path.simulation.find_agent(name);
   if (known == nullptr) return Error{"no agent is called '" + name + "'"};
   AgentDefinition agent = *known;
@@ -51,21 +51,21 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
   return set_agent_camera(configuration, agent, path.simulation.now(), path.cameras);
 }
 
-/// The trainee's robot, simulated or real, as an obstacle for placement; none where the command moves this
+/// The trainees' robots, simulated or real, as obstacles for placement; none where the command moves this
 /// robot itself.
-std::optional<simulation::RealRobotState> robot_to_avoid(const Configuration& configuration,
-                                                         const AgentCommand& command, const AgentPath& path) {
-  if (!simulates_trainee(configuration.scenario)) return path.pose.at_this_step;
+RealRobots robots_to_avoid(const Configuration& configuration, const AgentCommand& command,
+                           const AgentPath& path) {
+  if (!simulates_trainee(configuration.scenario)) return path.real;
   const auto* move = std::get_if<AgentMove>(&command);
-  if (move != nullptr && move->agent == configuration.robot.name) return std::nullopt;
-  return trainee_state(configuration, path.simulation);
+  if (move != nullptr && move->agent == configuration.robot.name) return {std::nullopt};
+  return {trainee_state(configuration, path.simulation)};
 }
 
 /// The trainee's robot is stopped and released by its own commands. If simulated, it can be unfrozen after a
 /// freeze of all.
 Status check_freeze(const Configuration& configuration, const AgentCommand& command) {
   const auto* freeze = std::get_if<AgentFreeze>(&command);
-  if (freeze == nullptr || freeze->all || freeze->agent != configuration.robot.name) return {};
+  if (freeze == nullptr || freeze->all || !configuration.find_robot(freeze->agent)) return {};
   if (!freeze->frozen && simulates_trainee(configuration.scenario)) return {};
   return Error{"'" + freeze->agent + "' is the trainee's robot: it is stopped and released by " +
                configuration.channels.bus(channel::kMrEmergencyStop)};
@@ -96,7 +96,10 @@ struct CommandHandler {
   Status operator()(const ScriptStart& command) { return path.scripts.set_off(command.script, context.now); }
   Status operator()(const EmergencyStopCommand& command) {
     if (is_for_trainee(context.configuration, command)) {
-      set_emergency_stop(context, command.engaged, path.robot);
+      for (std::size_t i = 0; i < path.robots.size(); ++i) {
+        if (command.robot.empty() || command.robot == context.configuration.robot_at(i).name)
+          set_emergency_stop(context.of_robot(i), command.engaged, path.robots[i]);
+      }
       return {};
     }
     AgentFreeze freeze;
@@ -116,7 +119,8 @@ Status apply_agent_command(const TickContext& context, const AgentCommand& comma
     if (!fits) return fits;
   }
   if (const Status allowed = check_freeze(context.configuration, command); !allowed) return allowed;
-  Status done = path.simulation.command(command, robot_to_avoid(context.configuration, command, path));
+  Status done =
+      path.simulation.command_among_robots(command, robots_to_avoid(context.configuration, command, path));
   if (done.ok() && spawn != nullptr) {
     path.kinds[spawn->agent.name] = spawn->agent.kind;
     if (spawn->agent.camera_rate > 0)

@@ -17,7 +17,7 @@ namespace parhelion::tick {
 
 /// Dependencies of commands about agents, the instructor's or a script's.
 struct AgentPath {
-  const PoseState& pose;  ///< of the trainee's robot, on which nothing may appear
+  const RealRobots& real;  ///< the trainees' robots, on which nothing may appear
   AgentKinds& kinds;
   AgentCameras& cameras;
   simulation::Simulation& simulation;
@@ -26,7 +26,7 @@ struct AgentPath {
 /// Dependencies of all instructor commands.
 struct InstructorPath {
   AgentPath agents;
-  CommandPath robot;
+  std::vector<CommandPath> robots;  ///< by index
   Scripts& scripts;
   FaultState& faults;
   const SiteState& site;

@@ -21,24 +21,23 @@ void publish(const TickContext& context, EventKind kind, const std::string& subj
 
 bool can_be_driven(const Configuration& configuration, const std::string& robot,
                    const simulation::Simulation& simulation) {
-  if (robot == configuration.robot.name) return true;
+  if (configuration.find_robot(robot)) return true;
   const AgentDefinition* agent = simulation.find_agent(robot);
   return agent != nullptr && agent->kind == AgentKind::robot;
 }
 
 /// Stops the robot unless another operator drives it.
-void stop_if_undriven(const TickContext& context, const std::string& robot, const CommandPath& path,
-                      const Operators& operators) {
-  for (const auto& [name, other] : operators) {
+void stop_if_undriven(const std::string& robot, const OperatorPath& path) {
+  for (const auto& [name, other] : path.operators) {
     if (other.robot == robot) return;
   }
-  stop_robot(context, robot, path);
+  path.stop(robot);
 }
 
 }  // namespace
 
-void handle_operator(const TickContext& context, const Message& input, const CommandPath& path,
-                     Operators& operators) {
+void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path) {
+  Operators& operators = path.operators;
   OperatorStatus status;
   if (const Status read = decode(input.channel, input.payload, status); !read)
     return refuse(context, read.error());
@@ -50,17 +49,18 @@ void handle_operator(const TickContext& context, const Message& input, const Com
                               "', and there is no such robot"});
     operators[status.name] = {status.robot, input.arrival};
     if (before == status.robot) return;
-    if (!before.empty()) stop_if_undriven(context, before, path, operators);
+    if (!before.empty()) stop_if_undriven(before, path);
     return publish(context, EventKind::operator_switched, status.name, status.robot, status.text);
   }
   if (known == operators.end()) return;
   operators.erase(known);
-  stop_if_undriven(context, before, path, operators);
+  stop_if_undriven(before, path);
   if (status.state == OperatorStatus::State::lost)
     publish(context, EventKind::console_lost, status.name, before, status.text);
 }
 
-void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators) {
+void watch_operators(const TickContext& context, const OperatorPath& path) {
+  Operators& operators = path.operators;
   for (auto each = operators.begin(); each != operators.end();) {
     if (context.now - simulation_time(each->second.received) < driving_timing::kConsoleSilence) {
       ++each;
@@ -68,7 +68,7 @@ void watch_operators(const TickContext& context, const CommandPath& path, Operat
     }
     const std::string name = each->first, robot = each->second.robot;
     each = operators.erase(each);
-    stop_if_undriven(context, robot, path, operators);
+    stop_if_undriven(robot, path);
     publish(context, EventKind::console_lost, name, robot, "no messages for 1 s");
   }
 }

@@ -1,11 +1,12 @@
 // Operators and their consoles: which robot each one drives, and loss of a console.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 
 #include "protocols/bus/bus.hpp"
-#include "server/tick/command_path.hpp"
+#include "server/simulation/simulation.hpp"
 #include "server/tick/tick_context.hpp"
 
 namespace parhelion::tick {
@@ -19,10 +20,16 @@ struct DrivingOperator {
 /// The driving operators, by name.
 using Operators = std::map<std::string, DrivingOperator>;
 
+/// Dependencies of the operator path.
+struct OperatorPath {
+  Operators& operators;
+  const simulation::Simulation& simulation;
+  std::function<void(const std::string& robot)> stop;  ///< stops a robot or an agent until its next command
+};
+
 /// OPERATOR: stops a robot when its operator leaves it or the console is lost.
-void handle_operator(const TickContext& context, const Message& input, const CommandPath& path,
-                     Operators& operators);
+void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path);
 /// At each step: a console without messages for a second is lost.
-void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators);
+void watch_operators(const TickContext& context, const OperatorPath& path);
 
 }  // namespace parhelion::tick

@@ -36,6 +36,12 @@ class StageObserver {
   virtual void ended(Stage) {}
 };
 
+/// The number of a scan or an image in records of a session (LoopDecision, noise): `sequence`, its number
+/// among those of its robot, from 1, with the robot's index above. For the first robot it is `sequence`.
+constexpr std::uint64_t record_number(std::size_t robot, std::uint64_t sequence) {
+  return std::uint64_t{robot} << 48 | sequence;
+}
+
 /// Receives MR_SCAN as soon as it is computed, in the middle of the tick: the robot does not wait for the
 /// server's own use of the scan.
 class ScanSink {
@@ -45,8 +51,8 @@ class ScanSink {
     bool raw = false;   ///< the raw scan was published as MR_SCAN: the guard fired first
   };
   virtual ~ScanSink() = default;
-  /// `sequence`: the number of the scan in this session, from 1.
-  virtual Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) = 0;
+  /// `number`: of the scan in this session, see record_number().
+  virtual Receipt publish(std::uint64_t number, std::span<const std::uint8_t> mr_scan) = 0;
 };
 
 /// MR_SCAN is published with the other outputs.
@@ -66,12 +72,13 @@ class Outputs {
   /// An image for the render thread, with its world at the image's instant.
   struct Frame {
     render::RenderJob job;
-    std::uint64_t sequence = 0;                  ///< number of the camera frame
+    std::uint64_t sequence = 0;                  ///< number of the camera frame, see record_number()
     std::shared_ptr<const SemanticModel> model;  ///< the building; null: that of the session's start
     std::string reason;  ///< why nothing is drawn: the original is published, in order
     /// Of a simulated robot's camera: there is no image yet, the whole image is rendered.
     std::optional<render::Exposure> exposure;
-    std::string agent;  ///< owner of the camera; empty: the trainee's robot
+    std::string agent;  ///< owner of the camera; empty: the robot of this index
+    std::size_t robot = 0;
   };
 
   void clear() {

@@ -18,6 +18,11 @@ class Percentiles {
     ++count_;
     if (value > max_) max_ = value;
   }
+  void add(const Percentiles& others) {
+    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += others.counts_[i];
+    count_ += others.count_;
+    max_ = std::max(max_, others.max_);
+  }
   std::uint64_t count() const { return count_; }
   double max() const { return max_; }
   /// The value at quantile `q` (0..1) of the samples; 0 without samples.

@@ -33,44 +33,58 @@ void report_pose_changes(const TickContext& context, PoseState& pose) {
   Event event;
   event.stamp = context.now;
   event.kind = known ? EventKind::localized : EventKind::localization_lost;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   if (known) event.position = pose.at_this_step->T_map_base.translation();
   publish_event(context, event);
 }
 
-/// Sets the real robot's state, and does a physics step.
-void step_physics(const TickContext& context, RobotState& robot, State& state) {
-  const Configuration& configuration = context.configuration;
-  const bool simulated = simulates_trainee(configuration.scenario);
-  const bool exact = simulated && !configuration.scenario.trainee->slam;
-  robot.pose.at_this_step = exact ? trainee_state(configuration, state.simulation)
+/// Sets the robot's state for the step.
+void update_robot(const TickContext& context, RobotState& robot, State& state) {
+  const Scenario& scenario = context.configuration.scenario;
+  const bool exact = simulates_trainee(scenario) && !scenario.trainee->slam;
+  robot.pose.at_this_step = exact ? trainee_state(context.configuration, state.simulation)
                                   : real_robot_at(context.now, robot.pose, robot.injection);
+  state.real[robot.index] = robot.pose.at_this_step;
   report_pose_changes(context, robot.pose);
-  forget_old_obstacles(context.now, robot.scan, state.simulation);
-  forget_old_people(context.now, robot.people, state.simulation);
+  forget_old_obstacles(context, robot.scan, state.simulation);
+}
+
+void step_physics(const TickContext& context, State& state) {
+  for (RobotState& robot : state.robots) update_robot(context.of_robot(robot.index), robot, state);
   state.lasers.requests.clear();
-  state.simulation.step(simulated ? std::nullopt : robot.pose.at_this_step, state.lasers.requests);
-  robot.pose.relocalized = false;
+  if (simulates_trainee(context.configuration.scenario)) {
+    state.simulation.step(std::nullopt, state.lasers.requests);
+  } else {
+    state.simulation.step_robots(state.real, state.lasers.requests);
+  }
+  for (RobotState& robot : state.robots) robot.pose.relocalized = false;
   ++state.world.steps;
+}
+
+/// What time alone brings about for one robot.
+void watch_robot(const TickContext& context, RobotState& robot, State& state) {
+  watch_silence(context, state.command_path(robot));
+  watch_injection(context, robot.injection);
+  answer_overdue_image(context, state.camera_path(robot));
 }
 
 void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& stages) {
   const TickContext context = state.context(configuration, state.simulation.next_step(), outputs);
-  RobotState& robot = state.robot(configuration.robot.name);
-  step_physics(context, robot, state);
+  step_physics(context, state);
   stages.ended(Stage::physics_step);
   publish_simulation_events(context, state.simulation);
-  run_scripts(context, state.script_path(robot));
+  run_scripts(context, state.script_path());
   update_faults(context, state.faults, state.simulation);
   publish_agent_scans(context, state.site.caster, state.simulation, state.lasers);
-  if (robot.sensors) publish_sensors(context, state.sensor_path(robot));
+  for (RobotState& robot : state.robots)
+    if (robot.sensors) publish_sensors(context.of_robot(robot.index), state.sensor_path(robot));
   capture_agent_images(context, state.simulation, state.site, state.agent_cameras);
-  watch_silence(context, state.command_path(robot));
-  watch_injection(context, robot.injection);
-  watch_operators(context, state.command_path(robot), state.operators);
-  answer_overdue_image(context, state.camera_path(robot));
+  for (RobotState& robot : state.robots) watch_robot(context.of_robot(robot.index), robot, state);
+  watch_operators(context, state.operator_path(context));
   publish_world(context, state.simulation, state.world);
-  publish_hazards(context, robot.pose.clock, state.simulation, state.world);
+  for (RobotState& robot : state.robots)
+    publish_hazards(context.of_robot(robot.index), robot.pose.clock, state.simulation, state.world,
+                    robot.hazard_sensor);
   stages.ended(Stage::agents);
 }
 

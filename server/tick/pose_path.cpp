@@ -37,7 +37,7 @@ void apply_estimate(const TickContext& context, const Message& input, const Pose
   Event event;
   event.stamp = context.now;
   event.kind = EventKind::relocalized;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.position = estimate.T_map_base.translation();
   publish_event(context, event);
 }
@@ -65,7 +65,7 @@ void report_odometry(const TickContext& context, PoseState& pose) {
   Event event;
   event.stamp = context.now;
   event.kind = EventKind::odometry_changed;
-  event.subject = context.configuration.robot.name;
+  event.subject = context.robot().name;
   event.value = now.time_offset;
   event.text = text;
   publish_event(context, event);
@@ -73,11 +73,9 @@ void report_odometry(const TickContext& context, PoseState& pose) {
 
 }  // namespace
 
-PoseState::PoseState(const Configuration& configuration)
-    : track(configuration.robot, track_options(configuration)),
-      attitude(configuration.robot.imu),
-      joints(heads(configuration.robot)) {
-  if (configuration.map) refiner.emplace(*configuration.robot.laser, configuration.map);
+PoseState::PoseState(const Configuration& configuration, const RobotDescription& robot)
+    : track(robot, track_options(configuration)), attitude(robot.imu), joints(heads(robot)) {
+  if (configuration.map) refiner.emplace(*robot.laser, configuration.map);
 }
 
 std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t, pose::NoPose* why) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/joint_track.hpp"
@@ -21,11 +22,14 @@ namespace parhelion::tick {
 struct SimulatedSensors;
 struct SiteState;
 
+/// All robots at the newest step, by index; none: the pose is lost.
+using RealRobots = std::vector<std::optional<simulation::RealRobotState>>;
+
 /// Encoder position of each joint, and its arrival. At most 256 joints are kept.
 using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
 struct PoseState {
-  explicit PoseState(const Configuration& configuration);
+  PoseState(const Configuration& configuration, const RobotDescription& robot);
 
   pose::PoseTrack track;
   pose::AttitudeTrack attitude;

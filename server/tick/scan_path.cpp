@@ -9,6 +9,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/tick/bodies_in_sweep.hpp"
+#include "server/tick/other_robots.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -40,7 +41,7 @@ void report_match(const pose::RefinedPose& refined, Tally& tally, ScanInfo& info
 
 Outcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
                          SweepPoses& poses) {
-  const LaserDescription& laser = *context.configuration.robot.laser;
+  const LaserDescription& laser = *context.robot().laser;
   ScanState& scan = path.scan;
   const scan::Sweep sweep = scan::beam_times(laser, scan.real.ranges.size(), scan.beam_time);
   const SensorTime first = scan.real.stamp + sweep.start;
@@ -76,9 +77,10 @@ double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMo
 }
 
 /// Selects agents to inject: within range and with a sufficiently known position. Always complete agents.
-Outcome select_bodies(const Configuration& configuration, const SweepPoses& poses, const ScanPath& path) {
+Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const ScanPath& path) {
+  const Configuration& configuration = context.configuration;
   ScanState& scan = path.scan;
-  const double range_max = configuration.robot.laser->convention.range_max;
+  const double range_max = context.robot().laser->convention.range_max;
   const Eigen::Vector3d laser_origin = poses.laser.T_map_laser_end.translation();
   const auto distance = [&](const Transform<Map, Body>& T_map_body) {
     return (T_map_body.translation() - laser_origin).norm();
@@ -88,7 +90,9 @@ Outcome select_bodies(const Configuration& configuration, const SweepPoses& pose
                     return body.injectable && distance(at.T_map_body) - bounding_radius(body) <= range_max;
                   });
   bodies_in_sweep(scan.world_start, scan.world_end, scan.doors,
-                  [](const BodyDefinition& body, const BodyState&) { return is_real_door(body); });
+                  [&](const BodyDefinition& body, const BodyState&) {
+                    return is_real_door(body) || is_other_robot(body, context.robot().name);
+                  });
   double nearest = std::numeric_limits<double>::infinity();
   scan.info.predicted_error = pose::predicted_error(poses.end, laser_origin);
   auto kept = scan.motions.begin();
@@ -148,22 +152,22 @@ void name_agents(ScanState& scan) {
 
 Outcome inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
                StageObserver& stages) {
-  const Configuration& configuration = context.configuration;
   ScanState& scan = path.scan;
   const Outcome known = find_sweep_poses(context, input, path, poses);
   stages.ended(Stage::pose);
   if (known.cause != Degraded::none) return known;
   context.tally.pose_age_us.add(poses.end.age.microseconds());
 
-  const Outcome selected = select_bodies(configuration, poses, path);
+  const Outcome selected = select_bodies(context, poses, path);
   stages.ended(Stage::world);
   if (selected.cause != Degraded::none) return selected;
 
-  cast(configuration.robot.laser->convention, poses, scan, path.site.caster);
+  cast(context.robot().laser->convention, poses, scan, path.site.caster);
   stages.ended(Stage::cast);
-  const scan::NoiseKey key{configuration.scenario.seed, scan.sequence};
+  const scan::NoiseKey key{context.configuration.scenario.seed,
+                           record_number(context.robot_index, scan.sequence)};
   context.tally.beams_replaced +=
-      scan::augment_scan(scan.real, *configuration.robot.laser, key, scan.virtual_hits, scan.building_hits,
+      scan::augment_scan(scan.real, *context.robot().laser, key, scan.virtual_hits, scan.building_hits,
                          scan.out, scan.beam_body);
   name_agents(scan);
   stages.ended(Stage::augment);
@@ -203,6 +207,11 @@ void pass_raw_scan(const Message& input, const std::string& reason, ScanState& s
   scan.info.beam_agent.assign(scan.real.ranges.size(), -1);
 }
 
+void count_degraded(const TickContext& context, Degraded cause, ScanState& scan) {
+  ++context.tally.scans_degraded[static_cast<std::size_t>(cause)];
+  ++scan.degraded;
+}
+
 /// Computes MR_SCAN and MR_SCAN_INFO.
 Outcome compute_scan(const TickContext& context, const Message& input, const ScanPath& path,
                      SweepPoses& poses, StageObserver& stages) {
@@ -220,7 +229,7 @@ Outcome compute_scan(const TickContext& context, const Message& input, const Sca
     encode(scan.out, scan.mr_scan);
   } else {
     pass_raw_scan(input, outcome.text, scan);
-    ++context.tally.scans_degraded[static_cast<std::size_t>(outcome.cause)];
+    count_degraded(context, outcome.cause, scan);
   }
   ++context.tally.scans_out;
   stages.ended(Stage::encode);
@@ -230,16 +239,15 @@ Outcome compute_scan(const TickContext& context, const Message& input, const Sca
 /// To the sink first, then to the outputs, for the log.
 void publish_scan(const TickContext& context, const Message& input, const Outcome& outcome, ScanState& scan,
                   ScanSink& sink) {
-  const ScanSink::Receipt receipt = sink.publish(scan.sequence, scan.mr_scan);
+  const ScanSink::Receipt receipt =
+      sink.publish(record_number(context.robot_index, scan.sequence), scan.mr_scan);
   if (receipt.raw) {
     pass_raw_scan(input, "guard: no answer in time", scan);
-    if (outcome.cause == Degraded::none)
-      ++context.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
+    if (outcome.cause == Degraded::none) count_degraded(context, Degraded::guard, scan);
   }
-  const ChannelMap& channels = context.configuration.channels;
-  context.outputs.add(channels.bus(channel::kMrScan), receipt.sent)
+  context.outputs.add(context.channel(channel::kMrScan), receipt.sent)
       .assign(scan.mr_scan.begin(), scan.mr_scan.end());
-  encode(scan.info, context.outputs.add(channels.bus(channel::kMrScanInfo)));
+  encode(scan.info, context.outputs.add(context.channel(channel::kMrScanInfo)));
 }
 
 /// Real returns that the model does not explain become obstacles for agents, such as people.
@@ -247,28 +255,18 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
                       const ScanPath& path) {
   ScanState& scan = path.scan;
   const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
-  const LaserDescription& laser = *context.configuration.robot.laser;
+  const LaserDescription& laser = *context.robot().laser;
   if (!scan.building_cast)
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
-  track_people(context,
-               {0,
-                scan.real,
-                laser,
-                poses.laser,
-                scan.beam_time,
-                scan.building_hits,
-                sigma,
-                path.pose.clock.to_server(scan.real.stamp),
-                {}},
-               path.people, path.simulation);
+  explain_by_other_robots(context, poses.laser, path);
   scan.obstacles.clear();
   for (const scan::UnexplainedDisc& disc :
        scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {
     if (!near_person(path.people, disc.center)) scan.obstacles.push_back({disc.center, disc.radius});
   }
   scan.obstacles_seen = context.now;
-  path.simulation.set_real_obstacles(scan.obstacles);
+  path.simulation.set_real_obstacles(scan.obstacles, context.robot_index);
 }
 
 void learn_from_scan(const TickContext& context, const Outcome& outcome, const SweepPoses& poses,
@@ -298,7 +296,7 @@ void report_foreign(const TickContext& context, const Message& input) {
   info.stamp = {input.arrival.ns};
   info.reason = error.message;
   info.predicted_error = std::numeric_limits<double>::infinity();
-  encode(info, context.outputs.add(context.configuration.channels.bus(channel::kMrScanInfo)));
+  encode(info, context.outputs.add(context.channel(channel::kMrScanInfo)));
 }
 
 }  // namespace
@@ -316,7 +314,7 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
 }
 
 void handle_line(const TickContext& context, const Message& input, ScanState& scan) {
-  if (!context.configuration.robot.line_laser)
+  if (!context.robot().line_laser)
     return refuse(context, {input.channel + ": the robot description has no 'line_laser'"});
   Scan line;
   if (const Status read = decode(input.channel, input.payload, line); !read)
@@ -324,10 +322,10 @@ void handle_line(const TickContext& context, const Message& input, ScanState& sc
   scan.line = std::move(line);
 }
 
-void forget_old_obstacles(SimulationTime now, ScanState& scan, simulation::Simulation& simulation) {
-  if (scan.obstacles.empty() || now - scan.obstacles_seen <= kObstacleLife) return;
+void forget_old_obstacles(const TickContext& context, ScanState& scan, simulation::Simulation& simulation) {
+  if (scan.obstacles.empty() || context.now - scan.obstacles_seen <= kObstacleLife) return;
   scan.obstacles.clear();
-  simulation.set_real_obstacles(scan.obstacles);
+  simulation.set_real_obstacles(scan.obstacles, context.robot_index);
 }
 
 }  // namespace parhelion::tick

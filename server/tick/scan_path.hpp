@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fusion/scan/augment.hpp"
+#include "fusion/scan/sweep_rays.hpp"
 #include "fusion/scan/unexplained.hpp"
 #include "protocols/bus/bus.hpp"
 #include "protocols/scan.hpp"
@@ -26,12 +27,14 @@ namespace parhelion::tick {
 /// The newest scan and its result. The buffers keep their capacity after the first scans.
 struct ScanState {
   std::uint64_t sequence = 0;
+  std::uint64_t degraded = 0;  ///< scans published unchanged
   Scan real, out;
   bool have_real = false;
   std::vector<float> beam_time;
   std::vector<scan::RangeHit> virtual_hits, building_hits;
-  bool building_cast = false;                    ///< building_hits are those of this scan
-  std::vector<scan::BodyMotion> motions, doors;  ///< bodies to inject; moving parts of the building
+  bool building_cast = false;             ///< building_hits are those of this scan
+  std::vector<scan::BodyMotion> motions;  ///< bodies to inject
+  std::vector<scan::BodyMotion> doors;    ///< real bodies that move: parts of the building, and other robots
   std::vector<std::int32_t> beam_body;
   WorldSnapshot world_start, world_end;
   ScanInfo info;
@@ -41,6 +44,8 @@ struct ScanState {
   std::vector<simulation::RealObstacle>
       obstacles;                  ///< real objects that the model does not explain, such as people
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
+
+  scan::SweepRays rays;  ///< scratch
 
   std::optional<Scan> line;  ///< the newest of LINES
 };
@@ -54,6 +59,7 @@ struct ScanPath {
   PeopleState& people;
   DoorTracker& doors;
   simulation::Simulation& simulation;
+  const RealRobots& real;
 };
 
 /// Computes MR_SCAN, passes it to the sink, and then uses the scan for the server's own state (obstacles
@@ -65,6 +71,6 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
 void handle_line(const TickContext& context, const Message& input, ScanState& scan);
 
 /// At each step: removes obstacles that no scan has shown for a while.
-void forget_old_obstacles(SimulationTime now, ScanState& scan, simulation::Simulation& simulation);
+void forget_old_obstacles(const TickContext& context, ScanState& scan, simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick

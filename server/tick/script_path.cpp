@@ -3,13 +3,14 @@
 namespace parhelion::tick {
 namespace {
 
+/// `who`: an agent, a trainee's robot, or "trainee", the first robot.
 std::optional<Eigen::Vector3d> place_of(const std::string& who, const Configuration& configuration,
                                         const AgentPath& path) {
   const auto& trainee = configuration.scenario.trainee;
-  const bool is_trainee = who == kTrainee || who == configuration.robot.name;
-  const auto pose = path.simulation.pose_of(is_trainee && trainee ? trainee->name : who);
+  const auto robot = who == kTrainee ? std::optional<std::size_t>(0) : configuration.find_robot(who);
+  const auto pose = path.simulation.pose_of(robot && trainee ? trainee->name : who);
   if (pose) return pose->translation();
-  if (is_trainee && path.pose.at_this_step) return path.pose.at_this_step->T_map_base.translation();
+  if (robot && path.real[*robot]) return path.real[*robot]->T_map_base.translation();
   return std::nullopt;
 }
 

@@ -36,7 +36,7 @@ simulation::SimulationOptions simulation_options(const Configuration& configurat
 
 Status spawn_agents(const Configuration& configuration, State& state) {
   for (const AgentDefinition& agent : configuration.scenario.agents) {
-    Status spawned = state.simulation.spawn(agent, std::nullopt);
+    Status spawned = state.simulation.spawn_among_robots(agent, state.real);
     if (spawned) {
       state.world.kinds[agent.name] = agent.kind;
       if (agent.camera_rate != 0)
@@ -49,13 +49,18 @@ Status spawn_agents(const Configuration& configuration, State& state) {
 
 }  // namespace
 
-RobotState::RobotState(const Configuration& configuration)
-    : name(configuration.robot.name), pose(configuration) {}
+RobotState::RobotState(const Configuration& configuration, std::size_t index_)
+    : name(configuration.robot_at(index_).name),
+      index(index_),
+      pose(configuration, configuration.robot_at(index_)) {
+  injection.gate = InjectionGate(index);
+}
 
 State::State(simulation::Simulation simulation_, const Configuration& configuration,
              std::unique_ptr<Executor> executor)
     : simulation(std::move(simulation_)), site(configuration), lasers(std::move(executor)) {
-  robots.emplace_back(configuration);
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i) robots.emplace_back(configuration, i);
+  real.resize(robots.size());
 }
 
 RobotState& State::robot(std::string_view name) {
@@ -65,12 +70,13 @@ RobotState& State::robot(std::string_view name) {
   return *found;
 }
 
-TickContext State::context(const Configuration& configuration, SimulationTime now, Outputs& outputs) {
-  return {configuration, now, outputs, {scripts, grading.get()}, tally};
+TickContext State::context(const Configuration& configuration, SimulationTime now, Outputs& outputs,
+                           std::size_t robot) {
+  return {configuration, now, outputs, {scripts, grading.get()}, tally, robot};
 }
 
 ScanPath State::scan_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection, site, robot.people, doors, simulation};
+  return {robot.pose, robot.scan, robot.injection, site, doors, simulation, real};
 }
 
 CameraPath State::camera_path(RobotState& robot) {
@@ -79,15 +85,23 @@ CameraPath State::camera_path(RobotState& robot) {
 
 CommandPath State::command_path(RobotState& robot) { return {robot.command, robot.pose, simulation}; }
 
-AgentPath State::agent_path(RobotState& robot) {
-  return {robot.pose, world.kinds, agent_cameras, simulation};
+AgentPath State::agent_path() { return {real, world.kinds, agent_cameras, simulation}; }
+
+InstructorPath State::instructor_path() {
+  std::vector<CommandPath> commands;
+  for (RobotState& robot : robots) commands.push_back(command_path(robot));
+  return {agent_path(), std::move(commands), scripts, faults, site};
 }
 
-InstructorPath State::instructor_path(RobotState& robot) {
-  return {agent_path(robot), command_path(robot), scripts, faults, site};
-}
+ScriptPath State::script_path() { return {scripts, agent_path()}; }
 
-ScriptPath State::script_path(RobotState& robot) { return {scripts, agent_path(robot)}; }
+OperatorPath State::operator_path(const TickContext& context) {
+  return {operators, simulation, [this, &context](const std::string& name) {
+            const auto robot = context.configuration.find_robot(name);
+            if (!robot) return simulation.teleop(name, {});
+            stop_robot(context.of_robot(*robot), command_path(robots[*robot]));
+          }};
+}
 
 SensorPath State::sensor_path(RobotState& robot) {
   return {*robot.sensors, robot.pose, robot.scan, robot.injection, robot.camera,
@@ -97,14 +111,16 @@ SensorPath State::sensor_path(RobotState& robot) {
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,
                                           std::unique_ptr<Executor> executor, bool solve_all) {
   const Scenario& scenario = configuration.scenario;
-  auto simulation =
-      simulation::Simulation::create(simulation_options(configuration, solve_all), configuration.model,
-                                     configuration.robot, simulation_time(start));
+  std::vector<RobotDescription> robots;
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i) robots.push_back(configuration.robot_at(i));
+  auto simulation = simulation::Simulation::create(simulation_options(configuration, solve_all),
+                                                   configuration.model, robots, simulation_time(start));
   if (!simulation) return simulation.error();
   if (const Status known = check_scripts(configuration); !known) return known.error();
   if (const Status known = check_training(configuration); !known) return known.error();
   auto state = std::make_unique<State>(std::move(*simulation), configuration, std::move(executor));
-  std::vector<std::string> trainees{configuration.robot.name};
+  std::vector<std::string> trainees;
+  for (const RobotDescription& robot : robots) trainees.push_back(robot.name);
   if (scenario.trainee) trainees.push_back(scenario.trainee->name);
   state->scripts = Scripts(scenario.scripts, std::move(trainees), simulation_time(start));
   state->faults.started = simulation_time(start);

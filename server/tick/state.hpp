@@ -35,15 +35,17 @@ namespace parhelion::tick {
 
 /// A robot that is not an agent: real, or the trainee's simulated one.
 struct RobotState {
-  explicit RobotState(const Configuration& configuration);
+  RobotState(const Configuration& configuration, std::size_t index);
 
   std::string name;
+  std::size_t index = 0;  ///< in State::robots
   PoseState pose;
   ScanState scan;
   PeopleState people;
   InjectionState injection;
   CameraState camera;
   CommandState command;
+  HazardResponse hazard_sensor;
   std::unique_ptr<SimulatedSensors> sensors;  ///< null: a real robot
 };
 
@@ -52,7 +54,8 @@ struct State {
         std::unique_ptr<Executor> executor);
 
   simulation::Simulation simulation;
-  std::vector<RobotState> robots;  ///< one; scenarios cannot name several yet
+  std::vector<RobotState> robots;  ///< in the order of the configuration
+  RealRobots real;                 ///< the same, at the newest step
   SiteState site;
   DoorTracker doors;
   LaserState lasers;
@@ -67,13 +70,15 @@ struct State {
   /// The robot of that name, which must exist.
   RobotState& robot(std::string_view name);
 
-  TickContext context(const Configuration& configuration, SimulationTime now, Outputs& outputs);
+  TickContext context(const Configuration& configuration, SimulationTime now, Outputs& outputs,
+                      std::size_t robot = 0);
   ScanPath scan_path(RobotState& robot);
   CameraPath camera_path(RobotState& robot);
   CommandPath command_path(RobotState& robot);
-  AgentPath agent_path(RobotState& robot);
-  InstructorPath instructor_path(RobotState& robot);
-  ScriptPath script_path(RobotState& robot);
+  AgentPath agent_path();
+  InstructorPath instructor_path();
+  ScriptPath script_path();
+  OperatorPath operator_path(const TickContext& context);
   SensorPath sensor_path(RobotState& robot);  ///< of a simulated robot
 };
 

@@ -60,10 +60,10 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
   }
 }
 
-/// Passes the input to the path of its kind. `agent`: for agent_teleop.
+/// Passes the input to the path of its kind, of the context's robot. `agent`: for agent_teleop.
 void handle_input(const TickContext& context, InputKind kind, std::string_view agent, const Message& input,
                   State& state, ScanSink& sink, StageObserver& stages) {
-  RobotState& robot = state.robot(context.configuration.robot.name);
+  RobotState& robot = state.robots[context.robot_index];
   switch (kind) {
     case InputKind::scan:
       return process_scan(context, input, state.scan_path(robot), sink, stages);
@@ -89,10 +89,10 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::joint_command:
       return handle_joint_command(context, input, state.command_path(robot));
     case InputKind::operators:
-      return handle_operator(context, input, state.command_path(robot), state.operators);
+      return handle_operator(context, input, state.operator_path(context));
     case InputKind::command:
     case InputKind::emergency_stop:
-      return handle_instructor_command(context, input, state.instructor_path(robot));
+      return handle_instructor_command(context, input, state.instructor_path());
     case InputKind::agent_teleop:
       return handle_agent_teleop(context, input, agent, state.simulation);
     case InputKind::model:
@@ -109,11 +109,12 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& stages, ScanSink& sink) {
   std::string_view agent;
-  const InputKind kind = configuration.channels.kind(input.channel, &agent);
+  std::size_t robot = 0;
+  const InputKind kind = configuration.channels.kind(input.channel, &agent, &robot);
   if (kind == InputKind::loop) return apply_loop_record(configuration, input, state, outputs, stages);
   advance(configuration, input.arrival, state, outputs, stages);
   stages.ended(Stage::physics_wait);
-  const TickContext context = state.context(configuration, simulation_time(input.arrival), outputs);
+  const TickContext context = state.context(configuration, simulation_time(input.arrival), outputs, robot);
   try {
     handle_input(context, kind, agent, input, state, sink, stages);
   } catch (const std::exception& fault) {
@@ -130,8 +131,9 @@ void tick(const Configuration& configuration, const Message& input, State& state
 void finish(const Configuration& configuration, State& state, Outputs& outputs) {
   const TickContext context = state.context(configuration, state.simulation.now(), outputs);
   for (RobotState& robot : state.robots) {
-    answer_waiting_image(context, state.camera_path(robot));
-    stop_robot(context, robot.name, state.command_path(robot));
+    const TickContext own = context.of_robot(robot.index);
+    answer_waiting_image(own, state.camera_path(robot));
+    stop_robot(own, state.command_path(robot));
   }
 }
 

@@ -24,6 +24,17 @@ struct TickContext {
   Outputs& outputs;
   EventListeners listeners;
   Tally& tally;
+  std::size_t robot_index = 0;  ///< of the robot that the path is of; the first for those of the session
+
+  const RobotDescription& robot() const { return configuration.robot_at(robot_index); }
+  /// Name on the bus of the robot's channel; `canonical`: one of which each robot has its own.
+  const std::string& channel(std::string_view canonical) const {
+    return configuration.channels.robots_bus(canonical, robot_index);
+  }
+  /// The same for another robot.
+  TickContext of_robot(std::size_t index) const {
+    return {configuration, now, outputs, listeners, tally, index};
+  }
 };
 
 /// Publishes an event on MR_EVENTS. Scripts and the grader receive it too.

@@ -25,12 +25,12 @@ bool is_due(const Configuration& configuration, const WorldState& world, double 
 void publish_hazard_reading(const TickContext& context, const ClockOffset& clock,
                             simulation::Simulation& simulation, HazardResponse& sensor) {
   HazardReading reading;
-  if (!simulation.hazard_reading(reading)) return;
+  if (!simulation.hazard_reading(reading, context.robot_index)) return;
   const Scenario& scenario = context.configuration.scenario;
   const double period = steps_between(context.configuration, kHazardRate) / scenario.physics_rate;
   sensor.measure(scenario.hazard_sensor, scenario.seed, period, reading);
   reading.stamp = clock.known() ? clock.to_sensor(context.now) : SensorTime{context.now.ns};
-  encode(reading, context.outputs.add(context.configuration.channels.bus(channel::kHazard)));
+  encode(reading, context.outputs.add(context.channel(channel::kHazard)));
 }
 
 }  // namespace
@@ -49,6 +49,7 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   message.stamp = {now.stamp.ns};
   message.step = now.step;
   message.robot = context.configuration.robot.name;
+  for (const RobotDescription& other : context.configuration.other_robots) message.robot += " " + other.name;
   message.attitude_known = now.attitude_known;
   message.bodies.clear();
   for_each_body(now, [&](const BodyDefinition& definition, const BodyState& body) {
@@ -67,9 +68,9 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
 }
 
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     WorldState& world) {
+                     const WorldState& world, HazardResponse& sensor) {
   if (!is_due(context.configuration, world, kHazardRate)) return;
-  publish_hazard_reading(context, clock, simulation, world.hazard_sensor);
+  publish_hazard_reading(context, clock, simulation, sensor);
   if (!simulates_trainee(context.configuration.scenario)) return;
   const simulation::SupplyState supply = simulation.supply_of(context.configuration.robot.name);
   context.tally.radio_power = supply.radio_power;

@@ -21,16 +21,16 @@ struct WorldState {
   AgentKinds kinds;
   std::uint64_t steps = 0;            ///< since the start
   std::uint64_t scene_published = 0;  ///< scene version in the last MR_WORLD
-  HazardResponse hazard_sensor;
-  WorldSnapshot snapshot;  ///< scratch
-  WorldMessage message;    ///< scratch
+  WorldSnapshot snapshot;             ///< scratch
+  WorldMessage message;               ///< scratch
 };
 
 void publish_simulation_events(const TickContext& context, simulation::Simulation& simulation);
 /// Publishes MR_WORLD 30 times a second and at each change of the scene; the grader receives it too.
 void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world);
-/// Publishes HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock`: the robot's.
+/// Publishes HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock` and `sensor`: the
+/// robot's.
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     WorldState& world);
+                     const WorldState& world, HazardResponse& sensor);
 
 }  // namespace parhelion::tick

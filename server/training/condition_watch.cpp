@@ -13,8 +13,12 @@ bool is_contact(EventKind kind) {
          kind == EventKind::contact_ended;
 }
 
-/// Events for which subject and object are equivalent here: contacts, and hazards set off by the object.
-bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_triggered; }
+/// Events for which subject and object are equivalent here: contacts, and hazards set off by the object. Of two
+/// real robots in contact only the subject drove into the other.
+bool is_of_both(const Event& event) {
+  return (is_contact(event.kind) && event.pair != PairKind::real_real) ||
+         event.kind == EventKind::hazard_triggered;
+}
 
 bool matches(const Condition& condition, const Event& event, const std::string& robot) {
   if (event.kind != condition.event || event.undetectable) return false;
@@ -24,7 +28,7 @@ bool matches(const Condition& condition, const Event& event, const std::string& 
   const auto fits = [&](const std::string& who, const std::string& whom) {
     return (anybody || who == subject) && (condition.object.empty() || whom == condition.object);
   };
-  if (!fits(event.subject, event.object) && !(is_of_both(event.kind) && fits(event.object, event.subject)))
+  if (!fits(event.subject, event.object) && !(is_of_both(event) && fits(event.object, event.subject)))
     return false;
   return event.impulse >= condition.impulse && (!condition.min || event.value >= *condition.min) &&
          (!condition.max || event.value <= *condition.max);

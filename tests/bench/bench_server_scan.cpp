@@ -100,7 +100,7 @@ Run run(const tick::Configuration& configuration, int scans) {
     }
   }
   result.tally = state.tally;
-  if (state.grading) result.deductions = state.grading->grader.grade().deductions.size();
+  if (state.grading) result.deductions = state.grading->graders.front().grade().deductions.size();
   return result;
 }
 

@@ -71,6 +71,11 @@ TEST_F(SignatureTest, ASenderMayPublishOnlyWhatItsRolesAndChannelsPermit) {
     EXPECT_EQ(fault(channel, signed_by(ann, channel)), SignatureFault::wrong_channel) << channel;
 }
 
+TEST_F(SignatureTest, ARolesChannelsIncludeThoseOfEachOfSeveralRobots) {
+  EXPECT_FALSE(fault("SCAN.rover_2", signed_by(*signer_, "SCAN.rover_2")));
+  EXPECT_EQ(fault("MR_CMD.rover_2", signed_by(*signer_, "MR_CMD.rover_2")), SignatureFault::wrong_channel);
+}
+
 TEST_F(SignatureTest, OthersAreRefusedByName) {
   EXPECT_EQ(fault("SCAN", payload_), SignatureFault::not_signed);
   EXPECT_EQ(fault("SCAN", {}), SignatureFault::not_signed);

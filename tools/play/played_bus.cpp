@@ -3,6 +3,7 @@
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/instructor_command.hpp"
+#include "protocols/scenario_robots.hpp"
 
 namespace parhelion::tools {
 
@@ -14,11 +15,19 @@ Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std:
       return Error{"prefix '" + prefix + "': expected at most 20 letters, digits, '_', '-', '.', '/'"};
   }
   PlayedBus played(bus, prefix);
+  std::vector<std::string> robots = robots_in_channels(scenario);
+  if (robots.empty()) robots.emplace_back();
+  const auto add = [&](const char* command) {
+    for (const std::string& robot : robots) {
+      const std::string name =
+          is_robot_channel(command) ? robot_channel(command, robot) : std::string(command);
+      played.commands_.insert(bus_name(scenario.channels, name));
+    }
+  };
   for (const char* command :
        {channel::kTeleop, channel::kJointCmd, channel::kMrCmd, channel::kMrJointCmd, channel::kOperators})
-    played.commands_.insert(bus_name(scenario.channels, command));
-  for (const char* command : kInstructorChannels)
-    played.commands_.insert(bus_name(scenario.channels, command));
+    add(command);
+  for (const char* command : kInstructorChannels) add(command);
   return played;
 }
 

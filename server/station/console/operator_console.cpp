@@ -1,8 +1,11 @@
 #include "server/station/console/operator_console.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <sstream>
 #include <utility>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/driving_timing.hpp"
 
@@ -10,6 +13,11 @@ namespace parhelion::station {
 namespace {
 
 constexpr int kStops = 3;  // repeated, since a single message may be lost
+
+std::vector<std::string> names_of(const std::string& robots) {
+  std::istringstream words(robots);
+  return {std::istream_iterator<std::string>(words), {}};
+}
 
 }  // namespace
 
@@ -19,7 +27,11 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
     const auto same = [&](const DrivenRobot& known) { return known.name == robot.name; };
     if (std::none_of(robots.begin(), robots.end(), same)) robots.push_back(std::move(robot));
   };
-  if (!world.robot.empty()) add({world.robot, channel::kTeleop, channel::kJointCmd});
+  const std::vector<std::string> names = names_of(world.robot);
+  for (const std::string& name : names) {
+    const std::string& in_channels = names.size() == 1 ? std::string() : name;
+    add({name, robot_channel(channel::kTeleop, in_channels), robot_channel(channel::kJointCmd, in_channels)});
+  }
   for (const WorldMessage::Entry& body : world.bodies) {
     if (body.owner == BodyOwner::agent && body.kind == AgentKind::robot)
       add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", ""});

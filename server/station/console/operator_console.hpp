@@ -16,8 +16,8 @@ struct DrivenRobot {
   std::string joints;  ///< channel; empty: its joints cannot be moved from this console
 };
 
-/// The robots in a world message: the trainee's (TELEOP, JOINT_CMD) first, then the agents that are robots
-/// (MR_AGENT_<name>_TELEOP), each once.
+/// The robots in a world message: the trainees' (TELEOP, JOINT_CMD, of several with their names) first, then
+/// the agents that are robots (MR_AGENT_<name>_TELEOP), each once.
 std::vector<DrivenRobot> robots_in(const WorldMessage& world);
 
 /// Not thread-safe. Instants are of the console's own clock.

@@ -72,6 +72,7 @@ void Converter::begin(const tick::Configuration& configuration, ArrivalTime arri
   configuration_ = configuration;
   shapes_.emplace(configuration.scenario, configuration.robot, configuration.model,
                   configuration.robot_models);
+  for (const RobotDescription& other : configuration.other_robots) shapes_->add(other);
   handlers_.clear();
   handlers_[channel::kMrSession] = &Converter::session;
   const std::pair<const char*, Handler> all[] = {{channel::kScan, &Converter::scan},

@@ -43,6 +43,7 @@ LogLevel level_of(EventKind kind) {
     case EventKind::localization_lost:
     case EventKind::relocalized:
     case EventKind::odometry_changed:
+    case EventKind::poses_conflict:
     case EventKind::speed_limited:
     case EventKind::injection_suspended:
     case EventKind::joint_overload:

@@ -152,6 +152,16 @@ void VideoFeed::turn(Duration timeout) {
   watch();
 }
 
+std::unique_ptr<VideoSource> VideoFeed::make_source(const std::string& robot) const {
+  if (robot == options_.robot)
+    return std::make_unique<VideoSource>(robot, options_.camera, options_.original, options_.simulated);
+  for (const RobotCamera& other : options_.other_robots) {
+    if (other.robot == robot)
+      return std::make_unique<VideoSource>(robot, other.camera, other.original, false);
+  }
+  return std::make_unique<VideoSource>(robot, options_.agent_camera(robot), "", true);
+}
+
 void VideoFeed::follow_viewers() {
   std::set<std::string> wanted;
   {
@@ -159,10 +169,7 @@ void VideoFeed::follow_viewers() {
     for (const auto& [id, viewer] : viewers_) {
       const bool known = std::find(robots_.begin(), robots_.end(), viewer->robot) != robots_.end();
       if (!known || sources_.count(viewer->robot) != 0) continue;
-      const bool trainee = viewer->robot == options_.robot;
-      sources_[viewer->robot] = std::make_unique<VideoSource>(
-          viewer->robot, trainee ? options_.camera : options_.agent_camera(viewer->robot),
-          trainee ? options_.original : "", !trainee || options_.simulated);
+      sources_[viewer->robot] = make_source(viewer->robot);
     }
     std::erase_if(sources_, [&](const auto& each) {
       return std::none_of(viewers_.begin(), viewers_.end(),

@@ -22,12 +22,18 @@
 
 namespace parhelion::station {
 
+/// The cameras of a trainee's robot: channels on the bus.
+struct RobotCamera {
+  std::string robot, camera, original;
+};
+
 struct VideoOptions {
   std::string robot;                 ///< the trainee's
   std::string camera = "MR_CAMERA";  ///< channel of the augmented picture on the bus
   std::string original = "CAMERA";   ///< the camera's own channel, shown (and labelled) if `camera` delivers
                                      ///< nothing
-  bool simulated = false;            ///< the trainee's robot is simulated
+  std::vector<RobotCamera> other_robots = {};  ///< of the other trainees
+  bool simulated = false;                      ///< the trainee's robot is simulated
   /// The channel on the bus of an agent's camera.
   std::function<std::string(const std::string& agent)> agent_camera = agent_camera_channel;
   std::function<WallTime()> now;        ///< steady
@@ -77,6 +83,7 @@ class VideoFeed {
   void received(WebClient& client, std::string_view bytes, bool binary);
   void closed(WebClient& client);
 
+  std::unique_ptr<VideoSource> make_source(const std::string& robot) const;
   void follow_viewers();
   Duration until_due(Duration timeout) const;
   void take(const Message& message);

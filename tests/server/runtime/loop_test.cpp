@@ -202,8 +202,8 @@ TEST_F(LoopTest, ReportsAnotherServerOnceAndNotItself) {
 
 TEST_F(LoopTest, AStoppedRobotStaysStoppedAfterARestartAndIsLogged) {
   std::vector<bool> held;
-  options_.robot_stopped = true;
-  options_.robot_stop_held = [&](bool holds) { held.push_back(holds); };
+  options_.stopped_robots = {test::robot().name};
+  options_.robot_stop_held = [&](const std::string&, bool holds) { held.push_back(holds); };
   serve_in_background(test::configuration({}), seconds(10));
   const auto publish_item = [&](const std::string& channel, const auto& item) {
     const Message message = test::message(channel, 0, item);

@@ -21,7 +21,7 @@ class EmergencyStopTest : public test::TickTest {
     TeleopOptions options;
     options.now = [this] { return WallTime{steady_ns_}; };
     options.stamp = [this] { return SensorTime{stamp().ns}; };
-    options.robot = "trainee";
+    options.robots = {"trainee"};
     options.active_stops = std::move(held);
     service_ = std::make_unique<TeleopService>(*service_bus_, std::move(options));
     TeleopRobot robot;

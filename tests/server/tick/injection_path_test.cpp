@@ -54,7 +54,7 @@ class InjectionPath : public test::TickTest {
       feed(test::message(channel::kPoseCov, utime + 25000, estimate));
     }
   }
-  std::size_t deductions() const { return state_->grading->grader.deductions().size(); }
+  std::size_t deductions() const { return state_->grading->graders.front().deductions().size(); }
   std::vector<Event> events(EventKind kind) {
     std::vector<Event> all = decoded<Event>(channel::kMrEvents);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
