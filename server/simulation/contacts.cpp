@@ -122,7 +122,7 @@ void Contacts::collect_building_contacts(const RealRobot& robot, const Building&
 /// As with the building: the robots' bodies are kinematic, so contact is a distance below the poses'
 /// uncertainty.
 void Contacts::collect_robot_contact(const RealRobot& one, const RealRobot& other) {
-  if (!one.touchable || !other.touchable || !share_height(one, other)) return;
+  if (!one.touchable || !other.touchable || !overlap_in_height(one, other)) return;
   const double margin = std::min(kMaxMargin, std::hypot(contact_margin(one), contact_margin(other)));
   if (distance_bound(one.placed, other.placed) > margin + kReleaseGap) return;
   const double distance = signed_distance(one.placed, other.placed);

@@ -15,13 +15,13 @@ double unexplained_overlap(const RealRobot& one, const RealRobot& other) {
 
 }  // namespace
 
-bool share_height(const RealRobot& one, const RealRobot& other) {
+bool overlap_in_height(const RealRobot& one, const RealRobot& other) {
   const double z = one.last.T_map_base.translation().z(), z_other = other.last.T_map_base.translation().z();
   return z <= z_other + other.height && z_other <= z + one.height;
 }
 
 bool poses_conflict(const RealRobot& one, const RealRobot& other) {
-  return one.present && other.present && share_height(one, other) && unexplained_overlap(one, other) > 0;
+  return one.present && other.present && overlap_in_height(one, other) && unexplained_overlap(one, other) > 0;
 }
 
 void PoseConflicts::update(const RealRobots& robots, SimulationTime now, std::vector<Event>& events) {

@@ -11,7 +11,7 @@
 namespace parhelion::simulation {
 
 /// Whether both occupy a common height.
-bool share_height(const RealRobot& one, const RealRobot& other);
+bool overlap_in_height(const RealRobot& one, const RealRobot& other);
 /// Whether their outlines overlap more than kOverlap and kSigmas of the poses' uncertainty explain.
 bool poses_conflict(const RealRobot& one, const RealRobot& other);
 

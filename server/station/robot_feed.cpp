@@ -5,16 +5,15 @@
 namespace parhelion::station {
 namespace {
 
-std::string graded_instead_of(const tick::Configuration& configuration, const std::string& robot) {
-  const auto& training = configuration.scenario.training;
-  return training && !training->robot.empty() ? training->robot : robot;
+std::string graded_among_several(const tick::Configuration& configuration, const std::string& robot) {
+  return tick::graded_robots(configuration).size() < 2 ? std::string() : robot;
 }
 
 }  // namespace
 
 RobotFeed::RobotFeed(const tick::Configuration& configuration, std::size_t robot)
     : name(configuration.robot_at(robot).name),
-      graded(graded_instead_of(configuration, name)),
+      graded(graded_among_several(configuration, name)),
       board(configuration.scenario.training),
       place(configuration, robot) {}
 
@@ -35,6 +34,8 @@ void RobotFeed::take(PoseEstimate estimate) {
   place.take(std::move(estimate));
 }
 
-bool RobotFeed::take(const Event& event) { return event.subject == graded && board.take(event); }
+bool RobotFeed::take(const Event& event) {
+  return (graded.empty() || event.subject == graded) && board.take(event);
+}
 
 }  // namespace parhelion::station

@@ -19,12 +19,11 @@ struct RobotFeed {
   /// Another session begins.
   void restart();
   void take(PoseEstimate estimate);
-  /// False: the event changes nothing. Only the grading of this robot counts, or of the one that the training
-  /// names.
+  /// False: the event changes nothing. Of several graded robots only this one's grading counts.
   bool take(const Event& event);
 
   std::string name;
-  std::string graded;  ///< name of the robot whose score it shows
+  std::string graded;  ///< of several graded robots the one whose score it shows; empty: one is graded
   SensorWatch sensors;
   ScoreBoard board;
   RobotPlace place;
