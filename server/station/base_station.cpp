@@ -152,7 +152,9 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   };
   if (teleop) {
     station_options.emergency_stop = [this](bool on, const std::string& robot, const Identity& who) {
-      return on ? teleop->stop(robot, who.name) : teleop->reset(robot, who.name);
+      if (on) return teleop->stop(robot, who.name);
+      const bool any = who.role == Role::instructor || who.role == Role::admin;
+      return any ? teleop->reset(robot, who.name) : teleop->reset_own(robot, who.name);
     };
     station_options.stopped = [this] { return !teleop->stops().empty(); };
   }

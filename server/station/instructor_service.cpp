@@ -34,16 +34,19 @@ std::string summary(const ClientMessage& message) {
   return message.name.empty() ? text : text + " " + message.name;
 }
 
+bool is_instructor(Role role) { return role == Role::instructor || role == Role::admin; }
+
 }  // namespace
 
 bool may(Role role, ClientMessage::Kind kind, bool recorded) {
-  const bool instructs = role == Role::instructor || role == Role::admin;
+  const bool instructs = is_instructor(role);
   switch (kind) {
     case Kind::subscribe:
       return true;
     case Kind::report:
     case Kind::chat:
     case Kind::estop:
+    case Kind::estop_reset:  // by a trainee: see execute()
       return role != Role::observer;
     case Kind::pause:
     case Kind::resume:
@@ -57,7 +60,6 @@ bool may(Role role, ClientMessage::Kind kind, bool recorded) {
     case Kind::end:
     case Kind::save:
     case Kind::mark:
-    case Kind::estop_reset:
       return instructs;
   }
   return false;
@@ -174,6 +176,9 @@ void InstructorService::look(WallTime now) {
 Result<std::string> InstructorService::execute(WebClient& client, const ClientMessage& message) {
   const auto stop = [&](bool on) -> Result<std::string> {
     if (!options_.emergency_stop) return Error{"this server drives no robot"};
+    if (!on && !is_instructor(client.who().role) && !tick::simulates_trainee(feed_.configuration().scenario))
+      return Error{std::string(role_name(client.who().role)) +
+                   "s may not reset the emergency stop of a real robot: an instructor does"};
     const Status done = options_.emergency_stop(on, message.name, client.who());
     if (!done) return done.error();
     return std::string(on ? "stopped" : "released");

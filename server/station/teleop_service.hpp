@@ -64,6 +64,9 @@ class TeleopService {
   /// `robot` empty: all. The caller checks the permission of `by`. Nothing moves before the dead-man was
   /// released.
   Status reset(const std::string& robot, const std::string& by);
+  /// The same for stops that `by` has pressed. Error, and nothing is reset: somebody else pressed one of
+  /// them, or none is active.
+  Status reset_own(const std::string& robot, const std::string& by);
   std::vector<EmergencyStop> stops() const;
   std::vector<Driving> driving() const;
 
@@ -91,6 +94,7 @@ class TeleopService {
   void reply_to_ping(TeleopClient& teleop_client, const TeleopRequest& request);
   std::vector<std::string> names_to_stop(const std::string& robot) const;
   Status stop_locked(const std::string& robot, const std::string& by);
+  Status reset_locked(const std::string& robot, const std::string& by);
   void apply_emergency_stop(const std::string& robot, bool stop);
   bool is_trainees(const std::string& robot) const;
   Status send_stop(const TeleopRobot& robot);

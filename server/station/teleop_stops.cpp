@@ -130,8 +130,7 @@ Status TeleopService::stop(const std::string& robot, const std::string& by) {
   return stop_locked(robot, by);
 }
 
-Status TeleopService::reset(const std::string& robot, const std::string& by) {
-  const std::lock_guard lock(mutex_);
+Status TeleopService::reset_locked(const std::string& robot, const std::string& by) {
   if (!robot.empty() && stopped_by_.count(robot) == 0)
     return Error{"no emergency stop of '" + robot + "' is active"};
   Status all;
@@ -149,6 +148,22 @@ Status TeleopService::reset(const std::string& robot, const std::string& by) {
   }
   if (options_.stops_changed) options_.stops_changed(active_stops());
   return all;
+}
+
+Status TeleopService::reset(const std::string& robot, const std::string& by) {
+  const std::lock_guard lock(mutex_);
+  return reset_locked(robot, by);
+}
+
+Status TeleopService::reset_own(const std::string& robot, const std::string& by) {
+  const std::lock_guard lock(mutex_);
+  if (stopped_by_.empty()) return Error{"no emergency stop is active"};
+  for (const auto& [name, presser] : stopped_by_) {
+    if ((robot.empty() || robot == name) && presser != by)
+      return Error{"the emergency stop of '" + name + "' was pressed by " + presser +
+                   ": an instructor resets it"};
+  }
+  return reset_locked(robot, by);
 }
 
 std::uint64_t TeleopService::next_request() {

@@ -73,11 +73,25 @@ export async function trainee({ step, picture, address, commands, line, trainee,
     await page.keyboard.up("w");
   });
 
+  await step("Space brakes, and neither it nor Escape is the emergency stop", async () => {
+    const { page } = trainee;
+    await driveOn(page);
+    await page.keyboard.press("Space");
+    await until("it stands", () => commands.at(-1)?.vx === 0);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("Escape");
+    commands.length = 0;
+    await page.keyboard.up("w");
+    await driveOn(page);
+    await page.keyboard.up("w");
+    assert.equal(await page.getByText("Stopped by").count(), 0);
+  });
+
   await step("the emergency stop holds until the instructor releases it", async () => {
     await arrive("instructor", "ines");
     const { page } = trainee;
     await driveOn(page);
-    await page.keyboard.press("Space");
+    await page.keyboard.press("x");
     await page.getByText("Stopped by tess").waitFor();
     await until("it stands", () => commands.at(-1)?.vx === 0);
     commands.length = 0;

@@ -133,8 +133,7 @@ TEST_F(BaseStationTest, InstructorRoutesAreRefusedToTraineesAndObservers) {
       R"({"type":"save","request":1,"name":"mine"})",
       R"({"type":"mark","request":1,"text":"x"})",
       R"({"type":"control","request":1,"action":"pause"})",
-      R"({"type":"control","request":1,"action":"seek","value":0})",
-      R"({"type":"estop_reset","request":1})"};
+      R"({"type":"control","request":1,"action":"seek","value":0})"};
   for (const std::string role : {"trainee", "observer"}) {
     const auto client = open_client(role);
     for (const std::string& text : commands_of_instructors) {

@@ -122,14 +122,14 @@ TEST_F(InstructorServiceTest, TraineesMayReportButNotCommandAndBothAreLogged) {
        {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})",
         R"({"type":"save","request":1,"name":"mine"})", R"({"type":"mark","request":1,"text":"x"})",
         R"({"type":"fault","request":1,"kind":"dead_wheel","side":"left"})",
-        R"({"type":"script","request":1,"name":"s"})", R"({"type":"estop_reset","request":1})",
+        R"({"type":"script","request":1,"name":"s"})",
         R"({"type":"control","request":1,"action":"pause"})"}) {
     service_->receive(*trainee, text, now());
     EXPECT_EQ(trainee->newest("reply")["ok"], false) << text;
     EXPECT_THAT(trainee->newest("reply")["text"].get<std::string>(), HasSubstr("trainees may not")) << text;
   }
   EXPECT_TRUE(commands().empty());
-  EXPECT_EQ(audit_.size(), 8U);
+  EXPECT_EQ(audit_.size(), 7U);
   service_->receive(*trainee, R"({"type":"report","request":2,"name":"gauge 1","x":1,"y":2})", now());
   const auto sent = commands();
   ASSERT_EQ(sent.size(), 1U);

@@ -54,6 +54,19 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
             audited_.end());
 }
 
+TEST_F(TeleopServiceTest, ResetsOnlyTheStopsThatOneselfHasPressed) {
+  EXPECT_FALSE(service_->reset_own("", "anna").ok()) << "none is active";
+  ASSERT_TRUE(service_->stop("trainee", "anna").ok());
+  EXPECT_FALSE(service_->reset_own("trainee", "bert").ok());
+  EXPECT_EQ(service_->stops().size(), 1U);
+  EXPECT_TRUE(service_->reset_own("trainee", "anna").ok());
+  EXPECT_TRUE(service_->stops().empty());
+  ASSERT_TRUE(service_->stop("", "ines").ok());
+  const std::size_t stopped = service_->stops().size();
+  EXPECT_FALSE(service_->reset_own("", "anna").ok());
+  EXPECT_EQ(service_->stops().size(), stopped) << "nothing is reset";
+}
+
 TEST_F(TeleopServiceTest, KeepsTheEmergencyStopOfAReturningRobot) {
   ASSERT_TRUE(service_->stop("trainee", "anna").ok());
   service_->set_robots({robots()[1]});

@@ -60,7 +60,7 @@ export const strings = {
     follow: "Follow the robot",
     space: "Space",
     noPicture: (why: string) => `The screenshot failed: ${why}`,
-    fixed: [["W A S D", "Drive; release to stop"], ["Esc, Space", "Emergency stop"], ["← ↑ → ↓", "In the plan: move the view, or the object being placed"], ["+ −", "In the plan and the 3D view: zoom"]] as [string, string][],
+    fixed: [["W A S D", "Drive; release to stop"], ["Space", "Brake: release all keys"], ["X, Pause", "Emergency stop"], ["Esc", "Close what is open"], ["← ↑ → ↓", "In the plan: move the view, or the object being placed"], ["+ −", "In the plan and the 3D view: zoom"]] as [string, string][],
   },
   layouts: {
     drive: "Drive", plan: "Plan", scene: "3D", direct: "Instructor", watch: "Observer", check: "Diagnostics",
@@ -146,7 +146,7 @@ export const strings = {
     title: "First steps",
     steps: {
       instructor: "New here? Select an object on the left, then press on the plan to place it. Or:",
-      trainee: "New here? Hold W or push the stick to drive, release to stop. A and D turn, S reverses, Space is the emergency stop. Score and Briefing list your tasks.",
+      trainee: "New here? Hold W or push the stick to drive, release to stop. A and D turn, S reverses, Space brakes, X is the emergency stop. Score and Briefing list your tasks.",
       observer: "New here? You are observing: nothing you press changes the session. 3D, Diagnostics and the tabs show more.",
       recorded: "New here? Space plays and pauses, the arrow keys step and change the speed. Drag the bar below to any time.",
     },
@@ -169,7 +169,7 @@ export const strings = {
     stick: "Stick: press and drag; arrow keys drive too",
     deadMan: { held: "Dead-man pressed", released: "Dead-man released", none: "Select a robot" },
     how: "Hold a key to drive; release to stop.",
-    keys: { drive: "drive", speed: "speed", joint: "joint", move: "move it", next: "next robot", stop: "stop" },
+    keys: { drive: "drive", speed: "speed", joint: "joint", move: "move it", next: "next robot", brake: "brake", stop: "emergency stop" },
     pad: (name: string) => `Gamepad: hold the left shoulder button (${name})`,
     roundTrip: (ms: number) => `Round trip ${ms.toFixed(1)} ms`,
     notConnected: "Not connected. The robot is stopped.",
@@ -192,7 +192,7 @@ export const strings = {
   },
   stop: {
     button: "STOP",
-    label: "Emergency stop (Escape or Space)",
+    label: "Emergency stop (X or Pause)",
     stopped: (by: string) => (by ? `Stopped by ${by}` : "Emergency stop"),
     reset: "Reset the stop",
     wait: "The instructor resets it.",

@@ -4,7 +4,7 @@ import { type DriveInput, releasedInput } from "./twist";
 
 export type DriveKey =
   | "forward" | "backward" | "left" | "right"
-  | "stop" | "faster" | "slower" | "nextRobot"
+  | "faster" | "slower" | "nextRobot"
   | "nextJoint" | "previousJoint" | "jointUp" | "jointDown";
 
 const keys: Record<string, DriveKey> = {
@@ -12,7 +12,6 @@ const keys: Record<string, DriveKey> = {
   KeyS: "backward", ArrowDown: "backward",
   KeyA: "left", ArrowLeft: "left",
   KeyD: "right", ArrowRight: "right",
-  Space: "stop", Escape: "stop",
   Equal: "faster", NumpadAdd: "faster", BracketRight: "nextJoint", BracketLeft: "previousJoint",
   Minus: "slower", NumpadSubtract: "slower",
   KeyN: "nextRobot", KeyR: "jointUp", KeyF: "jointDown",

@@ -1,8 +1,5 @@
-/** The emergency stop: on every screen of every permitted role, by a button, Escape and Space. It is sent on both
+/** The emergency stop: on every screen of every permitted role, by a button, X and Pause. It is sent on both
  * connections, so that the loss of one does not matter. */
-import { dialogues } from "../parts/dialogue.svelte";
-import { inPopup } from "../parts/popup";
-import { plan } from "../plan/tool.svelte";
 import { session } from "../session/session.svelte";
 import { isTyping, takesKeys } from "./keys";
 import { teleop } from "./teleop.svelte";
@@ -13,6 +10,8 @@ class StopState {
   /** The stops that count here: of several robots a trainee's own. */
   #own = $derived([...teleop.stops].filter(([robot]) => session.robots.length < 2 || session.instructs || robot === (teleop.driven || session.robot)));
   latched = $derived(this.#own.length > 0 || (session.robots.length < 2 && (session.control?.estop ?? false)));
+  /** The user may reset it: an instructor any, a trainee his own stop of a simulated robot. */
+  resettable = $derived(session.instructs || ((session.hello?.session.level ?? 3) < 3 && this.#own.length > 0 && this.#own.every(([, by]) => by === session.hello?.who.name)));
   by = $derived([...new Set(this.#own.map(([, by]) => by))].join(", "));
 }
 export const stopState = new StopState();
@@ -30,17 +29,22 @@ export function emergencyStop() {
   stopRobot(one ? teleop.driven || session.robot : "");
 }
 
-/** Space activates the focused control only if Tab moved the focus there; after a click or a driving key it stops. */
-class StopKeys {
+/** Keys that stop whatever has the focus, but that letters are typed in text fields; nothing else uses them. */
+function isStop(event: KeyboardEvent): boolean {
+  if (event.ctrlKey || event.altKey || event.metaKey) return false;
+  return event.code === "Pause" || (event.code === "KeyX" && !isTyping(event.target as HTMLElement | null));
+}
+
+/** Space brakes. It activates the focused control instead if Tab moved the focus there; after a click or a driving
+ * key it brakes. */
+class BrakeKey {
   private tabbed = false;
 
-  /** True: stop. */
+  /** True: brake. */
   press(event: KeyboardEvent): boolean {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
     else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
-    // Driving is disabled while a dialogue is open or the focus is in a menu: Escape closes them.
-    if (event.code === "Escape") return plan.tool === null && dialogues.open === null && !inPopup(event.target);
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
   point() {
@@ -49,23 +53,25 @@ class StopKeys {
 }
 
 /** Active until the returned function is called. Runs before all other handlers, so that no panel can intercept the
- * key. */
-export function listenForStop(): () => void {
-  const keys = new StopKeys();
+ * keys. `brake`: releases all that drives. */
+export function listenForStop(brake: () => void): () => void {
+  const brakeKey = new BrakeKey();
   const listening = new AbortController(), options = { signal: listening.signal, capture: true };
   let swallow = false;
   addEventListener("keydown", (event) => {
-    if (!keys.press(event)) return;
-    swallow = event.code === "Space";
+    const stops = isStop(event), brakes = brakeKey.press(event);
+    if (!stops && !brakes) return;
+    swallow = brakes;
     event.preventDefault();
     event.stopPropagation();
-    if (!event.repeat) emergencyStop();
+    if (stops && !event.repeat) emergencyStop();
+    if (brakes) brake();
   }, options);
   // A button is activated when Space is released.
   addEventListener("keyup", (event) => {
     if (event.code === "Space" && swallow) event.preventDefault();
     if (event.code === "Space") swallow = false;
   }, options);
-  addEventListener("pointerdown", () => keys.point(), options);
+  addEventListener("pointerdown", () => brakeKey.point(), options);
   return () => listening.abort();
 }

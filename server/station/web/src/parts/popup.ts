@@ -3,12 +3,6 @@
 /** State of the DOM: an open `details`, or an element with a button that is expanded. */
 const isOpen = (root: Element): boolean => (root instanceof HTMLDetailsElement ? root.open : root.querySelector("[aria-expanded=true]") !== null);
 
-/** The focus is in an open one: its Escape is not the emergency stop. */
-export function inPopup(target: EventTarget | null): boolean {
-  const root = target instanceof Element ? target.closest("[data-popup]") : null;
-  return root !== null && isOpen(root);
-}
-
 const drives = /^Key[WASD]$/;
 
 /** For the element that contains the button and the menu. */
