@@ -14,6 +14,7 @@ constexpr double kLookAhead = 8;        // m: farther people do not matter
 /// `later`: s after its stamp.
 void put(const RealPerson& person, double later, PlacedPerson& placed) {
   placed.id = person.id;
+  placed.robot = person.robot;
   placed.velocity = person.velocity;
   placed.disc.vertices[0] = person.position + later * person.velocity;
   placed.disc.radius = person.radius;
@@ -23,7 +24,8 @@ void put(const RealPerson& person, double later, PlacedPerson& placed) {
 TouchingPair touching_pair(const Agent& agent, const PlacedPerson& person) {
   TouchingPair pair;
   pair.subject = agent.definition.name;
-  pair.object = "person_" + std::to_string(person.id);
+  const std::string robot = person.robot > 0 ? std::to_string(person.robot + 1) + "_" : "";
+  pair.object = "person_" + robot + std::to_string(person.id);
   pair.pair = PairKind::real_virtual;
   pair.position << nearest_point(agent.placed, person.disc), agent.floor;
   pair.undetectable = agent.rigid.velocity.head<2>().norm() < kStandsStill;
@@ -32,9 +34,13 @@ TouchingPair touching_pair(const Agent& agent, const PlacedPerson& person) {
 
 }  // namespace
 
-void RealPeople::set(const std::vector<RealPerson>& people) {
-  people_ = people;
-  while (placed_.size() < people_.size()) placed_.push_back({0, make_disc({0, 0}, 0), {0, 0}});
+void RealPeople::set(const std::vector<RealPerson>& people, std::size_t robot) {
+  std::erase_if(people_, [robot](const RealPerson& person) { return person.robot == robot; });
+  for (const RealPerson& person : people) {
+    people_.push_back(person);
+    people_.back().robot = robot;
+  }
+  while (placed_.size() < people_.size()) placed_.push_back({0, 0, make_disc({0, 0}, 0), {0, 0}});
   for (std::size_t i = 0; i < people_.size(); ++i) put(people_[i], 0, placed_[i]);
 }
 

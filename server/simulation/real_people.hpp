@@ -17,20 +17,21 @@ namespace parhelion::simulation {
 /// A real person at the newest step.
 struct PlacedPerson {
   std::uint32_t id = 0;
+  std::size_t robot = 0;
   Footprint disc;            ///< m, map
   Eigen::Vector2d velocity;  ///< m/s, map
 };
 
 class RealPeople {
  public:
-  /// Replaces all.
-  void set(const std::vector<RealPerson>& people);
+  /// Replaces those that this robot sees.
+  void set(const std::vector<RealPerson>& people, std::size_t robot);
   /// To the places of this step, along their velocities for at most half a second.
   void place(SimulationTime now);
   std::span<const PlacedPerson> placed() const { return std::span(placed_).first(people_.size()); }
 
-  /// Reports contacts of agents; subject: the agent, object: "person_<id>" (PairKind::real_virtual).
-  /// Undetectable, so never scored: the agent stands and the person comes.
+  /// Reports contacts of agents; subject: the agent, object: as of set_real_people()
+  /// (PairKind::real_virtual). Undetectable, so never scored: the agent stands and the person comes.
   void report_contacts(const Agents& agents, SimulationTime now, std::vector<Event>& events);
 
  private:

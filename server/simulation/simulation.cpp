@@ -204,8 +204,8 @@ void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles, 
   }
 }
 
-void Simulation::set_real_people(const std::vector<RealPerson>& people) {
-  parts_->environment.people.set(people);
+void Simulation::set_real_people(const std::vector<RealPerson>& people, std::size_t robot) {
+  parts_->environment.people.set(people, robot);
 }
 
 std::vector<Event> Simulation::take_events() {

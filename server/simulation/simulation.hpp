@@ -57,6 +57,7 @@ struct RealPerson {
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< m/s, map
   double radius = 0.25;                                ///< m
   SimulationTime stamp;
+  std::size_t robot = 0;  ///< the one that sees it; set by set_real_people()
 };
 
 /// Whether the real robot's sensors show an agent now. A withheld agent freezes near the robot and its
@@ -178,6 +179,10 @@ class Simulation {
 
   /// As seen by one real robot; those of the others stay.
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot = 0);
+  /// Real people that agents keep clear of and brake before, as seen by one real robot; those of the others
+  /// stay. Contacts are events: object "person_<id>", of robots after the first "person_<robot, from
+  /// 2>_<id>".
+  void set_real_people(const std::vector<RealPerson>& people, std::size_t robot = 0);
 
   /// The expensive part of set_building(); independent of the simulation, so that another thread may do it.
   /// Error: an entity or a mesh that is not finite.

@@ -86,6 +86,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   // Events.
   contacts.update(agents, real_robots, building, physics, clock.now(), events);
   pose_conflicts.update(real_robots, clock.now(), events);
+  environment.people.report_contacts(agents, clock.now(), events);
   grippers.update(agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);
   supervise(real_robots, agents, around, contacts, physics, predictor, events);

@@ -17,9 +17,9 @@ void track_people(const TickContext& context, const people::LaserSweep& sweep, P
   state.persons.clear();
   for (const people::Mover& mover : state.tracker.update(sweep)) {
     if (mover.kind != people::MoverClass::person) continue;
-    state.persons.push_back({mover.id, mover.position, mover.velocity, mover.radius, mover.stamp});
+    state.persons.push_back({mover.id, mover.position, mover.velocity, mover.radius, mover.stamp, 0});
   }
-  simulation.set_real_people(state.persons);
+  simulation.set_real_people(state.persons, context.robot_index);
 }
 
 bool near_person(const PeopleState& state, const Eigen::Vector2d& place) {
@@ -28,10 +28,10 @@ bool near_person(const PeopleState& state, const Eigen::Vector2d& place) {
   });
 }
 
-void forget_old_people(SimulationTime now, PeopleState& state, simulation::Simulation& simulation) {
-  if (state.persons.empty() || now - state.seen <= kPersonLife) return;
+void forget_old_people(const TickContext& context, PeopleState& state, simulation::Simulation& simulation) {
+  if (state.persons.empty() || context.now - state.seen <= kPersonLife) return;
   state.persons.clear();
-  simulation.set_real_people(state.persons);
+  simulation.set_real_people(state.persons, context.robot_index);
 }
 
 }  // namespace parhelion::tick

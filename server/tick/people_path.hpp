@@ -23,6 +23,6 @@ void track_people(const TickContext& context, const people::LaserSweep& sweep, P
 bool near_person(const PeopleState& state, const Eigen::Vector2d& place);
 
 /// At each step: nobody is known where no scan has arrived for a second.
-void forget_old_people(SimulationTime now, PeopleState& state, simulation::Simulation& simulation);
+void forget_old_people(const TickContext& context, PeopleState& state, simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick

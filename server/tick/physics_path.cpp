@@ -47,6 +47,7 @@ void update_robot(const TickContext& context, RobotState& robot, State& state) {
   state.real[robot.index] = robot.pose.at_this_step;
   report_pose_changes(context, robot.pose);
   forget_old_obstacles(context, robot.scan, state.simulation);
+  forget_old_people(context, robot.people, state.simulation);
 }
 
 void step_physics(const TickContext& context, State& state) {

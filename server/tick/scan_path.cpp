@@ -260,6 +260,17 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
   explain_by_other_robots(context, poses.laser, path);
+  track_people(context,
+               {0,
+                scan.real,
+                laser,
+                poses.laser,
+                scan.beam_time,
+                scan.building_hits,
+                sigma,
+                path.pose.clock.to_server(scan.real.stamp),
+                {}},
+               path.people, path.simulation);
   scan.obstacles.clear();
   for (const scan::UnexplainedDisc& disc :
        scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {

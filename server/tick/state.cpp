@@ -76,7 +76,7 @@ TickContext State::context(const Configuration& configuration, SimulationTime no
 }
 
 ScanPath State::scan_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection, site, doors, simulation, real};
+  return {robot.pose, robot.scan, robot.injection, site, robot.people, doors, simulation, real};
 }
 
 CameraPath State::camera_path(RobotState& robot) {
