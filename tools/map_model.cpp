@@ -180,6 +180,13 @@ void add_options(CLI::App& command, Arguments& a) {
   static const std::map<std::string, cloud::LengthUnit> units = {{"m", cloud::LengthUnit::metre},
                                                                  {"cm", cloud::LengthUnit::centimetre},
                                                                  {"mm", cloud::LengthUnit::millimetre}};
+  static const std::map<std::string, cloud::FileAxes> axes = {
+      {"z-up", cloud::FileAxes::x_forward_z_up},
+      {"y-up", cloud::FileAxes::x_right_y_up},
+      {"y-down", cloud::FileAxes::x_right_y_down},
+      {"y-up-left-handed", cloud::FileAxes::x_right_y_up_mirrored}};
+  static const std::map<std::string, semantic::SegmentationMethod> methods = {
+      {"images", semantic::SegmentationMethod::images}, {"normals", semantic::SegmentationMethod::normals}};
   command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .xyz, .3d)")->required();
   command.add_option("-o,--output", a.output, "Model to write (YAML; - is standard output)")->required();
   command.add_option("--keep", a.keep,
@@ -198,6 +205,16 @@ void add_options(CLI::App& command, Arguments& a) {
                    "Move the model so that its ground floor is z = 0");
   command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
       ->transform(one_of(units))
+      ->type_name("TEXT");
+  command.add_option("--axes", a.read.axes, "Axes of the file (default: by format)")
+      ->transform(one_of(axes))
+      ->type_name("TEXT");
+  command
+      .add_option(
+          "--method", a.model.method,
+          "How surfaces are found: images (default), or normals, the paper's second pipeline: slower, "
+          "coarser")
+      ->transform(one_of(methods))
       ->type_name("TEXT");
   CLI::Option* flip = command.add_flag("--flip", a.flip, "The cloud is upside down: rotate it");
   command.add_flag("--no-flip", a.no_flip, "The cloud is upright: skip the check")->excludes(flip);

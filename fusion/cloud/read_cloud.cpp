@@ -73,6 +73,20 @@ std::optional<ScanFormat> format_of(std::string_view bytes, const std::filesyste
   return std::nullopt;
 }
 
+/// For formats that no library of Debian reads: the command that makes a .ply of the file; else nothing.
+std::string how_to_convert(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::filesystem::path ply = path;
+  ply.replace_extension(".ply");
+  if (extension == ".las" || extension == ".laz")
+    return "\nConvert it: pdal translate " + path.string() + " " + ply.string();
+  if (extension == ".e57")
+    return "\nConvert it: CloudCompare -SILENT -O " + path.string() + " -C_EXPORT_FMT PLY -SAVE_CLOUDS";
+  return "";
+}
+
 }  // namespace
 
 Error error_at_line(const std::string& name, std::uint64_t line, const std::string& what) {
@@ -141,7 +155,8 @@ Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions&
   const auto format = format_of(file->content(), path);
   if (!format) {
     return Error{path.string() +
-                 ": unknown 3D scan format: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv"};
+                 ": unknown 3D scan format: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv" +
+                 how_to_convert(path)};
   }
   auto scan = parse_scan(file->content(), path.string(), *format, options);
   std::filesystem::path pose_path = path;

@@ -139,7 +139,9 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   cloud::PointCloud<Map> dense;
   if (spread) dense = placed(std::move(spread->cloud), *T_map_cloud);
   const cloud::PointCloud<Map>& surfaces_of = spread ? dense : built.cloud;
-  auto segmentation = segment(surfaces_of, options.segmentation);
+  auto segmentation = options.method == SegmentationMethod::normals
+                          ? segment_by_normals(surfaces_of, options.segmentation)
+                          : segment(surfaces_of, options.segmentation);
   if (!segmentation) return segmentation.error();
   begin("label", 2);
   auto net = label_entities(surfaces_of, *segmentation, options.net);

@@ -2,6 +2,7 @@
 // points.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,7 +19,11 @@
 
 namespace parhelion::semantic {
 
+/// The paper's two pipelines from points to surfaces (section 2.2).
+enum class SegmentationMethod : std::uint8_t { images, normals };
+
 struct ModelOptions {
+  SegmentationMethod method = SegmentationMethod::images;
   SegmentationOptions segmentation;
   SemanticNetOptions net;
   UnknownMeshOptions mesh;

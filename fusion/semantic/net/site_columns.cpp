@@ -22,13 +22,13 @@ SiteColumns::SiteColumns(const cloud::PointCloud<Map>& cloud) {
   cells_ = (size / cell_).array().floor().cast<int>() + 1;
   z_low_ = static_cast<double>(bounds.min().z());
   const double height = std::min(kTallest, static_cast<double>(bounds.sizes().z()));
-  words_ = static_cast<std::size_t>(height / kLayer / 64) + 1;
-  layers_.assign(static_cast<std::size_t>(cells_.x()) * static_cast<std::size_t>(cells_.y()) * words_, 0);
+  chunks_ = static_cast<std::size_t>(height / kLayer / 64) + 1;
+  layers_.assign(static_cast<std::size_t>(cells_.x()) * static_cast<std::size_t>(cells_.y()) * chunks_, 0);
   for (const Eigen::Vector3f& p : cloud.points) {
     const double layer = std::floor((static_cast<double>(p.z()) - z_low_) / kLayer);
-    if (layer < 0 || layer >= 64.0 * static_cast<double>(words_)) continue;
+    if (layer < 0 || layer >= 64.0 * static_cast<double>(chunks_)) continue;
     const auto k = static_cast<std::size_t>(layer);
-    layers_[cell_of(p) * words_ + k / 64] |= std::uint64_t{1} << (k % 64);
+    layers_[cell_of(p) * chunks_ + k / 64] |= std::uint64_t{1} << (k % 64);
   }
 }
 
@@ -40,9 +40,9 @@ std::uint32_t SiteColumns::cell_of(const Eigen::Vector3f& p) const {
 bool SiteColumns::occupied(std::uint32_t cell, double low, double high) const {
   const auto from = static_cast<long>(std::ceil((low - z_low_) / kLayer - 1e-6));
   const auto to = std::min(static_cast<long>(std::floor((high - z_low_) / kLayer + 1e-6)),
-                           64 * static_cast<long>(words_));
+                           64 * static_cast<long>(chunks_));
   for (long k = std::max(from, 0L); k < to; ++k) {
-    const std::uint64_t word = layers_[cell * words_ + static_cast<std::size_t>(k / 64)];
+    const std::uint64_t word = layers_[cell * chunks_ + static_cast<std::size_t>(k / 64)];
     if ((word >> (k % 64) & 1) != 0) return true;
   }
   return false;

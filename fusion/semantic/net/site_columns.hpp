@@ -28,7 +28,7 @@ class SiteColumns {
   double cell_ = 0.25, z_low_ = 0;
   Eigen::Vector2f low_ = Eigen::Vector2f::Zero();
   Eigen::Vector2i cells_ = Eigen::Vector2i::Zero();
-  std::size_t words_ = 1;  ///< of a column
+  std::size_t chunks_ = 1;  ///< of a column
   std::vector<std::uint64_t> layers_;
 };
 

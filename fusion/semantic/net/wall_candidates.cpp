@@ -5,6 +5,8 @@
 #include <map>
 #include <numeric>
 
+#include "fusion/semantic/net/wall_support.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -271,6 +273,22 @@ void average_curve_scores(std::vector<WallCandidate>& walls) {
   }
 }
 
+/// A round wall exists where its facets are measured over their height: an arc may fit the ends of many
+/// things and cross the room between them.
+void weigh_curves(std::vector<WallCandidate>& walls) {
+  constexpr double kSupported = 0.6, kUnsupported = 20;  // of its length; of the score
+  std::map<std::uint32_t, double> supported;
+  for (const WallCandidate& wall : walls) {
+    if (wall.curve == kNoCurve) continue;
+    for (const WallStretch& stretch : supported_stretches(wall, {}))
+      supported[wall.curve] += stretch.to - stretch.from;
+  }
+  for (WallCandidate& wall : walls) {
+    if (wall.curve != kNoCurve && supported[wall.curve] < kSupported * wall.round_length)
+      wall.score -= kUnsupported;
+  }
+}
+
 }  // namespace
 
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
@@ -300,6 +318,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.walls.push_back(std::move(wall));
   }
   average_curve_scores(found.walls);
+  weigh_curves(found.walls);
   weigh_loners(found.walls);
   weigh_fronts(found.walls);
   weigh_stubs(found.walls);

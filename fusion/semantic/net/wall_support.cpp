@@ -14,7 +14,8 @@ constexpr double kOpen = 0.35, kBlank = 0.6;  ///< m, of a gap: rays crossed it;
 constexpr double kHidden = 3.0;               ///< m, of a gap behind something
 constexpr double kShortest = 0.3;             ///< m, measured, of a stretch
 
-constexpr double kTall = 1.2, kMostly = 0.6;  ///< m and fraction, of a wall that begins over a head
+constexpr double kOver = 0.3;                ///< m, of a wall over what hides it
+constexpr double kTall = 1.2, kUpper = 0.6;  ///< m and fraction, of a wall that begins over a head
 
 enum class Support : std::uint8_t { measured, hidden, open };
 
@@ -38,13 +39,14 @@ Support support_between(const WallRaster& raster, int c0, int c1, double low, do
   return Support::open;
 }
 
-/// At the height of a body; over a landing or behind a flight, that of the tall wall above.
+/// At the height of a body; behind furniture that of the wall over it, over a landing that of a tall wall.
 Support support_of(const WallCandidate& wall, int c0, int c1) {
   const double high = wall.ceiling - 0.1, head = std::min(wall.floor + kTo, high);
   const Support body = support_between(wall.raster, c0, c1, wall.floor + kFrom, head);
   const bool crossed = wall.raster.viewpoints_known && body == Support::open;
-  if (body == Support::measured || crossed || high - head < kTall) return body;
-  return wall.raster.fractions(c0, c1, head, high).measured > kMostly ? Support::measured : body;
+  const double min_height = body == Support::hidden ? kOver : kTall;
+  if (body == Support::measured || crossed || high - head < min_height) return body;
+  return wall.raster.fractions(c0, c1, head, high).measured > kUpper ? Support::measured : body;
 }
 
 class Stretches {

@@ -173,8 +173,8 @@ void find_slabs(std::vector<HorizontalSurface>& surfaces, const std::vector<Plat
       if (over.z - under.z < kThinnest || over.z - under.z > kThickest || under.z < lowest + kOver) continue;
       const Eigen::Vector2d both =
           (under.high.cwiseMin(over.high) - under.low.cwiseMax(over.low)).cwiseMax(0);
-      const double least = std::min(under.area, over.area);
-      if (least < kWide || both.prod() < 0.5 * least) continue;
+      const double smaller = std::min(under.area, over.area);
+      if (smaller < kWide || both.prod() < 0.5 * smaller) continue;
       under.faces_down = true;
       over.faces_down = false;
     }

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <random>
 
@@ -243,6 +245,19 @@ TEST(HostileCloud, non_numeric_tokens_are_reported_with_their_line) {
   const auto uneven = parse_scan("1 2 3\n1 2 3 4\n", "a.xyz", ScanFormat::xyz);
   ASSERT_FALSE(uneven);
   EXPECT_EQ(uneven.error().message, "a.xyz:2: expected 3 numbers as before, not 4");
+}
+
+TEST(HostileCloud, formats_without_a_reader_name_the_command_that_converts_them) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path();
+  for (const auto& [name, command] :
+       {std::pair("a_scan.LAZ", "pdal translate"), {"a_scan.e57", "CloudCompare"}}) {
+    const std::filesystem::path path = folder / name;
+    std::ofstream(path) << "LASF";
+    const auto scan = read_scan(path);
+    std::filesystem::remove(path);
+    ASSERT_FALSE(scan);
+    EXPECT_NE(scan.error().message.find(command), std::string::npos) << scan.error().message;
+  }
 }
 
 TEST(Lzf, back_references_may_overlap_and_must_stay_inside) {

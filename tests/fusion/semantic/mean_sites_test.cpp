@@ -1,0 +1,48 @@
+// The semantic model on hard made-up sites: how far it may fall short. Figures of more sites:
+// docs/measurements/semantic-model.md.
+#include <gtest/gtest.h>
+
+#include "tests/mean_sites/mean_score.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+using test::Device;
+using test::MeanScore;
+using test::SiteKind;
+
+MeanScore score_of(Device device) {
+  MeanScore sum;
+  for (const SiteKind kind : {SiteKind::flat, SiteKind::storeys, SiteKind::office, SiteKind::stair_hall})
+    sum += test::score_mean_site(kind, device, 101);
+  return sum;
+}
+
+TEST(MeanSites, AreScoredAtAll) {
+  const MeanScore score = score_of(Device::terrestrial);
+  EXPECT_EQ(score.refused, 0);
+  EXPECT_GT(score.seen, 50);
+  EXPECT_GT(score.raised, 1000);
+  EXPECT_GT(score.steps, 3);
+}
+
+class MeanSitesBy : public testing::TestWithParam<Device> {};
+
+TEST_P(MeanSitesBy, GetTheirWallsAndFloors) {
+  const MeanScore score = score_of(GetParam());
+  EXPECT_EQ(score.refused, 0);
+  EXPECT_GT(score.f1(), 0.90) << score.precision() << " " << score.recall();
+  EXPECT_LT(score.crossing, 0.05 * score.drawn);
+  EXPECT_LT(score.called_floor, 0.02 * score.raised);
+  EXPECT_LE(score.false_doors, 2);
+  EXPECT_LE(score.false_pillars, 4);
+  EXPECT_EQ(score.false_flights, 0);
+}
+
+// Maps of 10 cm are worse, see the measurements.
+INSTANTIATE_TEST_SUITE_P(EachDevice, MeanSitesBy,
+                         testing::Values(Device::terrestrial, Device::drifting, Device::unplaced,
+                                         Device::voxels_5cm));
+
+}  // namespace
+}  // namespace parhelion::semantic
