@@ -1,6 +1,7 @@
 // That the checks of a drive's log find what they are for.
 #include "tests/loop/log_checks.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/server/tick/synthetic.hpp"

@@ -3,8 +3,12 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 
+#include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/runtime/wall_clock.hpp"
