@@ -83,8 +83,8 @@ enum class EventKind : std::uint8_t {
   agent_shown,        ///< the subject's sensors show object again
   odometry_changed,   ///< scans show another time offset or scale of odometry than at the last such event;
                       ///< value: s, to add to its stamps; text: that and the scales
-  poses_conflict,     ///< two real robots are estimated to be in one place: one of the poses is wrong; value: m
-                      ///< that their outlines overlap, beyond what the poses' uncertainty explains
+  poses_conflict,  ///< two real robots are estimated to be in one place: one of the poses is wrong; value: m
+                   ///< that their outlines overlap, beyond what the poses' uncertainty explains
 };
 inline constexpr EventKind kLastEventKind = EventKind::poses_conflict;
 

@@ -13,9 +13,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "protocols/isolation.hpp"
 #include "fusion/pose/mapped_scan.hpp"
 #include "fusion/pose/mrpt/conversion.hpp"
+#include "protocols/isolation.hpp"
 
 namespace parhelion::pose {
 namespace {

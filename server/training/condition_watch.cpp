@@ -13,8 +13,8 @@ bool is_contact(EventKind kind) {
          kind == EventKind::contact_ended;
 }
 
-/// Events for which subject and object are equivalent here: contacts, and hazards set off by the object. Of two
-/// real robots in contact only the subject drove into the other.
+/// Events for which subject and object are equivalent here: contacts, and hazards set off by the object. Of
+/// two real robots in contact only the subject drove into the other.
 bool is_of_both(const Event& event) {
   return (is_contact(event.kind) && event.pair != PairKind::real_real) ||
          event.kind == EventKind::hazard_triggered;

@@ -97,7 +97,7 @@ TEST(MeshFile, SimplifiesAFineMeshWithoutChangingItsSize) {
   for (const Eigen::Vector3f& vertex : (*parts)[0].vertices) EXPECT_NEAR(vertex.norm(), 1, 0.02);
 }
 
-TEST(MeshFile, WhatCannotBeReadIsSaidWithItsPath) {
+TEST(MeshFile, AFileThatCannotBeReadIsReportedWithItsPath) {
   const auto message = [](const Result<std::vector<MeshPart>>& result) {
     return result.ok() ? std::string("was read") : result.error().message;
   };

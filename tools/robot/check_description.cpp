@@ -117,12 +117,12 @@ class Checker {
       contradicts("laser no_return: " + percent(seen.repeated_fraction) + " of the ranges are exactly " +
                   number(double{*seen.repeated}) +
                   " m, which would be read as walls; set no_return to it, or range_max below it");
-    if (seen.greatest >= ranges.range_max)
+    if (seen.max_range >= ranges.range_max)
       contradicts("laser range_max: " + length_text(double{ranges.range_max}) + ", but ranges up to " +
-                  length_text(double{seen.greatest}) + " occur; they are taken for no return");
-    if (seen.least < ranges.range_min)
+                  length_text(double{seen.max_range}) + " occur; they are taken for no return");
+    if (seen.min_range < ranges.range_min)
       contradicts("laser range_min: " + length_text(double{ranges.range_min}) + ", but ranges down to " +
-                  length_text(double{seen.least}) + " occur");
+                  length_text(double{seen.min_range}) + " occur");
     if (seen.nan > kRare && ranges.no_return != Sentinel::nan && ranges.too_close != Sentinel::nan)
       contradicts("laser no_return: " + percent(seen.nan) +
                   " of the ranges are NaN, which says neither no return nor too close");

@@ -15,7 +15,7 @@ namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t kMaxScans = 2000;
-constexpr double kRepeated = 0.005;  // least fraction of ranges that makes a value no return
+constexpr double kRepeated = 0.005;  // minimum fraction of ranges that makes a value no return
 constexpr double kSpeedSpan = 0.5;   // s over which a speed is measured
 
 double median_period(std::vector<SensorTime> stamps) {
@@ -94,8 +94,8 @@ void survey_ranges(LaserSurvey& survey) {
     survey.repeated_fraction = fraction(last->second);
     counts.erase(last);
   }
-  survey.least = counts.begin()->first;
-  survey.greatest = counts.rbegin()->first;
+  survey.min_range = counts.begin()->first;
+  survey.max_range = counts.rbegin()->first;
 }
 
 LaserSurvey survey_laser(std::vector<Scan> scans, const std::vector<SensorTime>& stamps) {
@@ -202,8 +202,8 @@ LaserDescription laser_seen(const LaserSurvey& survey) {
   LaserDescription laser;
   RangeConvention& ranges = laser.convention;
   using Sentinel = RangeConvention::Sentinel;
-  ranges.range_min = survey.least;
-  ranges.range_max = std::nextafter(survey.greatest, std::numeric_limits<float>::infinity());
+  ranges.range_min = survey.min_range;
+  ranges.range_max = std::nextafter(survey.max_range, std::numeric_limits<float>::infinity());
   if (survey.repeated) {
     ranges.no_return = Sentinel::value;
     ranges.no_return_value = *survey.repeated;

@@ -19,7 +19,7 @@ struct LaserSurvey {
   float angle_min = 0, angle_increment = 0;  ///< rad
   double period = 0;                         ///< s, median between two stamps
   std::size_t backward_stamps = 0;
-  float least = 0, greatest = 0;           ///< m, of ranges > 0 that are finite and not `repeated`
+  float min_range = 0, max_range = 0;      ///< m, of ranges > 0 that are finite and not `repeated`
   double zero = 0, nan = 0, infinite = 0;  ///< fractions of all ranges
   /// A greatest finite range that many beams report exactly: what the sensor writes without a return.
   std::optional<float> repeated;

@@ -136,7 +136,7 @@ class Writer {
                                   : ranges.no_return == Sentinel::nan
                                       ? "nan"
                                       : length(double{ranges.no_return_value});
-    line("  no_return: " + no_return, "[log] " + no_return_share(survey));
+    line("  no_return: " + no_return, "[log] " + no_return_fraction(survey));
     if (ranges.too_close == Sentinel::nan) {
       line("  too_close: nan", "[guess] 0 is no return");
     } else if (survey.zero > 0) {
@@ -158,7 +158,7 @@ class Writer {
     if (learned->quantization > 0) line("  quantization: " + length(learned->quantization), "[log]");
   }
 
-  static std::string no_return_share(const LaserSurvey& survey) {
+  static std::string no_return_fraction(const LaserSurvey& survey) {
     const double share =
         survey.repeated ? survey.repeated_fraction : std::max({survey.infinite, survey.nan, survey.zero});
     return share > 0 ? format("%.1f %% of the beams", 100 * share) : "[guess] no beam without a return";

@@ -8,9 +8,9 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kLeastTurn = 0.05, kMostTurn = 0.5;  // rad between two scans that are compared
-constexpr double kLeastTotal = 0.5;                   // rad, over all of them
-constexpr int kLeastPairs = 5;
+constexpr double kMinTurn = 0.05, kMaxTurn = 0.5;  // rad between two scans that are compared
+constexpr double kMinTotal = 0.5;                  // rad, over all of them
+constexpr int kMinPairs = 5;
 
 /// Yaw of odometry nearest to a stamp, rad; nullopt: none within 0.2 s.
 std::optional<double> yaw_at(const OdometrySurvey& odometry, SensorTime stamp) {
@@ -53,19 +53,19 @@ int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry) {
       continue;
     }
     const double turn = std::remainder(*to - *from, 2 * std::numbers::pi);
-    if (std::abs(turn) < kLeastTurn) continue;
+    if (std::abs(turn) < kMinTurn) continue;
     const Scan &before = laser.scans[i], &after = laser.scans[k];
     i = k;
-    if (std::abs(turn) > kMostTurn) continue;
+    if (std::abs(turn) > kMaxTurn) continue;
     // A robot that turns left sees at bearing b what it saw at bearing b + turn.
     const int shift = static_cast<int>(std::lround(turn / double{laser.angle_increment}));
-    const double as_said = difference(before, after, shift), reversed = difference(before, after, -shift);
-    if (!std::isfinite(as_said) || !std::isfinite(reversed)) continue;
+    const double as_odometry = difference(before, after, shift), reversed = difference(before, after, -shift);
+    if (!std::isfinite(as_odometry) || !std::isfinite(reversed)) continue;
     total += std::abs(turn);
     ++pairs;
-    agree += as_said < reversed ? 1 : -1;
+    agree += as_odometry < reversed ? 1 : -1;
   }
-  if (pairs < kLeastPairs || total < kLeastTotal || 2 * std::abs(agree) < pairs) return 0;
+  if (pairs < kMinPairs || total < kMinTotal || 2 * std::abs(agree) < pairs) return 0;
   return agree > 0 ? 1 : -1;
 }
 

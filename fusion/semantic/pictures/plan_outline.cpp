@@ -62,8 +62,9 @@ Outline outline_of(const ModelEntity& entity) {
 }
 
 Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body) {
-  return seen_from_above(shape.mesh ? hull_corners(shape.mesh->vertices) : surface_points(shape.kind, shape.size),
-                         (T_map_body * shape.T_body_shape).isometry());
+  return seen_from_above(
+      shape.mesh ? hull_corners(shape.mesh->vertices) : surface_points(shape.kind, shape.size),
+      (T_map_body * shape.T_body_shape).isometry());
 }
 
 std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Outline& polygon, int axis,

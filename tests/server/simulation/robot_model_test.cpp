@@ -113,7 +113,8 @@ TEST(RobotModel, AVisualThatCannotBeDrawnIsRefusedWithItsLink) {
   };
   EXPECT_THAT(refusal(with_visual("")),
               HasSubstr("cart.urdf:4: link 'base': visual: expected <geometry> in it"));
-  EXPECT_THAT(refusal(with_visual("<geometry/>")), HasSubstr("expected <box>, <cylinder>, <sphere> or <mesh>"));
+  EXPECT_THAT(refusal(with_visual("<geometry/>")),
+              HasSubstr("expected <box>, <cylinder>, <sphere> or <mesh>"));
   const std::string box = std::string("<geometry>") + kBox + "</geometry>";
   EXPECT_THAT(refusal(with_visual(box + "<material name='red'/>")),
               HasSubstr("material 'red': is defined nowhere"));

@@ -61,7 +61,7 @@ TEST(UrdfMeshes, AreFoundByPackageRelativePathAndFileUri) {
   }
 }
 
-TEST(UrdfMeshes, StandWhereTheirOriginAndScaleSay) {
+TEST(UrdfMeshes, AreAtTheirOriginInTheirScale) {
   const Package package;
   const auto urdf =
       package.read(robot(visual("<mesh filename='package://cart/meshes/box.stl' scale='2 2 -2'/>")));
@@ -93,7 +93,7 @@ TEST(UrdfMeshes, ADamagedFileIsAWarning) {
   EXPECT_THAT(embedded.warnings, ElementsAre(HasSubstr("box.stl: ")));
 }
 
-TEST(UrdfMeshes, WithoutACollisionElementTheConvexHullCollidesAndThisIsSaid) {
+TEST(UrdfMeshes, WithoutACollisionElementTheConvexHullCollidesAndThisIsReported) {
   const Package package;
   const std::string mesh = visual("<mesh filename='package://cart/meshes/box.stl'/>");
   const auto bare = package.read(robot(mesh));

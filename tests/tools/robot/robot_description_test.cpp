@@ -204,7 +204,7 @@ TEST(RobotCheck, AValueWithoutReturnThatIsTakenForAWallIsFound) {
   EXPECT_THAT(check_description(robot, made.log).contradictions, testing::ElementsAre(HasSubstr("81.91")));
 }
 
-TEST(RobotCheck, ScansThatTurnTheOtherWayAreFound) {
+TEST(RobotCheck, ScansThatTurnAgainstOdometryAreFound) {
   Driver driver;
   driver.turn_sign = -1;
   const Made made(driver);
