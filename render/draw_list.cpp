@@ -88,7 +88,9 @@ Footprint footprint(const Shape& shape, const Transform<Map, ShapeFrame>& T_map_
   f.corner = 0.01;
   switch (shape.kind) {
     case ShapeKind::box:
-    case ShapeKind::mesh:
+      break;
+    case ShapeKind::mesh:  // bodies of robots are rounded, and a shadow is soft
+      f.corner = 0.7 * extent.head<2>().minCoeff();
       break;
     case ShapeKind::sphere:
       extent.setConstant(round), f.corner = round;
