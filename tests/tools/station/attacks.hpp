@@ -156,7 +156,7 @@ inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& 
                              R"({"type":"estop_reset","request":1})", R"({"type":"end","request":1})"}) {
       const Json answer = reply(client, text);
       EXPECT_EQ(answer.value("ok", true), false) << text;
-      EXPECT_NE(answer.value("text", "").find("s may not do this"), std::string::npos) << answer;
+      EXPECT_NE(answer.value("text", "").find("s may not "), std::string::npos) << answer;
     }
   }
 }
