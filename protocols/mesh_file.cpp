@@ -132,7 +132,8 @@ float extent_of(const std::vector<MeshPart>& parts) {
 std::vector<MeshPart> simplify(std::vector<MeshPart> parts) {
   const std::vector<MeshPart> fine = std::move(parts);
   parts = fine;
-  for (float edge = extent_of(fine) / 512; triangles_of(parts) > kMaxMeshTriangles; edge *= 1.25F) {
+  for (float edge = std::max(extent_of(fine) / 512, 1e-6F); triangles_of(parts) > kMaxMeshTriangles;
+       edge *= 1.25F) {
     parts.clear();
     for (const MeshPart& part : fine) {
       MeshPart merged = merge_vertices(part, edge);

@@ -109,6 +109,17 @@ TEST(MeshFile, AFileThatCannotBeReadIsReportedWithItsPath) {
   EXPECT_THAT(message(read("far.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n")), HasSubstr("far.obj: "));
 }
 
+TEST(MeshFile, ManyTrianglesInOnePointAreRefused) {
+  std::string text = "v 1 1 1\nv 1 1 1.0000001\nv 1 1.0000001 1\n";
+  for (int i = 0; i < 6000; ++i) text += "f 1 2 3\n";
+  const auto parts = read("point.obj", text);
+  if (parts) {
+    EXPECT_LE((*parts)[0].triangles.size(), kMaxMeshTriangles);
+  } else {
+    EXPECT_THAT(parts.error().message, HasSubstr("point.obj: "));
+  }
+}
+
 TEST(MeshFile, DamagedFilesNeitherCrashNorPassAsWhole) {
   std::mt19937 random(4);
   for (int i = 0; i < 20; ++i) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <type_traits>
 
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
@@ -38,6 +39,7 @@ class Collected {
       failed_ = true;
       return;
     }
+    if constexpr (std::is_same_v<Message, Image>) decoded.bytes = {};  // an hour of pictures fills the memory
     messages.push_back(std::move(decoded));
   }
   std::vector<SensorTime> stamps() const {
