@@ -201,6 +201,10 @@ const char* to_string(EventKind kind) {
       return "odometry_changed";
     case EventKind::poses_conflict:
       return "poses_conflict";
+    case EventKind::dose_warning:
+      return "dose_warning";
+    case EventKind::dose_limit:
+      return "dose_limit";
   }
   return "unknown";
 }

@@ -85,8 +85,10 @@ enum class EventKind : std::uint8_t {
                       ///< value: s, to add to its stamps; text: that and the scales
   poses_conflict,  ///< two real robots are estimated to be in one place: one of the poses is wrong; value: m
                    ///< that their outlines overlap, beyond what the poses' uncertainty explains
+  dose_warning,    ///< of a robot; object: radiation or gas; value: its dose since the start; text: the unit
+  dose_limit,      ///< the same
 };
-inline constexpr EventKind kLastEventKind = EventKind::poses_conflict;
+inline constexpr EventKind kLastEventKind = EventKind::dose_limit;
 
 /// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

@@ -56,6 +56,16 @@ Status check(const HazardSensor& sensor) {
   return {};
 }
 
+Status check(const DoseLimits& limits) {
+  for (const DoseLimits::Limit& each : {limits.radiation, limits.gas}) {
+    if (!positive(each.warning) || !positive(each.limit))
+      return Error{"dose_limits: expected warning and limit above 0"};
+    if (each.warning && each.limit && *each.warning > *each.limit)
+      return Error{"dose_limits: a warning is above its limit"};
+  }
+  return {};
+}
+
 Status check(const Radio& radio) {
   if (!radio.position.allFinite()) return Error{"radio: its position is not finite"};
   if (!(radio.frequency > 0) || !(radio.exponent > 0) || !(radio.wall_loss >= 0) || !(radio.restore >= 0) ||

@@ -73,19 +73,31 @@ struct HazardSensor {
   bool operator==(const HazardSensor&) const = default;
 };
 
+/// Doses of a robot since the start of the session that are events: uSv of radiation, ppm min of gas. None: no
+/// event.
+struct DoseLimits {
+  struct Limit {
+    std::optional<double> warning, limit;
+    bool operator==(const Limit&) const = default;
+  };
+  Limit radiation, gas;
+  bool operator==(const DoseLimits&) const = default;
+};
+
 /// An Error that names what is wrong, or success.
+Status check(const DoseLimits& limits);
 Status check(const Hazard& hazard);
 Status check(const HazardSensor& sensor);
 Status check(const Radio& radio);
 Status check(const Battery& battery);
 
 /// Measurement of a robot's hazard sensor, summed over all sources of a kind, for each kind in the scenario:
-/// with lag and noise.
+/// the rate or concentration with lag and noise, then the doses since the start of the session.
 struct HazardReading {
   struct Value {
     HazardKind kind = HazardKind::radiation;
     double value = 0;
-    std::string unit;  ///< "uSv/h" of radiation, "ppm" of gas
+    std::string unit;  ///< "uSv/h" of radiation, "ppm" of gas; of their doses "uSv" and "ppm min"
   };
   SensorTime stamp;  ///< instant of the measurement
   std::vector<Value> values;

@@ -249,6 +249,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   if (const Node* hazards = node.find("hazards")) scenario.hazards = read_hazards(*hazards, problems);
   if (const Node* sensor = node.find("hazard_sensor"))
     scenario.hazard_sensor = read_hazard_sensor(*sensor, problems);
+  if (const Node* limits = node.find("dose_limits")) scenario.dose_limits = read_dose_limits(*limits, problems);
   if (const Node* radio = node.find("radio")) {
     scenario.radio = read_radio(*radio, problems);
     check_supply(scenario, *radio, "radio", problems);
@@ -386,6 +387,7 @@ std::string to_yaml(const Scenario& scenario) {
   }
   write_hazards(scenario.hazards, writer);
   if (!(scenario.hazard_sensor == HazardSensor())) write(scenario.hazard_sensor, writer);
+  if (!(scenario.dose_limits == DoseLimits())) write(scenario.dose_limits, writer);
   if (scenario.radio) write(*scenario.radio, writer);
   if (scenario.battery) write(*scenario.battery, writer);
   yaml::write_faults(writer, scenario.faults);

@@ -90,6 +90,7 @@ struct Scenario {
   std::vector<DoorSettings> doors;  ///< doors with settings
   std::vector<Hazard> hazards;
   HazardSensor hazard_sensor;                   ///< of the graded robot
+  DoseLimits dose_limits;                       ///< of each robot
   std::optional<Radio> radio;                   ///< none: simulated robots have unlimited radio range
   std::optional<Battery> battery;               ///< none: unlimited
   std::vector<Fault> faults;                    ///< faults injected for training

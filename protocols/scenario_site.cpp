@@ -175,6 +175,40 @@ void write(const HazardSensor& sensor, yaml::Writer& writer) {
   writer.close();
 }
 
+namespace {
+
+void read_dose_limit(const Node& node, const char* key, DoseLimits::Limit& limit) {
+  const Node* entry = node.find(key);
+  if (entry == nullptr) return;
+  for (auto [name, value] : {std::pair{"warning", &limit.warning}, std::pair{"limit", &limit.limit}})
+    if (const Node* given = entry->find(name)) *value = given->number;
+}
+
+void write(const DoseLimits::Limit& limit, const char* key, Quantity quantity, yaml::Writer& writer) {
+  if (!limit.warning && !limit.limit) return;
+  writer.open(key);
+  if (limit.warning) writer.quantity("warning", *limit.warning, quantity);
+  if (limit.limit) writer.quantity("limit", *limit.limit, quantity);
+  writer.close();
+}
+
+}  // namespace
+
+DoseLimits read_dose_limits(const Node& node, yaml::Problems& problems) {
+  DoseLimits limits;
+  read_dose_limit(node, "radiation", limits.radiation);
+  read_dose_limit(node, "gas", limits.gas);
+  if (const Status status = check(limits); !status) problems.add(node.line, status.error().message);
+  return limits;
+}
+
+void write(const DoseLimits& limits, yaml::Writer& writer) {
+  writer.open("dose_limits");
+  write(limits.radiation, "radiation", Quantity::dose, writer);
+  write(limits.gas, "gas", Quantity::gas_dose, writer);
+  writer.close();
+}
+
 Radio read_radio(const Node& node, yaml::Problems& problems) {
   Radio radio;
   radio.position = yaml::vector3(*node.find("position"));

@@ -17,6 +17,8 @@ std::vector<Hazard> read_hazards(const yaml::Node& list, yaml::Problems& problem
 void write_hazards(const std::vector<Hazard>& hazards, yaml::Writer& writer);
 HazardSensor read_hazard_sensor(const yaml::Node& node, yaml::Problems& problems);
 void write(const HazardSensor& sensor, yaml::Writer& writer);
+DoseLimits read_dose_limits(const yaml::Node& node, yaml::Problems& problems);
+void write(const DoseLimits& limits, yaml::Writer& writer);
 Radio read_radio(const yaml::Node& node, yaml::Problems& problems);
 void write(const Radio& radio, yaml::Writer& writer);
 Battery read_battery(const yaml::Node& node, yaml::Problems& problems);

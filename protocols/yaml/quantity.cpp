@@ -39,6 +39,8 @@ constexpr Unit kDoseRates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
 constexpr Unit kConcentrations[] = {{"ppm"}, {"%", 10000, 1}};
 constexpr Unit kCurvatures[] = {{"rad/m"}, {"deg/m", std::numbers::pi, 180}};
 constexpr Unit kDigitalNumbers[] = {{"DN"}};
+constexpr Unit kDoses[] = {{"uSv"}, {"mSv", 1000, 1}};
+constexpr Unit kGasDoses[] = {{"ppm min"}, {"ppm h", 60, 1}};
 
 struct Dimension {
   std::string_view name;
@@ -46,7 +48,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 22> kDimensions{{{"length", kLengths},
+constexpr std::array<Dimension, 24> kDimensions{{{"length", kLengths},
                                                  {"angle", kAngles},
                                                  {"time", kTimes},
                                                  {"rate", kRates},
@@ -67,7 +69,9 @@ constexpr std::array<Dimension, 22> kDimensions{{{"length", kLengths},
                                                  {"dose_rate", kDoseRates},
                                                  {"concentration", kConcentrations},
                                                  {"curvature", kCurvatures},
-                                                 {"digital_number", kDigitalNumbers}}};
+                                                 {"digital_number", kDigitalNumbers},
+                                                 {"dose", kDoses},
+                                                 {"gas_dose", kGasDoses}}};
 
 const Dimension& dimension(Quantity quantity) { return kDimensions[static_cast<std::size_t>(quantity)]; }
 

@@ -32,6 +32,8 @@ enum class Quantity {
   concentration,   ///< ppm, %
   curvature,       ///< rad/m, deg/m
   digital_number,  ///< DN: one step of an 8-bit pixel
+  dose,            ///< uSv, mSv
+  gas_dose,        ///< ppm min, ppm h
 };
 
 /// "length" to Quantity::length; error for an unknown name.

@@ -85,7 +85,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   publish_world(context, state.simulation, state.world);
   for (RobotState& robot : state.robots)
     publish_hazards(context.of_robot(robot.index), robot.pose.clock, state.simulation, state.world,
-                    robot.hazard_sensor);
+                    robot.hazard_meters);
   stages.ended(Stage::agents);
 }
 

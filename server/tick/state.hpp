@@ -45,7 +45,7 @@ struct RobotState {
   InjectionState injection;
   CameraState camera;
   CommandState command;
-  HazardResponse hazard_sensor;
+  HazardMeters hazard_meters;
   std::unique_ptr<SimulatedSensors> sensors;  ///< null: a real robot
 };
 

@@ -23,12 +23,20 @@ bool is_due(const Configuration& configuration, const WorldState& world, double 
 }
 
 void publish_hazard_reading(const TickContext& context, const ClockOffset& clock,
-                            simulation::Simulation& simulation, HazardResponse& sensor) {
+                            simulation::Simulation& simulation, HazardMeters& meters) {
   HazardReading reading;
   if (!simulation.hazard_reading(reading, context.robot_index)) return;
   const Scenario& scenario = context.configuration.scenario;
   const double period = steps_between(context.configuration, kHazardRate) / scenario.physics_rate;
-  sensor.measure(scenario.hazard_sensor, scenario.seed, period, reading);
+  std::vector<Event> reached;
+  meters.dose.add(reading, period, scenario.dose_limits, reached);
+  for (Event& event : reached) {
+    event.stamp = context.now;
+    event.subject = context.robot().name;
+    publish_event(context, event);
+  }
+  meters.sensor.measure(scenario.hazard_sensor, scenario.seed, period, reading);
+  meters.dose.append_to(reading);
   reading.stamp = clock.known() ? clock.to_sensor(context.now) : SensorTime{context.now.ns};
   encode(reading, context.outputs.add(context.channel(channel::kHazard)));
 }
@@ -68,9 +76,9 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
 }
 
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     const WorldState& world, HazardResponse& sensor) {
+                     const WorldState& world, HazardMeters& meters) {
   if (!is_due(context.configuration, world, kHazardRate)) return;
-  publish_hazard_reading(context, clock, simulation, sensor);
+  publish_hazard_reading(context, clock, simulation, meters);
   if (!simulates_trainee(context.configuration.scenario)) return;
   const simulation::SupplyState supply = simulation.supply_of(context.configuration.robot.name);
   context.tally.radio_power = supply.radio_power;

@@ -9,6 +9,7 @@
 #include "protocols/world.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/tick/clock_offset.hpp"
+#include "server/tick/dose.hpp"
 #include "server/tick/hazard_sensor.hpp"
 #include "server/tick/tick_context.hpp"
 
@@ -28,9 +29,15 @@ struct WorldState {
 void publish_simulation_events(const TickContext& context, simulation::Simulation& simulation);
 /// Publishes MR_WORLD 30 times a second and at each change of the scene; the grader receives it too.
 void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world);
-/// Publishes HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock` and `sensor`: the
-/// robot's.
+/// What a robot carries to measure hazards.
+struct HazardMeters {
+  HazardResponse sensor;
+  DoseMeter dose;
+};
+
+/// Publishes HAZARD, the events of doses, and radio and battery for MR_STATUS, ten times a second. `clock` and
+/// `meters`: the robot's.
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     const WorldState& world, HazardResponse& sensor);
+                     const WorldState& world, HazardMeters& meters);
 
 }  // namespace parhelion::tick

@@ -14,6 +14,7 @@ const std::string kScenario =
     "  - {name: source, kind: radiation, position: [1 m, 2 m, 0.5 m], dose_rate: 2 mSv/h, half_value: 5 cm}\n"
     "  - {name: leak, kind: gas, position: [7 m, 0 m, 1 m], concentration: 2 %, reach: 3 m}\n"
     "hazard_sensor: {radiation_lag: 4 s, radiation_counts: 0.3 kHz, gas_noise: 0.1 %}\n"
+    "dose_limits: {radiation: {warning: 20 uSv, limit: 0.05 mSv}, gas: {limit: 2 ppm h}}\n"
     "radio: {position: [0 m, 0 m, 1.5 m], power: 17 dBm, frequency: 5.2 GHz, exponent: 2.4, wall_loss: 6 "
     "dB}\n"
     "battery: {capacity: 120 Wh, idle: 30 W, efficiency: 0.7, low: 0.25}\n";
@@ -32,6 +33,7 @@ TEST(Hazard, IsReadWithItsUnits) {
   EXPECT_DOUBLE_EQ(scenario->hazards[3].strength, 20000);
   EXPECT_DOUBLE_EQ(scenario->hazards[3].reach, 3);
   EXPECT_EQ(scenario->hazard_sensor, (HazardSensor{4, 300, 6.5, 1000})) << "gas_lag is not said";
+  EXPECT_EQ(scenario->dose_limits, (DoseLimits{{20, 50}, {std::nullopt, 120}}));
   EXPECT_DOUBLE_EQ(scenario->radio->frequency, 5.2e9);
   EXPECT_DOUBLE_EQ(scenario->radio->sensitivity, -85) << "not said";
   EXPECT_DOUBLE_EQ(scenario->battery->capacity, 432e3);
@@ -47,8 +49,18 @@ TEST(Hazard, IsWrittenAsItIsRead) {
   EXPECT_EQ(again->hazards[1].shock, scenario->hazards[1].shock);
   EXPECT_EQ(again->hazards[3].strength, scenario->hazards[3].strength);
   EXPECT_EQ(again->hazard_sensor, scenario->hazard_sensor);
+  EXPECT_EQ(again->dose_limits, scenario->dose_limits);
   EXPECT_EQ(again->radio->power, scenario->radio->power);
   EXPECT_EQ(again->battery->low, scenario->battery->low);
+}
+
+TEST(Hazard, AWarningAboveItsLimitIsRefused) {
+  const auto refused =
+      parse_scenario("level: 3\ndose_limits: {gas: {warning: 3 ppm h, limit: 100 ppm min}}\n", "s.yaml");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("s.yaml:2: dose_limits: a warning is above its limit"),
+            std::string::npos)
+      << refused.error().message;
 }
 
 TEST(Hazard, RadioAndBatteryOfARealRobotAreRefused) {

@@ -44,6 +44,8 @@ LogLevel level_of(EventKind kind) {
     case EventKind::relocalized:
     case EventKind::odometry_changed:
     case EventKind::poses_conflict:
+    case EventKind::dose_warning:
+    case EventKind::dose_limit:
     case EventKind::speed_limited:
     case EventKind::injection_suspended:
     case EventKind::joint_overload:

@@ -44,7 +44,7 @@ TEST_F(LevelsTest, HazardSensorReportsAtTenHertz) {
   run(2);
   const auto readings = decoded<HazardReading>(channel::kHazard);
   EXPECT_NEAR(static_cast<double>(readings.size()), 20, 1);
-  ASSERT_EQ(readings.back().values.size(), 1U);
+  ASSERT_EQ(readings.back().values.size(), 2U) << "rate and dose";
   const double height = configuration_.robot.height;
   const Eigen::Vector3d sensor = motion().T_map_base * Eigen::Vector3d(0, 0, height);
   const double truth = 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm();
@@ -55,6 +55,24 @@ TEST_F(LevelsTest, HazardSensorReportsAtTenHertz) {
   EXPECT_EQ(readings.back().values[0].unit, "uSv/h");
   EXPECT_NEAR((readings.back().stamp - readings.front().stamp).seconds(), 0.1 * (readings.size() - 1.0),
               1e-5);
+}
+
+TEST_F(LevelsTest, DosesAccumulateAndTheirLimitsAreEvents) {
+  Scenario scenario = hazardous();
+  scenario.dose_limits.radiation = {0.005, 0.01};
+  start(level_1({}, scenario));
+  run(5);
+  const auto readings = decoded<HazardReading>(channel::kHazard);
+  const double height = configuration_.robot.height;
+  const Eigen::Vector3d sensor = motion().T_map_base * Eigen::Vector3d(0, 0, height);
+  const double rate = 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm();  // uSv/h
+  EXPECT_EQ(readings.back().values[1].unit, "uSv");
+  EXPECT_NEAR(readings.back().values[1].value, rate * 5 / 3600, 0.05 * rate * 5 / 3600);
+  const auto warned = events(EventKind::dose_warning), limited = events(EventKind::dose_limit);
+  ASSERT_EQ(warned.size(), 1U) << rate;
+  ASSERT_EQ(limited.size(), 1U) << rate;
+  EXPECT_EQ(limited[0].subject, "trainee");
+  EXPECT_NEAR((limited[0].stamp - warned[0].stamp).seconds(), 0.005 / rate * 3600, 0.25);
 }
 
 TEST_F(LevelsTest, StopsWithAnEmptyBatteryAndReportsTheCharge) {

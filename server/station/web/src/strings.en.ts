@@ -156,6 +156,10 @@ export const strings = {
     gotIt: "Got it",
     ended: "The session has ended.",
   },
+  readings: {
+    label: "Readings of the robot",
+    names: { radiation: "Radiation", gas: "Gas", dose: "Dose", gasDose: "Gas dose", battery: "Battery", radio: "Radio" },
+  },
   drive: {
     robot: "Robot",
     noRobots: "No robot can be driven.",
@@ -338,7 +342,7 @@ export const strings = {
     task_failed: "Task failed", points_deducted: "Points deducted", score_changed: "Score changed", grading_ended: "Grading ended", object_reported: "Object reported",
     command_accepted: "Command accepted", command_refused: "Command refused", dead_man_pressed: "Dead-man pressed", dead_man_released: "Dead-man released",
     injection_suspended: "Injection suspended", injection_active: "Injection active", localization_lost: "Localization lost", localized: "Localized",
-    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
+    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started",
     agent_hidden: "Agent hidden", agent_shown: "Agent shown",
   } as Record<string, string>,

@@ -1,3 +1,4 @@
+import { readingsOf } from "../../../../server/station/web/src/drive/readings";
 import { HeldKeys, isTyping, takesKeys } from "../../../../server/station/web/src/drive/keys";
 import { askedOf, jointCommand, movableJoints, roleOf } from "../../../../server/station/web/src/drive/joints";
 import { PadDrive, type PadState } from "../../../../server/station/web/src/drive/pad";
@@ -158,6 +159,16 @@ describe("sender", () => {
     sender.restart();
     expect(types(sender.step(1, false, still, none))).toEqual(["release"]);
   });
+});
+
+describe("readings", () => {
+  test("rates, doses, battery and radio are told apart", () => {
+    const hazard = [{ kind: "radiation", value: 12.34, unit: "uSv/h" }, { kind: "gas", value: 0.5, unit: "ppm" },
+      { kind: "radiation", value: 1, unit: "uSv" }, { kind: "gas", value: 1234, unit: "ppm min" }] as const;
+    expect(readingsOf([...hazard], { battery_left: 0.456, radio_dbm: -61.2 }).map((each) => `${each.name}: ${each.text}`)).toEqual(
+      ["radiation: 12.3 µSv/h", "gas: 0.5 ppm", "dose: 1 µSv", "gasDose: 1234 ppm min", "battery: 46 %", "radio: -61 dBm"]);
+  });
+  test("what is not measured is not shown", () => expect(readingsOf([], {})).toEqual([]));
 });
 
 describe("joints", () => {

@@ -20,6 +20,10 @@ test("what a newer server says more is passed over; what is not as agreed is ref
     expect(() => { if (parseMessage(bad) === null) throw new Error("passed over"); }).toThrow();
 });
 
+test("the list of several robots is taken", () => {
+  expect(parseMessage('{"type":"robots","list":[]}')).toEqual({ type: "robots", list: [] });
+});
+
 test("a question ends in its own answer, in silence, or with the connection", async () => {
   const requests = new Requests(), words = { notConnected: "not connected", noReply: "no reply" }, sent: number[] = [];
   const ask = (patience?: number) => requests.ask((request) => { sent.push(request); return true; }, words, patience);

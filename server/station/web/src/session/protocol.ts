@@ -58,7 +58,9 @@ export interface Plans { type: "plans"; list: Plan[] }
 export interface Zone { name: string; points: [number, number][]; bottom: number | null; top: number | null }
 export interface Zones { type: "zones"; list: Zone[] }
 export interface Joints { type: "joints"; robot: string; names: string[]; positions: number[] }
-export interface Hazard { type: "hazard"; [field: string]: unknown }
+/** A rate or concentration (unit "uSv/h", "ppm"), or its dose since the start ("uSv", "ppm min"). */
+export interface HazardValue { kind: "radiation" | "gas"; value: number; unit: string }
+export interface Hazard { type: "hazard"; t: number; values: HazardValue[] }
 export interface ModelVersion { type: "model"; version: number | string }
 export interface Reply { type: "reply"; request: number; ok: boolean; text: string }
 
@@ -76,7 +78,7 @@ export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control"
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
   operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
-  hazard: [], model: [], reply: [],
+  hazard: ["values"], model: [], reply: [], robots: ["list"],
 };
 
 /** null: unknown message (a newer server may send more); throws if a known one is invalid. */

@@ -3,7 +3,7 @@ import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
@@ -40,7 +40,7 @@ class Session {
   plans = $state.raw<Plan[]>([]);
   zones = $state.raw<Zone[]>([]);
   joints = $state.raw<Record<string, Joints>>({});
-  hazard = $state.raw<Record<string, unknown> | null>(null);
+  hazard = $state.raw<Hazard | null>(null);
   /** Increments when the semantic model has to be fetched again. */
   modelVersion = $state.raw<number | string>(0);
 
