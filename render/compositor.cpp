@@ -140,7 +140,6 @@ void EglCompositor::read_depth_image(const RenderJob& job) {
 
 Result<EglCompositor::Outcome> EglCompositor::draw(const RenderJob& job, RenderTimings& timings) {
   Stopwatch watch;
-  depth_is_read_ = false;
   if (!has_injectable(job.world)) return Outcome::nothing;
   if (!job.T_map_optical.finite()) return Error{"the camera's pose is not finite"};
   const auto size = image_size(job.image, codec_);
@@ -185,7 +184,8 @@ std::vector<std::string> EglCompositor::visible_entities() const {
 RenderAnswer EglCompositor::compose(const RenderJob& job) {
   RenderAnswer answer;
   answer.image = job.image;
-  const auto outcome = draw(job, answer.timings);
+  depth_is_read_ = false;
+  const Result<Outcome> outcome = job.image.width == 0 ? Outcome::nothing : draw(job, answer.timings);
   if (!outcome) {
     answer.reason = outcome.error().message;
   } else if (*outcome == Outcome::drawn) {
@@ -202,7 +202,7 @@ RenderAnswer EglCompositor::compose(const RenderJob& job) {
   if (auto depth = draw_depth(job); depth.ok()) {
     answer.depth = std::move(*depth);
   } else {
-    answer.depth = job.depth;
+    if (!job.depth_answered) answer.depth = job.depth;
     if (answer.reason.empty()) answer.reason = depth.error().message;
   }
   return answer;
@@ -210,6 +210,7 @@ RenderAnswer EglCompositor::compose(const RenderJob& job) {
 
 Result<Compositor::Pixels> EglCompositor::compose_pixels(const RenderJob& job) {
   RenderTimings timings;
+  depth_is_read_ = false;
   const auto outcome = draw(job, timings);
   if (!outcome) return outcome.error();
   if (*outcome == Outcome::nothing)
@@ -233,7 +234,7 @@ Result<Compositor::Pixels> EglCompositor::compose_pixels(const RenderJob& job) {
 /// than the modelled building and within the sensor's range; below the sensor's minimum range it is 0, as the
 /// sensor reports it.
 Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
-  if (!job.depth) return std::optional<Image>{};
+  if (!job.depth || job.depth_answered) return std::optional<Image>{};
   if (!has_injectable(job.world)) return std::optional<Image>{*job.depth};
   if (!depth_is_read_) read_depth_image(job);
   if (!depth_) return depth_.error();

@@ -17,14 +17,15 @@ namespace parhelion::render {
 
 /// One real image and everything that its rendering depends on.
 struct RenderJob {
-  Image image;  ///< with metadata "stand-in": occluded only by the model, not by the scan, as it shows only
-                ///< the model
+  Image image;  ///< of width 0: there is only a depth image. With metadata "stand-in": occluded only by
+                ///< the model, not by the scan, as it shows only the model
   CameraDescription camera;
   Transform<Map, CameraOptical> T_map_optical;  ///< at the image's stamp
   WorldSnapshot world;                          ///< at the image's stamp
   std::optional<Image> depth;                   ///< nearest in time, if there is one
   DepthCameraDescription depth_camera;
   Transform<Map, DepthOptical> T_map_depth;  ///< at the depth image's stamp
+  bool depth_answered = false;               ///< it only occludes: another job makes its MR_DEPTH
   std::optional<Scan> scan;                  ///< current real scan, an occluder in the laser's plane
   LaserDescription laser;
   Transform<Map, Laser> T_map_laser;  ///< at the scan's stamp

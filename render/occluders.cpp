@@ -104,8 +104,7 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
       finish();
       continue;
     }
-    const double angle = static_cast<double>(scan.angle_min) +
-                         static_cast<double>(i) * static_cast<double>(scan.angle_increment);
+    const double angle = scan.angle(i);
     const Eigen::Vector3d p =
         T_map_laser * (static_cast<double>(range) * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
     if ((p - p_map_camera).head<2>().norm() > farthest || explained(p, building)) {

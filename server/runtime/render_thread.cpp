@@ -12,11 +12,17 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 24;  // each holds a snapshot of the world
 
-render::RenderAnswer original(Image image, const std::string& reason) {
-  render::RenderAnswer answer;
+void explain(Image& image, const std::string& reason) {
   image.metadata.push_back({"parhelion.reason", {reason.begin(), reason.end()}});
-  answer.image = std::move(image);
+}
+
+/// Publishes what came, with the reason.
+render::RenderAnswer original(render::RenderJob job, const std::string& reason) {
+  render::RenderAnswer answer;
+  answer.image = std::move(job.image);
+  if (!job.depth_answered) answer.depth = std::move(job.depth);
   answer.reason = reason;
+  explain(answer.image.width == 0 && answer.depth ? *answer.depth : answer.image, reason);
   return answer;
 }
 
@@ -36,10 +42,11 @@ class FrameRenderer {
 
   render::RenderAnswer answer(tick::Outputs::Frame& frame) {
     if (frame.exposure) return picture(frame);
-    if (!frame.reason.empty()) return original(std::move(frame.job.image), frame.reason);
-    if (!compositor_) return original(std::move(frame.job.image), fault_);
+    if (!frame.reason.empty()) return original(std::move(frame.job), frame.reason);
+    if (!compositor_) return original(std::move(frame.job), fault_);
     render::RenderAnswer answer = compositor_->compose(frame.job);
-    if (!answer.reason.empty()) answer.image = original(std::move(answer.image), answer.reason).image;
+    if (!answer.reason.empty())
+      explain(answer.image.width == 0 && answer.depth ? *answer.depth : answer.image, answer.reason);
     return answer;
   }
 

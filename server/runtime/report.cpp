@@ -72,7 +72,7 @@ void report_robots(const std::vector<tick::RobotState>& robots, const StageClock
 
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
   if (!render_fault.empty()) report.notes["render"] = render_fault;
-  if (report.tally.frames_in > 0 && !robot.camera) {
+  if (report.tally.frames_in > 0 && !robot.camera && !robot.depth) {
     report.notes["calibration"] =
         "robot description '" + robot.name + "' has no 'camera' section: images are published unchanged";
   }

@@ -9,9 +9,10 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration kDepthPartner = milliseconds(50);  // a depth image further off in time is not used
-constexpr Duration kSameMoment = milliseconds(5);     // shorter than the interval of any camera
-constexpr Duration kLongestWait = milliseconds(50);   // for the depth image of the same moment
+constexpr Duration kDepthPartner = milliseconds(50);       // a depth image further off in time is not used
+constexpr Duration kSameMoment = milliseconds(5);          // shorter than the interval of any camera
+constexpr Duration kLongestWait = milliseconds(50);        // for the depth image of the same moment
+constexpr Duration kLongestDepthWait = milliseconds(110);  // for an image: its own wait included
 
 /// Passed through the render thread like all images, so that no original overtakes an earlier image in
 /// rendering.
@@ -25,20 +26,25 @@ Outputs::Frame original(const TickContext& context, Image image, std::uint64_t s
   return frame;
 }
 
+/// Adds the depth image at its sensor's pose. False: the pose is not known.
+bool add_depth(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
+  const Image& depth = *path.camera.depth;
+  // By the stamps as they are: one driver gives both.
+  const auto pose = robot_pose(path.pose, depth.stamp);
+  const auto turn = pose::head_turn(robot.depth->head, path.pose.joints, depth.stamp);
+  if (!pose || !turn) return false;
+  job.depth = depth;
+  job.depth_camera = *robot.depth;
+  job.T_map_depth = pose->T_map_base * *turn * robot.depth->T_base_optical;
+  job.depth_answered = std::exchange(path.camera.depth_answered, true);
+  return true;
+}
+
 /// Adds the occluders: depth image and current scan, each at its own sensor pose.
 void add_occluders(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
   const std::optional<Image>& depth = path.camera.depth;
-  if (depth && robot.depth) {
-    // By the stamps as they are: one driver gives both.
-    const Duration apart = job.image.stamp - depth->stamp;
-    const auto pose = robot_pose(path.pose, depth->stamp);
-    const auto turn = pose::head_turn(robot.depth->head, path.pose.joints, depth->stamp);
-    if (pose && turn.ok() && std::abs(apart.ns) <= kDepthPartner.ns) {
-      job.depth = depth;
-      job.depth_camera = *robot.depth;
-      job.T_map_depth = pose->T_map_base * *turn * robot.depth->T_base_optical;
-    }
-  }
+  if (depth && robot.depth && std::abs((job.image.stamp - depth->stamp).ns) <= kDepthPartner.ns)
+    (void)add_depth(robot, path, job);
   if (!path.scan.have_real || !robot.laser) return;
   const auto pose = robot_pose(path.pose, path.scan.real.stamp);
   if (!pose) return;
@@ -150,12 +156,35 @@ Outputs::Frame make_frame(const TickContext& context, WaitingImage waiting, cons
   return {std::move(job), number, path.site.model, "", {}, {}, context.robot_index};
 }
 
+/// A job for a depth image alone: one that no image of the camera was answered with.
+Outputs::Frame make_depth_frame(const TickContext& context, std::uint64_t sequence, const CameraPath& path) {
+  const RobotDescription& robot = context.robot();
+  render::RenderJob job;
+  job.image.stamp = path.camera.depth->stamp;
+  const auto unchanged = [&](const std::string& reason) {
+    render::RenderJob raw;
+    raw.depth = *path.camera.depth;
+    path.camera.depth_answered = true;
+    return Outputs::Frame{
+        std::move(raw),     record_number(context.robot_index, sequence), nullptr, reason, {}, {},
+        context.robot_index};
+  };
+  if (!robot.depth) return unchanged("the robot description has no depth camera");
+  pose::NoPose why{};
+  const auto pose = robot_pose(path.pose, job.image.stamp, &why);
+  if (!pose) return unchanged(std::string("no pose: ") + to_string(why));
+  if (!path.simulation.at(path.pose.clock.to_server(job.image.stamp), job.world))
+    return unchanged("the world at the depth image's stamp is not known");
+  leave_out_uncertain(context, *pose, job.image.stamp, path, job.world);
+  if (!add_depth(robot, path, job)) return unchanged("the joints of the depth camera's head are not known");
+  return {std::move(job),     record_number(context.robot_index, sequence), path.site.model, "", {}, {},
+          context.robot_index};
+}
+
 /// The depth image of the image's own instant, or a later one, has arrived.
 bool depth_is_there(const CameraState& camera) {
   return camera.depth && camera.depth->stamp - camera.waiting->image.stamp >= -kSameMoment;
 }
-
-}  // namespace
 
 void answer_waiting_image(const TickContext& context, const CameraPath& path) {
   if (!path.camera.waiting) return;
@@ -164,9 +193,23 @@ void answer_waiting_image(const TickContext& context, const CameraPath& path) {
   context.outputs.add_frame(make_frame(context, std::move(waiting), path));
 }
 
-void answer_overdue_image(const TickContext& context, const CameraPath& path) {
+void answer_waiting_depth(const TickContext& context, const CameraPath& path) {
+  if (path.camera.depth_answered) return;
+  ++context.tally.frames_in;
+  context.outputs.add_frame(make_depth_frame(context, ++path.camera.sequence, path));
+}
+
+}  // namespace
+
+void answer_waiting_images(const TickContext& context, const CameraPath& path) {
+  answer_waiting_image(context, path);
+  answer_waiting_depth(context, path);
+}
+
+void answer_overdue_images(const TickContext& context, const CameraPath& path) {
   const std::optional<WaitingImage>& waiting = path.camera.waiting;
   if (waiting && context.now - waiting->arrival >= kLongestWait) answer_waiting_image(context, path);
+  if (context.now - path.camera.depth_arrival >= kLongestDepthWait) answer_waiting_depth(context, path);
 }
 
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path) {
@@ -187,11 +230,16 @@ void handle_image(const TickContext& context, const Message& input, const Camera
 }
 
 void handle_depth(const TickContext& context, const Message& input, const CameraPath& path) {
+  CameraState& camera = path.camera;
   Image depth;
   if (const Status read = decode(input.channel, input.payload, depth); !read)
     return refuse(context, read.error());
-  path.camera.depth = std::move(depth);
-  if (path.camera.waiting && depth_is_there(path.camera)) answer_waiting_image(context, path);
+  answer_waiting_depth(context, path);  // the one before
+  camera.depth = std::move(depth);
+  camera.depth_arrival = context.now;
+  camera.depth_answered = false;
+  if (camera.waiting && depth_is_there(camera)) answer_waiting_image(context, path);
+  if (!context.robot().camera) answer_waiting_depth(context, path);
 }
 
 }  // namespace parhelion::tick

@@ -1,6 +1,7 @@
-// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's stamp, or the original image
-// with the reason. frame_path.hpp publishes the rendered images. At levels 1 and 2 the only CAMERA is that of
-// simulated_camera.hpp.
+// CAMERA to MR_CAMERA and DEPTH to MR_DEPTH: a job for the render thread with the world at the image's stamp,
+// or the original image with the reason. A depth image is answered with the image of the same instant, or by
+// a job of its own. frame_path.hpp publishes the rendered images. At levels 1 and 2 the only CAMERA is that
+// of simulated_camera.hpp.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,8 @@ struct CameraState {
   std::uint64_t sequence = 0;
   std::optional<WaitingImage> waiting;
   std::optional<Image> depth;  ///< the newest
+  SimulationTime depth_arrival;
+  bool depth_answered = true;  ///< a job publishes its MR_DEPTH
 };
 
 /// Dependencies of the camera path.
@@ -43,9 +46,10 @@ struct CameraPath {
 /// send colour first. It is processed when that depth image or a newer image arrives, or after 50 ms.
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path);
 void handle_depth(const TickContext& context, const Message& input, const CameraPath& path);
-/// At each step: processes an image that has waited for 50 ms.
-void answer_overdue_image(const TickContext& context, const CameraPath& path);
-/// At the end of a session: processes an image that still waits.
-void answer_waiting_image(const TickContext& context, const CameraPath& path);
+/// At each step: processes an image that has waited for 50 ms, and a depth image that has waited longer than
+/// any image may.
+void answer_overdue_images(const TickContext& context, const CameraPath& path);
+/// At the end of a session: processes images that still wait.
+void answer_waiting_images(const TickContext& context, const CameraPath& path);
 
 }  // namespace parhelion::tick

@@ -34,7 +34,8 @@ void publish_frame(const Configuration& configuration, const FrameAnswer& done, 
                    Tally& tally) {
   if (!done.agent.empty()) return publish_agent_frame(configuration, done, outputs, tally);
   if (done.simulated) return publish_simulated_frame(configuration, done.answer, outputs, tally);
-  encode(done.answer.image, outputs.add(configuration.channels.robots_bus(channel::kMrCamera, done.robot)));
+  if (done.answer.image.width > 0)
+    encode(done.answer.image, outputs.add(configuration.channels.robots_bus(channel::kMrCamera, done.robot)));
   if (done.answer.depth)
     encode(*done.answer.depth, outputs.add(configuration.channels.robots_bus(channel::kMrDepth, done.robot)));
   ++tally.frames_out;

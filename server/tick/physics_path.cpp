@@ -66,7 +66,7 @@ void step_physics(const TickContext& context, State& state) {
 void watch_robot(const TickContext& context, RobotState& robot, State& state) {
   watch_silence(context, state.command_path(robot));
   watch_injection(context, robot.injection);
-  answer_overdue_image(context, state.camera_path(robot));
+  answer_overdue_images(context, state.camera_path(robot));
 }
 
 void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& stages) {

@@ -132,7 +132,7 @@ void finish(const Configuration& configuration, State& state, Outputs& outputs) 
   const TickContext context = state.context(configuration, state.simulation.now(), outputs);
   for (RobotState& robot : state.robots) {
     const TickContext own = context.of_robot(robot.index);
-    answer_waiting_image(own, state.camera_path(robot));
+    answer_waiting_images(own, state.camera_path(robot));
     stop_robot(own, state.command_path(robot));
   }
 }

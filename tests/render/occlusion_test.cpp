@@ -72,6 +72,23 @@ TEST(MrDepth, ChangesOnlyWhereABodyIsNearer) {
   }
 }
 
+TEST(MrDepth, IsTheSameWithoutAPictureBesideIt) {
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  RenderJob job = depth_job(4);
+  const RenderAnswer both = (*compositor)->compose(job);
+  job.image = {};
+  const RenderAnswer alone = (*compositor)->compose(job);
+  EXPECT_EQ(alone.reason, "");
+  EXPECT_FALSE(alone.drawn);
+  EXPECT_TRUE(alone.image.bytes.empty());
+  ASSERT_TRUE(alone.depth && both.depth);
+  EXPECT_NE(alone.depth->bytes, job.depth->bytes);
+  EXPECT_EQ(alone.depth->bytes, both.depth->bytes);
+  job.depth_answered = true;
+  EXPECT_FALSE((*compositor)->compose(job).depth);
+}
+
 TEST(MrDepth, WithoutVisibleBodiesBytesAreUnchanged) {
   auto compositor = Compositor::create({});
   ASSERT_TRUE(compositor.ok());

@@ -1,7 +1,9 @@
 // The video shows the same agents as the scans.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tests/server/tick/tick_fixture.hpp"
 
@@ -79,6 +81,103 @@ TEST_F(TickTest, AnAgentReturnsWhenTheErrorIsClearlySmall) {
   EXPECT_TRUE(live[9]);
   EXPECT_FALSE(live[20]);
   EXPECT_TRUE(live.back());
+}
+
+DepthCameraDescription small_depth_camera() {
+  DepthCameraDescription depth;
+  depth.intrinsics = {64, 48, 60, 60, 32, 24, {}, {}};
+  depth.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 0.4}};
+  return depth;
+}
+
+/// A depth image of a wall 4 m away, which arrives 5 ms after its stamp.
+Message depth_at(std::int64_t us) {
+  Image image;
+  image.stamp = SensorTime::from_utime(us);
+  image.width = 64;
+  image.height = 48;
+  image.format = PixelFormat::depth_mm;
+  image.row_stride = 128;
+  for (int i = 0; i < 64 * 48; ++i) image.bytes.insert(image.bytes.end(), {0xA0, 0x0F});
+  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
+  return test::message(channel::kDepth, us + 5000, image);
+}
+
+/// How often each depth image is published by a job, by its stamp (us).
+class DepthAnswers {
+ public:
+  void add(Outputs& outputs) {
+    for (const Outputs::Frame& frame : outputs.frames()) {
+      if (!frame.job.depth || frame.job.depth_answered) continue;
+      ++times_[frame.job.depth->stamp.utime()];
+      unchanged_ += frame.reason.empty() ? 0 : 1;
+    }
+  }
+  std::size_t images() const { return times_.size(); }
+  int unchanged() const { return unchanged_; }
+  bool once_each() const {
+    return std::all_of(times_.begin(), times_.end(), [](const auto& each) { return each.second == 1; });
+  }
+
+ private:
+  std::map<std::int64_t, int> times_;
+  int unchanged_ = 0;
+};
+
+TEST_F(TickTest, DepthImagesOfARobotWithoutACameraAreAnswered) {
+  Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});
+  configuration.robot.depth = small_depth_camera();
+  start(configuration);
+  std::vector<Message> images;
+  for (std::int64_t t = 1'050'000; t < 4'000'000; t += 100'000)
+    images.push_back(depth_at(test::kStartUs + t));
+  DepthAnswers answers;
+  for (const Message& each : test::drive(4, images)) {
+    feed(each);
+    answers.add(outputs_);
+    for (const Outputs::Frame& frame : outputs_.frames()) {
+      EXPECT_TRUE(frame.job.image.bytes.empty());
+      EXPECT_EQ(frame.reason, "");
+      EXPECT_TRUE(draws(frame.job, "box_1"));
+    }
+  }
+  EXPECT_EQ(answers.images(), images.size());
+  EXPECT_TRUE(answers.once_each());
+}
+
+TEST_F(TickTest, EachDepthImageIsAnsweredOnceWhateverTheRateOfTheCamera) {
+  for (const std::int64_t period : {40'000, 100'000, 330'000}) {
+    Configuration configuration = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});
+    configuration.robot = test::robot_with_camera();
+    configuration.robot.depth = small_depth_camera();
+    start(configuration);
+    std::vector<Message> images;
+    for (std::int64_t t = 1'000'000; t < 4'000'000; t += period)
+      images.push_back(test::image_at(test::kStartUs + t));
+    std::size_t depth_images = 0;
+    for (std::int64_t t = 1'050'000; t < 3'700'000; t += 100'000, ++depth_images)
+      images.push_back(depth_at(test::kStartUs + t));
+    DepthAnswers answers;
+    std::size_t pictures = 0;
+    for (const Message& each : test::drive(4, images)) {
+      feed(each);
+      answers.add(outputs_);
+      for (const Outputs::Frame& frame : outputs_.frames()) pictures += !frame.job.image.bytes.empty();
+    }
+    EXPECT_EQ(answers.images(), depth_images) << period;
+    EXPECT_TRUE(answers.once_each()) << period;
+    EXPECT_GE(pictures + 1, images.size() - depth_images) << period;
+  }
+}
+
+TEST_F(TickTest, ADepthImageWithoutADescriptionIsPublishedWithTheReason) {
+  start(test::configuration({}));
+  feed(test::drive(1));
+  DepthAnswers answers;
+  feed(depth_at(test::kStartUs + 1'000'000));
+  answers.add(outputs_);
+  EXPECT_EQ(answers.images(), 1U);
+  EXPECT_EQ(answers.unchanged(), 1);
 }
 
 }  // namespace
