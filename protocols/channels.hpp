@@ -6,9 +6,10 @@ namespace parhelion::channel {
 
 /// robot_t, in or out: description of the real robot, as YAML; out where the robot is simulated.
 inline constexpr const char* kRobot = "ROBOT";
-/// planar_lidar_t, in or out: scans of the robot's laser, unchanged from the sensor.
+/// planar_lidar_t or lidar_t, in or out: scans of the robot's laser, unchanged from the sensor.
 inline constexpr const char* kScan = "SCAN";
-/// planar_lidar_t, in: scans of a second laser that is swept over the site, to build a model of it.
+/// planar_lidar_t or lidar_t, in: scans of a second laser that is swept over the site, to build a model of
+/// it.
 inline constexpr const char* kLines = "LINES";
 /// pose2D_t, in or out: wheel odometry.
 inline constexpr const char* kOdometry = "ODOMETRY";
@@ -26,7 +27,7 @@ inline constexpr const char* kCamera = "CAMERA";
 inline constexpr const char* kDepth = "DEPTH";
 /// imu_t or mbot_imu_t, in or out: samples of the inertial sensor.
 inline constexpr const char* kImu = "IMU";
-/// twist2D_t, in: velocity commanded by the trainee.
+/// twist2D_t or mbot_motor_command_t, in: velocity commanded by the trainee.
 inline constexpr const char* kTeleop = "TELEOP";
 /// joints_t, in or out: positions of the joints, from encoders.
 inline constexpr const char* kJointState = "JOINT_STATE";
@@ -62,7 +63,7 @@ inline constexpr const char* kMrObjectReport = "MR_OBJECT_REPORT";
 inline constexpr const char* kMrScript = "MR_SCRIPT";
 /// emergency_stop_t, in: emergency stop of a robot, and its release.
 inline constexpr const char* kMrEmergencyStop = "MR_EMERGENCY_STOP";
-/// planar_lidar_t, out: SCAN with the virtual objects in it. Same utime, same beams.
+/// planar_lidar_t or lidar_t, out: SCAN with the virtual objects in it. Same type, utime and beams.
 inline constexpr const char* kMrScan = "MR_SCAN";
 /// scan_info_t, out: which agent each beam of MR_SCAN hit, or why nothing was injected.
 inline constexpr const char* kMrScanInfo = "MR_SCAN_INFO";
@@ -80,7 +81,7 @@ inline constexpr const char* kMrWorld = "MR_WORLD";
 inline constexpr const char* kMrEvents = "MR_EVENTS";
 /// status_t, out: measured durations, loads and counts of dropped messages.
 inline constexpr const char* kMrStatus = "MR_STATUS";
-/// twist2D_t, out: velocity command to the real robot: TELEOP, limited where needed.
+/// twist2D_t or mbot_motor_command_t, out: velocity command to the real robot: TELEOP, limited where needed.
 inline constexpr const char* kMrCmd = "MR_CMD";
 /// joints_t, out: joint command to the real robot.
 inline constexpr const char* kMrJointCmd = "MR_JOINT_CMD";

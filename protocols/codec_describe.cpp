@@ -18,8 +18,10 @@
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
+#include "parhelion/lidar_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
+#include "parhelion/mbot_motor_command_t.hpp"
 #include "parhelion/model_t.hpp"
 #include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
@@ -71,10 +73,10 @@ std::string summarize(const Scan& scan) {
     nearest = std::min(nearest, range);
     farthest = std::max(farthest, range);
   }
-  return format("%zu beams from %.4f rad step %.6f rad, finite ranges %.3f..%.3f m, %zu intensities",
+  return format("%zu beams from %.4f rad %s %.6f rad, finite ranges %.3f..%.3f m, %zu intensities",
                 scan.ranges.size(), static_cast<double>(scan.angle_min),
-                static_cast<double>(scan.angle_increment), static_cast<double>(nearest),
-                static_cast<double>(farthest), scan.intensities.size());
+                scan.angles.empty() ? "step" : "mean step", static_cast<double>(scan.angle_increment),
+                static_cast<double>(nearest), static_cast<double>(farthest), scan.intensities.size());
 }
 
 std::string summarize(const Image& image) {
@@ -295,11 +297,13 @@ struct Type {
 const auto& types() {
   static const std::array known = {
       Type{planar_lidar_t::getHash(), "planar_lidar_t", describe_as<Scan>},
+      Type{lidar_t::getHash(), "lidar_t", describe_as<Scan>},
       Type{image_t::getHash(), "image_t", describe_as<Image>},
       Type{pose2D_t::getHash(), "pose2D_t", describe_as<Odometry>},
       Type{pose_cov_t::getHash(), "pose_cov_t", describe_as<PoseEstimate>},
       Type{pose_t::getHash(), "pose_t", describe_as<PoseStamped>},
       Type{twist2D_t::getHash(), "twist2D_t", describe_as<TwistCommand>},
+      Type{mbot_motor_command_t::getHash(), "mbot_motor_command_t", describe_as<TwistCommand>},
       Type{imu_t::getHash(), "imu_t", describe_as<ImuSample>},
       Type{mbot_imu_t::getHash(), "mbot_imu_t", describe_as<ImuSample>},
       Type{joints_t::getHash(), "joints_t", describe_as<Joints>},

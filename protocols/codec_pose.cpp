@@ -1,4 +1,5 @@
-// pose_cov_t, pose_t, pose2D_t, twist2D_t.
+// pose_cov_t, pose_t, pose2D_t, twist2D_t, mbot_motor_command_t.
+#include "parhelion/mbot_motor_command_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
 #include "parhelion/pose_t.hpp"
@@ -93,7 +94,35 @@ void encode(const Odometry& odometry, std::vector<std::uint8_t>& bytes) {
   writer.number(static_cast<float>(odometry.T_odom_base.yaw()));
 }
 
+namespace {
+
+bool is_motor_command(Bytes bytes) {
+  return bytes.size() >= sizeof(std::int64_t) &&
+         wire::big_endian<std::int64_t>(bytes.data()) == mbot_motor_command_t::getHash();
+}
+
+Status decode_motor_command(std::string_view channel, Bytes bytes, TwistCommand& command) {
+  wire::Reader reader(channel, "mbot_motor_command_t", mbot_motor_command_t::getHash(), bytes);
+  command.type = CommandType::mbot_motor;
+  command.stamp = reader.utime();
+  command.twist.vx = reader.bounded<float>("trans_v", wire::kMaxRate);
+  command.twist.vy = 0;
+  command.twist.wz = reader.bounded<float>("angular_v", wire::kMaxRate);
+  return reader.status();
+}
+
+void encode_motor_command(const TwistCommand& command, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(mbot_motor_command_t::getHash(), bytes);
+  writer.number(command.stamp.utime());
+  writer.number(static_cast<float>(command.twist.vx));
+  writer.number(static_cast<float>(command.twist.wz));
+}
+
+}  // namespace
+
 Status decode(std::string_view channel, Bytes bytes, TwistCommand& command) {
+  if (is_motor_command(bytes)) return decode_motor_command(channel, bytes, command);
+  command.type = CommandType::twist;
   wire::Reader reader(channel, "twist2D_t", twist2D_t::getHash(), bytes);
   command.stamp = reader.utime();
   command.twist.vx = reader.bounded<float>("vx", wire::kMaxRate);
@@ -103,6 +132,7 @@ Status decode(std::string_view channel, Bytes bytes, TwistCommand& command) {
 }
 
 void encode(const TwistCommand& command, std::vector<std::uint8_t>& bytes) {
+  if (command.type == CommandType::mbot_motor) return encode_motor_command(command, bytes);
   wire::Writer writer(twist2D_t::getHash(), bytes);
   writer.number(command.stamp.utime());
   writer.number(static_cast<float>(command.twist.vx));

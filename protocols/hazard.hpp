@@ -73,8 +73,8 @@ struct HazardSensor {
   bool operator==(const HazardSensor&) const = default;
 };
 
-/// Doses of a robot since the start of the session that are events: uSv of radiation, ppm min of gas. None: no
-/// event.
+/// Doses of a robot since the start of the session that are events: uSv of radiation, ppm min of gas. None:
+/// no event.
 struct DoseLimits {
   struct Limit {
     std::optional<double> warning, limit;

@@ -23,6 +23,7 @@ using yaml::Quantity;
 
 constexpr std::array<const char*, 2> kLensNames{"radial_tangential", "fisheye"};
 constexpr std::array<const char*, 2> kVelocityFrameNames{"body", "local"};
+constexpr std::array<const char*, 2> kCommandTypeNames{"twist2D_t", "mbot_motor_command_t"};
 
 CameraIntrinsics read_intrinsics(const Node& node, yaml::Problems& problems) {
   CameraIntrinsics camera;
@@ -226,6 +227,7 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   if (const Node* limits = node.find("limits")) read_limits(*limits, robot.limits);
   if (const Node* attitude = node.find("attitude")) robot.attitude = read_attitude(*attitude, problems);
   yaml::read(node, "velocity_frame", kVelocityFrameNames, robot.velocity_frame);
+  yaml::read(node, "command_type", kCommandTypeNames, robot.command_type);
   yaml::read(node, "odometry_error_translation", robot.odometry_error_translation);
   yaml::read(node, "odometry_error_rotation", robot.odometry_error_rotation);
   if (const Node* odometry = node.find("odometry")) robot.odometry = read_odometry(*odometry);
@@ -322,6 +324,7 @@ std::string to_yaml(const RobotDescription& robot) {
   writer.close();
   if (robot.attitude) write_attitude(writer, *robot.attitude);
   writer.word("velocity_frame", kVelocityFrameNames.at(static_cast<std::size_t>(robot.velocity_frame)));
+  writer.word("command_type", kCommandTypeNames.at(static_cast<std::size_t>(robot.command_type)));
   writer.quantity("odometry_error_translation", robot.odometry_error_translation, Quantity::length_ratio);
   writer.quantity("odometry_error_rotation", robot.odometry_error_rotation, Quantity::angle_ratio);
   write_odometry(writer, robot.odometry);

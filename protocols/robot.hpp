@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocols/image.hpp"
+#include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 
@@ -63,6 +64,7 @@ struct RobotDescription {
   RobotLimits limits;
   std::optional<AttitudeLimits> attitude;  ///< none: no warnings
   VelocityFrame velocity_frame = VelocityFrame::body;
+  CommandType command_type = CommandType::twist;  ///< of MR_CMD
   /// 1 sigma of odometry per metre driven and per radian turned: m/m and rad/rad.
   double odometry_error_translation = 0.05;
   double odometry_error_rotation = 0.05;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace parhelion {
 namespace {
@@ -23,7 +24,69 @@ bool is_value(RangeConvention::Sentinel kind, float value, float range) {
   return kind == RangeConvention::Sentinel::value && range == value;
 }
 
+constexpr double kFullTurn = 2 * std::numbers::pi;
+
+/// Distance of two directions, rad, 0..pi.
+double apart(double a, double b) { return std::abs(std::remainder(a - b, kFullTurn)); }
+
+/// Index of a direction among the evenly spaced beams, not rounded; may lie outside of them. Counted from the
+/// middle of the scan, so that a full turn is cut behind it.
+double even_index(const Scan& scan, double direction) {
+  const double half = static_cast<double>(scan.ranges.size() - 1) / 2;
+  const double middle = double{scan.angle_min} + half * double{scan.angle_increment};
+  return half + std::remainder(direction - middle, kFullTurn) / double{scan.angle_increment};
+}
+
+bool has_step(const Scan& scan) { return !scan.ranges.empty() && std::abs(scan.angle_increment) > 0; }
+
 }  // namespace
+
+std::optional<std::size_t> Scan::beam_at(double direction) const {
+  if (!has_step(*this)) return std::nullopt;
+  std::size_t nearest = 0;
+  if (angles.empty()) {
+    const double last = static_cast<double>(ranges.size() - 1);
+    nearest = static_cast<std::size_t>(std::lround(std::clamp(even_index(*this, direction), 0.0, last)));
+  } else {
+    const auto closest = std::min_element(angles.begin(), angles.end(), [&](float a, float b) {
+      return apart(double{a}, direction) < apart(double{b}, direction);
+    });
+    nearest = static_cast<std::size_t>(closest - angles.begin());
+  }
+  if (apart(angle(nearest), direction) > std::abs(double{angle_increment})) return std::nullopt;
+  return nearest;
+}
+
+std::vector<std::optional<std::size_t>> nearest_beams(const Scan& scan) {
+  std::vector<std::optional<std::size_t>> nearest(scan.ranges.size());
+  if (scan.angles.empty() || !has_step(scan)) {
+    for (std::size_t i = 0; i < nearest.size(); ++i) nearest[i] = i;
+    return nearest;
+  }
+  std::vector<double> distance(nearest.size(), 1);  // steps
+  for (std::size_t beam = 0; beam < nearest.size(); ++beam) {
+    const double index = even_index(scan, double{scan.angles[beam]});
+    for (const double place : {std::floor(index), std::ceil(index)}) {
+      if (place < 0 || place >= static_cast<double>(nearest.size())) continue;
+      const auto i = static_cast<std::size_t>(place);
+      if (std::abs(index - place) >= distance[i]) continue;
+      distance[i] = std::abs(index - place);
+      nearest[i] = beam;
+    }
+  }
+  return nearest;
+}
+
+Scan evenly_spaced(const Scan& scan) {
+  Scan even{scan.stamp, scan.ranges, scan.intensities, scan.angle_min, scan.angle_increment, {}, {}};
+  if (scan.angles.empty()) return even;
+  const auto nearest = nearest_beams(scan);
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    even.ranges[i] = nearest[i] ? scan.ranges[*nearest[i]] : std::numeric_limits<float>::quiet_NaN();
+    if (!even.intensities.empty()) even.intensities[i] = nearest[i] ? scan.intensities[*nearest[i]] : 0;
+  }
+  return even;
+}
 
 BeamKind RangeConvention::classify(float range) const {
   // Sentinels first: a sensor that writes 0 for "no return" has a no-return value below its minimum range.
@@ -69,6 +132,11 @@ Duration LaserDescription::beam_time(std::size_t i, std::size_t n) const {
       return seconds(at_beam - end);
   }
   return seconds(at_beam);
+}
+
+Duration LaserDescription::beam_time(std::size_t i, const Scan& scan) const {
+  if (!scan.is_timed()) return beam_time(i, scan.ranges.size());
+  return microseconds(scan.times[i] - scan.stamp.utime());
 }
 
 }  // namespace parhelion

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,14 +13,33 @@
 
 namespace parhelion {
 
-/// One scan; beam i points at angle_min + i * angle_increment in the laser's xy-plane.
+/// One scan; beam i points at angle(i) in the laser's xy-plane.
 struct Scan {
   SensorTime stamp;                ///< instant of the beam that LaserDescription::stamp_beam names
   std::vector<float> ranges;       ///< metres, sentinels as received from the sensor (never rewritten)
   std::vector<float> intensities;  ///< empty, or one per beam; sensor's own unit
-  float angle_min = 0;             ///< rad
-  float angle_increment = 0;       ///< rad, negative where the sensor sweeps clockwise
+  float angle_min = 0;             ///< rad, of beam 0
+  /// rad, negative where the sensor sweeps clockwise; the mean where the beams have angles of their own.
+  float angle_increment = 0;
+  std::vector<float> angles;  ///< rad: empty, or one per beam where they are not evenly spaced (lidar_t)
+  std::vector<std::int64_t> times;  ///< us since the epoch as received: empty, or one per beam (lidar_t)
+
+  double angle(std::size_t i) const {
+    return angles.empty() ? double{angle_min} + static_cast<double>(i) * double{angle_increment}
+                          : double{angles[i]};
+  }
+  /// Whether `times` tells the beams apart: a sensor that does not measure them writes one instant into all.
+  bool is_timed() const { return !times.empty() && times.front() != times.back(); }
+  /// The beam nearest to a direction (rad); nullopt: none within a step of it, or no beam.
+  std::optional<std::size_t> beam_at(double angle) const;
 };
+
+/// For readers that know evenly spaced beams alone, angle_increment apart: for each of them the beam of
+/// `scan` that is nearest to its direction; nullopt: none is within a step. Beams that are evenly spaced:
+/// themselves.
+std::vector<std::optional<std::size_t>> nearest_beams(const Scan& scan);
+/// The scan with these beams; NaN where there is none.
+Scan evenly_spaced(const Scan& scan);
 
 /// Meaning of one range on the wire, in REP-117's terms.
 enum class BeamKind : std::uint8_t { hit, no_return /* +inf */, too_close /* -inf */, invalid /* NaN */ };
@@ -83,6 +103,8 @@ struct LaserDescription {
 
   /// Instant of beam i of n, relative to the scan's stamp.
   Duration beam_time(std::size_t i, std::size_t n) const;
+  /// The same by the scan's own times where it has them.
+  Duration beam_time(std::size_t i, const Scan& scan) const;
 };
 
 }  // namespace parhelion

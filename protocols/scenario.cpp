@@ -249,7 +249,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   if (const Node* hazards = node.find("hazards")) scenario.hazards = read_hazards(*hazards, problems);
   if (const Node* sensor = node.find("hazard_sensor"))
     scenario.hazard_sensor = read_hazard_sensor(*sensor, problems);
-  if (const Node* limits = node.find("dose_limits")) scenario.dose_limits = read_dose_limits(*limits, problems);
+  if (const Node* limits = node.find("dose_limits"))
+    scenario.dose_limits = read_dose_limits(*limits, problems);
   if (const Node* radio = node.find("radio")) {
     scenario.radio = read_radio(*radio, problems);
     check_supply(scenario, *radio, "radio", problems);

@@ -238,7 +238,7 @@ void stop_robot(const BusOptions& options, const runtime::RobotStop& stop) {
     if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const SensorTime now{runtime::wall_now().ns};
     std::vector<std::uint8_t> payload;
-    encode(TwistCommand{now, {}}, payload);
+    encode(TwistCommand{now, {}, stop.command_type}, payload);
     (void)(*bus)->publish(stop.command_channel, payload);
     if (stop.joints.empty()) continue;
     encode(Joints{now, stop.joints, {}, std::vector<double>(stop.joints.size(), 0), {}}, payload);

@@ -21,7 +21,7 @@ std::vector<std::uint8_t> stop_of(const Message& message, bool& moves) {
   Joints joints;
   if (decode(message.channel, message.payload, command)) {
     moves = command.twist.vx != 0 || command.twist.vy != 0 || command.twist.wz != 0;
-    encode(TwistCommand{{now().ns}, {}}, stop);
+    encode(TwistCommand{{now().ns}, {}, command.type}, stop);
   } else if (decode(message.channel, message.payload, joints)) {
     moves = !joints.positions.empty() ||
             !std::all_of(joints.velocities.begin(), joints.velocities.end(), is_zero) ||

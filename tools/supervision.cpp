@@ -99,7 +99,8 @@ int wait_for(pid_t server) {
 void ServerMemory::set_robot_stops(const std::vector<runtime::RobotStop>& stops) {
   std::string text;
   for (const runtime::RobotStop& stop : stops) {
-    text += stop.command_channel + '\n' + stop.joint_channel + '\n';
+    text += stop.command_channel + '\n' + std::to_string(static_cast<int>(stop.command_type)) + '\n' +
+            stop.joint_channel + '\n';
     for (const std::string& joint : stop.joints) text += joint + '\n';
     text += '\n';
   }
@@ -112,6 +113,9 @@ std::vector<runtime::RobotStop> ServerMemory::robot_stops() const {
   for (std::string line; std::getline(lines, line);) {
     runtime::RobotStop& stop = stops.emplace_back();
     stop.command_channel = line;
+    std::getline(lines, line);
+    if (line == std::to_string(static_cast<int>(CommandType::mbot_motor)))
+      stop.command_type = CommandType::mbot_motor;
     std::getline(lines, stop.joint_channel);
     while (std::getline(lines, line) && !line.empty()) stop.joints.push_back(line);
   }

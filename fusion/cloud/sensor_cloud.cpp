@@ -64,7 +64,7 @@ template <class Take>
 void each_hit(const Scan& line, const LaserDescription& laser, Take take) {
   for (std::size_t i = 0; i < line.ranges.size(); ++i) {
     if (laser.convention.classify(line.ranges[i]) != BeamKind::hit) continue;
-    const double angle = line.angle_min + static_cast<double>(i) * line.angle_increment;
+    const double angle = line.angle(i);
     const double range = line.ranges[i];
     take(i, Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0));
   }
@@ -115,7 +115,7 @@ Result<LineCloud> cloud_from_lines(std::span<const Scan> lines, const LaserDescr
   std::uint64_t placed = 0;
   for (const Scan& line : lines) {
     const std::size_t n = line.ranges.size();
-    const auto pose_of = [&](std::size_t i) { return pose_at(line.stamp + laser.beam_time(i, n)); };
+    const auto pose_of = [&](std::size_t i) { return pose_at(line.stamp + laser.beam_time(i, line)); };
     const auto first = n == 0 ? std::nullopt : pose_of(0);
     if (!first || !pose_of(n - 1)) {
       ++result.without_pose;
@@ -136,11 +136,11 @@ Result<LineCloud> cloud_from_lines(std::span<const Scan> lines, const LaserDescr
   return result;
 }
 
-LineSpan line_span(const LaserDescription& laser, std::size_t beams) {
-  if (beams == 0) return {};
-  LineSpan span{laser.beam_time(0, beams), laser.beam_time(0, beams)};
-  for (std::size_t i = 1; i < beams; ++i) {
-    const Duration t = laser.beam_time(i, beams);
+LineSpan line_span(const LaserDescription& laser, const Scan& line) {
+  if (line.ranges.empty()) return {};
+  LineSpan span{laser.beam_time(0, line), laser.beam_time(0, line)};
+  for (std::size_t i = 1; i < line.ranges.size(); ++i) {
+    const Duration t = laser.beam_time(i, line);
     span = {std::min(span.start, t), std::max(span.end, t)};
   }
   return span;
@@ -167,12 +167,11 @@ PointCloud<Map> cloud_from_lines(std::span<const PlacedLine> lines, const LaserD
     if (cloud.viewpoints.empty() || (cloud.viewpoints.back() - place).norm() >= viewpoint_distance)
       cloud.viewpoints.push_back(place);
     const auto viewpoint = static_cast<std::uint16_t>(cloud.viewpoints.size() - 1);
-    const std::size_t n = placed.line.ranges.size();
-    const LineSpan span = line_span(laser, n);
+    const LineSpan span = line_span(laser, placed.line);
     const double length = (span.end - span.start).seconds();
     each_hit(placed.line, laser, [&](std::size_t i, const Eigen::Vector3d& p_laser) {
       if (on_body(body, placed.T_base_laser * p_laser)) return;
-      const double s = length > 0 ? (laser.beam_time(i, n) - span.start).seconds() / length : 0;
+      const double s = length > 0 ? (laser.beam_time(i, placed.line) - span.start).seconds() / length : 0;
       const Eigen::Vector3d p = interpolate(placed.T_map_laser_start, placed.T_map_laser_end, s) * p_laser;
       if (!p.allFinite()) return;
       cloud.points.push_back(p.cast<float>());

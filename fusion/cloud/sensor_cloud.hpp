@@ -44,7 +44,7 @@ Result<LineCloud> cloud_from_lines(std::span<const Scan> lines, const LaserDescr
 struct LineSpan {
   Duration start, end;
 };
-LineSpan line_span(const LaserDescription& laser, std::size_t beams);
+LineSpan line_span(const LaserDescription& laser, const Scan& line);
 
 /// Whether the laser's plane lies within 20 degrees of base_link's: its lines are then no 3D scan.
 bool lies_level(const LaserDescription& laser);

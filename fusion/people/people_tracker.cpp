@@ -197,12 +197,9 @@ bool PeopleTracker::hidden(const LaserSweep& sweep, const Track& track) const {
   const Eigen::Vector2d p = (T_laser_map * Eigen::Vector3d(track.position().x(), track.position().y(),
                                                            sweep.motion.T_map_laser_end.translation().z()))
                                 .head<2>();
-  const std::size_t beams = sweep.scan.ranges.size();
-  const double middle = double{sweep.scan.angle_min} + double{sweep.scan.angle_increment} * beams / 2;
-  const double index = wrap_angle(std::atan2(p.y(), p.x()) - middle) / double{sweep.scan.angle_increment} +
-                       static_cast<double>(beams) / 2;
-  if (!(index >= 0) || index >= static_cast<double>(beams)) return true;
-  const float range = sweep.scan.ranges[static_cast<std::size_t>(index)];
+  const auto beam = sweep.scan.beam_at(std::atan2(p.y(), p.x()));
+  if (!beam) return true;
+  const float range = sweep.scan.ranges[*beam];
   return sweep.description.convention.classify(range) == BeamKind::hit && range < p.norm() - 0.2;
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "fusion/people/segment_shape.hpp"
+#include "fusion/scan/lidar_model.hpp"
 
 namespace parhelion::people {
 namespace {
@@ -45,7 +46,7 @@ std::span<const Segment> SegmentedScan::find(const LaserSweep& sweep) {
   wide_.reserve(2 * beams);
   if (beams == 0 || !sweep.motion.T_map_laser_start.finite() || !sweep.motion.T_map_laser_end.finite())
     return segments_;
-  rays_.set(sweep.motion, {sweep.scan.angle_min, sweep.scan.angle_increment, sweep.beam_time.first(beams)});
+  rays_.set(sweep.motion, scan::beam_set(sweep.scan, sweep.beam_time.first(beams)));
   collect_returns(sweep);
   split(sweep);
   add_neighbours();

@@ -28,13 +28,12 @@ Deskewing::Deskewing(const LaserDescription& laser, const SweepMotion& motion,
 std::optional<Eigen::Vector2d> Deskewing::point(const Scan& scan, std::size_t beam) const {
   if (laser_.convention.classify(scan.ranges[beam]) != BeamKind::hit) return std::nullopt;
   const double range = scan.ranges[beam];
-  const double angle = static_cast<double>(scan.angle_min) +
-                       static_cast<double>(beam) * static_cast<double>(scan.angle_increment);
+  const double angle = scan.angle(beam);
   const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
   const Eigen::Vector3d p = T_base_laser_ * p_laser;
   if (p.z() < lowest_ || p.z() > highest_) return std::nullopt;
   const Eigen::Vector2d p_base = p.head<2>();
-  const double dt = motion_.at_rest() ? 0 : laser_.beam_time(beam, scan.ranges.size()).seconds();
+  const double dt = motion_.at_rest() ? 0 : laser_.beam_time(beam, scan).seconds();
   return dt == 0 ? p_base : Eigen::Vector2d(motion_.after(dt) * p_base);
 }
 
@@ -69,7 +68,9 @@ Scan rectified(const ScanPoints& scan, const LaserDescription& laser) {
               std::vector<float>(scan.beams, std::numeric_limits<float>::quiet_NaN()),
               {},
               scan.angle_min,
-              scan.angle_increment};
+              scan.angle_increment,
+              {},
+              {}};
   const Transform<Laser, Base> T_laser_base = laser.T_base_laser.inverse();
   const double z = laser.T_base_laser.translation().z();
   const double first = static_cast<double>(scan.angle_min), step = static_cast<double>(scan.angle_increment);

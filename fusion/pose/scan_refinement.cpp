@@ -37,16 +37,18 @@ void spread(const std::vector<T>& items, std::size_t count, Use use) {
 constexpr double squared(double x) { return x * x; }
 
 /// s, between the stamp and the beam farthest from it.
-double longest_beam_time(const LaserDescription& laser, std::size_t beams) {
+double longest_beam_time(const LaserDescription& laser, const Scan& scan) {
+  const std::size_t beams = scan.ranges.size();
   return beams == 0 ? 0
-                    : std::max(std::abs(laser.beam_time(0, beams).seconds()),
-                               std::abs(laser.beam_time(beams - 1, beams).seconds()));
+                    : std::max(std::abs(laser.beam_time(0, scan).seconds()),
+                               std::abs(laser.beam_time(beams - 1, scan).seconds()));
 }
 
 /// s, of the beams' mean after the stamp.
-double middle_beam_time(const LaserDescription& laser, std::size_t beams) {
+double middle_beam_time(const LaserDescription& laser, const Scan& scan) {
+  const std::size_t beams = scan.ranges.size();
   return beams == 0 ? 0
-                    : (laser.beam_time(0, beams).seconds() + laser.beam_time(beams - 1, beams).seconds()) / 2;
+                    : (laser.beam_time(0, scan).seconds() + laser.beam_time(beams - 1, scan).seconds()) / 2;
 }
 
 /// m/s, of a point `kLever` m away.
@@ -109,7 +111,7 @@ std::optional<ScanRefiner::SweepTwist> ScanRefiner::twist_by_scans(const Scan& s
   const Twist2 mean = twist_between(prior.before->T_map_base, found, step);
   const Twist2& earlier = prior.before->twist;
   // The means hold in the middle of their steps.
-  const double ahead = step / 2 + middle_beam_time(laser_, scan.ranges.size());
+  const double ahead = step / 2 + middle_beam_time(laser_, scan);
   const double factor = ahead / ((step + prior.before->seconds) / 2);
   const Twist2 gained{factor * (mean.vx - earlier.vx), factor * (mean.vy - earlier.vy),
                       factor * (mean.wz - earlier.wz)};
@@ -118,7 +120,7 @@ std::optional<ScanRefiner::SweepTwist> ScanRefiner::twist_by_scans(const Scan& s
 
 void ScanRefiner::refine_twist(const Scan& scan, const MatchPrior& prior, const Eigen::Matrix3d& information,
                                const MatchOptions& options, Match& found, Twist2& twist) {
-  const double sweep = longest_beam_time(laser_, scan.ranges.size());
+  const double sweep = longest_beam_time(laser_, scan);
   MatchOptions quick = options;
   quick.iterations = kMoreIterations;
   for (int round = 0; round < kRounds; ++round) {
@@ -151,7 +153,7 @@ Eigen::Matrix3d ScanRefiner::covariance_of(const Scan& scan, const MatchPrior& p
   // A twist that is wrong moves the points, and the pose with them, by what it does in half a sweep.
   double position = squared(map_accuracy_.position_sigma()), yaw = squared(map_accuracy_.yaw_sigma());
   if (const auto by_scans = twist_by_scans(scan, prior, found.T_map_base)) {
-    const double half = middle_beam_time(laser_, scan.ranges.size());
+    const double half = middle_beam_time(laser_, scan);
     const Twist2& gained = by_scans->gained;
     position += squared(kUncertainGain * half) * (squared(gained.vx) + squared(gained.vy)) / 2;
     yaw += squared(kUncertainGain * half * gained.wz);

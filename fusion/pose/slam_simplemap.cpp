@@ -145,8 +145,7 @@ std::vector<Eigen::Vector2d> points_of(const MappedScan& mapped) {
   for (std::size_t i = 0; i < mapped.scan.ranges.size(); ++i) {
     const auto range = static_cast<double>(mapped.scan.ranges[i]);
     if (!std::isfinite(range)) continue;
-    const double angle = static_cast<double>(mapped.scan.angle_min) +
-                         static_cast<double>(i) * static_cast<double>(mapped.scan.angle_increment);
+    const double angle = mapped.scan.angle(i);
     points.push_back(
         (mapped.T_base_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0))
             .head<2>());

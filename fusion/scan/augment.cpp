@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "fusion/scan/range_noise.hpp"
 
@@ -42,10 +43,11 @@ float intensity(const LaserDescription& laser, NoiseKey key, std::size_t beam, f
 }
 
 /// Tangent of the angle of incidence, from the next beam that hits the same body; 0 where there is none.
-double tan_incidence(std::span<const RangeHit> hits, std::size_t i, float angle_increment) {
+double tan_incidence(std::span<const RangeHit> hits, std::size_t i, const Scan& scan) {
   const std::size_t next = i + 1 < hits.size() && hits[i + 1].body == hits[i].body ? i + 1 : i - 1;
   if (next >= hits.size() || hits[next].body != hits[i].body || !is_hit(hits[next])) return 0;
-  const double across = double{hits[i].range} * std::abs(double{angle_increment});
+  const double turn = std::remainder(scan.angle(next) - scan.angle(i), 2 * std::numbers::pi);
+  const double across = double{hits[i].range} * std::abs(turn);
   constexpr double kGrazing = 4;  // as an edge of a body is no surface
   return across > 0 ? std::min(kGrazing, std::abs(double{hits[next].range} - double{hits[i].range}) / across)
                     : 0;
@@ -68,7 +70,7 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
     const BeamKind kind = laser.convention.classify(real_range);
     if (kind == BeamKind::invalid || kind == BeamKind::too_close) continue;
     const Measurement measured =
-        measure_surface(laser, key, i, hit.range, tan_incidence(virtual_hits, i, out.angle_increment));
+        measure_surface(laser, key, i, hit.range, tan_incidence(virtual_hits, i, out));
     const RangeHit* wall = i < building_hits.size() ? &building_hits[i] : nullptr;
     if (!nearer_than_real(measured, kind, real_range, hit.range, wall)) continue;
     out.ranges[i] = measured.range;
@@ -84,6 +86,8 @@ void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const 
   out.stamp = stamp;
   out.angle_min = static_cast<float>(laser.angle_min);
   out.angle_increment = static_cast<float>(laser.angle_increment);
+  out.angles.clear();
+  out.times.clear();
   out.intensities.resize(laser.intensities ? body_hits.size() : 0);
   out.ranges.resize(body_hits.size());
   for (std::size_t i = 0; i < body_hits.size(); ++i) {

@@ -50,10 +50,11 @@ BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt,
       plane_slack_((half_tilt > 0 ? half_tilt * max_range : 0) + kSlack),
       sin_turn_(std::sin(half_turn)),
       cos_turn_(std::cos(half_turn)) {
-  // For sweeps of many turns, or of zero angle, every beam is a candidate.
+  // For sweeps of many turns, of zero angle, or with beams that are not evenly spaced, every beam is a
+  // candidate.
   const double turns = static_cast<double>(beams_) / beams_per_turn_;
-  const bool is_usable =
-      beams.angle_increment != 0 && turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
+  const bool is_usable = beams.angles.empty() && beams.angle_increment != 0 &&
+                         turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
   if (!is_usable || std::abs(angle_min_) > 1e3 || beams_per_turn_ > 1e9) beams_per_turn_ = 0;
 }
 

@@ -134,7 +134,7 @@ Ray seen_from(const Transform<Map, Frame>& T_map_shape, const Ray& ray_map) {
 
 Ray beam_ray(const LaserMotion& laser, const BeamSet& beams, std::size_t i) {
   const auto T_map_laser = interpolate(laser.T_map_laser_start, laser.T_map_laser_end, double{beams.time[i]});
-  const double angle = double{beams.angle_min} + static_cast<double>(i) * double{beams.angle_increment};
+  const double angle = beams.angle(i);
   return {T_map_laser.translation(), T_map_laser.rotation() * Vector3d(std::cos(angle), std::sin(angle), 0)};
 }
 

@@ -84,7 +84,7 @@ std::optional<FlatWindow> fit_window(const Scan& scan, const LaserDescription& l
   for (std::size_t k = 0; k < kBeams; ++k) {
     const float range = scan.ranges[first + k];
     if (laser.convention.classify(range) != BeamKind::hit) return std::nullopt;
-    const double angle = scan.angle_min + static_cast<double>(first + k) * scan.angle_increment;
+    const double angle = scan.angle(first + k);
     beams.direction.at(k) = {std::cos(angle), std::sin(angle)};
     beams.range.at(k) = range;
   }

@@ -18,8 +18,7 @@ constexpr double kSteep = 1;           ///< tangent of incidence between the two
 std::optional<FlatWindow> simulated(const FlatWindow& window, const Scan& angles,
                                     const LaserDescription& laser, NoiseKey key) {
   Scan scan;
-  scan.angle_min = static_cast<float>(angles.angle_min +
-                                      static_cast<double>(window.first) * double{angles.angle_increment});
+  scan.angle_min = static_cast<float>(angles.angle(window.first));
   scan.angle_increment = angles.angle_increment;
   for (std::size_t k = 0; k < FlatWindow::kBeams; ++k) {
     scan.ranges.push_back(measure_surface(laser, key, window.first + k,

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "fusion/scan/beam_window.hpp"
+#include "fusion/scan/lidar_model.hpp"
 
 namespace parhelion::scan {
 namespace {
@@ -60,7 +61,7 @@ void LeafFit::set_scan(const Scan& real, const LaserDescription& laser, const La
   const std::size_t beams = std::min(real.ranges.size(), time.size());
   const bool usable =
       motion.T_map_laser_start.finite() && motion.T_map_laser_end.finite() && std::isfinite(sigma);
-  beams_ = {real.angle_min, real.angle_increment, time.first(usable ? beams : 0)};
+  beams_ = beam_set(real, time.first(usable ? beams : 0));
   if (!usable) return;
   rays_.set(motion, beams_);
   margin_ =

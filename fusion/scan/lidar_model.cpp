@@ -76,21 +76,41 @@ float measure_range(const LaserDescription& laser, NoiseKey key, std::size_t bea
   return measure(laser, key, beam, true_range).range;
 }
 
-Sweep beam_times(const LaserDescription& laser, std::size_t beams, std::vector<float>& time) {
+namespace {
+
+/// `instant_of(i)`: of beam i, relative to the scan's stamp.
+template <class InstantOf>
+Sweep normalize_times(std::size_t beams, InstantOf instant_of, std::vector<float>& time) {
   time.resize(beams);
   if (beams == 0) return {};
-  Sweep sweep{laser.beam_time(0, beams), laser.beam_time(0, beams)};
+  Sweep sweep{instant_of(0), instant_of(0)};
   for (std::size_t i = 1; i < beams; ++i) {
-    const Duration t = laser.beam_time(i, beams);
+    const Duration t = instant_of(i);
     sweep.start = std::min(sweep.start, t);
     sweep.end = std::max(sweep.end, t);
   }
   const auto span = static_cast<double>((sweep.end - sweep.start).ns);
   for (std::size_t i = 0; i < beams; ++i) {
-    const auto since = static_cast<double>((laser.beam_time(i, beams) - sweep.start).ns);
+    const auto since = static_cast<double>((instant_of(i) - sweep.start).ns);
     time[i] = span > 0 ? static_cast<float>(since / span) : 0.0F;
   }
   return sweep;
+}
+
+}  // namespace
+
+Sweep beam_times(const LaserDescription& laser, std::size_t beams, std::vector<float>& time) {
+  return normalize_times(
+      beams, [&](std::size_t i) { return laser.beam_time(i, beams); }, time);
+}
+
+Sweep beam_times(const LaserDescription& laser, const Scan& scan, std::vector<float>& time) {
+  return normalize_times(
+      scan.ranges.size(), [&](std::size_t i) { return laser.beam_time(i, scan); }, time);
+}
+
+BeamSet beam_set(const Scan& scan, std::span<const float> time) {
+  return {scan.angle_min, scan.angle_increment, time, scan.angles};
 }
 
 }  // namespace parhelion::scan

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "fusion/scan/ray_caster.hpp"
 #include "protocols/scan.hpp"
 
 namespace parhelion::scan {
@@ -42,5 +44,10 @@ struct Sweep {
 /// Fills `time` with each beam's normalized time in the sweep: 0 at its start, 1 at its end (all 0 where it
 /// takes no time).
 Sweep beam_times(const LaserDescription& laser, std::size_t beams, std::vector<float>& time);
+/// The same for the beams of a scan, by its own times where it has them.
+Sweep beam_times(const LaserDescription& laser, const Scan& scan, std::vector<float>& time);
+
+/// The beams of a scan, one for each of `time`, at most as many as it has. Valid while both live.
+BeamSet beam_set(const Scan& scan, std::span<const float> time);
 
 }  // namespace parhelion::scan

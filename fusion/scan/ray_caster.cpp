@@ -53,7 +53,9 @@ double reach_along(const Shape& shape, const Vector3d& direction) {
 /// Without a finite pose and finite bearings there are no hits.
 bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
   return laser.T_map_laser_start.finite() && laser.T_map_laser_end.finite() &&
-         std::isfinite(beams.angle_min) && std::isfinite(beams.angle_increment);
+         std::isfinite(beams.angle_min) && std::isfinite(beams.angle_increment) &&
+         std::all_of(beams.angles.begin(), beams.angles.end(),
+                     [](float angle) { return std::isfinite(angle); });
 }
 
 }  // namespace

@@ -33,10 +33,16 @@ struct LaserMotion {
   Transform<Map, Laser> T_map_laser_end;
 };
 
-/// The beams to cast: angles from the scan, times from the description, normalized to [0, 1] over the sweep.
+/// The beams to cast: angles from the scan, times normalized to [0, 1] over the sweep.
 struct BeamSet {
-  float angle_min = 0, angle_increment = 0;  ///< rad
+  float angle_min = 0, angle_increment = 0;  ///< rad; the increment is a mean where there are `angles`
   std::span<const float> time;               ///< per beam: 0 at the sweep's start, 1 at its end
+  std::span<const float> angles = {};        ///< rad: empty, or one per beam where they are not evenly spaced
+
+  double angle(std::size_t i) const {
+    return angles.empty() ? double{angle_min} + static_cast<double>(i) * double{angle_increment}
+                          : double{angles[i]};
+  }
 };
 
 /// Exact range of the nearest surface along each beam, and the body it belongs to. Shapes are solid: a beam

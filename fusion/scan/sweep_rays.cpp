@@ -45,19 +45,26 @@ Eigen::Matrix3d RotationSweep::at(double s) const {
   return R_start_ + sine * across_ + versine * back_;
 }
 
-void SweepRays::set_angles(float first, float step, std::size_t n) {
-  if (direction_laser_.size() == n && angle_min_ == first && angle_increment_ == step) return;
-  angle_min_ = first;
-  angle_increment_ = step;
-  direction_laser_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double angle = double{first} + static_cast<double>(i) * double{step};
+bool SweepRays::holds_angles(const BeamSet& beams) const {
+  return direction_laser_.size() == beams.time.size() && angle_min_ == beams.angle_min &&
+         angle_increment_ == beams.angle_increment &&
+         std::equal(angles_.begin(), angles_.end(), beams.angles.begin(), beams.angles.end());
+}
+
+void SweepRays::set_angles(const BeamSet& beams) {
+  if (holds_angles(beams)) return;
+  angle_min_ = beams.angle_min;
+  angle_increment_ = beams.angle_increment;
+  angles_.assign(beams.angles.begin(), beams.angles.end());
+  direction_laser_.resize(beams.time.size());
+  for (std::size_t i = 0; i < direction_laser_.size(); ++i) {
+    const double angle = beams.angle(i);
     direction_laser_[i] = {std::cos(angle), std::sin(angle), 0};
   }
 }
 
 bool SweepRays::holds(const LaserMotion& laser, const BeamSet& beams) const {
-  return angle_min_ == beams.angle_min && angle_increment_ == beams.angle_increment &&
+  return holds_angles(beams) &&
          std::equal(time_.begin(), time_.end(), beams.time.begin(), beams.time.end()) &&
          laser.T_map_laser_start.isometry().matrix() == T_start_ &&
          laser.T_map_laser_end.isometry().matrix() == T_end_;
@@ -66,7 +73,7 @@ bool SweepRays::holds(const LaserMotion& laser, const BeamSet& beams) const {
 void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
   if (holds(laser, beams)) return;
   const std::size_t n = beams.time.size();
-  set_angles(beams.angle_min, beams.angle_increment, n);
+  set_angles(beams);
   T_start_ = laser.T_map_laser_start.isometry().matrix();
   T_end_ = laser.T_map_laser_end.isometry().matrix();
   const RotationSweep rotation(laser.T_map_laser_start.rotation(), laser.T_map_laser_end.rotation());

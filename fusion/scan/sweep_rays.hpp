@@ -50,10 +50,12 @@ class SweepRays {
   /// Whether the rays are those of this sweep; bodies and building are cast one after the other over the same
   /// rays.
   bool holds(const LaserMotion& laser, const BeamSet& beams) const;
-  void set_angles(float first, float step, std::size_t n);
+  bool holds_angles(const BeamSet& beams) const;
+  void set_angles(const BeamSet& beams);
 
   Eigen::Matrix4d T_start_ = Eigen::Matrix4d::Zero(), T_end_ = Eigen::Matrix4d::Zero();
   float angle_min_ = 0, angle_increment_ = 0;
+  std::vector<float> angles_;  ///< of beams that are not evenly spaced
   std::vector<Eigen::Vector3d> direction_laser_;
   std::vector<float> time_;
   std::vector<Eigen::Vector3d> origin_, direction_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "fusion/scan/lidar_model.hpp"
+
 namespace parhelion::scan {
 
 std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, const LaserDescription& laser,
@@ -17,7 +19,7 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
   discs_.reserve(beams);
   cluster_.reserve(beams);
   if (beams == 0 || !motion.T_map_laser_start.finite() || !motion.T_map_laser_end.finite()) return discs_;
-  rays_.set(motion, {real.angle_min, real.angle_increment, time.first(beams)});
+  rays_.set(motion, beam_set(real, time.first(beams)));
 
   // Returns in front of the model and apart from its surfaces.
   const double doubt = options_.sigmas * std::hypot(sigma, laser.noise_sigma);

@@ -33,12 +33,12 @@ NearestReturn::Distances NearestReturn::of(const Scan& scan, const ScanInfo* inf
   if (!knows()) return nearest;
   const LaserDescription& laser = *robot_.laser;
   if (directions_.size() != scan.ranges.size() || angle_min_ != scan.angle_min ||
-      angle_increment_ != scan.angle_increment) {
+      angle_increment_ != scan.angle_increment || !scan.angles.empty()) {
     angle_min_ = scan.angle_min;
     angle_increment_ = scan.angle_increment;
     directions_.resize(scan.ranges.size());
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-      const double angle = angle_min_ + static_cast<double>(i) * angle_increment_;
+      const double angle = scan.angle(i);
       directions_[i] =
           (laser.T_base_laser.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)).head<2>();
     }

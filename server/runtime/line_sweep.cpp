@@ -39,7 +39,7 @@ std::optional<LineView> LineSweep::take(const tick::PoseState& robot) {
 
 /// Encoder values are interpolated, never extrapolated: at one rad/s, 20 ms are a degree.
 std::optional<cloud::PlacedLine> LineSweep::placed(const tick::PoseState& robot, Scan line) const {
-  const cloud::LineSpan span = cloud::line_span(laser_.laser, line.ranges.size());
+  const cloud::LineSpan span = cloud::line_span(laser_.laser, line);
   cloud::PlacedLine result;
   const auto place = [&](SensorTime t, Transform<Map, Laser>& T_map_laser) {
     const auto pose = tick::robot_pose(robot, t);

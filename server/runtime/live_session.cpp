@@ -117,6 +117,7 @@ void LiveSession::report_commanded(std::size_t robot) {
   if (!command.teleop && command.joint_command.names.empty()) return;
   RobotStop stop = commanded_[robot];
   stop.command_channel = configuration_.channels.robots_bus(channel::kMrCmd, robot);
+  stop.command_type = configuration_.robot_at(robot).command_type;
   stop.joint_channel = configuration_.channels.robots_bus(channel::kMrJointCmd, robot);
   for (const std::string& joint : command.joint_command.names) {
     if (std::find(stop.joints.begin(), stop.joints.end(), joint) == stop.joints.end())

@@ -21,7 +21,8 @@ namespace parhelion::runtime {
 
 /// What stops a real robot: messages for whoever outlives the server.
 struct RobotStop {
-  std::string command_channel;      ///< of a TwistCommand of zero
+  std::string command_channel;  ///< of a TwistCommand of zero
+  CommandType command_type = CommandType::twist;
   std::string joint_channel;        ///< of Joints with velocity zero
   std::vector<std::string> joints;  ///< commanded so far
   bool operator==(const RobotStop&) const = default;

@@ -28,6 +28,7 @@ const WorldMessage::Entry* first_body(const WorldMessage& world, const std::stri
 std::string scan_bytes(const Scan& scan, const ScanFrame& frame) {
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const auto& place = frame.T_map_laser;
+  const auto nearest = nearest_beams(scan);
   ByteWriter bytes(kHeaderBytes + 6 * scan.ranges.size());
   bytes.put(std::uint8_t{2});
   bytes.put(static_cast<std::uint8_t>(frame.source));
@@ -40,9 +41,9 @@ std::string scan_bytes(const Scan& scan, const ScanFrame& frame) {
   bytes.put(scan.angle_min);
   bytes.put(scan.angle_increment);
   bytes.put(std::uint32_t{0});
-  for (const float range : scan.ranges) bytes.put(range);
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i)
-    bytes.put(i < frame.entities.size() ? frame.entities[i] : std::int16_t{-1});
+  for (const auto& beam : nearest) bytes.put(beam ? scan.ranges[*beam] : unknown);
+  for (const auto& beam : nearest)
+    bytes.put(beam && *beam < frame.entities.size() ? frame.entities[*beam] : std::int16_t{-1});
   return bytes.take();
 }
 

@@ -52,7 +52,8 @@ void report_speed_limit(const TickContext& context, simulation::SpeedLimitReason
 /// Publishes MR_CMD, and applies it to a simulated robot.
 void send_command(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
-  const simulation::VirtualContactResult result = limit_now(context, path);
+  simulation::VirtualContactResult result = limit_now(context, path);
+  result.command.type = context.robot().command_type;
   path.command.last_command = context.now;
   encode(result.command, context.outputs.add(context.channel(channel::kMrCmd)));
   if (simulates_trainee(configuration.scenario))
@@ -171,6 +172,8 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
   }
   update_dead_man(context, input.arrival, command.twist, path.command.dead_man);
   if (!radio_reaches_robot(context.configuration, path.simulation)) return;
+  // What the robot cannot be told must not count in its clearance either.
+  if (context.robot().command_type == CommandType::mbot_motor) command.twist.vy = 0;
   path.command.teleop = command;
   path.command.teleop_arrival = input.arrival;
   send_command(context, path);

@@ -12,8 +12,8 @@ namespace parhelion::tick {
 /// One robot's, since the start of the session. It sums the true values: a dosimeter's own noise is small.
 class DoseMeter {
  public:
-  /// Adds `period` s of the values of `truth`, before a sensor's lag and noise. Appends an event for each limit
-  /// that the dose reaches now, with neither stamp nor subject.
+  /// Adds `period` s of the values of `truth`, before a sensor's lag and noise. Appends an event for each
+  /// limit that the dose reaches now, with neither stamp nor subject.
   void add(const HazardReading& truth, double period, const DoseLimits& limits, std::vector<Event>& events);
   /// Appends the doses of the kinds that `reading` has.
   void append_to(HazardReading& reading) const;

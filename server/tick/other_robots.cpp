@@ -43,7 +43,7 @@ void explain_by_other_robots(const TickContext& context, const scan::LaserMotion
   for (const scan::BodyMotion& body : scan.doors) {
     const auto robot = context.configuration.find_robot(body.body->entity);
     if (!robot || body.body->owner != BodyOwner::real_robot) continue;
-    if (!rays_are_set) scan.rays.set(laser, {scan.real.angle_min, scan.real.angle_increment, scan.beam_time});
+    if (!rays_are_set) scan.rays.set(laser, scan::beam_set(scan.real, scan.beam_time));
     rays_are_set = true;
     const double sigma = std::hypot(sigma_of(path.real, context.robot_index), sigma_of(path.real, *robot));
     if (!std::isfinite(sigma)) continue;

@@ -43,7 +43,7 @@ Outcome find_sweep_poses(const TickContext& context, const Message& input, const
                          SweepPoses& poses) {
   const LaserDescription& laser = *context.robot().laser;
   ScanState& scan = path.scan;
-  const scan::Sweep sweep = scan::beam_times(laser, scan.real.ranges.size(), scan.beam_time);
+  const scan::Sweep sweep = scan::beam_times(laser, scan.real, scan.beam_time);
   const SensorTime first = scan.real.stamp + sweep.start;
   const SensorTime last = scan.real.stamp + sweep.end;
   if (!path.pose.clock.add(input.arrival, last)) {
@@ -122,7 +122,7 @@ Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const
 
 void cast(const RangeConvention& convention, const SweepPoses& poses, ScanState& scan,
           scan::RayCaster& caster) {
-  const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
+  const scan::BeamSet beams = scan::beam_set(scan.real, scan.beam_time);
   scan.virtual_hits.resize(scan.beam_time.size());
   scan.building_hits.assign(scan.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
   scan.building_cast = false;
@@ -254,7 +254,7 @@ void publish_scan(const TickContext& context, const Message& input, const Outcom
 void update_obstacles(const TickContext& context, const SweepPoses& poses, double sigma,
                       const ScanPath& path) {
   ScanState& scan = path.scan;
-  const scan::BeamSet beams{scan.real.angle_min, scan.real.angle_increment, scan.beam_time};
+  const scan::BeamSet beams = scan::beam_set(scan.real, scan.beam_time);
   const LaserDescription& laser = *context.robot().laser;
   if (!scan.building_cast)
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
@@ -298,10 +298,11 @@ void learn_from_scan(const TickContext& context, const Outcome& outcome, const S
 /// the arrival as its stamp.
 void report_foreign(const TickContext& context, const Message& input) {
   ++context.tally.foreign_scans;
-  const Error error{input.channel + ": found " + std::to_string(input.payload.size()) + " bytes of " +
-                    type_name(input.payload) +
-                    ", expected a planar_lidar_t as long as it declares; not forwarded. Find its publisher, "
-                    "or rename the channel"};
+  const Error error{
+      input.channel + ": found " + std::to_string(input.payload.size()) + " bytes of " +
+      type_name(input.payload) +
+      ", expected a planar_lidar_t or lidar_t as long as it declares; not forwarded. Find its publisher, "
+      "or rename the channel"};
   refuse(context, error);
   ScanInfo info;
   info.stamp = {input.arrival.ns};

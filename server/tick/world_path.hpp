@@ -35,8 +35,8 @@ struct HazardMeters {
   DoseMeter dose;
 };
 
-/// Publishes HAZARD, the events of doses, and radio and battery for MR_STATUS, ten times a second. `clock` and
-/// `meters`: the robot's.
+/// Publishes HAZARD, the events of doses, and radio and battery for MR_STATUS, ten times a second. `clock`
+/// and `meters`: the robot's.
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
                      const WorldState& world, HazardMeters& meters);
 

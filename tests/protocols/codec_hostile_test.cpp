@@ -127,6 +127,23 @@ TEST(MalformedMessages, ImpossibleScans) {
   EXPECT_NE(refusal(scan).find("nranges: 100001, expected 0..100000"), std::string::npos);
 }
 
+TEST(MalformedMessages, ImpossibleScansWithAnglesOfTheirOwn) {
+  Scan scan = test::sample_uneven_scan();
+  EXPECT_EQ(refusal(scan), "taken");
+  scan.times.back() += 2'000'000;
+  EXPECT_NE(refusal(scan).find("times: 2.0024, expected at most 1 s from utime"), std::string::npos)
+      << refusal(scan);
+  scan.times.assign(scan.times.size(), 0);  // a driver that does not measure them
+  EXPECT_EQ(refusal(scan), "taken");
+  scan.angles[2] = NAN;
+  EXPECT_NE(refusal(scan).find("thetas: nan"), std::string::npos) << refusal(scan);
+  scan = test::sample_uneven_scan();
+  scan.intensities.pop_back();  // arrays of different lengths
+  EXPECT_NE(refusal(scan).find("lidar_t"), std::string::npos) << refusal(scan);
+  scan.times.pop_back();
+  EXPECT_NE(refusal(scan).find("lidar_t"), std::string::npos) << refusal(scan);
+}
+
 TEST(MalformedMessages, ImagesWithAWrongSize) {
   Image image = test::sample_depth();
   image.bytes.pop_back();

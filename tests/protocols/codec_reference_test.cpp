@@ -20,7 +20,9 @@
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
+#include "parhelion/lidar_t.hpp"
 #include "parhelion/loop_t.hpp"
+#include "parhelion/mbot_motor_command_t.hpp"
 #include "parhelion/model_t.hpp"
 #include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
@@ -111,6 +113,23 @@ RC_GTEST_PROP(CodecReference, Scan, ()) {
             same_bits(reference.intensities, scan.intensities));
   RC_ASSERT(back.angle_min == scan.angle_min && reference.rad0 == scan.angle_min);
   RC_ASSERT(back.angle_increment == scan.angle_increment && reference.radstep == scan.angle_increment);
+}
+
+RC_GTEST_PROP(CodecReference, ScanWithAnglesOfItsOwn, ()) {
+  Scan scan, back;
+  scan.stamp = any_stamp();
+  for (const std::uint32_t b : *rc::gen::nonEmpty<std::vector<std::uint32_t>>()) {
+    scan.ranges.push_back(std::bit_cast<float>(b));
+    scan.angles.push_back(static_cast<float>(any_within(7)));
+    scan.times.push_back(scan.stamp.utime() + *rc::gen::inRange<std::int64_t>(-999'999, 999'999));
+    scan.intensities.push_back(static_cast<float>(any_within(100)));
+  }
+  const auto reference = through_liblcm<lidar_t>(scan, back);
+  RC_ASSERT(back.stamp == scan.stamp && reference.utime == scan.stamp.utime());
+  RC_ASSERT(same_bits(back.ranges, scan.ranges) && same_bits(reference.ranges, scan.ranges));
+  RC_ASSERT(back.angles == scan.angles && reference.thetas == scan.angles);
+  RC_ASSERT(back.times == scan.times && reference.times == scan.times);
+  RC_ASSERT(back.intensities == scan.intensities && reference.intensities == scan.intensities);
 }
 
 RC_GTEST_PROP(CodecReference, Imu, ()) {
@@ -227,6 +246,16 @@ RC_GTEST_PROP(CodecReference, TwistCommand, ()) {
   RC_ASSERT(back.twist.vy == command.twist.vy && back.twist.wz == command.twist.wz);
   RC_ASSERT(static_cast<double>(reference.vx) == command.twist.vx &&
             static_cast<double>(reference.wz) == command.twist.wz);
+}
+
+RC_GTEST_PROP(CodecReference, MotorCommand, ()) {
+  const auto figure = [] { return static_cast<double>(static_cast<float>(any_within(10))); };
+  TwistCommand command{any_stamp(), {figure(), 0, figure()}, CommandType::mbot_motor}, back;
+  const auto reference = through_liblcm<mbot_motor_command_t>(command, back);
+  RC_ASSERT(back.stamp == command.stamp && back.type == command.type);
+  RC_ASSERT(back.twist.vx == command.twist.vx && back.twist.vy == 0 && back.twist.wz == command.twist.wz);
+  RC_ASSERT(static_cast<double>(reference.trans_v) == command.twist.vx &&
+            static_cast<double>(reference.angular_v) == command.twist.wz);
 }
 
 template <class Command>

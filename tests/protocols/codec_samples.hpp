@@ -48,6 +48,15 @@ inline Scan sample_scan() {
   return scan;
 }
 
+/// Clockwise and past half a turn, as an MBot's.
+inline Scan sample_uneven_scan() {
+  Scan scan = sample_scan();
+  scan.angles = {3.0F, 2.5F, -3.1F, -2.6F, 1.0F, 0.5F, 6.25F};
+  for (std::size_t i = 0; i < scan.angles.size(); ++i)
+    scan.times.push_back(kSampleStamp.utime() + static_cast<std::int64_t>(i) * 400);
+  return scan;
+}
+
 inline Image sample_depth() {
   const std::string raw = "raw";
   return {kSampleStamp,
@@ -146,9 +155,23 @@ inline Sample sample_mbot_imu() {
 
 inline Joints sample_joints() { return {kSampleStamp, {"pan", "tilt"}, {0.5, -0.25}, {0.1, 0}, {1.5, -2}}; }
 
+/// Fewer bytes than a fingerprint count as the usual type of the channel.
+inline Sample sample_lidar() {
+  Sample made = sample("lidar_t", sample_uneven_scan());
+  made.written_as = "planar_lidar_t";
+  return made;
+}
+inline Sample sample_motor_command() {
+  Sample made =
+      sample("mbot_motor_command_t", TwistCommand{kSampleStamp, {0.5, 0, 1}, CommandType::mbot_motor});
+  made.written_as = "twist2D_t";
+  return made;
+}
+
 inline std::vector<Sample> samples() {
   return {
       sample("planar_lidar_t", sample_scan()),
+      sample_lidar(),
       sample("image_t", sample_depth()),
       sample("pose2D_t", Odometry{kSampleStamp, Transform<Odom, Base>::planar(1, 2, 3)}),
       sample("pose_cov_t", sample_estimate()),
@@ -156,6 +179,7 @@ inline std::vector<Sample> samples() {
           "pose_t",
           PoseStamped{kSampleStamp, Transform<Map, Base>::planar(1, 2, 3), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}),
       sample("twist2D_t", TwistCommand{kSampleStamp, {0.5, -0.25, 1}}),
+      sample_motor_command(),
       sample("imu_t",
              ImuSample{kSampleStamp, Eigen::Quaterniond(0.8, 0.6, 0, 0), {0.1, 0.2, 0.3}, {0, 0, 9.81}}),
       sample_mbot_imu(),

@@ -17,8 +17,10 @@
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
+#include "parhelion/lidar_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
+#include "parhelion/mbot_motor_command_t.hpp"
 #include "parhelion/model_t.hpp"
 #include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
@@ -53,6 +55,8 @@ TEST(Fingerprint, TypesOfOtherProjectsAreUnchanged) {
   EXPECT_EQ(fingerprint<pose_t>(), 0x2e16efb052b0105eU);
   EXPECT_EQ(fingerprint<image_t>(), 0x14739ffe13d5f5f0U);
   EXPECT_EQ(fingerprint<twist2D_t>(), 0x85d72aee83523195U);
+  EXPECT_EQ(fingerprint<lidar_t>(), 0x89dc5b879a5056cfU);
+  EXPECT_EQ(fingerprint<mbot_motor_command_t>(), 0xe817386df0c405a3U);
 }
 
 TEST(Fingerprint, OwnTypesAreUnchanged) {

@@ -117,6 +117,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   a.mass = positive();
   a.limits = {positive(), positive(), positive(), positive()};
   a.velocity_frame = any_of<RobotDescription::VelocityFrame>(2);
+  a.command_type = any_of<CommandType>(2);
   a.odometry_error_translation = positive();
   a.odometry_error_rotation = positive();
   a.source = text();
@@ -162,6 +163,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RC_ASSERT(a.limits.deceleration == b->limits.deceleration &&
             a.limits.reaction_time == b->limits.reaction_time);
   RC_ASSERT(a.velocity_frame == b->velocity_frame);
+  RC_ASSERT(a.command_type == b->command_type);
   RC_ASSERT(a.odometry_error_translation == b->odometry_error_translation);
   RC_ASSERT(a.odometry_error_rotation == b->odometry_error_rotation);
 }

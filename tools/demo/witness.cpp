@@ -20,7 +20,7 @@ WitnessedScan place(const tick::Configuration& configuration, const tick::ScanSt
   seen.world = scan.world_end;
   for (std::size_t i = 0; i < scan.out.ranges.size(); ++i) {
     if (configuration.robot.laser->convention.classify(scan.out.ranges[i]) != BeamKind::hit) continue;
-    const double angle = scan.out.angle_min + static_cast<double>(i) * scan.out.angle_increment;
+    const double angle = scan.out.angle(i);
     const Eigen::Vector3d p_laser(scan.out.ranges[i] * std::cos(angle), scan.out.ranges[i] * std::sin(angle),
                                   0);
     const Eigen::Vector2d p_map = (seen.T_map_laser * p_laser).head<2>();

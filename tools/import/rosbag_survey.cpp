@@ -163,8 +163,13 @@ Result<std::optional<Description>> describe_camera(const BagSurvey& survey, cons
 bool is_tf(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
 Scan to_scan(const ros::LaserScan& message) {
-  Scan scan{message.header.stamp, message.ranges, message.intensities, message.angle_min,
-            message.angle_increment};
+  Scan scan{message.header.stamp,
+            message.ranges,
+            message.intensities,
+            message.angle_min,
+            message.angle_increment,
+            {},
+            {}};
   if (scan.intensities.size() != scan.ranges.size()) scan.intensities.clear();
   if (message.time_increment < 0 && !scan.ranges.empty()) {
     std::reverse(scan.ranges.begin(), scan.ranges.end());

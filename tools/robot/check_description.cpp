@@ -79,6 +79,7 @@ class Checker {
           "laser: " + std::to_string(seen.odd_scans) +
           " scans have another number of beams, or other angles, than most; the driver must send them alike");
     if (laser.beams == 0) return;
+    if (seen.own_angles) return agrees("laser angles: each scan has its own");
     if (static_cast<std::size_t>(laser.beams) != seen.beams)
       contradicts("laser beams: " + std::to_string(laser.beams) + ", but scans have " +
                   std::to_string(seen.beams));
@@ -140,7 +141,7 @@ class Checker {
     for (const Scan& scan : seen.scans) {
       for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
         if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
-        const double angle = double{scan.angle_min} + static_cast<double>(i) * double{scan.angle_increment};
+        const double angle = scan.angle(i);
         const double range = double{scan.ranges[i]};
         const Eigen::Vector3d point =
             laser.T_base_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);

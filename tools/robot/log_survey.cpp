@@ -60,7 +60,10 @@ struct Form {
   auto operator<=>(const Form&) const = default;
 };
 
-Form form_of(const Scan& scan) { return {scan.ranges.size(), scan.angle_min, scan.angle_increment}; }
+/// Scans with angles of their own are all of one form.
+Form form_of(const Scan& scan) {
+  return scan.angles.empty() ? Form{scan.ranges.size(), scan.angle_min, scan.angle_increment} : Form{};
+}
 
 Form usual_form(const std::vector<Scan>& scans) {
   std::map<Form, std::size_t> counts;
@@ -103,9 +106,12 @@ void survey_ranges(LaserSurvey& survey) {
 LaserSurvey survey_laser(std::vector<Scan> scans, const std::vector<SensorTime>& stamps) {
   LaserSurvey survey;
   const Form form = usual_form(scans);
-  survey.beams = form.beams;
-  survey.angle_min = form.angle_min;
-  survey.angle_increment = form.angle_increment;
+  const auto usual =
+      std::find_if(scans.begin(), scans.end(), [&](const Scan& scan) { return form_of(scan) == form; });
+  survey.beams = usual->ranges.size();
+  survey.angle_min = usual->angle_min;
+  survey.angle_increment = usual->angle_increment;
+  survey.own_angles = !usual->angles.empty();
   survey.period = median_period(stamps);
   for (std::size_t i = 1; i < stamps.size(); ++i) survey.backward_stamps += stamps[i] < stamps[i - 1];
   const std::size_t before = scans.size();

@@ -17,6 +17,7 @@ struct LaserSurvey {
   std::size_t beams = 0;                     ///< of most scans
   std::size_t odd_scans = 0;                 ///< with another number of beams, or other angles
   float angle_min = 0, angle_increment = 0;  ///< rad
+  bool own_angles = false;                   ///< each scan has the angles of its beams, which may differ
   double period = 0;                         ///< s, median between two stamps
   std::size_t backward_stamps = 0;
   float min_range = 0, max_range = 0;      ///< m, of ranges > 0 that are finite and not `repeated`

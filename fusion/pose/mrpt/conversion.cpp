@@ -43,11 +43,11 @@ mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& T) {
 
 mrpt::obs::CObservation2DRangeScan::Ptr to_mrpt(const MappedScan& mapped) {
   auto scan = CObservation2DRangeScan::Create();
-  const std::size_t n = mapped.scan.ranges.size();
-  const auto step = static_cast<double>(mapped.scan.angle_increment);
+  const Scan even = evenly_spaced(mapped.scan);
+  const std::size_t n = even.ranges.size();
+  const auto step = static_cast<double>(even.angle_increment);
   const double span = step * static_cast<double>(n - 1);
-  const Eigen::AngleAxisd to_middle(static_cast<double>(mapped.scan.angle_min) + span / 2,
-                                    Eigen::Vector3d::UnitZ());
+  const Eigen::AngleAxisd to_middle(static_cast<double>(even.angle_min) + span / 2, Eigen::Vector3d::UnitZ());
   scan->sensorPose = to_mrpt(mapped.T_base_laser.isometry() * to_middle);
   scan->timestamp = mrpt::Clock::fromDouble((mapped.scan.stamp - SensorTime{}).seconds());
   scan->aperture = static_cast<float>(std::abs(span));
@@ -56,8 +56,8 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_mrpt(const MappedScan& mapped) {
   scan->sensorLabel = "SCAN";
   scan->resizeScan(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const bool known = std::isfinite(mapped.scan.ranges[i]);
-    scan->setScanRange(i, known ? mapped.scan.ranges[i] : 0.0F);
+    const bool known = std::isfinite(even.ranges[i]);
+    scan->setScanRange(i, known ? even.ranges[i] : 0.0F);
     scan->setScanRangeValidity(i, known);
   }
   return scan;

@@ -261,7 +261,7 @@ PlanScan plan_scan(const Scan& scan, const LaserDescription& laser, std::span<co
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const float range = scan.ranges[i];
     if (laser.convention.classify(range) != BeamKind::hit) continue;
-    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
+    const double angle = scan.angle(i);
     const Eigen::Vector3d p =
         T_map_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
     const bool injected = i < beam_agent.size() && beam_agent[i] >= 0;

@@ -97,22 +97,26 @@ void write_raw_image(const Image& image, int width, int height, std::string_view
 }  // namespace
 
 void write_scan(const Scan& scan, const RangeConvention& convention, std::string_view frame, JsonText& out) {
-  begin_scan(scan, frame, out);
+  const Scan even = evenly_spaced(scan);
+  begin_scan(even, frame, out);
   out.key("ranges").open('[');
-  for (const float range : scan.ranges)
+  for (const float range : even.ranges)
     out.number(convention.classify(range) == BeamKind::hit ? range : kNothing);
   out.close(']').key("intensities").open('[');
-  for (const float intensity : scan.intensities) out.number(intensity);
+  for (const float intensity : even.intensities) out.number(intensity);
   out.close(']').close('}');
 }
 
 void write_virtual_returns(const Scan& scan, const ScanInfo& info, std::string_view frame, JsonText& out) {
   begin_scan(scan, frame, out);
-  const auto replaced = [&](std::size_t i) { return i < info.beam_agent.size() && info.beam_agent[i] >= 0; };
+  const auto nearest = nearest_beams(scan);
+  const auto replaced = [&](const std::optional<std::size_t>& beam) {
+    return beam && *beam < info.beam_agent.size() && info.beam_agent[*beam] >= 0;
+  };
   out.key("ranges").open('[');
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i) out.number(replaced(i) ? scan.ranges[i] : kNothing);
+  for (const auto& beam : nearest) out.number(replaced(beam) ? scan.ranges[*beam] : kNothing);
   out.close(']').key("intensities").open('[');
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i) out.integer(replaced(i) ? info.beam_agent[i] + 1 : 0);
+  for (const auto& beam : nearest) out.integer(replaced(beam) ? info.beam_agent[*beam] + 1 : 0);
   out.close(']').close('}');
 }
 

@@ -170,5 +170,22 @@ TEST(BeamTimes, cover_no_beam_one_beam_and_an_instant_sweep) {
   EXPECT_EQ(time, std::vector<float>(5, 0));
 }
 
+TEST(BeamTimes, follow_the_scan_where_it_has_times_of_its_own) {
+  LaserDescription laser = plain_laser();
+  laser.beam_interval = 10e-6;
+  Scan scan;
+  scan.stamp = SensorTime::from_utime(1'700'000'000'000'000);
+  scan.ranges = {1, 1, 1};
+  scan.angles = {0, 0.1F, 0.3F};
+  scan.times = {scan.stamp.utime() + 50'000, scan.stamp.utime() - 50'000, scan.stamp.utime()};
+  std::vector<float> time;
+  const Sweep sweep = beam_times(laser, scan, time);
+  EXPECT_EQ(sweep.start.ns, -50'000'000);
+  EXPECT_EQ(sweep.end.ns, 50'000'000);
+  EXPECT_EQ(time, (std::vector<float>{1, 0, 0.5F}));
+  scan.times.assign(3, scan.stamp.utime());  // not measured
+  EXPECT_EQ(beam_times(laser, scan, time).end.ns, 20'000);
+}
+
 }  // namespace
 }  // namespace parhelion::scan

@@ -43,7 +43,7 @@ class Draw {
 struct RandomScene {
   scan::LaserMotion laser;
   scan::BeamSet beams;
-  std::vector<float> time;
+  std::vector<float> time, angles;
   std::deque<BodyDefinition> definitions;
   std::vector<scan::BodyMotion> bodies;
   SemanticModel building;
@@ -90,6 +90,14 @@ inline void random_beams(Draw& draw, int n, RandomScene& scene) {
   lidar.pass_period = 13.3e-3;
   scan::beam_times(lidar, static_cast<std::size_t>(n), scene.time);
   scene.beams.time = scene.time;
+}
+
+/// Moves each beam by up to two steps, so that some change their order.
+inline void make_uneven(Draw& draw, RandomScene& scene) {
+  const double step = scene.beams.angle_increment;
+  for (std::size_t i = 0; i < scene.time.size(); ++i)
+    scene.angles.push_back(static_cast<float>(scene.beams.angle(i) + draw.real(-2, 2) * step));
+  scene.beams.angles = scene.angles;
 }
 
 inline ModelEntity random_wall(Draw& draw, const Eigen::Vector3d& middle, int index) {

@@ -63,6 +63,24 @@ Shape random_mesh(Draw& draw, int triangles) {
   return shape;
 }
 
+TEST(RayCasterReference, agrees_with_the_reference_on_beams_that_are_not_evenly_spaced) {
+  constexpr int kBeams = 361;
+  RayCaster caster;
+  Comparison sum;
+  std::vector<RangeHit> fast(kBeams), reference(kBeams);
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    RandomScene scene = random_scene(seed, kBeams, 10, 20);
+    Draw draw(seed + 2000);
+    test::make_uneven(draw, scene);
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, fast);
+    cast_bodies_exact(scene.laser, scene.beams, scene.bodies, scene.max_range, reference);
+    compare(fast, reference, sum);
+    compare_on_building(caster, scene, fast, reference, sum);
+    ASSERT_EQ(sum.apart, 0U) << "scene " << seed;
+  }
+  EXPECT_GT(sum.hits, 1000U);
+}
+
 TEST(RayCasterReference, agrees_with_the_reference_on_bodies_that_are_meshes) {
   constexpr int kBeams = 361;
   RayCaster caster;

@@ -68,7 +68,7 @@ TEST(AddARobotGuide, TheDocumentationPageNamesEachKey) {
   EXPECT_GT(keys, 25U);
   for (const char* key :
        {"name", "laser", "line_laser", "camera", "depth", "imu", "footprint", "height", "mass", "limits",
-        "velocity_frame", "odometry_error_translation", "odometry_error_rotation", "source"})
+        "velocity_frame", "command_type", "odometry_error_translation", "odometry_error_rotation", "source"})
     EXPECT_NE(all.find('`' + std::string(key) + '`'), std::string::npos) << key;
 }
 
