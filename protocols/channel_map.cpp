@@ -62,7 +62,10 @@ std::vector<std::string> input_channels(const std::vector<std::string>& agents,
       channel::kTeleop, channel::kJointState,    channel::kJointCmd, channel::kOperators};
   names.insert(names.end(), kInstructorChannels.begin(), kInstructorChannels.end());
   names = of_each_robot(names, robots);
-  for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
+  for (const std::string& agent : agents) {
+    names.push_back("MR_AGENT_" + agent + "_TELEOP");
+    names.push_back("MR_AGENT_" + agent + "_JOINT_CMD");
+  }
   return names;
 }
 

@@ -88,6 +88,7 @@ inline constexpr const char* kMrJointCmd = "MR_JOINT_CMD";
 
 // One of each for every agent (see channel_map.hpp):
 /// MR_AGENT_<name>_TELEOP: twist2D_t, in: velocity command to a virtual robot that an operator drives.
+/// MR_AGENT_<name>_JOINT_CMD: joints_t, in: joint motion of a virtual robot that has a robot model.
 /// MR_AGENT_<name>_SCAN: planar_lidar_t, out: scans of the agent's simulated laser.
 /// MR_AGENT_<name>_CAMERA: image_t, out: images of the agent's simulated camera.
 

@@ -54,6 +54,7 @@ struct AgentDefinition {
   std::string laser;       ///< preset of its own simulated laser; empty: none
   std::string model;       ///< of a robot: name of its robot model; empty: the simple one that stays upright
   double camera_rate = 0;  ///< Hz, picture rate of its robot model's camera; 0: none
+  double mass = 0;         ///< kg, of a box, barrel or container; 0: from the density of its kind
 };
 
 /// Status of a console (channel OPERATOR): at each change, and at least twice a second.

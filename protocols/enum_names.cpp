@@ -205,6 +205,16 @@ const char* to_string(EventKind kind) {
       return "dose_warning";
     case EventKind::dose_limit:
       return "dose_limit";
+    case EventKind::payload_exceeded:
+      return "payload_exceeded";
+    case EventKind::joint_limited:
+      return "joint_limited";
+    case EventKind::joint_limit_lifted:
+      return "joint_limit_lifted";
+    case EventKind::encoders_lost:
+      return "encoders_lost";
+    case EventKind::encoders_back:
+      return "encoders_back";
   }
   return "unknown";
 }

@@ -224,6 +224,8 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   }
   yaml::read(node, "height", robot.height);
   yaml::read(node, "mass", robot.mass);
+  yaml::read(node, "model", robot.model);
+  yaml::read(node, "payload", robot.payload);
   if (const Node* limits = node.find("limits")) read_limits(*limits, robot.limits);
   if (const Node* attitude = node.find("attitude")) robot.attitude = read_attitude(*attitude, problems);
   yaml::read(node, "velocity_frame", kVelocityFrameNames, robot.velocity_frame);
@@ -292,10 +294,18 @@ Result<RobotDescription> parse_robot_description(const std::string& yaml, const 
   return robot;
 }
 
+std::string resolved_model(const std::string& model, const std::string& beside) {
+  const std::filesystem::path path(model);
+  if (path.extension() != ".yaml" || path.is_absolute()) return model;
+  return (std::filesystem::path(beside).parent_path() / path).string();
+}
+
 Result<RobotDescription> load_robot_description(const std::string& path) {
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
-  return parse_robot_description(*text, path);
+  auto robot = parse_robot_description(*text, path);
+  if (robot) robot->model = resolved_model(robot->model, path);
+  return robot;
 }
 
 std::string to_yaml(const RobotDescription& robot) {
@@ -316,6 +326,8 @@ std::string to_yaml(const RobotDescription& robot) {
   }
   writer.quantity("height", robot.height, Quantity::length);
   writer.quantity("mass", robot.mass, Quantity::mass);
+  if (!robot.model.empty()) writer.text("model", robot.model);
+  if (robot.payload > 0) writer.quantity("payload", robot.payload, Quantity::mass);
   writer.open("limits");
   writer.quantity("speed", robot.limits.speed, Quantity::speed);
   writer.quantity("yaw_rate", robot.limits.yaw_rate, Quantity::angular_speed);

@@ -61,6 +61,10 @@ struct RobotDescription {
   std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link
   double height = 0.5;                     ///< m, top of the body over the floor
   double mass = 50;                        ///< kg
+  /// Robot model (name, or path of its YAML) whose links are this robot's, moved by JOINT_STATE; empty: the
+  /// robot is a prism of footprint and height.
+  std::string model;
+  double payload = 0;  ///< kg that its gripper holds; 0: no limit
   RobotLimits limits;
   std::optional<AttitudeLimits> attitude;  ///< none: no warnings
   VelocityFrame velocity_frame = VelocityFrame::body;
@@ -74,7 +78,10 @@ struct RobotDescription {
 
 /// Reads YAML (schema robot.schema.json). `origin` names the file or channel in errors.
 Result<RobotDescription> parse_robot_description(const std::string& yaml, const std::string& origin);
+/// From a file: its `model`, where that is a path, is taken from the file's folder.
 Result<RobotDescription> load_robot_description(const std::string& path);
+/// RobotDescription::model as written in the folder of file `beside`: a name and an absolute path stay.
+std::string resolved_model(const std::string& model, const std::string& beside);
 /// Writes YAML that parse_robot_description reads back to the same values, units included.
 std::string to_yaml(const RobotDescription& robot);
 

@@ -150,22 +150,22 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
                    const Transform<Map, CameraOptical>& T_map_optical,
                    const std::vector<OccluderBox>& building, const WorldSnapshot& world) {
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
-  std::set<std::string> carriers, replaced;
+  std::set<std::string> replaced;
   const auto each_real = [&](auto&& visit) {
     for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
       if (!body.injectable && body.owner != BodyOwner::agent && state.T_map_body.finite())
         visit(body, state.T_map_body, state.known);
     });
   };
-  each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool) {
+  each_real([&](const BodyDefinition& body, const Transform<Map, Body>&, bool) {
     if (body.owner == BodyOwner::building) replaced.insert(body.entity);
-    if (body.owner == BodyOwner::real_robot && carries_camera(body, T_map_body, T_map_optical.translation()))
-      carriers.insert(body.entity);
   });
   for (const OccluderBox& box : building)
     if (!replaced.count(box.name)) add_occluder(list, projection, T_optical_map * box.T_map_box, box.half);
   each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool known) {
-    if (carriers.count(body.entity) || !known) return;
+    const bool carries = body.owner == BodyOwner::real_robot &&
+                         carries_camera(body, T_map_body, T_map_optical.translation());
+    if (carries || !known) return;
     for (const Shape& shape : body.shapes) {
       const auto T_optical_shape = T_optical_map * T_map_body * shape.T_body_shape;
       if (shape.kind == ShapeKind::mesh) {

@@ -82,15 +82,20 @@ Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
 }
 
 Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files, Bus& bus,
-                                              const runtime::ServeOptions& options, ServerMemory& memory) {
+                                              const std::string& scenario, const runtime::ServeOptions& options,
+                                              ServerMemory& memory) {
   for (const auto& model : files.robot_models) {
     for (const std::string& warning : model->warnings) options.notify("warning: " + warning);
   }
   auto robots = robots_for(files, bus, options, memory);
   if (!robots) return robots.error();
   if (!*robots) return Error{"stopped before a robot description came"};
-  return tick::configure_robots(files.scenario, std::move(**robots), files.model, files.robot_models,
-                                files.map);
+  tick::RobotModels models = files.robot_models;
+  if (const Status added =
+          runtime::add_models_of(**robots, scenario, runtime::DescribedBy::bus, models);
+      !added)
+    return added.error();
+  return tick::configure_robots(files.scenario, std::move(**robots), files.model, std::move(models), files.map);
 }
 
 /// The network reader gets the same priority as the loop.
@@ -173,7 +178,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
     options.notify(
         "other machines can send on this bus, and nothing is signed: anyone in the network can move the "
         "robot; see docs/security.md");
-  const auto configuration = configuration_for(*files, **bus, options, memory);
+  const auto configuration = configuration_for(*files, **bus, arguments.scenario, options, memory);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   const auto state =
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);

@@ -5,10 +5,25 @@
 
 namespace robot {
 
+std::optional<ArmPosture> reach_for(double reach, double z, double turret, double gripper) {
+  const double dx = reach - kHand, dz = z - kShoulderHeight;
+  const double d2 = dx * dx + dz * dz, d = std::sqrt(d2);
+  if (d >= kUpperArm + kForearm || d <= kUpperArm - kForearm) return std::nullopt;
+  ArmPosture posture{turret, 0, 0, 0, gripper};
+  posture.elbow =
+      -std::acos((d2 - kUpperArm * kUpperArm - kForearm * kForearm) / (2 * kUpperArm * kForearm));
+  posture.shoulder = std::atan2(dz, dx) +
+                     std::acos((d2 + kUpperArm * kUpperArm - kForearm * kForearm) / (2 * kUpperArm * d));
+  posture.wrist = -posture.shoulder - posture.elbow;
+  return posture;
+}
+
 Arm::Arm()
-    : joints_{{"shoulder", -0.6, 1.6, 0.8, 0.0015},
-              {"elbow", -2.4, 0.2, 1.0, 0.0015},
-              {"gripper", 0, 0.045, 0.06, 0.0001}} {}
+    : joints_{{"turret", -2.8, 2.8, 1.0, 0.0015, kFolded.turret},
+              {"shoulder", -1.2, 1.6, 0.8, 0.0015, kFolded.shoulder},
+              {"elbow", -2.5, 0.2, 1.0, 0.0015, kFolded.elbow},
+              {"wrist", -2.0, 2.4, 1.2, 0.0015, kFolded.wrist},
+              {"gripper", 0, kFingerTravel, 0.06, 0.0001, kFolded.gripper}} {}
 
 void Arm::receive(const parhelion::joints_t& command, std::int64_t now) {
   received_ = now;
@@ -43,6 +58,11 @@ parhelion::joints_t Arm::state(std::int64_t utime) const {
   }
   state.njoints = state.npositions = state.nvelocities = static_cast<std::int32_t>(joints_.size());
   return state;
+}
+
+ArmPosture Arm::posture() const {
+  return {joints_[0].position, joints_[1].position, joints_[2].position, joints_[3].position,
+          joints_[4].position};
 }
 
 }  // namespace robot

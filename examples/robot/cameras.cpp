@@ -33,7 +33,9 @@ void mark_raw(parhelion::image_t& depth) {
 
 }  // namespace
 
-Images take_images(const Building& building, const Pose2& T_site_base, std::int64_t utime) {
+Images take_images(const Building& building, const ArmPosture& arm, const Pose2& T_site_base,
+                   std::int64_t utime) {
+  const std::vector<LinkBox> links = link_boxes(arm);
   Images images{empty_image(utime, kRgb, 3), empty_image(utime, kDepthMillimetres, 2)};
   mark_raw(images.depth);
   const Point2 eye = T_site_base * Point2{kCameraX, 0};
@@ -44,8 +46,10 @@ Images take_images(const Building& building, const Pose2& T_site_base, std::int6
       const double left = ((kImageWidth - 1) / 2.0 - column) / kFocalLength;
       const double up = ((kImageHeight - 1) / 2.0 - row) / kFocalLength;
       const double length = std::sqrt(1 + left * left + up * up);
-      const Hit hit = building.cast({eye.x, eye.y, kCameraHeight},
-                                    {(c - s * left) / length, (s + c * left) / length, up / length}, 100);
+      Hit hit = building.cast({eye.x, eye.y, kCameraHeight},
+                              {(c - s * left) / length, (s + c * left) / length, up / length}, 100);
+      const Hit own = cast(links, {kCameraX, 0, kCameraHeight}, {1 / length, left / length, up / length});
+      if (own.range < hit.range) hit = own;
       for (const std::uint8_t value : {hit.colour.red, hit.colour.green, hit.colour.blue})
         images.colour.data.push_back(value);
       const double depth = hit.range / length;

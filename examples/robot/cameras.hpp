@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "arm_shape.hpp"
 #include "building.hpp"
 #include "parhelion/image_t.hpp"
 
@@ -13,7 +14,8 @@ struct Images {
   parhelion::image_t depth;   // 16 bits, millimetres along the optical axis; 0: no measurement
 };
 
-// Both at `utime`, the middle of the exposure, from where the robot is then.
-Images take_images(const Building& building, const Pose2& T_site_base, std::int64_t utime);
+// Both at `utime`, the middle of the exposure, from where the robot is then; its arm may be in view.
+Images take_images(const Building& building, const ArmPosture& arm, const Pose2& T_site_base,
+                   std::int64_t utime);
 
 }  // namespace robot

@@ -139,7 +139,7 @@ void Robot::publish_at(std::int64_t now) {
   if (n % kScanSteps == 0 && n > 0) publish_scan(now);
   const auto image_steps = options_.image_rate > 0 ? std::llround(100 / options_.image_rate) : 0;
   if (image_steps > 0 && n % image_steps == 7) {
-    const Images images = take_images(building_, chassis_.T_site_base(), now);
+    const Images images = take_images(building_, arm_.posture(), chassis_.T_site_base(), now);
     bus_.publish("CAMERA", &images.colour);
     bus_.publish("DEPTH", &images.depth);
   }

@@ -4,8 +4,10 @@
 //   example_trainee --to 4,2.5 --to 8,2.5                  the real robot, on MR_SCAN
 //   example_trainee --agent robot_1 --to 2,1               a virtual robot with `behaviour: {kind: teleop}`
 //   and a laser
+//   example_trainee --lift 4.6,2.5,0.45 --into 4,3.1       the real robot's arm, which stands before the thing
 //
-// Ends with 0 at the last point, with 3 and the reason where it has not come there in time.
+// Ends with 0 at the last point, or with the thing in the tub; with 3 and the reason where it has not come there
+// in time.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -14,6 +16,7 @@
 #include <vector>
 
 #include "arguments.hpp"
+#include "arm_task.hpp"
 #include "description.hpp"
 #include "laser.hpp"
 #include "obstacles.hpp"
@@ -36,7 +39,9 @@ constexpr const char* kHelp =
     "  --speed M_PER_S   on a free path (0.5)\n"
     "  --patience S      then it gives up (60)\n"
     "  --careless yes    does not look at the scans\n"
-    "  --shoulder RAD    brings this joint of the real robot's arm there, and holds it\n";
+    "  --shoulder RAD    brings this joint of the real robot's arm there, and holds it\n"
+    "  --lift X,Y,HEIGHT m in the map: after the last point the arm lifts the thing that stands there\n"
+    "  --into X,Y        m in the map: the middle of the tub that it is put into\n";
 
 // Outline and laser of the server's virtual robots that have no model of their own.
 const robot::Polygon kAgentFootprint = {{-0.3, -0.24}, {0.3, -0.24}, {0.3, 0.24}, {-0.3, 0.24}};
@@ -52,6 +57,8 @@ struct Options {
   double speed = 0.5, patience = 60;
   bool careless = false;
   std::optional<double> shoulder;  // rad
+  std::optional<robot::Point2> lift, into;
+  double height = 0;  // m, of what is lifted
   std::vector<robot::Point2> points;
 };
 
@@ -81,6 +88,7 @@ class Trainee {
       bus_.subscribe("MR_WORLD", &Trainee::handle_world, this);
     else
       bus_.subscribe("POSE_COV", &Trainee::handle_pose, this);
+    if (options.lift) bus_.subscribe("JOINT_STATE", &Trainee::handle_joints, this);
   }
 
   // Whether it has come to its last point.
@@ -99,7 +107,28 @@ class Trainee {
     publish_operator(1);
     return route_.is_reached();
   }
+  // Whether the thing has been lifted and let go over the tub. The robot stands.
+  bool lift() {
+    constexpr double kDt = 1e-6 * kPeriod;
+    std::optional<robot::ArmTask> task;
+    std::int64_t next = now_us();
+    const std::int64_t begin = next;
+    for (int n = 0; !end && next - begin < 1e6 * options_.patience; ++n, next += kPeriod) {
+      for (std::int64_t left = next - now_us(); left > 0; left = next - now_us())
+        bus_.handleTimeout(static_cast<int>((left + 999) / 1000));
+      if (n % kHeartbeat == 0) publish_operator(0);
+      if (!encoders_ || poses_ == 0) continue;
+      if (!task) task.emplace(plan());
+      const auto target = task->command(*encoders_, kDt);
+      doing_ = task->phase();
+      if (!target) break;
+      publish_posture(*target);
+    }
+    publish_operator(1);
+    return task && task->is_done();
+  }
   std::string reason() const {
+    if (!doing_.empty()) return "the arm " + doing_;
     if (steered_ == 0) return poses_ == 0 ? "no pose" : "no scan";
     return *route_.reason() != 0 ? route_.reason() : "out of time";
   }
@@ -158,6 +187,43 @@ class Trainee {
     message.njoints = message.npositions = 1;
     bus_.publish("JOINT_CMD", &message);
   }
+  void handle_joints(const lcm::ReceiveBuffer*, const std::string&, const parhelion::joints_t* joints) {
+    robot::ArmPosture read;
+    int known = 0;
+    for (std::size_t i = 0; i < joints->names.size() && i < joints->positions.size(); ++i) {
+      for (const auto& [name, position] : named(read)) {
+        if (name != joints->names[i]) continue;
+        *position = joints->positions[i];
+        ++known;
+      }
+    }
+    if (known == 5) encoders_ = read;
+  }
+  static std::vector<std::pair<std::string, double*>> named(robot::ArmPosture& arm) {
+    return {{"turret", &arm.turret},
+            {"shoulder", &arm.shoulder},
+            {"elbow", &arm.elbow},
+            {"wrist", &arm.wrist},
+            {"gripper", &arm.gripper}};
+  }
+  robot::ArmTask::Plan plan() const {
+    const Pose2 T_base_map = inverse(track_.at(posed_));
+    robot::ArmTask::Plan plan;
+    plan.thing = T_base_map * *options_.lift;
+    plan.tub = T_base_map * *options_.into;
+    plan.thing_height = options_.height;
+    return plan;
+  }
+  void publish_posture(robot::ArmPosture posture) {
+    parhelion::joints_t message{};
+    message.utime = now_us();
+    for (const auto& [name, position] : named(posture)) {
+      message.names.push_back(name);
+      message.positions.push_back(*position);
+    }
+    message.njoints = message.npositions = static_cast<std::int32_t>(message.names.size());
+    bus_.publish("JOINT_CMD", &message);
+  }
   void publish_operator(std::int8_t state) {
     parhelion::operator_t message{};
     message.utime = now_us();
@@ -178,7 +244,17 @@ class Trainee {
   int poses_ = 0;
   parhelion::planar_lidar_t scan_{};  // the newest without a command yet
   robot::Twist2 command_;
+  std::optional<robot::ArmPosture> encoders_;
+  std::string doing_;  // of the arm
 };
+
+// "X,Y,HEIGHT"
+void set_lift(Options& options, const std::string& option, const std::string& value) {
+  const auto comma = value.rfind(',');
+  if (comma == std::string::npos) throw std::invalid_argument(option + " " + value + ": expected X,Y,HEIGHT");
+  options.lift = robot::point(option, value.substr(0, comma));
+  options.height = robot::number(option, value.substr(comma + 1));
+}
 
 void set(Options& options, const std::string& option, const std::string& value) {
   if (option == "--to")
@@ -195,6 +271,10 @@ void set(Options& options, const std::string& option, const std::string& value) 
     options.careless = value == "yes";
   else if (option == "--shoulder")
     options.shoulder = robot::number(option, value);
+  else if (option == "--lift")
+    set_lift(options, option, value);
+  else if (option == "--into")
+    options.into = robot::point(option, value);
   else
     throw std::invalid_argument(option + ": no such option");
 }
@@ -207,13 +287,17 @@ int main(int argc, char** argv) {
     Options options;
     robot::read_arguments(argc, argv,
                           [&](const auto& option, const auto& value) { set(options, option, value); });
-    if (options.points.empty()) throw std::invalid_argument("--to: expected at least one point");
+    if (options.points.empty() && !options.lift)
+      throw std::invalid_argument("--to: expected at least one point");
+    if (options.lift.has_value() != options.into.has_value())
+      throw std::invalid_argument("--lift and --into belong together");
     lcm::LCM bus;
     if (!bus.good()) throw std::runtime_error("cannot open LCM; is there a multicast route?");
     std::signal(SIGINT, request_end);
     std::signal(SIGTERM, request_end);
     Trainee trainee(bus, options);
-    const bool reached = trainee.drive();
+    bool reached = options.points.empty() || trainee.drive();
+    if (reached && options.lift) reached = trainee.lift();
     std::printf("%s\n", reached ? "goal reached" : ("not reached: " + trainee.reason()).c_str());
     return reached ? 0 : 3;
   } catch (const std::invalid_argument& error) {

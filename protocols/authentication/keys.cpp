@@ -56,10 +56,10 @@ const std::vector<Role>& roles() {
         {"robot", sensors},
         {"localization", {kPoseCov, kPose}},
         {"trainee",
-         {kTeleop, kJointCmd, kOperators, kMrObjectReport, kMrEmergencyStop, "MR_AGENT_.*_TELEOP"}},
+         {kTeleop, kJointCmd, kOperators, kMrObjectReport, kMrEmergencyStop, "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
         {"instructor",
          {kMrSpawn, kMrMove, kMrBehaviour, kMrRemove, kMrFreeze, kMrDoor, kMrFault, kMrCameraRate, kMrScript,
-          kMrEmergencyStop, kMrObjectReport, kOperators, "MR_AGENT_.*_TELEOP"}},
+          kMrEmergencyStop, kMrObjectReport, kOperators, "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
         {"server", std::move(server)}};
   }();
   return all;

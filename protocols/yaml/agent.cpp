@@ -57,6 +57,11 @@ AgentDefinition read_agent(const Node& node, Problems& problems) {
   read(node, "model", agent.model);
   if (!agent.model.empty() && agent.kind != AgentKind::robot)
     problems.add(node.find("model")->line, "'model': only an agent of kind robot has a robot model");
+  read(node, "mass", agent.mass);
+  const bool is_thing = agent.kind == AgentKind::box || agent.kind == AgentKind::barrel ||
+                        agent.kind == AgentKind::container;
+  if (agent.mass > 0 && !is_thing)
+    problems.add(node.find("mass")->line, "'mass' is for boxes, barrels and containers");
   read(node, "camera", agent.camera_rate);
   if (agent.camera_rate > 0 && agent.model.empty())
     problems.add(
@@ -89,6 +94,7 @@ void write_agent(Writer& writer, const AgentDefinition& agent) {
   write_behaviour(writer, agent.behaviour);
   if (!agent.laser.empty()) writer.text("laser", agent.laser);
   if (!agent.model.empty()) writer.text("model", agent.model);
+  if (agent.mass > 0) writer.quantity("mass", agent.mass, Quantity::mass);
   if (agent.camera_rate > 0) writer.quantity("camera", agent.camera_rate, Quantity::rate);
 }
 

@@ -67,7 +67,8 @@ void Inbox::run() {
 }
 
 Inbox::Queue& Inbox::queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot) {
-  const bool robots = kind != tick::InputKind::agent_teleop && is_robot_channel(channels_.canonical(channel));
+  const bool of_agent = kind == tick::InputKind::agent_teleop || kind == tick::InputKind::agent_joint_command;
+  const bool robots = !of_agent && is_robot_channel(channels_.canonical(channel));
   return robots ? queues_[robot] : queues_.back();
 }
 

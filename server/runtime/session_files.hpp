@@ -26,6 +26,12 @@ struct SessionFiles {
 Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot,
                                         std::optional<std::uint64_t> seed = std::nullopt);
 
+enum class DescribedBy { file, bus };
+/// Loads the robot models of descriptions that were not loaded with the scenario at that path, and replaces a
+/// file by the model's name. A description from the bus cannot name a file outside the scenario's folder.
+Status add_models_of(std::vector<RobotDescription>& robots, const std::string& scenario, DescribedBy by,
+                     tick::RobotModels& models);
+
 /// Loads a robot description that a session can use.
 Result<RobotDescription> load_usable_robot(const std::string& path);
 

@@ -57,7 +57,10 @@ std::shared_ptr<const RobotModel> find_model(const std::string& name, const Simu
 
 AgentForm form_of(const AgentDefinition& agent, const SimulationOptions& options) {
   const auto model = agent.model.empty() ? nullptr : find_model(agent.model, options);
-  return model ? robot_form(*model) : agent_form(agent);
+  if (model) return robot_form(*model);
+  AgentForm form = agent_form(agent);
+  if (agent.mass > 0) form.mass = agent.mass;
+  return form;
 }
 
 Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& options,

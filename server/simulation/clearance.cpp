@@ -26,7 +26,7 @@ double swept_distance(const Footprint& local, const Pose2& pose, const Twist2& t
 
 }  // namespace
 
-Simulation::Clearance clearance(const Footprint& local, const Agents& agents,
+Simulation::Clearance clearance(const Footprint& local, const Agents& agents, const std::string& held,
                                 const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,
                                 Footprint& placed) {
   const Pose2 pose = planar_pose(T_map_base);
@@ -35,6 +35,7 @@ Simulation::Clearance clearance(const Footprint& local, const Agents& agents,
   bool touching = false, leads_out = true;
   for (const Agent& agent : agents) {
     const Footprint& other = agent.placed;
+    if (agent.definition.name == held) continue;
     place(local, pose, placed);
     if (distance_bound(placed, other) > limit) continue;
     const double gap = signed_distance(placed, other);

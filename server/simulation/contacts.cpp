@@ -29,7 +29,7 @@ struct Party {
 
 Party party(PhysicsHandle handle, Agents& agents, const RealRobots& real_robots, const Building& building) {
   for (const RealRobot& robot : real_robots) {
-    if (handle == robot.handle) return {&robot.name, false, true, &robot};
+    if (owns(robot, handle)) return {&robot.name, false, true, &robot};
   }
   for (Agent& agent : agents) {
     if (agent.robot && agent.robot->owns(handle))
@@ -119,6 +119,14 @@ void Contacts::collect_building_contacts(const RealRobot& robot, const Building&
   }
 }
 
+/// A thing in the gripper does not collide with it: the contact lasts as long as it is held.
+void Contacts::collect_held_thing(const RealRobot& robot, const Agents& agents) {
+  const Agent* thing = robot.present ? agents.find(robot.grip.held()) : nullptr;
+  if (thing == nullptr) return;
+  touching_.push_back({robot.name, robot.grip.held(), PairKind::real_virtual,
+                       RealGrip::center(*robot.twin), 0, !shows(robot, thing), {}, true});
+}
+
 /// As with the building: the robots' bodies are kinematic, so contact is a distance below the poses'
 /// uncertainty.
 void Contacts::collect_robot_contact(const RealRobot& one, const RealRobot& other) {
@@ -150,7 +158,10 @@ void Contacts::update(Agents& agents, const RealRobots& real_robots, const Build
                       const Physics& physics, SimulationTime now, std::vector<Event>& events) {
   touching_.clear();
   collect_body_contacts(agents, real_robots, building, physics);
-  for (const RealRobot& robot : real_robots) collect_building_contacts(robot, building);
+  for (const RealRobot& robot : real_robots) {
+    collect_building_contacts(robot, building);
+    if (robot.twin) collect_held_thing(robot, agents);
+  }
   for (std::size_t i = 0; i < real_robots.size(); ++i) {
     for (std::size_t j = i + 1; j < real_robots.size(); ++j)
       collect_robot_contact(real_robots[i], real_robots[j]);

@@ -42,6 +42,7 @@ class Contacts {
   void collect_body_contacts(Agents& agents, const RealRobots& real_robots, const Building& building,
                              const Physics& physics);
   void collect_building_contacts(const RealRobot& robot, const Building& building);
+  void collect_held_thing(const RealRobot& robot, const Agents& agents);
   void collect_robot_contact(const RealRobot& one, const RealRobot& other);
 
   ContactTracker tracker_;

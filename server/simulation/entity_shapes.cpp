@@ -47,6 +47,10 @@ EntityShapes::EntityShapes(const Scenario& scenario, const RobotDescription& rob
 }
 
 void EntityShapes::add(const RobotDescription& robot) {
+  if (const RobotModel* model = robot.model.empty() ? nullptr : model_of(robot.model)) {
+    shapes_[robot.name] = parts_of(*model);
+    return;
+  }
   shapes_[robot.name]["base"] = outline_shapes(convex_hull(robot.footprint), robot.height);
 }
 

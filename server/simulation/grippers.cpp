@@ -93,4 +93,16 @@ void Grippers::update(Agents& agents, const Physics& physics, const StepClock& c
   }
 }
 
+void Grippers::update(RealRobots& real_robots, Agents& agents, Physics& physics, const StepClock& clock,
+                      std::vector<Event>& events) {
+  const auto look = [&agents](const std::string& name) { return handled(name, agents); };
+  for (RealRobot& robot : real_robots) {
+    if (!robot.twin || robot.twin->fingers().empty() || !robot.ever_present) continue;
+    const bool frozen = !robot.encoders_fresh || !robot.present;
+    robot.grip.update(robot.name, *robot.twin, frozen, robot.payload, agents, physics, clock.now(), events);
+    robot.grip.watch.update(robot.name, PairKind::real_virtual, RealGrip::center(*robot.twin),
+                            robot.grip.forces(), look, clock.now(), events);
+  }
+}
+
 }  // namespace parhelion::simulation

@@ -1,6 +1,6 @@
 // Bullet behind a small interface: only physics*.cpp use it. Physics is implemented in physics.cpp (steps,
 // motion, contacts), physics_bodies.cpp (adding and removing bodies), physics_parts.cpp (parts of robots and
-// their runners) and physics_joint.cpp (joints).
+// their runners), physics_joint.cpp (joints) and physics_kinematic.cpp (parts of real robots).
 #pragma once
 
 #include <Eigen/Core>
@@ -139,6 +139,26 @@ class Physics {
   PhysicsHandle add_anchor(const Transform<Map, Body>& T_map_body);
   /// A kinematic body that pushes others: a convex footprint, extruded to `height`.
   PhysicsHandle add_kinematic(const std::vector<Eigen::Vector2d>& footprint, double height);
+  /// The same for the parts of a real robot, in order: their shapes only.
+  std::vector<PhysicsHandle> add_kinematic_parts(const std::vector<PartDefinition>& parts);
+  /// Of a free body in a gripper of kinematic parts, with which it has no contacts then.
+  enum class Carried {
+    no,
+    slipping,  ///< it moves under gravity
+    held,      ///< it has no weight: set_velocity() moves it
+  };
+  void carry(PhysicsHandle handle, Carried carried);
+  /// Velocity of a free body's origin in the coming step, m/s and rad/s, map frame.
+  void set_velocity(PhysicsHandle handle, const Eigen::Vector3d& velocity,
+                    const Eigen::Vector3d& rotation_rate);
+  /// A body at a pose that need not be its own.
+  struct Placed {
+    PhysicsHandle handle = 0;
+    Transform<Map, Body> T_map_body;
+  };
+  /// m between two bodies, at most `limit`; negative: their penetration. Round shapes and corners of boxes
+  /// count as rounded by a tenth of their half size. Gilbert, Johnson and Keerthi, IEEE J-RA 1988.
+  double distance(const Placed& a, const Placed& b, double limit) const;
   /// Adds the parts of one robot, in order.
   std::vector<PhysicsHandle> add_parts(const std::vector<PartDefinition>& parts,
                                        const std::vector<Transform<Map, Body>>& T_map_part);

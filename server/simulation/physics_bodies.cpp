@@ -140,13 +140,7 @@ PhysicsHandle Physics::add_kinematic(const std::vector<Eigen::Vector2d>& footpri
   const PhysicsHandle handle =
       world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero(), kKinematic,
                   kFree | kUpright | kRobot | kLeaf);
-  btRigidBody& body = *world_->at(handle).body;
-  body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
-                         btCollisionObject::CF_KINEMATIC_OBJECT);
-  body.setActivationState(DISABLE_DEACTIVATION);
-  // Re-added, because the world keeps kinematic and static bodies in separate lists.
-  world_->world.removeRigidBody(&body);
-  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright | kRobot | kLeaf);
+  world_->make_kinematic(handle);
   suspend(handle, true);
   return handle;
 }

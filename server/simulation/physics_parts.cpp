@@ -5,7 +5,6 @@
 #include "server/simulation/physics_world.hpp"
 
 namespace parhelion::simulation {
-namespace {
 
 std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
   if (!part.hull.empty()) {
@@ -29,6 +28,8 @@ std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
   }
   return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2)));
 }
+
+namespace {
 
 /// Bullet requires a body's frame at its centre of mass, along its principal axes.
 Eigen::Isometry3d inertial_frame(const PartDefinition& part, Eigen::Vector3d& moments) {

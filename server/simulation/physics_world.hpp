@@ -41,6 +41,8 @@ inline Eigen::Isometry3d from_bullet(const btTransform& transform) {
   return isometry;
 }
 
+std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part);
+
 struct RigidBody {
   std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which references them
   std::unique_ptr<btCollisionShape> shape;
@@ -90,6 +92,7 @@ struct Physics::World {
                     std::unique_ptr<PartSurfaces> part = {});
   PhysicsHandle add_free(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Vector3d& center,
                          const Transform<Map, Body>& T_map_body);
+  void make_kinematic(PhysicsHandle handle);
   /// Wakes neighbours of a removed body, which might otherwise sleep in the air.
   void wake_neighbours(const btRigidBody& body);
   RigidBody& at(PhysicsHandle handle) {

@@ -14,8 +14,16 @@ constexpr double kZoneSpacing = 0.10;  // m between two footprints of the area
 
 }  // namespace
 
-RealRobot make_real_robot(const RobotDescription& description, std::size_t index, BodyId id,
-                          Physics& physics) {
+std::size_t count_bodies(const RobotModel* model) {
+  return model == nullptr ? 1 : make_layout(*model).nodes.size();
+}
+
+bool owns(const RealRobot& robot, PhysicsHandle handle) {
+  return robot.twin ? robot.twin->owns(handle) : robot.handle == handle;
+}
+
+RealRobot make_real_robot(const RobotDescription& description, std::shared_ptr<const RobotModel> model,
+                          std::size_t index, BodyId id, Physics& physics) {
   RealRobot robot;
   robot.name = description.name;
   robot.index = index;
@@ -25,10 +33,19 @@ RealRobot make_real_robot(const RobotDescription& description, std::size_t index
   robot.limits = description.limits;
   robot.footprint = make_polygon(convex_hull(description.footprint));
   robot.watch = BodyWatch(supervised(description));
+  robot.payload = description.payload;
+  if (model) {
+    if (robot.payload == 0) robot.payload = model->description.payload;
+    robot.twin = std::make_unique<RobotTwin>(std::move(model));
+    robot.twin->enter(physics);
+    robot.handle = robot.twin->base();
+    robot.definitions = robot.twin->bodies(description.name, id);
+    return robot;
+  }
   robot.handle = physics.add_kinematic(robot.footprint.vertices, robot.height);
-  robot.definition = std::make_shared<const BodyDefinition>(
+  robot.definitions.push_back(std::make_shared<const BodyDefinition>(
       BodyDefinition{id, description.name, "base", BodyOwner::real_robot, false,
-                     outline_shapes(robot.footprint.vertices, robot.height)});
+                     outline_shapes(robot.footprint.vertices, robot.height)}));
   return robot;
 }
 
@@ -65,20 +82,39 @@ void place_real_robot(RealRobot& robot, const RealRobotState& now, bool jumped) 
   if (now.relocalized) robot.last.twist = {};
   robot.present = robot.ever_present = true;
   robot.touchable = !jumped;
+  robot.jumped = jumped;
   robot.injection_live = now.injection_live;
   place(robot.footprint, planar_pose(now.T_map_base), robot.placed);
 }
 
-void move_real_body(const RealRobot& robot, Physics& physics) {
-  physics.suspend(robot.handle, !robot.touchable);
+namespace {
+
+RigidState base_motion(const RealRobot& robot) {
   const Eigen::Isometry3d& base = robot.last.T_map_base.isometry();
-  physics.move_kinematic(robot.handle, body_of(robot.last.T_map_base),
-                         base.linear() * Eigen::Vector3d(robot.last.twist.vx, robot.last.twist.vy, 0),
-                         base.linear() * Eigen::Vector3d(0, 0, robot.last.twist.wz));
+  const Twist2& twist = robot.last.twist;
+  return {body_of(robot.last.T_map_base), base.linear() * Eigen::Vector3d(twist.vx, twist.vy, 0),
+          base.linear() * Eigen::Vector3d(0, 0, twist.wz)};
+}
+
+}  // namespace
+
+void move_real_body(RealRobot& robot, Physics& physics) {
+  const RigidState base = base_motion(robot);
+  if (robot.twin) return robot.twin->move(physics, base, robot.touchable);
+  physics.suspend(robot.handle, !robot.touchable);
+  physics.move_kinematic(robot.handle, base.T_map_body, base.velocity, base.rotation_rate);
+}
+
+void append_states(const RealRobot& robot, std::vector<BodyState>& bodies) {
+  if (!robot.present) return;
+  if (robot.twin) return robot.twin->append_states(robot.id, robot.epoch, bodies);
+  const RigidState base = base_motion(robot);
+  bodies.push_back({robot.id, robot.epoch, base.T_map_body, base.velocity, base.rotation_rate, true});
 }
 
 void suspend_real_robot(RealRobot& robot, Physics& physics) {
   robot.present = robot.touchable = robot.injection_live = false;
+  if (robot.twin) return robot.twin->suspend(physics);
   physics.suspend(robot.handle, true);
 }
 

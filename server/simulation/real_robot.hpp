@@ -12,6 +12,8 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/planar.hpp"
 #include "server/simulation/prediction.hpp"
+#include "server/simulation/real_grip.hpp"
+#include "server/simulation/robot_twin.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {
@@ -27,7 +29,13 @@ struct RealRobot {
   double height = 0;
   RobotLimits limits;
   Footprint footprint;  ///< in base_link
-  std::shared_ptr<const BodyDefinition> definition;
+  double payload = 0;  ///< kg, of its gripper; 0: no limit
+  /// Its bodies, ids from `id`: one of its footprint, or those of the twin.
+  std::vector<std::shared_ptr<const BodyDefinition>> definitions;
+  std::unique_ptr<RobotTwin> twin;  ///< null: no robot model, so that it has no joints
+  bool encoders_fresh = false;      ///< of the twin's joints, at the newest step
+  bool jumped = false;              ///< it appeared or was relocalized in the newest step
+  RealGrip grip;
   std::uint32_t epoch = 0;     ///< counts appearances and relocalizations
   bool present = false;        ///< at the newest step
   bool touchable = false;      ///< has contacts: present, and not in the step of a relocalization
@@ -43,8 +51,15 @@ struct RealRobot {
 /// At least one; in the order of the robot descriptions.
 using RealRobots = std::vector<RealRobot>;
 
-RealRobot make_real_robot(const RobotDescription& description, std::size_t index, BodyId id,
-                          Physics& physics);
+/// `model`: that the description names; null: none.
+RealRobot make_real_robot(const RobotDescription& description, std::shared_ptr<const RobotModel> model,
+                          std::size_t index, BodyId id, Physics& physics);
+/// Bodies that make_real_robot() makes.
+std::size_t count_bodies(const RobotModel* model);
+/// Whether a physics body is its own.
+bool owns(const RealRobot& robot, PhysicsHandle handle);
+/// Appends the states of its bodies.
+void append_states(const RealRobot& robot, std::vector<BodyState>& bodies);
 
 bool finite(const Twist2& twist);
 /// Whether a state is present and finite.
@@ -61,8 +76,8 @@ void append_stop_zone(const RealRobot& robot, const RealRobotState& now, std::ve
 
 /// Sets the state from this step on; `jumped`: it appears there, without contacts in this step.
 void place_real_robot(RealRobot& robot, const RealRobotState& now, bool jumped);
-/// Moves the body to the state.
-void move_real_body(const RealRobot& robot, Physics& physics);
+/// Moves the body, or the twin's, to the state.
+void move_real_body(RealRobot& robot, Physics& physics);
 /// Suspends the body: the robot's pose is unknown.
 void suspend_real_robot(RealRobot& robot, Physics& physics);
 

@@ -39,7 +39,8 @@ void Recorder::rebuild_scene(const Building& building, const RealRobots& real_ro
   auto next = std::make_shared<Scene>();
   next->version = scene_ ? scene_->version + 1 : 1;
   next->bodies = building.definitions();
-  for (const RealRobot& robot : real_robots) next->bodies.push_back(robot.definition);
+  for (const RealRobot& robot : real_robots)
+    next->bodies.insert(next->bodies.end(), robot.definitions.begin(), robot.definitions.end());
   next->bodies.insert(next->bodies.end(), agents.definitions().begin(), agents.definitions().end());
   scene_ = std::move(next);
 }
@@ -90,16 +91,11 @@ void Recorder::record(const StepClock& clock, const Environment& environment, co
   record.scene = scene_;
   record.attitude_known = real_robots.front().present && real_robots.front().last.attitude_known;
   record.building = environment.building;
-  record.bodies.reserve(environment.doors.all().size() + real_robots.size() + agents.definitions().size());
+  std::size_t of_robots = 0;
+  for (const RealRobot& robot : real_robots) of_robots += robot.definitions.size();
+  record.bodies.reserve(environment.doors.all().size() + of_robots + agents.definitions().size());
   environment.doors.append_states(record.bodies);
-  for (const RealRobot& robot : real_robots) {
-    if (!robot.present) continue;
-    const Eigen::Isometry3d& base = robot.last.T_map_base.isometry();
-    const Eigen::Vector3d velocity =
-        base.linear() * Eigen::Vector3d(robot.last.twist.vx, robot.last.twist.vy, 0);
-    record.bodies.push_back({robot.id, robot.epoch, body_of(robot.last.T_map_base), velocity,
-                             base.linear() * Eigen::Vector3d(0, 0, robot.last.twist.wz), true});
-  }
+  for (const RealRobot& robot : real_robots) simulation::append_states(robot, record.bodies);
   for (Agent& agent : agents) append_states(agent, clock.dt, record.bodies);
 }
 

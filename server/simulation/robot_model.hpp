@@ -84,6 +84,11 @@ struct RobotModel {
   std::vector<std::string> warnings;  ///< what was left out of the URDF, and why; for people
 };
 
+/// Positions (rad or m) and velocities of all joints of a robot model, in its order.
+struct JointPosture {
+  std::vector<double> positions, velocities;
+};
+
 /// Parses both texts (YAML: schema robot_model.schema.json). Errors name file and line, for example: a joint
 /// loop, a mass that is not positive, a missing mesh, a wheel without link.
 Result<RobotModel> parse_robot_model(const std::string& urdf, const std::string& yaml,

@@ -6,7 +6,10 @@
 #include <string_view>
 #include <utility>
 
+#include "server/simulation/admission.hpp"
 #include "server/simulation/agent_lasers.hpp"
+#include "server/simulation/arm_limit.hpp"
+#include "server/simulation/arm_travel.hpp"
 #include "server/simulation/base_body.hpp"
 #include "server/simulation/clearance.hpp"
 #include "server/simulation/parts.hpp"
@@ -109,8 +112,12 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   parts->agents.number_bodies_from(numbers.end);
   parts->hazards.emplace(options.hazards, *environment.building);
   for (const RobotDescription& robot : robots) {
-    parts->real_robots.push_back(make_real_robot(robot, parts->real_robots.size(),
-                                                 parts->agents.take_body_numbers(1), parts->physics));
+    auto twin = robot.model.empty() ? nullptr : find_model(robot.model, options);
+    if (!robot.model.empty() && !twin)
+      return Error{"robot '" + robot.name + "': no robot model '" + robot.model + "' is in this session"};
+    const BodyId first = parts->agents.take_body_numbers(count_bodies(twin.get()));
+    parts->real_robots.push_back(
+        make_real_robot(robot, std::move(twin), parts->real_robots.size(), first, parts->physics));
   }
   parts->rebuild_scene();
   parts->recorder.record(parts->clock, environment, parts->real_robots, parts->agents);
@@ -220,8 +227,32 @@ bool Simulation::hazard_reading(HazardReading& reading, std::size_t robot) {
 
 Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
                                             double limit, std::size_t robot) const {
-  const Footprint& footprint = parts_->real_robots[robot].footprint;
-  return simulation::clearance(footprint, parts_->agents, T_map_base, twist, limit, parts_->swept);
+  const RealRobot& real = parts_->real_robots[robot];
+  Clearance result = simulation::clearance(real.footprint, parts_->agents, real.grip.held(), T_map_base, twist,
+                                           limit, parts_->swept);
+  const double speed = fastest_point_speed(real.footprint, twist);
+  if (!real.twin || !real.present || !(speed > 0)) return result;
+  const ArmTravel arm = base_travel(real, parts_->agents, parts_->physics, T_map_base, twist, limit / speed);
+  result.arm_distance = arm.time * speed;
+  return result;
+}
+
+void Simulation::set_encoders(const JointPosture& posture, bool fresh, std::size_t robot) {
+  RealRobot& real = parts_->real_robots[robot];
+  if (!real.twin) return;
+  real.twin->set_posture(posture);
+  real.encoders_fresh = fresh;
+}
+
+const std::string& Simulation::held_by(std::size_t robot) const {
+  return parts_->real_robots[robot].grip.held();
+}
+
+std::vector<Simulation::LimitedJoint> Simulation::limit_joints(Joints& command, double reaction, double holds,
+                                                               std::size_t robot) const {
+  const RealRobot& real = parts_->real_robots[robot];
+  if (!real.twin || !real.present) return {};
+  return simulation::limit_joints(real, parts_->agents, parts_->physics, reaction, holds, command);
 }
 
 bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -159,6 +160,20 @@ class Simulation {
   Status joint_command(const std::string& agent, const Joints& joints);
   /// Repairs broken joints at their start positions; event joints_restored. Error: an unknown robot.
   Status restore_joints(const std::string& agent, std::uint64_t request = 0);
+  /// Encoders of a real robot that has a robot model, from the next step on; joints that mimic another follow
+  /// it. Not `fresh`: they are not known, so that its gripper takes nothing and lets nothing go.
+  void set_encoders(const JointPosture& posture, bool fresh, std::size_t robot = 0);
+  /// What is in the gripper of a real robot; empty: nothing.
+  const std::string& held_by(std::size_t robot = 0) const;
+  /// A joint whose command was reduced, and the virtual thing that is in its way.
+  struct LimitedJoint {
+    std::string joint, thing;
+  };
+  /// Promise 3 for the joints of a real robot that has a robot model: velocities are reduced so that nothing
+  /// virtual is touched within `reaction` s, positions so that nothing is touched within `holds` s, and efforts
+  /// that push into something are 0. Motion out of a contact is free. Names must be joints of the model.
+  std::vector<LimitedJoint> limit_joints(Joints& command, double reaction, double holds,
+                                         std::size_t robot = 0) const;
   /// Motion of an articulated robot at the newest step; valid until the next command. nullptr: no such robot.
   const RobotMotion* robot_motion(const std::string& agent) const;
   /// For an unknown robot, or one that is not simulated: full supply.
@@ -235,6 +250,8 @@ class Simulation {
     double distance = 0;
     bool moving_out = false;
     std::string agent;  ///< nearest
+    /// m, like `distance`, until a part of its arm touches an agent other than what it grips; at most `limit`.
+    double arm_distance = std::numeric_limits<double>::infinity();
   };
   Clearance clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,
                       std::size_t robot = 0) const;

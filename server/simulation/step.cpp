@@ -21,6 +21,7 @@ void Simulation::Parts::clear_stop_zone(const RealRobot& robot, const RealRobotS
   append_stop_zone(robot, state, zone);
   for (Agent& agent : agents) {
     if (!returns(agent)) continue;
+    if (robot.grip.is_around(agent.definition.name)) continue;
     bool& is_clear = agent.seen_by[robot.index].clear_of_real;
     is_clear = true;
     const bool inside = std::any_of(zone.begin(), zone.end(), [&](const Footprint& footprint) {
@@ -60,7 +61,13 @@ void Simulation::Parts::move_real_robot(RealRobot& robot, const std::optional<Re
 }
 
 void Simulation::Parts::move_real_robots(RealRobotStates states) {
-  for (std::size_t i = 0; i < real_robots.size(); ++i) move_real_robot(real_robots[i], states[i]);
+  for (std::size_t i = 0; i < real_robots.size(); ++i) {
+    RealRobot& robot = real_robots[i];
+    robot.jumped = false;
+    move_real_robot(robot, states[i]);
+    if (robot.twin)
+      robot.grip.carry(*robot.twin, robot.present, robot.jumped, agents, physics, clock.dt);
+  }
 }
 
 void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& requests) {
@@ -88,6 +95,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   pose_conflicts.update(real_robots, clock.now(), events);
   environment.people.report_contacts(agents, clock.now(), events);
   grippers.update(agents, physics, clock, events);
+  Grippers::update(real_robots, agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);
   supervise(real_robots, agents, around, contacts, physics, predictor, events);
   hazards->update(around, events);

@@ -39,7 +39,8 @@ bool ContactForecast::untouchable(const Agent& agent, const Surroundings& around
     if (!real.ever_present) continue;
     const double speed =
         std::hypot(real.last.twist.vx, real.last.twist.vy) + std::abs(real.last.twist.wz) * real.placed.bound;
-    if (distance_bound(agent.placed, real.placed) < room_for(agent, speed)) return false;
+    const double room = room_for(agent, speed) + (real.twin ? real.twin->reach() : 0);
+    if (distance_bound(agent.placed, real.placed) < room) return false;
   }
   near_.clear();
   around.building().near(agent.placed.center, agent.placed.bound + room_for(agent, 0) + kDoor,

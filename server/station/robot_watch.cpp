@@ -17,6 +17,7 @@ const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Con
   const Scenario& scenario = configuration.scenario;
   std::string name;
   if (placed != nullptr) name = placed->model;
+  if (const auto index = configuration.find_robot(robot.name)) name = configuration.robot_at(*index).model;
   if (scenario.trainee && scenario.trainee->name == robot.name) name = scenario.trainee->model;
   const auto& models = configuration.robot_models;
   const auto found =

@@ -30,6 +30,9 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
     } else {
       input.clearance = path.simulation.clearance(path.pose.at_this_step->T_map_base, twist, lookahead,
                                                   context.robot_index);
+      // An arm may come up to a thing: that is how it takes it.
+      const double arm = input.clearance.arm_distance + configuration.scenario.contact.stop_distance;
+      input.clearance.distance = std::min(input.clearance.distance, arm);
     }
   }
   return simulation::limit(configuration.scenario.contact, robot, input, path.command.contact);
@@ -84,6 +87,68 @@ Joints joint_stop(const TickContext& context, const CommandPath& path) {
     stop.positions[i] = measured->second.first;
   }
   return stop;
+}
+
+void report_joint_limits(const TickContext& context, std::map<std::string, std::string> limited,
+                         CommandState& command) {
+  const auto publish = [&](EventKind kind, const std::string& joint, const std::string& why) {
+    Event event;
+    event.stamp = context.now;
+    event.kind = kind;
+    event.subject = context.robot().name;
+    event.object = joint;
+    event.pair = PairKind::real_virtual;
+    event.text = why;
+    publish_event(context, event);
+  };
+  for (const auto& [joint, why] : command.limited_joints)
+    if (!limited.count(joint)) publish(EventKind::joint_limit_lifted, joint, {});
+  for (const auto& [joint, why] : limited) {
+    const auto before = command.limited_joints.find(joint);
+    if (before == command.limited_joints.end() || before->second != why)
+      publish(EventKind::joint_limited, joint, why);
+  }
+  command.limited_joints = std::move(limited);
+}
+
+/// Without the joints that the robot's model has not: where they would move to is not known.
+Joints known_joints(const TickContext& context, const Joints& command, const simulation::RobotModel& model) {
+  Joints known{command.stamp, {}, {}, {}, {}};
+  for (std::size_t i = 0; i < command.names.size(); ++i) {
+    const auto joint = std::find_if(model.joints.begin(), model.joints.end(),
+                                    [&](const auto& each) { return each.name == command.names[i]; });
+    if (joint == model.joints.end() || joint->geared) {
+      refuse(context, {context.channel(channel::kJointCmd) + ": joint '" + command.names[i] +
+                       (joint == model.joints.end() ? "' is not in robot model '" + model.name + "'"
+                                                    : "' mimics another: command that one")});
+      continue;
+    }
+    known.names.push_back(command.names[i]);
+    if (!command.positions.empty()) known.positions.push_back(command.positions[i]);
+    if (!command.velocities.empty()) known.velocities.push_back(command.velocities[i]);
+    if (!command.efforts.empty()) known.efforts.push_back(command.efforts[i]);
+  }
+  return known;
+}
+
+/// What virtual contact leaves of a joint command; a real robot without a robot model has no such contact.
+Joints allowed_joints(const TickContext& context, const Joints& command, const CommandPath& path) {
+  if (!path.encoders.exist()) return command;
+  if (!path.encoders.fresh) {
+    report_joint_limits(context, {{"", path.encoders.why}}, path.command);
+    return joint_stop(context, path);
+  }
+  constexpr double kRepeated = 0.15;  // s until the next command
+  Joints allowed = known_joints(context, command, *path.encoders.model);
+  const double reaction = context.robot().limits.reaction_time;
+  std::map<std::string, std::string> limited;
+  for (auto& [joint, thing] :
+       path.simulation.limit_joints(allowed, reaction + kRepeated,
+                                    reaction + context.configuration.scenario.contact.silence,
+                                    context.robot_index))
+    limited[joint] = thing;
+  report_joint_limits(context, std::move(limited), path.command);
+  return allowed;
 }
 
 void publish_dead_man(const TickContext& context, EventKind kind, double value, DeadMan& dead_man) {
@@ -145,6 +210,7 @@ bool moves_nothing(const Joints& command) {
 /// Does nothing if no joint was ever commanded.
 void stop_joints(const TickContext& context, const CommandPath& path) {
   if (path.command.joint_command.names.empty()) return;
+  report_joint_limits(context, {}, path.command);
   send_joint_command(context, joint_stop(context, path), path);
 }
 
@@ -212,9 +278,12 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
   const bool answers = command.teleop || command.emergency_stop;
   if (answers && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
   if (silent(command.joint_command_arrival, command.last_joint_command)) stop_joints(context, path);
+  const bool blind = path.encoders.exist() && !path.encoders.fresh;
+  if (blind && !path.command.joints_blind && !path.command.joint_command.names.empty()) stop_joints(context, path);
+  path.command.joints_blind = blind;
 }
 
-/// Joints have no virtual contact: commands pass unchanged, and stop when not renewed. After an emergency
+/// Commands of a robot without a robot model pass unchanged. All stop when not renewed. After an emergency
 /// stop none passes until the joints were released, by a command without motion or by silence.
 void handle_joint_command(const TickContext& context, const Message& input, const CommandPath& path) {
   CommandState& state = path.command;
@@ -232,7 +301,10 @@ void handle_joint_command(const TickContext& context, const Message& input, cons
   state.joints_stopped = state.emergency_stop || (state.joints_stopped && !released);
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
-  send_joint_command(context, state.joints_stopped ? joint_stop(context, path) : state.joint_command, path);
+  send_joint_command(context,
+                     state.joints_stopped ? joint_stop(context, path)
+                                          : allowed_joints(context, state.joint_command, path),
+                     path);
 }
 
 void handle_agent_teleop(const TickContext& context, const Message& input, std::string_view agent,
@@ -245,6 +317,19 @@ void handle_agent_teleop(const TickContext& context, const Message& input, std::
   if (const Status read = decode(input.channel, input.payload, command); !read)
     return refuse(context, read.error());
   simulation.teleop(std::string(agent), command.twist);
+}
+
+void handle_agent_joint_command(const TickContext& context, const Message& input, std::string_view agent,
+                                simulation::Simulation& simulation) {
+  const Configuration& configuration = context.configuration;
+  if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
+    return refuse(context, {input.channel + ": this is the trainee's robot; send " +
+                            configuration.channels.bus(channel::kJointCmd)});
+  Joints command;
+  if (const Status read = decode(input.channel, input.payload, command); !read)
+    return refuse(context, read.error());
+  if (const Status done = simulation.joint_command(std::string(agent), command); !done)
+    refuse(context, {input.channel + ": " + done.error().message});
 }
 
 }  // namespace parhelion::tick

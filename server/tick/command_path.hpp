@@ -2,6 +2,7 @@
 // reduced (promise 3).
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
 #include "server/tick/command_clock.hpp"
+#include "server/tick/encoders.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/tick_context.hpp"
 
@@ -39,12 +41,16 @@ struct CommandState {
   CommandClock joint_command_clock;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   bool joints_stopped = false;        ///< after an emergency stop, until the joint commands were released
+  bool joints_blind = false;  ///< the encoders of a robot with a robot model are not believed
+  /// Joints whose commands are reduced, and why; "" for all of them.
+  std::map<std::string, std::string> limited_joints;
 };
 
 /// Dependencies of the command path.
 struct CommandPath {
   CommandState& command;
   const PoseState& pose;
+  const EncoderState& encoders;
   simulation::Simulation& simulation;
 };
 
@@ -67,5 +73,8 @@ void set_emergency_stop(const TickContext& context, bool stopped, const CommandP
 /// MR_AGENT_<agent>_TELEOP.
 void handle_agent_teleop(const TickContext& context, const Message& input, std::string_view agent,
                          simulation::Simulation& simulation);
+/// MR_AGENT_<agent>_JOINT_CMD, of an agent that has a robot model.
+void handle_agent_joint_command(const TickContext& context, const Message& input, std::string_view agent,
+                                simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick

@@ -11,8 +11,9 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::string_view kTeleopPrefix = "MR_AGENT_";
+constexpr std::string_view kAgentPrefix = "MR_AGENT_";
 constexpr std::string_view kTeleopSuffix = "_TELEOP";
+constexpr std::string_view kJointSuffix = "_JOINT_CMD";
 
 Status check_map(const Scenario& scenario, const SemanticModel& model, const pose::MatchingMap* map) {
   if (map == nullptr || model.map_id.empty() || map->id == model.map_id) return {};
@@ -91,13 +92,14 @@ InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent, s
     if (robot != nullptr) *robot = entry.robot;
     return entry.kind;
   }
-  if (bus_name.starts_with(kTeleopPrefix) && bus_name.ends_with(kTeleopSuffix) &&
-      bus_name.size() > kTeleopPrefix.size() + kTeleopSuffix.size()) {
-    if (agent != nullptr) {
-      *agent = bus_name.substr(kTeleopPrefix.size(),
-                               bus_name.size() - kTeleopPrefix.size() - kTeleopSuffix.size());
-    }
-    return InputKind::agent_teleop;
+  for (const auto& [suffix, kind] : {std::pair(kTeleopSuffix, InputKind::agent_teleop),
+                                     std::pair(kJointSuffix, InputKind::agent_joint_command)}) {
+    if (!bus_name.starts_with(kAgentPrefix) || !bus_name.ends_with(suffix) ||
+        bus_name.size() <= kAgentPrefix.size() + suffix.size())
+      continue;
+    if (agent != nullptr)
+      *agent = bus_name.substr(kAgentPrefix.size(), bus_name.size() - kAgentPrefix.size() - suffix.size());
+    return kind;
   }
   return InputKind::none;
 }
@@ -113,6 +115,7 @@ std::vector<std::string> ChannelMap::inputs() const {
   std::vector<std::string> names;
   for (const Entry& entry : inputs_) names.push_back(entry.bus);
   names.push_back("MR_AGENT_.*_TELEOP");
+  names.push_back("MR_AGENT_.*_JOINT_CMD");
   return names;
 }
 
@@ -160,6 +163,7 @@ Result<RobotDescription> trainee_description(const Scenario& scenario, const Rob
     }
     RobotDescription description = model->description;
     description.name = trainee.name;
+    description.model.clear();
     // All rows of a camera are rendered at one instant, and simulated stamps are those of the scans' clock.
     if (description.camera) description.camera->readout = description.camera->time_offset = 0;
     if (description.imu) description.imu->time_offset = 0;

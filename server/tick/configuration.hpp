@@ -36,6 +36,7 @@ enum class InputKind : std::uint8_t {
   command,         ///< an instructor's; its channel determines its type
   emergency_stop,  ///< also a command; applied even where the log cannot be written
   agent_teleop,
+  agent_joint_command,
   loop,
   model,
   operators,  ///< which operator drives which robot
@@ -50,13 +51,13 @@ class ChannelMap {
   std::string bus(std::string_view canonical, std::size_t robot = 0) const;
   /// The same for a channel of which each robot has its own, without allocation; valid as long as this.
   const std::string& robots_bus(std::string_view canonical, std::size_t robot) const;
-  /// The kind of a message on this bus channel; for agent_teleop, `agent` is the name between MR_AGENT_ and
-  /// _TELEOP; `robot`: the one whose channel it is, 0 for the session's channels.
+  /// The kind of a message on this bus channel; for those of agents, `agent` is the name between MR_AGENT_
+  /// and _TELEOP or _JOINT_CMD; `robot`: the one whose channel it is, 0 for the session's channels.
   InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr,
                  std::size_t* robot = nullptr) const;
   /// Canonical name of the input on this bus channel; empty: not an input, or an agent's.
   std::string_view canonical(std::string_view bus_name) const;
-  /// Bus names to subscribe to; the last is a pattern (agents' teleop).
+  /// Bus names to subscribe to; the last two are patterns (of agents).
   std::vector<std::string> inputs() const;
 
  private:

@@ -40,7 +40,10 @@ void explain_by_other_robots(const TickContext& context, const scan::LaserMotion
                              const ScanPath& path) {
   ScanState& scan = path.scan;
   bool rays_are_set = false;
+  const std::string* explained = nullptr;  // a robot's first body is its base, whose footprint counts
   for (const scan::BodyMotion& body : scan.doors) {
+    if (explained != nullptr && *explained == body.body->entity) continue;
+    explained = &body.body->entity;
     const auto robot = context.configuration.find_robot(body.body->entity);
     if (!robot || body.body->owner != BodyOwner::real_robot) continue;
     if (!rays_are_set) scan.rays.set(laser, scan::beam_set(scan.real, scan.beam_time));

@@ -45,6 +45,7 @@ void update_robot(const TickContext& context, RobotState& robot, State& state) {
   robot.pose.at_this_step = exact ? trainee_state(context.configuration, state.simulation)
                                   : real_robot_at(context.now, robot.pose, robot.injection);
   state.real[robot.index] = robot.pose.at_this_step;
+  move_twin(context, robot.pose.clock, robot.encoders, state.simulation);
   report_pose_changes(context, robot.pose);
   forget_old_obstacles(context, robot.scan, state.simulation);
   forget_old_people(context, robot.people, state.simulation);

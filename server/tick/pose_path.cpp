@@ -119,12 +119,18 @@ void handle_imu(const TickContext& context, const Message& input, PoseState& pos
   if (pose.clock.add(input.arrival, sample.stamp)) pose.attitude.add(sample);
 }
 
-void handle_joint_state(const TickContext& context, const Message& input, PoseState& pose) {
+Status handle_joint_state(const TickContext& context, const Message& input, PoseState& pose) {
   constexpr std::size_t max_joints = 256;
   Joints& joints = pose.joint_state;
-  if (const Status read = decode(input.channel, input.payload, joints); !read)
-    return refuse(context, read.error());
-  if (!pose.clock.add(input.arrival, joints.stamp)) return;
+  if (const Status read = decode(input.channel, input.payload, joints); !read) {
+    refuse(context, read.error());
+    joints = {};
+    return read;
+  }
+  if (!pose.clock.add(input.arrival, joints.stamp)) {
+    joints = {};
+    return {};
+  }
   pose.joints.add(joints);
   for (std::size_t i = 0; i < joints.positions.size(); ++i) {
     auto known = pose.joint_positions.find(joints.names[i]);
@@ -134,6 +140,7 @@ void handle_joint_state(const TickContext& context, const Message& input, PoseSt
     }
     known->second = {joints.positions[i], context.now};
   }
+  return {};
 }
 
 /// POSE has no quality: it counts as valid while it arrives.

@@ -95,6 +95,8 @@ bool names_things(EventKind kind) {
   switch (kind) {
     case EventKind::joint_broken:
     case EventKind::joint_overload:
+    case EventKind::joint_limited:
+    case EventKind::joint_limit_lifted:
     case EventKind::operator_switched:
     case EventKind::console_lost:
     case EventKind::foreign_publisher:

@@ -57,7 +57,7 @@ void publish_joints(const TickContext& context, const simulation::RobotMotion& m
   Joints& joints = path.sensors.joints;
   joints = motion.joints;
   joints.stamp = {context.now.ns};
-  handle_joint_state(context, publish(context, channel::kJointState, joints, path.sensors), path.pose);
+  (void)handle_joint_state(context, publish(context, channel::kJointState, joints, path.sensors), path.pose);
 }
 
 /// Positions: 1 for a bumper in contact, else 0.

@@ -52,7 +52,8 @@ Status spawn_agents(const Configuration& configuration, State& state) {
 RobotState::RobotState(const Configuration& configuration, std::size_t index_)
     : name(configuration.robot_at(index_).name),
       index(index_),
-      pose(configuration, configuration.robot_at(index_)) {
+      pose(configuration, configuration.robot_at(index_)),
+      encoders(configuration, configuration.robot_at(index_)) {
   injection.gate = InjectionGate(index);
 }
 
@@ -83,7 +84,9 @@ CameraPath State::camera_path(RobotState& robot) {
   return {robot.pose, robot.scan, robot.injection.gate, robot.camera, site, simulation};
 }
 
-CommandPath State::command_path(RobotState& robot) { return {robot.command, robot.pose, simulation}; }
+CommandPath State::command_path(RobotState& robot) {
+  return {robot.command, robot.pose, robot.encoders, simulation};
+}
 
 AgentPath State::agent_path() { return {real, world.kinds, agent_cameras, simulation}; }
 

@@ -13,6 +13,7 @@
 #include "server/tick/command_path.hpp"
 #include "server/tick/configuration.hpp"
 #include "server/tick/door_tracker.hpp"
+#include "server/tick/encoders.hpp"
 #include "server/tick/executor.hpp"
 #include "server/tick/fault_path.hpp"
 #include "server/tick/grading_path.hpp"
@@ -40,6 +41,7 @@ struct RobotState {
   std::string name;
   std::size_t index = 0;  ///< in State::robots
   PoseState pose;
+  EncoderState encoders;
   ScanState scan;
   PeopleState people;
   InjectionState injection;

@@ -77,7 +77,9 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::imu:
       return handle_imu(context, input, robot.pose);
     case InputKind::joint_state:
-      return handle_joint_state(context, input, robot.pose);
+      if (const Status read = handle_joint_state(context, input, robot.pose); !read)
+        return doubt_encoders(read.error(), robot.encoders);
+      return take_encoders(context, robot.pose.joint_state, robot.encoders);
     case InputKind::lines:
       return handle_line(context, input, robot.scan);
     case InputKind::camera:
@@ -95,6 +97,8 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
       return handle_instructor_command(context, input, state.instructor_path());
     case InputKind::agent_teleop:
       return handle_agent_teleop(context, input, agent, state.simulation);
+    case InputKind::agent_joint_command:
+      return handle_agent_joint_command(context, input, agent, state.simulation);
     case InputKind::model:
       return handle_model(context, input, state.site, state.doors, state.simulation);
     case InputKind::robot:  // read before the session started; a change needs a new session

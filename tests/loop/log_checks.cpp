@@ -265,7 +265,8 @@ class Checker {
 };
 
 bool is_output(const std::string& channel) {
-  return (channel.starts_with("MR_") && channel != channel::kMrStatus && !channel.ends_with("_TELEOP")) ||
+  return (channel.starts_with("MR_") && channel != channel::kMrStatus && !channel.ends_with("_TELEOP") &&
+          !(channel.starts_with("MR_AGENT_") && channel.ends_with("_JOINT_CMD"))) ||
          channel == channel::kHazard;
 }
 

@@ -39,6 +39,15 @@ TEST_P(ClosedLoop, NothingShownIsTouchedAndEachPromiseHolds) {
               drive.log.commands_reduced, drive.log.commands, drive.log.nearest_shown, drive.score);
 }
 
+TEST(ClosedLoopWithTheArm, AVirtualThingIsLiftedIntoAVirtualTub) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "drive");
+  const DriveReport drive = drive_loop(104, Arrangement::trainee_lifts, folder / "drive");
+  for (const std::string& failure : drive.failures()) ADD_FAILURE() << failure;
+  EXPECT_EQ(drive.goal, "reached");
+  EXPECT_EQ(drive.score, 100);
+}
+
 INSTANTIATE_TEST_SUITE_P(Arrangements, ClosedLoop,
                          ::testing::Values(Arrangement::trainee_drives, Arrangement::robot_drives_itself,
                                            Arrangement::careless_trainee_drives),

@@ -169,20 +169,20 @@ TEST_F(ExampleRobot, ThatDrivesItselfStandsWhileMrCmdBringsStops) {
 TEST_F(ExampleRobot, ItsArmObeysWithinItsLimitsAndHoldsStillInSilence) {
   Joints command;
   command.names = {"shoulder", "third_arm"};
-  command.positions = {5, 1};
-  const auto shoulder = [&] { return joints_.positions.empty() ? 0 : joints_.positions.front(); };
+  command.positions = {-5, 1};
+  const auto shoulder = [&] { return joints_.positions.size() < 2 ? 2 : joints_.positions[1]; };
   const auto send = [&] {
     command.stamp = stamp();
     publish(channel::kMrJointCmd, command);
   };
-  ASSERT_TRUE(until([&] { return send(), shoulder() > 0.3; }));
+  ASSERT_TRUE(until([&] { return send(), shoulder() < 1.3; }));
   const int before = count_["JOINT_STATE"];
   ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > before + 20; }));  // silence
   const double held = shoulder();
   ASSERT_TRUE(until([&] { return count_["JOINT_STATE"] > before + 30; }));
   EXPECT_EQ(shoulder(), held);
-  ASSERT_TRUE(until([&] { return send(), shoulder() > 1.59; }));
-  EXPECT_LT(shoulder(), 1.61);
+  ASSERT_TRUE(until([&] { return send(), shoulder() < -1.19; }));
+  EXPECT_GT(shoulder(), -1.21);
 }
 
 TEST(ExampleRobotFiles, ABuildingThatCannotBeReadIsNamedWithItsLine) {

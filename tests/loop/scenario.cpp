@@ -1,4 +1,5 @@
 // The scenario of a drive: what is virtual in it, and what the trainee is to do.
+#include <cmath>
 #include <stdexcept>
 
 #include "tests/loop/closed_loop.hpp"
@@ -92,6 +93,34 @@ Training training(Arrangement arrangement) {
   return training;
 }
 
+Task event_task(const std::string& name, double points, EventKind event, const std::string& object) {
+  Task task;
+  task.name = name, task.points = points;
+  task.done.kind = Condition::Kind::event;
+  task.done.event = event, task.done.object = object;
+  return task;
+}
+
+/// A thing and a tub in front of the robot, and nothing else.
+void add_lift(const Site& site, Scenario& scenario) {
+  const LiftPlaces places = lift_places(site);
+  AgentDefinition part, tub;
+  part.name = "part_1", part.kind = AgentKind::box, part.size = {0.06, 0.06, places.height}, part.mass = 0.8;
+  const Eigen::Vector2d way = places.thing - site.start.position();
+  part.T_map_base =
+      Transform<Map, Base>::planar(places.thing.x(), places.thing.y(), std::atan2(way.y(), way.x()));
+  tub.name = "tub_1", tub.kind = AgentKind::container, tub.size = {0.44, 0.44, 0.3};
+  tub.T_map_base = Transform<Map, Base>::planar(places.tub.x(), places.tub.y(), site.start.yaw);
+  scenario.agents = {part, tub};
+  Training lesson;
+  lesson.text = "Lift the part and put it into the tub.";
+  lesson.tasks = {event_task("grip", 20, EventKind::gripped, "part_1"),
+                  event_task("lift", 20, EventKind::lifted, "part_1"),
+                  event_task("into the tub", 60, EventKind::placed, "tub_1")};
+  scenario.zones.clear();
+  scenario.training = lesson;
+}
+
 Zone goal_zone(const Eigen::Vector2d& goal) {
   constexpr double h = 0.5;  // m
   Zone zone;
@@ -112,8 +141,25 @@ const char* to_string(Arrangement arrangement) {
       return "careless trainee drives";
     case Arrangement::robot_drives_itself:
       return "robot drives itself";
+    case Arrangement::trainee_lifts:
+      return "trainee lifts";
   }
   return "";
+}
+
+LiftPlaces lift_places(const Site& site) {
+  constexpr double kThingAt = 0.58, kTubAt = 0.57, kRoom = 0.3;  // m
+  const auto at = [&](double range, double angle) {
+    return Eigen::Vector2d(site.start.position() + range * Eigen::Vector2d(std::cos(site.start.yaw + angle),
+                                                                           std::sin(site.start.yaw + angle)));
+  };
+  for (const double thing : {0.0, 0.3, -0.3, 0.6, -0.6}) {
+    for (const double apart : {1.4, -1.4, 1.7, -1.7}) {
+      const LiftPlaces places{at(kThingAt, thing), at(kTubAt, thing + apart), 0.45};
+      if (clearance(site, places.thing) > kRoom / 2 && clearance(site, places.tub) > kRoom) return places;
+    }
+  }
+  throw std::runtime_error("site " + std::to_string(site.seed) + " has no room for a tub");
 }
 
 Scenario loop_scenario(const Site& site, Arrangement arrangement) {
@@ -124,6 +170,10 @@ Scenario loop_scenario(const Site& site, Arrangement arrangement) {
   scenario.model = "model.yaml", scenario.map = "site.yaml";
   scenario.zones = {goal_zone(itself ? site.other_route.back() : site.route.back())};
   scenario.training = training(arrangement);
+  if (arrangement == Arrangement::trainee_lifts) {
+    add_lift(site, scenario);
+    return scenario;
+  }
   Casting cast(site, scenario);
   if (itself) {
     AgentDefinition& robot = cast.add("robot_1", AgentKind::robot, site.other_start.position());

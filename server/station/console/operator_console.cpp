@@ -34,7 +34,7 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
   }
   for (const WorldMessage::Entry& body : world.bodies) {
     if (body.owner == BodyOwner::agent && body.kind == AgentKind::robot)
-      add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", ""});
+      add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", "MR_AGENT_" + body.entity + "_JOINT_CMD"});
   }
   return robots;
 }

@@ -17,7 +17,7 @@ struct DrivenRobot {
 };
 
 /// The robots in a world message: the trainees' (TELEOP, JOINT_CMD, of several with their names) first, then
-/// the agents that are robots (MR_AGENT_<name>_TELEOP), each once.
+/// the agents that are robots (MR_AGENT_<name>_TELEOP and _JOINT_CMD), each once.
 std::vector<DrivenRobot> robots_in(const WorldMessage& world);
 
 /// Not thread-safe. Instants are of the console's own clock.

@@ -49,6 +49,9 @@ LogLevel level_of(EventKind kind) {
     case EventKind::speed_limited:
     case EventKind::injection_suspended:
     case EventKind::joint_overload:
+    case EventKind::payload_exceeded:
+    case EventKind::joint_limited:
+    case EventKind::encoders_lost:
     case EventKind::pitch_warning:
     case EventKind::roll_warning:
     case EventKind::yaw_rate_warning:

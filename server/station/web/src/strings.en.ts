@@ -344,6 +344,7 @@ export const strings = {
     injection_suspended: "Injection suspended", injection_active: "Injection active", localization_lost: "Localization lost", localized: "Localized",
     relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started",
-    agent_hidden: "Agent hidden", agent_shown: "Agent shown",
+    agent_hidden: "Agent hidden", agent_shown: "Agent shown", payload_exceeded: "Payload exceeded", joint_limited: "Joint limited",
+    joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back",
   } as Record<string, string>,
 };

@@ -13,7 +13,7 @@ const groups: Record<EventGroup, string[]> = {
     "yaw_rate_limit", "zone_entered", "zone_left", "movement_started", "movement_stopped", "door_opened", "door_closed", "door_unhinged",
     "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
   task: ["task_started", "task_done", "task_failed", "points_deducted", "score_changed", "grading_ended", "object_reported"],
-  robot: ["joint_broken", "joint_overload", "joints_restored", "battery_low", "battery_empty", "dose_warning", "dose_limit", "radio_lost", "radio_restored", "localization_lost",
+  robot: ["joint_broken", "joint_overload", "payload_exceeded", "joint_limited", "joint_limit_lifted", "joints_restored", "encoders_lost", "encoders_back", "battery_low", "battery_empty", "dose_warning", "dose_limit", "radio_lost", "radio_restored", "localization_lost",
     "localized", "relocalized", "odometry_changed", "poses_conflict", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
   session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started",
     "fault_started", "fault_ended"],
@@ -27,7 +27,7 @@ export function groupOf(kind: string): EventGroup {
 
 const bad = new Set(["contact_started", "hazard_triggered", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "points_deducted",
   "joint_broken", "battery_empty", "dose_limit", "radio_lost", "localization_lost", "console_lost", "pitch_limit", "roll_limit", "yaw_rate_limit"]);
-const warning = new Set(["collision_predicted", "near_miss", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "battery_low", "dose_warning",
+const warning = new Set(["collision_predicted", "near_miss", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "payload_exceeded", "joint_limited", "encoders_lost", "battery_low", "dose_warning",
   "injection_suspended", "command_refused", "goal_unreachable", "foreign_publisher", "speed_limited"]);
 const good = new Set(["task_done", "placed", "lifted", "localized", "injection_active", "radio_restored"]);
 
