@@ -112,6 +112,11 @@ class Mutator {
   std::mt19937_64 random_;
 };
 
+template <class T>
+Status status_of(const Result<T>& result) {
+  return result ? Status() : Status(result.error());
+}
+
 /// What is read: the files are written already, and each is damaged in turn.
 struct MutationSample {
   std::vector<std::filesystem::path> files;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "protocols/bus/network_speaker.hpp"
+#include "protocols/yaml/utf8.hpp"
 
 namespace parhelion::tools {
 
@@ -25,7 +26,7 @@ Result<std::unique_ptr<Bus>> BusOptions::open(const std::string& command) const 
   return open([command, reported = std::set<SignatureFault>()](const RefusedMessage& message) mutable {
     if (!reported.insert(message.fault).second) return;
     std::fprintf(stderr, "parhelion %s: a message on %s was %s: refused\n", command.c_str(),
-                 std::string(message.channel).c_str(), to_string(message.fault));
+                 yaml::printable(message.channel).c_str(), to_string(message.fault));
   });
 }
 

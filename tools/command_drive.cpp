@@ -6,6 +6,7 @@
 
 #include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
+#include "server/station/console/operator_console.hpp"
 #include "server/station/console/terminal.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
@@ -69,7 +70,9 @@ void add_drive(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("drive", "Drive a robot with the keyboard of this terminal");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("--robot", arguments->options.robot, "Robot to drive; by default the trainee's");
-  command->add_option("--name", arguments->options.name, "Name of the operator")->capture_default_str();
+  command->add_option("--name", arguments->options.name, "Name of the operator: letters, digits, '_', '-'")
+      ->check(CLI::Validator(station::operator_name_fault, ""))
+      ->capture_default_str();
   command->add_option("--speed", arguments->options.keys.speed, "m/s at the highest speed step")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();

@@ -13,6 +13,7 @@
 #include "tools/command.hpp"
 #include "tools/inject_messages.hpp"
 #include "tools/place_argument.hpp"
+#include "tools/topic_text.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -54,9 +55,9 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
     if (!*received) break;
     Event event;
     if (!decode(message.channel, message.payload, event) || event.request != request) continue;
-    if (event.kind == EventKind::command_refused) return fail("refused: " + event.text);
+    if (event.kind == EventKind::command_refused) return fail("refused: " + printable(event.text));
     if (event.kind != EventKind::command_accepted) continue;
-    std::printf("done%s%s\n", event.text.empty() ? "" : ": ", event.text.c_str());
+    std::printf("done%s%s\n", event.text.empty() ? "" : ": ", printable(event.text).c_str());
     return Exit::done;
   }
   char waited[32];

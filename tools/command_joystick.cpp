@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "server/runtime/wall_clock.hpp"
+#include "server/station/console/operator_console.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/joystick_console.hpp"
@@ -89,7 +90,9 @@ void add_joystick(CLI::App& app, Exit& exit) {
       "of a game pad that only drives");
   command->add_flag("--list", arguments->list, "List the devices with the names of their axes and buttons");
   command->add_option("--robot", arguments->robot, "Robot to drive; by default the trainee's");
-  command->add_option("--name", arguments->name, "Name of the operator")->capture_default_str();
+  command->add_option("--name", arguments->name, "Name of the operator: letters, digits, '_', '-'")
+      ->check(CLI::Validator(station::operator_name_fault, ""))
+      ->capture_default_str();
   arguments->bus.add_to(*command);
   command->footer(
       "Example: parhelion joystick --mapping crawler\n         parhelion joystick --mapping console.yaml\n\n"

@@ -6,15 +6,18 @@
 #include <thread>
 
 #include "protocols/bus/multicast_group.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/relay.hpp"
+#include "tools/robot_bus_guard.hpp"
 #include "tools/stop_signal.hpp"
 
 namespace parhelion::tools {
 namespace {
 
 constexpr Duration kPoll = milliseconds(20);
+constexpr Duration kRefreshPeriod = seconds(1.0);
 constexpr int kCapacity = 64;  // messages of each channel
 
 struct Arguments {
@@ -49,13 +52,22 @@ Exit run(const Arguments& arguments) {
   if (!robot) return fail(robot.error().message);
   if (const Status done = subscribe(**site, arguments.to_robot); !done) return fail(done.error().message);
   if (const Status done = subscribe(**robot, arguments.from_robot); !done) return fail(done.error().message);
+  RobotBusGuard guard(parse_lcm_url(arguments.robot)->port);
+  if (const std::string open = open_group(arguments.robot); !open.empty())
+    std::fprintf(stderr, "parhelion relay: warning: %s\n", open.c_str());
   std::fprintf(stderr, "parhelion relay: from %s to %s; stop with ^C\n",
                bus_address(chosen_lcm_url(arguments.site.url)).c_str(), bus_address(arguments.robot).c_str());
   std::atomic<bool> ended = false;
   Status outwards;
   std::jthread from_robot([&] {
     Message message;
-    while (outwards && !stop_asked() && !ended) outwards = relay_from_robot(**robot, **site, message, kPoll);
+    WallTime refreshed = runtime::steady_now();
+    while (outwards && !stop_asked() && !ended) {
+      outwards = relay_from_robot(**robot, **site, message, kPoll);
+      if (runtime::steady_now() - refreshed < kRefreshPeriod) continue;
+      guard.refresh();
+      refreshed = runtime::steady_now();
+    }
     ended = true;
   });
   RelayToRobot to_robot(**site, **robot);

@@ -19,6 +19,7 @@
 #include "server/runtime/loop.hpp"
 #include "server/runtime/session_files.hpp"
 #include "server/runtime/wall_clock.hpp"
+#include "server/station/http/private_file.hpp"
 #include "server/station/http/web_site.hpp"
 #include "server/tick/robot_descriptions.hpp"
 #include "server/training/briefing.hpp"
@@ -182,6 +183,10 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   const auto state =
       arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
+  if (const Status safe = station::check_private_folder(state); !safe) {
+    if (!memory.begun) return fail(safe.error().message);
+    log_line(Priority::warning, safe.error().message);  // a restarted server serves nevertheless
+  }
   StopMemories stop_memories;
   for (std::size_t i = 0; i < configuration->robot_count(); ++i)
     stop_memories.push_back(
@@ -213,7 +218,8 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   }
   std::unique_ptr<station::FoxgloveServer> foxglove;
   if (!arguments.foxglove.empty()) {
-    auto shown = arguments.bus.open([](const RefusedMessage&) {});
+    // Of whom the server itself hears.
+    auto shown = arguments.bus.open([](const RefusedMessage&) {}, OtherHosts{files->scenario.hosts, nullptr});
     if (!shown) return fail(shown.error().message);
     auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
     if (!opened) return fail(opened.error().message);

@@ -4,16 +4,19 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
+#include "protocols/yaml/utf8.hpp"
 
 namespace parhelion::tools {
 namespace {
 
+/// For a terminal, which would obey control characters of whoever sent a text.
 std::string line(const Event& event) {
+  constexpr std::size_t longest = 500;
   std::string text = to_string(event.kind);
   for (const std::string& part : {event.subject, event.object}) {
-    if (!part.empty()) text += " " + part;
+    if (!part.empty()) text += " " + yaml::printable(part);
   }
-  return event.text.empty() ? text : text + ": " + event.text;
+  return event.text.empty() ? text : text + ": " + yaml::printable(event.text, longest);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "tools/topic_text.hpp"
+
 namespace parhelion::tools {
 namespace {
 
@@ -22,7 +24,8 @@ bool is_journal(int file) {
 void log_line(Priority priority, const std::string& text) {
   static const bool journal = is_journal(STDERR_FILENO);
   if (journal) std::fprintf(stderr, "<%d>", static_cast<int>(priority));
-  std::fprintf(stderr, "parhelion serve: %s\n", text.c_str());
+  // Parts of it may come from the bus: terminals obey control characters.
+  std::fprintf(stderr, "parhelion serve: %s\n", printable(text, true).c_str());
 }
 
 }  // namespace parhelion::tools

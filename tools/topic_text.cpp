@@ -17,9 +17,12 @@ std::string indented(const char* title, const std::string& yaml) {
 }  // namespace
 
 std::string printable(std::string text, bool lines) {
+  unsigned char before = 0;
   for (char& c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if ((byte < 0x20 || byte == 0x7f) && !(lines && c == '\n')) c = '?';
+    const bool second_controls = before == 0xC2 && byte < 0xA0;  // U+0080 to U+009F
+    if (((byte < 0x20 || byte == 0x7f) && !(lines && c == '\n')) || second_controls) c = '?';
+    before = byte;
   }
   return text;
 }

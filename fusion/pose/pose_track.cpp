@@ -415,8 +415,10 @@ double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map) 
   J << 1, 0, -r.y(), 0, 1, r.x();
   const Eigen::Matrix3d planar_covariance = pose.covariance(kPlanar, kPlanar);
   const Eigen::Matrix2d at_place = J * planar_covariance * J.transpose();
-  return std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(at_place).eigenvalues().maxCoeff()));
+  // The larger eigenvalue of a symmetric matrix. A covariance that is not a number stays one.
+  const double middle = (at_place(0, 0) + at_place(1, 1)) / 2, half = (at_place(0, 0) - at_place(1, 1)) / 2;
+  const double largest = middle + std::sqrt(half * half + at_place(0, 1) * at_place(0, 1));
+  return std::sqrt(std::max(largest, 0.0));
 }
 
 }  // namespace parhelion::pose

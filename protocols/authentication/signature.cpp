@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
 #include "protocols/codec_wire.hpp"
 
 namespace parhelion {
@@ -64,6 +65,18 @@ bool looks_signed(std::span<const std::uint8_t> trailer) {
          std::equal(kMarkBytes.begin(), kMarkBytes.end(), trailer.begin() + kMark);
 }
 
+bool must_be_in_order(std::string_view channel) {
+  using namespace channel;
+  static const std::vector<std::string> any_order = [] {
+    std::vector<std::string> names = *channels_of_role("robot");
+    for (const char* name : {kPoseCov, kPose, kMrScan, kMrScanInfo, kMrCamera, kMrDepth, kMrEvents})
+      names.emplace_back(name);
+    return names;
+  }();
+  const auto parts = parse_robot_channel(channel);
+  return !parts || std::find(any_order.begin(), any_order.end(), parts->canonical) == any_order.end();
+}
+
 const char* to_string(SignatureFault fault) {
   switch (fault) {
     case SignatureFault::not_signed:
@@ -77,7 +90,7 @@ const char* to_string(SignatureFault fault) {
     case SignatureFault::wrong_time:
       return "signed too long ago, or with another clock";
     case SignatureFault::replayed:
-      return "received before";
+      return "received before, or overtaken by a newer one";
     case SignatureFault::too_many_runs:
       return "signed by a sender that starts too often";
   }
@@ -117,7 +130,7 @@ void Signer::sign(std::string_view channel, std::span<const std::uint8_t> payloa
                                                       nonce_of(trailer).data(), keys_.of(channel).data());
 }
 
-Verifier::Verifier(const Keys& keys) : clock_(keys.clock) {
+Verifier::Verifier(const Keys& keys, SensorTime start) : clock_(keys.clock), start_(start) {
   start_sodium();
   for (const Sender& sender : keys.senders)
     senders_.emplace(id_of(sender.name),
@@ -146,12 +159,13 @@ Verifier::Verdict Verifier::verify(std::string_view channel, std::span<const std
     return {bad_signature, sender.name};
   }
   const auto utime = big_endian<std::int64_t>(trailer + kTime);
-  if (utime < (now - clock_).utime() || utime > (now + clock_).utime()) return {wrong_time, sender.name};
+  const SensorTime oldest = std::max(now - clock_, start_);
+  if (utime < oldest.utime() || utime > (now + clock_).utime()) return {wrong_time, sender.name};
   RunId id;
   std::copy(trailer + kRun, trailer + kCounter, id.begin());
   Run* const run = run_of(sender, id, now);
   if (run == nullptr) return {too_many_runs, sender.name};
-  if (!run->add(big_endian<std::uint64_t>(trailer + kCounter))) return {replayed, sender.name};
+  if (!run->add(channel, big_endian<std::uint64_t>(trailer + kCounter))) return {replayed, sender.name};
   run->last = std::max(run->last, SensorTime::from_utime(utime));
   return {std::nullopt, sender.name};
 }
@@ -165,9 +179,19 @@ Verifier::Run* Verifier::run_of(KnownSender& sender, const RunId& id, SensorTime
   return &sender.runs[id];
 }
 
-/// False: received before, or older than the window.
-bool Verifier::Run::add(std::uint64_t counter) {
+/// False: received before, older than the window, or overtaken.
+bool Verifier::Run::add(std::string_view channel, std::uint64_t counter) {
   if (counter + kWindow <= newest) return false;
+  if (must_be_in_order(channel)) {
+    const auto known = newest_of.find(channel);
+    if (known == newest_of.end()) {
+      newest_of.emplace(channel, counter);
+    } else if (counter <= known->second) {
+      return false;
+    } else {
+      known->second = counter;
+    }
+  }
   if (counter > newest) {
     for (std::uint64_t skipped = newest + 1; skipped < counter && skipped <= newest + kWindow; ++skipped)
       received.reset(skipped % kWindow);

@@ -31,6 +31,10 @@ inline constexpr std::size_t kSignatureSize = 60;
 /// Whether the bytes have the size and the mark of a trailer; nothing is verified.
 bool looks_signed(std::span<const std::uint8_t> trailer);
 
+/// False for sensor data, of which each message counts, in whatever order they arrive. All others, commands
+/// among them, must be published and are accepted in the order in which they were signed.
+bool must_be_in_order(std::string_view channel);
+
 /// A secret with the keys that it gives for each channel.
 class ChannelKeys {
  public:
@@ -62,8 +66,11 @@ class Signer {
 /// Call in one thread.
 class Verifier {
  public:
-  /// Accepts the senders of `keys`, and the program itself on each channel.
-  explicit Verifier(const Keys& keys);
+  /// Accepts the senders of `keys`, and the program itself on each channel. Messages from before `start` are
+  /// refused: an earlier run of the program, whose counters are gone, may have accepted them. Where
+  /// messages must be in order, one that a newer one of its run and channel has overtaken is refused: a
+  /// command that was lost here, and that somebody else kept, must not follow a stop.
+  explicit Verifier(const Keys& keys, SensorTime start = {});
 
   struct Verdict {
     std::optional<SignatureFault> fault;  ///< none: the message is what its sender sent
@@ -81,7 +88,9 @@ class Verifier {
     std::uint64_t newest = 0;       ///< counter
     std::bitset<kWindow> received;  ///< by counter modulo kWindow
     SensorTime last;                ///< sender's time of the newest message
-    bool add(std::uint64_t counter);
+    std::map<std::string, std::uint64_t, std::less<>>
+        newest_of;  ///< counter, by channel that must be in order
+    bool add(std::string_view channel, std::uint64_t counter);
   };
   struct KnownSender {
     std::string name;
@@ -92,6 +101,7 @@ class Verifier {
   Run* run_of(KnownSender& sender, const RunId& id, SensorTime now) const;
 
   const Duration clock_;
+  const SensorTime start_;
   std::unordered_map<std::uint64_t, KnownSender> senders_;
 };
 

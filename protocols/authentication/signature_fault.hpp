@@ -12,8 +12,8 @@ enum class SignatureFault : std::uint8_t {
   unknown_sender,
   wrong_channel,  ///< the sender may not publish there
   bad_signature,  ///< changed on the way, or made with another secret
-  wrong_time,     ///< older or newer than Keys::clock permits
-  replayed,       ///< received before, or too far behind the newest
+  wrong_time,     ///< older or newer than Keys::clock permits, or from before the receiver's start
+  replayed,       ///< received before, too far behind the newest, or overtaken (must_be_in_order())
   too_many_runs,  ///< the sender has started too often within Keys::clock
 };
 constexpr std::size_t kSignatureFaults = 7;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
 
 namespace parhelion {
 namespace {
@@ -16,11 +17,13 @@ class SignedBus : public Bus {
   SignedBus(std::unique_ptr<Bus> bus, const Keys& keys, std::function<void(const RefusedMessage&)> refused)
       : bus_(std::move(bus)),
         signer_(keys.name, keys.secret),
-        verifier_(keys),
+        verifier_(keys, wall_clock()),
         refused_(std::move(refused)) {}
 
   Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
     thread_local std::vector<std::uint8_t> message;
+    std::unique_lock order(order_, std::defer_lock);
+    if (must_be_in_order(channel)) order.lock();
     signer_.sign(channel, payload, wall_clock(), message);
     return bus_->publish(channel, message);
   }
@@ -58,6 +61,7 @@ class SignedBus : public Bus {
   }
 
   const std::unique_ptr<Bus> bus_;
+  std::mutex order_;  // held from signing to publishing
   Signer signer_;
   Verifier verifier_;
   const std::function<void(const RefusedMessage&)> refused_;

@@ -35,15 +35,16 @@ std::optional<std::size_t> find_invalid_utf8(std::string_view text) {
   return std::nullopt;
 }
 
-std::string printable(std::string_view text) {
+std::string printable(std::string_view text, std::size_t shown) {
   static constexpr char hex[] = "0123456789abcdef";
-  constexpr std::size_t shown = 60;
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     if (out.size() >= shown) return out + "...";
     const std::size_t length = sequence_length(text, i);
     const std::uint8_t lead = byte_at(text, i);
-    if (length == 0 || lead < 0x20 || lead == 0x7F) {
+    // U+0080 to U+009F are control characters, too: terminals obey them.
+    const bool second_controls = lead == 0xC2 && length == 2 && byte_at(text, i + 1) < 0xA0;
+    if (length == 0 || lead < 0x20 || lead == 0x7F || second_controls) {
       out += {'\\', 'x', hex[lead >> 4U], hex[lead & 15U]};
       i += 1;
     } else {

@@ -12,7 +12,7 @@ namespace parhelion::yaml {
 /// byte counts as ill-formed: the YAML scanner treats them as the end of the file.
 std::optional<std::size_t> find_invalid_utf8(std::string_view text);
 
-/// For messages: at most 60 bytes, control characters as \xNN.
-std::string printable(std::string_view text);
+/// For messages and terminals: about `shown` bytes at most, control characters as \xNN.
+std::string printable(std::string_view text, std::size_t shown = 60);
 
 }  // namespace parhelion::yaml

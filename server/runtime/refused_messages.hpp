@@ -21,12 +21,12 @@ class RefusedMessages {
   };
 
   void add(const RefusedMessage& message);
-  /// The first message of each fault on each channel, once.
+  /// The first message of each fault on each channel, once; the agents' channels are one, "MR_AGENT_*".
   std::vector<First> take();
   std::uint64_t count() const;
 
  private:
-  static constexpr std::size_t kMaxKinds = 256;  // faults times channels; further ones are only counted
+  static constexpr std::size_t kMaxKinds = 1024;  // faults times channels; further ones are only counted
 
   mutable std::mutex mutex_;
   std::set<std::pair<SignatureFault, std::string>> known_;

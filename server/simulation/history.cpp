@@ -18,7 +18,9 @@ BodyState extrapolate(const BodyState& state, double dt) {
 
 BodyState between(const BodyState& a, const BodyState& b, double s) {
   BodyState state = a;
-  state.T_map_body = interpolate(a.T_map_body, b.T_map_body, s);
+  // Most bodies are at rest.
+  if (a.T_map_body.isometry().matrix() != b.T_map_body.isometry().matrix())
+    state.T_map_body = interpolate(a.T_map_body, b.T_map_body, s);
   state.velocity += s * (b.velocity - a.velocity);
   state.rotation_rate += s * (b.rotation_rate - a.rotation_rate);
   return state;

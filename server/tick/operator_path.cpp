@@ -4,9 +4,12 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/driving_timing.hpp"
+#include "protocols/yaml/utf8.hpp"
 
 namespace parhelion::tick {
 namespace {
+
+constexpr Duration kRefusalPeriod = seconds(10.0);
 
 void publish(const TickContext& context, EventKind kind, const std::string& subject,
              const std::string& object, const std::string& text) {
@@ -34,19 +37,33 @@ void stop_if_undriven(const std::string& robot, const OperatorPath& path) {
   path.stop(robot);
 }
 
+/// A console whose messages are all refused would otherwise be a number in the status.
+void refuse_console(const TickContext& context, const OperatorStatus& status, const Error& error,
+                    std::optional<SimulationTime>& reported) {
+  refuse(context, error);
+  if (reported && context.now - *reported < kRefusalPeriod) return;
+  reported = context.now;
+  Event event;
+  event.stamp = context.now;
+  event.kind = EventKind::command_refused;
+  event.text = "console of operator '" + yaml::printable(status.name) + "': " + error.message;
+  publish_event(context, event);
+}
+
 }  // namespace
 
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path) {
   Operators& operators = path.operators;
   OperatorStatus status;
   if (const Status read = decode(input.channel, input.payload, status); !read)
-    return refuse(context, read.error());
+    return refuse_console(context, status, read.error(), path.refusal_reported);
   const auto known = operators.find(status.name);
   const std::string before = known != operators.end() ? known->second.robot : "";
   if (status.state == OperatorStatus::State::drives) {
     if (!can_be_driven(context.configuration, status.robot, path.simulation))
-      return refuse(context, {input.channel + ": operator '" + status.name + "' drives '" + status.robot +
-                              "', and there is no such robot"});
+      return refuse_console(context, status,
+                            {input.channel + ": drives '" + status.robot + "', and there is no such robot"},
+                            path.refusal_reported);
     operators[status.name] = {status.robot, input.arrival};
     if (before == status.robot) return;
     if (!before.empty()) stop_if_undriven(before, path);

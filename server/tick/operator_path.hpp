@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "protocols/bus/bus.hpp"
@@ -23,11 +24,13 @@ using Operators = std::map<std::string, DrivingOperator>;
 /// Dependencies of the operator path.
 struct OperatorPath {
   Operators& operators;
+  std::optional<SimulationTime>& refusal_reported;  ///< of an OPERATOR message; none: never
   const simulation::Simulation& simulation;
   std::function<void(const std::string& robot)> stop;  ///< stops a robot or an agent until its next command
 };
 
-/// OPERATOR: stops a robot when its operator leaves it or the console is lost.
+/// OPERATOR: stops a robot when its operator leaves it or the console is lost. A message that is refused is
+/// an event, at most one in ten seconds: consoles send two each second.
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path);
 /// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const OperatorPath& path);

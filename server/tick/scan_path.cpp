@@ -87,7 +87,9 @@ Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const
   };
   bodies_in_sweep(scan.world_start, scan.world_end, scan.motions,
                   [&](const BodyDefinition& body, const BodyState& at) {
-                    return body.injectable && distance(at.T_map_body) - bounding_radius(body) <= range_max;
+                    if (!body.injectable) return false;
+                    const double away = distance(at.T_map_body);
+                    return away <= range_max || away - bounding_radius(body) <= range_max;
                   });
   bodies_in_sweep(scan.world_start, scan.world_end, scan.doors,
                   [&](const BodyDefinition& body, const BodyState&) {
@@ -137,16 +139,24 @@ void cast(const RangeConvention& convention, const SweepPoses& poses, ScanState&
   }
 }
 
-/// MR_SCAN_INFO: the agent hit by each replaced beam.
+/// MR_SCAN_INFO: the agent hit by each replaced beam. The bodies of an agent are contiguous in `motions`.
 void name_agents(ScanState& scan) {
   scan.info.agents.clear();
   scan.info.beam_agent.assign(scan.beam_body.size(), -1);
+  scan.agents.clear();
+  for (const scan::BodyMotion& motion : scan.motions) {
+    const bool same = !scan.agents.empty() && motion.body->entity == (&motion - 1)->body->entity;
+    scan.agents.push_back({same ? scan.agents.back().first : scan.agents.size(), -1});
+  }
   for (std::size_t i = 0; i < scan.beam_body.size(); ++i) {
     if (scan.beam_body[i] < 0) continue;
-    const std::string& entity = scan.motions[static_cast<std::size_t>(scan.beam_body[i])].body->entity;
-    auto found = std::find(scan.info.agents.begin(), scan.info.agents.end(), entity);
-    if (found == scan.info.agents.end()) found = scan.info.agents.insert(found, entity);
-    scan.info.beam_agent[i] = static_cast<std::int16_t>(found - scan.info.agents.begin());
+    const std::size_t first = scan.agents[static_cast<std::size_t>(scan.beam_body[i])].first;
+    std::int16_t& named = scan.agents[first].named;
+    if (named < 0) {
+      named = static_cast<std::int16_t>(scan.info.agents.size());
+      scan.info.agents.push_back(scan.motions[first].body->entity);
+    }
+    scan.info.beam_agent[i] = named;
   }
 }
 
@@ -169,7 +179,6 @@ Outcome inject(const TickContext& context, const Message& input, const ScanPath&
   context.tally.beams_replaced +=
       scan::augment_scan(scan.real, *context.robot().laser, key, scan.virtual_hits, scan.building_hits,
                          scan.out, scan.beam_body);
-  name_agents(scan);
   stages.ended(Stage::augment);
   return {};
 }
@@ -244,6 +253,8 @@ void publish_scan(const TickContext& context, const Message& input, const Outcom
   if (receipt.raw) {
     pass_raw_scan(input, "guard: no answer in time", scan);
     if (outcome.cause == Degraded::none) count_degraded(context, Degraded::guard, scan);
+  } else if (outcome.cause == Degraded::none) {
+    name_agents(scan);  // not before: the robot waits for MR_SCAN
   }
   context.outputs.add(context.channel(channel::kMrScan), receipt.sent)
       .assign(scan.mr_scan.begin(), scan.mr_scan.end());

@@ -30,12 +30,17 @@ struct ScanState {
   std::uint64_t degraded = 0;  ///< scans published unchanged
   Scan real, out;
   bool have_real = false;
-  std::vector<float> beam_time;
+  std::vector<float> beam_time;  ///< of each beam, 0..1 of the sweep
   std::vector<scan::RangeHit> virtual_hits, building_hits;
   bool building_cast = false;             ///< building_hits are those of this scan
   std::vector<scan::BodyMotion> motions;  ///< bodies to inject
   std::vector<scan::BodyMotion> doors;    ///< real bodies that move: parts of the building, and other robots
   std::vector<std::int32_t> beam_body;
+  struct AgentOfBody {
+    std::size_t first;   ///< index in motions of the agent's first body
+    std::int16_t named;  ///< index in info.agents, at that body; -1: none yet
+  };
+  std::vector<AgentOfBody> agents;  ///< scratch, by index in motions
   WorldSnapshot world_start, world_end;
   ScanInfo info;
   std::vector<std::uint8_t> mr_scan;  ///< encoded

@@ -99,7 +99,7 @@ InstructorPath State::instructor_path() {
 ScriptPath State::script_path() { return {scripts, agent_path()}; }
 
 OperatorPath State::operator_path(const TickContext& context) {
-  return {operators, simulation, [this, &context](const std::string& name) {
+  return {operators, operator_refused, simulation, [this, &context](const std::string& name) {
             const auto robot = context.configuration.find_robot(name);
             if (!robot) return simulation.teleop(name, {});
             stop_robot(context.of_robot(*robot), command_path(robots[*robot]));

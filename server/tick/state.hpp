@@ -66,7 +66,8 @@ struct State {
   Scripts scripts;
   FaultState faults;
   Operators operators;
-  std::unique_ptr<LiveGrading> grading;  ///< null: the scenario has no training
+  std::optional<SimulationTime> operator_refused;  ///< when that was last reported
+  std::unique_ptr<LiveGrading> grading;            ///< null: the scenario has no training
   Tally tally;
 
   /// The robot of that name, which must exist.

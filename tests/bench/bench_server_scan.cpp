@@ -1,6 +1,7 @@
 // Scan in to scan out inside the server: 361 beams, 80 m, 100 boxes and 50 robots that drive, in a hall of 60
-// m. Prints percentiles of the scan path and of the wait for physics, as `replay` measures them. With the
-// argument "grading": ten runs with and ten without grading, in turn.
+// m. Prints percentiles of the scan path and of the wait for physics, as `replay` measures them.
+//   bench_server_scan [SCANS]
+//   bench_server_scan grading: ten runs with and ten without grading, in turn
 #include <cstdio>
 #include <numbers>
 #include <random>
@@ -164,7 +165,7 @@ int compare_grading() {
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "grading") return compare_grading();
   const tick::Configuration configuration = hall();
-  const int scans = 2000;
+  const int scans = argc > 1 ? std::stoi(argv[1]) : 2000;
   const Run result = run(configuration, scans);
   const tick::Tally& tally = result.tally;
   std::printf("scans %llu, beams replaced %.1f %%\n", static_cast<unsigned long long>(tally.scans_in),
@@ -172,5 +173,5 @@ int main(int argc, char** argv) {
   line("scan in to scan out", result.stages.scan_us);
   line("wait for physics", result.stages.physics_wait_us);
   line("one physics step", result.stages.physics_step_us);
-  return tally.scans_in == scans && tally.beams_replaced > 0 ? 0 : 1;
+  return tally.scans_in == static_cast<std::uint64_t>(scans) && tally.beams_replaced > 0 ? 0 : 1;
 }

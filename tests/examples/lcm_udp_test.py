@@ -3,6 +3,7 @@
 import os
 import pathlib
 import random
+import socket
 import struct
 import subprocess
 import sys
@@ -79,6 +80,29 @@ class LcmUdpTest(unittest.TestCase):
             self.assertEqual(received, ("CAMERA", payload_of(size)), f"{size} bytes")
             while lcm.receive(timeout=0) is not None:
                 pass
+
+    def test_datagrams_of_a_stranger_end_nothing_and_take_no_memory(self):
+        lcm = self.open(["CAM.*"])
+        stranger = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(stranger.close)
+        group = ("239.255.76.67", int(URL.split(":")[2].split("?")[0]))
+
+        def fragment(number, size, offset, index, count, part):
+            return struct.pack(">4sIIIHH", b"LC03", number, size, offset, index, count) + part
+
+        for datagram in [
+            b"", b"LC02", b"LC03" * 6, b"LC02" + b"\0" * 4 + b"CAM\xff\0x",
+            fragment(1, 4_000_000_000, 0, 0, 2, b"CAM\0x"), fragment(2, 60_000, 0, 0, 1, b"CAM\0" + b"x" * 8),
+            fragment(3, 10, 4_294_967_290, 1, 2, b"x" * 8), fragment(4, 4, 0, 0, 0, b"CAM\0abcd"),
+            fragment(5, 8, 0, 0, 2, b"CAM\0abcd"), fragment(5, 8, 2, 1, 2, b"efgh"),
+        ]:
+            stranger.sendto(datagram, group)
+        stranger.sendto(b"LC02" + b"\0" * 4 + b"CAM_END\0y", group)
+        received = []
+        while not received or received[-1][0] != "CAM_END":
+            received.append(lcm.receive(timeout=5))
+            self.assertIsNotNone(received[-1])
+        self.assertEqual([payload for _, payload in received], [b"x", b"y"])
 
     def test_a_log_that_ends_within_an_event_is_refused(self):
         self.write_log([("SCAN", b"1234"), ("SCAN", b"5678")])

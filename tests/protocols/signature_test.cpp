@@ -104,6 +104,31 @@ TEST_F(SignatureTest, MessagesMayArriveInAnotherOrderWithinTheWindow) {
   EXPECT_FALSE(fault("SCAN", messages[2001])) << "a slot that an older counter had used";
 }
 
+// A stranger keeps a command that was lost here, and sends it after the stop.
+TEST_F(SignatureTest, ACommandThatANewerOneHasOvertakenIsRefused) {
+  Signer ann(ann_.name, ann_.secret), server(server_.name, server_.secret);
+  for (const char* channel : {"TELEOP", "TELEOP.rover_2", "JOINT_CMD", "MR_EMERGENCY_STOP", "CONSOLE_1"}) {
+    const auto lost = signed_by(ann, channel), stop = signed_by(ann, channel);
+    EXPECT_FALSE(fault(channel, stop)) << channel;
+    EXPECT_EQ(fault(channel, lost), SignatureFault::replayed) << channel;
+    EXPECT_FALSE(fault(channel, signed_by(ann, channel))) << channel;
+  }
+  const auto lost = signed_by(server, "MR_CMD"), scan = signed_by(server, "MR_SCAN"),
+             stop = signed_by(server, "MR_CMD");
+  EXPECT_FALSE(fault("MR_CMD", stop));
+  EXPECT_EQ(fault("MR_CMD", lost), SignatureFault::replayed);
+  EXPECT_FALSE(fault("MR_SCAN", scan)) << "of sensor data each message counts";
+}
+
+// The counters of the run before are gone.
+TEST_F(SignatureTest, AMessageFromBeforeTheStartIsRefused) {
+  Signer ann(ann_.name, ann_.secret);
+  const auto before = signed_by(ann, "TELEOP", kNow - seconds(0.1)), after = signed_by(ann, "TELEOP", kNow);
+  verifier_.emplace(server_, kNow);
+  EXPECT_EQ(fault("TELEOP", before, kNow + seconds(0.1)), SignatureFault::wrong_time);
+  EXPECT_FALSE(fault("TELEOP", after, kNow + seconds(0.1)));
+}
+
 RC_GTEST_FIXTURE_PROP(SignatureTest, AnyOrderOfRepeatedMessagesIsAcceptedOncePerMessage, ()) {
   std::vector<std::vector<std::uint8_t>> messages;
   for (int i = 0; i < 40; ++i) messages.push_back(signed_by(*signer_, "SCAN"));

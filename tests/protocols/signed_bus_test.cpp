@@ -61,7 +61,7 @@ TEST_F(SignedBusTest, PassesOnNothingOfStrangersAndNamesTheReasons) {
   }
   EXPECT_EQ(accepted, 1);
   EXPECT_EQ(refused_["SCAN not signed"], 1000);
-  EXPECT_EQ(refused_["SCAN received before"], 1000);
+  EXPECT_EQ(refused_["SCAN received before, or overtaken by a newer one"], 1000);
   EXPECT_EQ(refused_["ODOMETRY signed with another secret, or changed on the way"], 1000);
 }
 

@@ -74,6 +74,15 @@ TEST(CommandLine, AnInvalidOptionValueListsTheValidOnes) {
   EXPECT_THAT(ran.output, HasSubstr("expected one of lz4,none,zstd, found 'zip'"));
 }
 
+TEST(CommandLine, AnOperatorsNameThatTheServerWouldRefuseIsRefusedAtTheConsole) {
+  for (const std::string console : {"drive", "joystick"}) {
+    const auto ran = run_command({console, "--name", "Ann Miller"});
+    EXPECT_EQ(ran.exit, 2);
+    EXPECT_THAT(ran.output,
+                HasSubstr("an operator's name has 1 to 40 letters, digits, '_' and '-', found 'Ann Miller'"));
+  }
+}
+
 TEST(CommandLine, AMissingSubcommandIsReported) {
   const auto ran = run_command({"topic"});
   EXPECT_EQ(ran.exit, 2);

@@ -24,11 +24,6 @@
 
 namespace parhelion::test {
 
-template <class T>
-Status status_of(const Result<T>& result) {
-  return result ? Status() : Status(result.error());
-}
-
 // ---- Recordings of other systems
 // ----------------------------------------------------------------------------
 

@@ -1,15 +1,19 @@
 // A live server on a network with another machine: two network namespaces joined by a cable.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
 #include <sched.h>
 
 #include <cstdlib>
+#include <thread>
 
 #include "server/runtime/wall_clock.hpp"
 #include "tests/protocols/raw_datagrams.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
+#include "tools/robot_bus_guard.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -162,6 +166,79 @@ TEST_F(OtherHostsTest, ADatagramToTheMachinesOwnAddressMovesNothing) {
     sender.send(test::short_message(teleop(0.3)));
     EXPECT_EQ(newest_command(*own).value_or(0), 0);
   }
+}
+
+/// Receives as liblcm does: on every address of the machine.
+class Motor {
+ public:
+  explicit Motor(const std::string& url)
+      : file_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    const auto group = parse_lcm_url(url);
+    const int on = 1;
+    EXPECT_EQ(setsockopt(file_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on), 0);
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_port = htons(group->port);
+    EXPECT_EQ(bind(file_, reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
+    const ip_mreq membership{group->address, {}};
+    EXPECT_EQ(setsockopt(file_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership), 0);
+  }
+  ~Motor() { close(file_); }
+  Motor(const Motor&) = delete;
+  Motor& operator=(const Motor&) = delete;
+
+  /// Datagrams with this word, until none has come for 100 ms.
+  int heard(const std::string& word) const {
+    int count = 0;
+    char bytes[65536];
+    pollfd waiting{file_, POLLIN, 0};
+    while (poll(&waiting, 1, 100) > 0) {
+      const ssize_t size = recv(file_, bytes, sizeof bytes, 0);
+      count += size > 0 &&
+               std::string_view(bytes, static_cast<std::size_t>(size)).find(word) != std::string_view::npos;
+    }
+    return count;
+  }
+
+ private:
+  const int file_;
+};
+
+TEST_F(OtherHostsTest, WithARelayNoOtherMachineReachesAMotorOnTheRobotsOwnBus) {
+  constexpr const char* kOpen = "udpm://239.255.76.68:7668?ttl=1";  // as a stranger would send
+  constexpr const char* kRobot = "udpm://239.255.76.68:7668?ttl=0";
+  const auto attack = [&](const char* word) {
+    const InNamespace there(there_);
+    const test::RawSender to_group(kOpen), to_address(kOpen, kServerAddress);
+    for (int i = 0; i < 20; ++i) {
+      for (const auto* sender : {&to_group, &to_address})
+        sender->send(test::short_message({word, {}, {1, 2, 3}}));
+    }
+  };
+  const InNamespace here(here_);
+  {
+    const Motor motor(kRobot);
+    attack("BEFORE");
+    EXPECT_GT(motor.heard("BEFORE"), 0) << "the attack itself works";
+    EXPECT_NE(open_group(kRobot).find("ip route add 239.255.76.68/32 dev lo"), std::string::npos);
+  }
+  ASSERT_TRUE(ip("route add 239.255.76.68/32 dev lo src 127.0.0.1"));
+  EXPECT_EQ(open_group(kRobot), "");
+  ASSERT_EQ(test::run({"key", "new", "rover", "--role", "robot", "--server", folder_ / "server.keys", "-o",
+                       folder_ / "rover.keys"},
+                      folder_ / "key.txt")
+                .exit,
+            0);
+  test::Process relay({"relay", "--keys", folder_ / "rover.keys", "--url", kUrl, "--robot-url", kRobot},
+                      folder_ / "relay.txt");
+  const Motor motor(kRobot);
+  for (int i = 0; i < 200 && test::text_of(folder_ / "relay.txt").find("stop with ^C") == std::string::npos;
+       ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  attack("AFTER");
+  EXPECT_EQ(motor.heard("AFTER"), 0) << test::text_of(folder_ / "relay.txt");
+  test::RawSender(kRobot).send(test::short_message({"OWN", {}, {1}}));
+  EXPECT_EQ(motor.heard("OWN"), 1) << "the robot's own programs";
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -55,6 +56,22 @@ TEST_F(StopMemoryTest, AnUnreadableMemoryCountsAsStopped) {
   const Status kept = memory.keep(true);
   ASSERT_FALSE(kept.ok());
   EXPECT_NE(kept.error().message.find("state"), std::string::npos);
+}
+
+// Others could remove the stop, or plant a link in its place.
+TEST_F(StopMemoryTest, AServerWhoseStateFolderOthersCanChangeDoesNotStart) {
+  std::filesystem::create_directories(state_);
+  std::filesystem::permissions(state_, std::filesystem::perms::all);
+  std::ofstream(folder_ / "robot.yaml") << to_yaml(test::robot());
+  std::ofstream(folder_ / "scenario.yaml") << "name: open\nlevel: 3\nrobot: robot.yaml\n";
+  const auto ran = test::run({"serve", folder_ / "scenario.yaml", "-o", folder_ / "session.lcm", "--url",
+                              "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0",
+                              "--no-restart", "--state-folder", state_},
+                             folder_ / "serve.txt");
+  EXPECT_EQ(ran.exit, 1);
+  EXPECT_NE(ran.output.find("other users may change what is in this folder; run: chmod 700"),
+            std::string::npos)
+      << ran.output;
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ _SHORT = struct.Struct(">4sI")
 _FRAGMENT = struct.Struct(">4sIIIHH")
 _SHORT_MAX = 65499  # bytes of channel, 0 and payload in a short message
 _FRAGMENT_MAX = 65487  # the same in a fragment
+_MESSAGE_MAX = 16 << 20  # bytes that a fragment may declare
 _UNFINISHED_MAX = 16  # incomplete messages that are kept; the oldest is dropped first
 _RECEIVE_BUFFER = 4 << 20  # bytes requested from the kernel, which grants net.core.rmem_max at most
 
@@ -109,7 +110,7 @@ class Lcm:
         """The message completed by this datagram: (channel, payload), or None."""
         if datagram[:4] == b"LC02":
             channel, found, payload = datagram[_SHORT.size :].partition(b"\0")
-            return (channel.decode(), payload) if found else None
+            return (channel.decode(errors="replace"), payload) if found else None
         if datagram[:4] == b"LC03" and len(datagram) > _FRAGMENT.size:
             return self._add_fragment(datagram, sender)
         return None
@@ -117,27 +118,42 @@ class Lcm:
     def _add_fragment(self, datagram, sender):
         _, number, size, offset, index, count = _FRAGMENT.unpack_from(datagram)
         part = datagram[_FRAGMENT.size :]
-        message = self._unfinished.setdefault((sender, number), _Parts(size))
+        channel = b""
         if index == 0:
             channel, _, part = part.partition(b"\0")
-            message.channel = channel.decode()
-        message.payload[offset : offset + len(part)] = part
-        message.indices.add(index)
-        if len(message.indices) < count:
+        # Anybody in the network can send anything.
+        if size > _MESSAGE_MAX or index >= count or offset + len(part) > size:
+            return None
+        message = self._unfinished.setdefault((sender, number), _Parts(size))
+        if message.size != size:
+            return None
+        message.parts[index] = (offset, part)
+        message.channel = channel.decode(errors="replace") or message.channel
+        if len(message.parts) < count:
             if len(self._unfinished) > _UNFINISHED_MAX:
                 self._unfinished.popitem(last=False)
             return None
         del self._unfinished[(sender, number)]
-        return message.channel, bytes(message.payload)
+        payload = message.payload()
+        return (message.channel, payload) if payload is not None else None
 
 
 class _Parts:
-    """The fragments received so far of one message."""
+    """The fragments received so far of one message: memory for what has come, not for what is declared."""
 
     def __init__(self, size):
         self.channel = ""
-        self.payload = bytearray(size)
-        self.indices = set()
+        self.size = size
+        self.parts = {}  # by index: offset, bytes
+
+    def payload(self):
+        """None where the fragments do not cover the message exactly once."""
+        whole = b""
+        for offset, part in sorted(self.parts.values()):
+            if offset != len(whole):
+                return None
+            whole += part
+        return whole if len(whole) == self.size else None
 
 
 def read_log(path):

@@ -7,7 +7,9 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
+#include "protocols/codec_wire.hpp"
 #include "protocols/driving_timing.hpp"
+#include "protocols/yaml/utf8.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -37,6 +39,11 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
       add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", "MR_AGENT_" + body.entity + "_JOINT_CMD"});
   }
   return robots;
+}
+
+std::string operator_name_fault(const std::string& name) {
+  if (!name.empty() && wire::is_name(name)) return {};
+  return "an operator's name has 1 to 40 letters, digits, '_' and '-', found '" + yaml::printable(name) + "'";
 }
 
 OperatorConsole::OperatorConsole(Bus& bus, std::string name, std::string console)

@@ -20,10 +20,13 @@ struct DrivenRobot {
 /// the agents that are robots (MR_AGENT_<name>_TELEOP and _JOINT_CMD), each once.
 std::vector<DrivenRobot> robots_in(const WorldMessage& world);
 
+/// Why an operator's name is invalid (1 to 40 letters, digits, '_', '-'), or empty.
+std::string operator_name_fault(const std::string& name);
+
 /// Not thread-safe. Instants are of the console's own clock.
 class OperatorConsole {
  public:
-  /// `name` of the operator: letters, digits, '_' and '-'; `console`: kind of console, for people.
+  /// `name` of the operator, see operator_name_fault(); `console`: kind of console, for people.
   OperatorConsole(Bus& bus, std::string name, std::string console);
 
   /// Robots that exist now. A driven robot that is no longer among them is released.

@@ -64,6 +64,13 @@ Status make_private_folder(const std::filesystem::path& folder) {
   return {};
 }
 
+Status check_private_folder(const std::filesystem::path& folder) {
+  struct stat attributes {};
+  if (stat(folder.c_str(), &attributes) != 0 || (attributes.st_mode & (S_IWGRP | S_IWOTH)) == 0) return {};
+  return Error{folder.string() + ": other users may change what is in this folder; run: chmod 700 " +
+               folder.string()};
+}
+
 Result<std::optional<std::string>> read_private_file(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0 && errno == ENOENT) return std::optional<std::string>();

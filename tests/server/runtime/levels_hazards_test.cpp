@@ -108,6 +108,7 @@ TEST_F(LevelsTest, DrivesOneRobotAtATimeAndStopsOnConsoleLoss) {
       << "the one that is left stops at once";
   report_operator("nobody", OperatorStatus::State::drives);
   EXPECT_THAT(state_->tally.last_refusal, HasSubstr("nobody"));
+  EXPECT_EQ(events(EventKind::command_refused).size(), 1U);
   const auto switched = events(EventKind::operator_switched);
   ASSERT_EQ(switched.size(), 2U);
   EXPECT_EQ(switched[1].subject, "ann");
@@ -121,6 +122,25 @@ TEST_F(LevelsTest, DrivesOneRobotAtATimeAndStopsOnConsoleLoss) {
   report_operator("trainee", OperatorStatus::State::lost);
   EXPECT_EQ(events(EventKind::console_lost).size(), 2U);
   EXPECT_EQ(decoded<TwistCommand>(channel::kMrCmd).back().twist.vx, 0);
+}
+
+TEST_F(LevelsTest, AConsoleWhoseMessagesAreRefusedIsAnEventOnceInTenSeconds) {
+  start(level_1());
+  const auto report_operator = [this](const std::string& name) {
+    const std::int64_t utime = teleop_at(time_, 0).arrival.utime();
+    feed(test::message(channel::kOperators, utime,
+                       OperatorStatus{SensorTime::from_utime(utime), name, "trainee",
+                                      OperatorStatus::State::drives, "keys"}));
+    time_ += 0.05;
+  };
+  for (int i = 0; i < 5; ++i) report_operator("Ann Miller\x1b[2J");
+  const auto refused = events(EventKind::command_refused);
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_THAT(refused[0].text, HasSubstr("console of operator 'Ann Miller\\x1b[2J'"));
+  EXPECT_THAT(refused[0].text, HasSubstr("letters, digits, '_' and '-'"));
+  run(10.5);
+  report_operator("Ann Miller");
+  EXPECT_EQ(events(EventKind::command_refused).size(), 2U);
 }
 
 }  // namespace
