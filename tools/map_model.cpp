@@ -9,6 +9,7 @@
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/keep_corrections.hpp"
+#include "fusion/semantic/model_quality.hpp"
 #include "fusion/semantic/slice.hpp"
 #include "tools/command_line.hpp"
 #include "tools/gltf.hpp"
@@ -27,7 +28,8 @@ constexpr const char* kDescription = "Semantic model of a site from a registered
 constexpr const char* kFooter =
     "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png --summary room.json\n"
     "  parhelion map model room.ply -o room.yaml --floor-to-zero --slice room --force\n\n"
-    "Walls, doors, floor, ceiling, stairs become boxes with their relations, all else a mesh. The model can "
+    "Walls, doors, floor, ceiling, stairs become boxes with their relations, furniture objects with a mesh "
+    "each. The model can "
     "be "
     "corrected\nby hand: `locked: true` keeps an entity as it is, `deleted: true` takes it away, `virtual: "
     "true` "
@@ -92,6 +94,7 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
   cloud::PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
                                  std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
   semantic::ModelOptions options = a.model;
+  options.spacing = scan->spacing;
   options.up_advice = ", --flip, or --no-flip where it is right as it is";
   if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);
   auto built = semantic::build_model(std::move(cloud), options,
@@ -131,6 +134,26 @@ Result<std::string> write_slice(const Arguments& a, const semantic::BuiltModel& 
   return status ? Result<std::string>(map->id) : status.error();
 }
 
+Status check_written(const std::string& yaml, const std::string& path) {
+  const auto model = parse_model(yaml, path);
+  if (!model) return Error{"internal error: the model fails its validation:\n" + model.error().message};
+  const auto remarks = parse_remarks(yaml, path);
+  if (!remarks) return Error{"internal error: the model fails its validation:\n" + remarks.error().message};
+  return {};
+}
+
+/// Labels of objects follow those of entities.
+constexpr std::uint8_t kFirstObjectLabel = 16;
+
+Status write_labelled(const fs::path& path, semantic::BuiltModel& built) {
+  for (std::size_t i = 0; i < built.object_of.size(); ++i) {
+    if (built.object_of[i] == semantic::kNoObject) continue;
+    const auto kind = static_cast<std::uint8_t>(built.objects[built.object_of[i]].kind);
+    built.cloud.labels[i] = static_cast<std::uint8_t>(kFirstObjectLabel + kind);
+  }
+  return cloud::write_ply(path, built.cloud);
+}
+
 Status run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   if (Status status = check_outputs(a); !status) return status;
@@ -146,31 +169,33 @@ Status run(const Arguments& a) {
   // Poses in the slice's map are also poses in this model.
   built->model.map_id = *map_id;
   if (map_id->empty() && *old) built->model.map_id = (*old)->map_id;
-  const std::string yaml = to_yaml(built->model);
-  if (const auto again = parse_model(yaml, a.output); !again)
-    return Error{"internal error: the model fails its validation:\n" + again.error().message};
+  const semantic::ModelQuality quality = semantic::quality_of(*built);
+  const ModelRemarks remarks{built->objects, quality.doubts};
+  const std::string yaml = to_yaml(built->model) + to_yaml(remarks);
+  if (const Status valid = check_written(yaml, a.output); !valid) return valid;
   if (Status status = write_text(a.output, yaml, a.overwrite); !status) return status;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!a.summary.empty()) {
-    if (Status status = write_text(a.summary, model_summary(*built, seconds), a.overwrite); !status)
+    if (Status status = write_text(a.summary, model_summary(*built, quality, seconds), a.overwrite); !status)
       return status;
   }
   if (!a.gltf.empty()) {
     if (Status status = write_text(a.gltf, to_gltf(built->model), a.overwrite); !status) return status;
   }
-  if (Status status =
-          write_file(a.labelled, [&](const fs::path& p) { return cloud::write_ply(p, built->cloud); });
+  if (Status status = write_file(a.labelled, [&](const fs::path& p) { return write_labelled(p, *built); });
       !status)
     return status;
   std::string note;
   const std::string name = fs::path(a.cloud).stem().string();
   const Status drawn = write_file(a.picture, [&](const fs::path& p) {
-    return draw_model(built->model, name, ModelPicture::both, p, &note);
+    return draw_model(built->model, name, ModelPicture::both, p, &note, {remarks, false});
   });
   if (!drawn) return drawn;
   if (!note.empty()) print_note(note);
-  std::fprintf(stderr, "%s: %zu entities, %zu relations from %zu points in %.1f s\n", a.output.c_str(),
-               built->model.entities.size(), built->model.relations.size(), built->cloud.size(), seconds);
+  std::fprintf(stderr, "%s: %zu entities, %zu objects, %zu relations from %zu points in %.1f s\n",
+               a.output.c_str(), built->model.entities.size(), built->objects.size(),
+               built->model.relations.size(), built->cloud.size(), seconds);
+  std::fprintf(stderr, "%s: %s\n", a.output.c_str(), semantic::quality_line(quality).c_str());
   if (const std::string words = semantic::heights_text(built->heights); !words.empty())
     std::fprintf(stderr, "%s: %s\n", a.output.c_str(), words.c_str());
   return {};
@@ -187,7 +212,7 @@ void add_options(CLI::App& command, Arguments& a) {
       {"y-up-left-handed", cloud::FileAxes::x_right_y_up_mirrored}};
   static const std::map<std::string, semantic::SegmentationMethod> methods = {
       {"images", semantic::SegmentationMethod::images}, {"normals", semantic::SegmentationMethod::normals}};
-  command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .xyz, .3d)")->required();
+  command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .las, .bt, .xyz, .3d)")->required();
   command.add_option("-o,--output", a.output, "Model to write (YAML; - is standard output)")->required();
   command.add_option("--keep", a.keep,
                      "Model whose corrections are kept (default: MODEL itself, if it exists)");
@@ -196,7 +221,9 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--summary", a.summary, "Summary (JSON; - is standard output)");
   command.add_option("--stages", a.model.segmentation.stages,
                      "Folder for a picture of each stage and the net as a graph");
-  command.add_option("--labelled", a.labelled, "The levelled cloud with a label per point (PLY)");
+  command.add_option(
+      "--labelled", a.labelled,
+      "The levelled cloud with a label per point (PLY): of the building 0 to 9, of objects 16 and more");
   command.add_option("--slice", a.slice, "PREFIX of a 2D map at laser height (ROS map YAML and PGM)");
   command.add_option("--slice-height", a.slice_height, "Height of the slice above the floor, m")
       ->check(CLI::Range(0.02, 10.0))

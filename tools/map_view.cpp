@@ -12,7 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDescription = "Labelled plan and coloured 3D view of a semantic model";
+constexpr const char* kDescription =
+    "Labelled plan, with coordinates and names, and coloured 3D view of a semantic model";
 constexpr const char* kFooter =
     "Examples:\n  parhelion map view room.yaml -o room.png\n  parhelion map view room.yaml -o plan.png "
     "--plan";
@@ -28,11 +29,13 @@ Status run(const Arguments& a) {
   if (path.extension() != ".png") return Error{a.output + ": expected a name that ends in .png"};
   const auto model = load_model(a.model);
   if (!model) return model.error();
+  const auto remarks = load_remarks(a.model);
+  if (!remarks) return remarks.error();
   const ModelPicture what = a.plan ? ModelPicture::plan : a.solid ? ModelPicture::solid : ModelPicture::both;
   std::string note;
   const std::string name = fs::path(a.model).stem().string();
   const Status status = write_beside(path, {path.filename().string()}, [&](const fs::path& folder) {
-    return draw_model(*model, name, what, folder / path.filename(), &note);
+    return draw_model(*model, name, what, folder / path.filename(), &note, {*remarks, true});
   });
   if (status && !note.empty()) std::fprintf(stderr, "parhelion map view: %s\n", note.c_str());
   return status;

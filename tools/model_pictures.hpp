@@ -5,15 +5,23 @@
 #include <string>
 
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::tools {
 
 enum class ModelPicture { both, plan, solid };
 
+/// What the plan shows beside the model.
+struct PlanNotes {
+  ModelRemarks remarks;  ///< objects and doubtful parts
+  bool names = false;    ///< of walls
+};
+
 /// Writes a PNG. `name`: of the model, for the title. If only the solid view of `both` cannot be drawn (no
 /// EGL), the plan is written and the reason is in `note`.
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
-                  const std::filesystem::path& path, std::string* note = nullptr);
+                  const std::filesystem::path& path, std::string* note = nullptr,
+                  const PlanNotes& notes = {});
 
 }  // namespace parhelion::tools

@@ -49,9 +49,38 @@ Json rounded(const std::vector<double>& values) {
   return list;
 }
 
+Json quality_json(const semantic::ModelQuality& quality, double shift) {
+  Json json = {{"line", semantic::quality_line(quality)},
+               {"walls_m", tidy(quality.walls)},
+               {"wall_support", tidy(quality.wall_support)},
+               {"floor_cover", tidy(quality.floor_cover)},
+               {"unknown_points", tidy(quality.unknown)}};
+  json["doubtful"] = Json::array();
+  for (const ModelDoubt& doubt : quality.doubts) {
+    json["doubtful"].push_back(
+        {{"entity", doubt.entity},
+         {"place", {tidy(doubt.place.x()), tidy(doubt.place.y()), tidy(doubt.place.z() - shift)}},
+         {"extent_m", tidy(doubt.extent)},
+         {"reason", doubt.reason}});
+  }
+  return json;
+}
+
+Json object_json(const ModelObject& object, double shift) {
+  const Eigen::Vector3d p = object.T_map_body.translation();
+  return {{"name", object.name},
+          {"kind", to_string(object.kind)},
+          {"centre", {tidy(p.x()), tidy(p.y()), tidy(p.z() - shift)}},
+          {"size", {tidy(object.size.x()), tidy(object.size.y()), tidy(object.size.z())}},
+          {"yaw", tidy(object.T_map_body.yaw())},
+          {"confidence", tidy(object.confidence)},
+          {"movable", object.movable}};
+}
+
 }  // namespace
 
-std::string model_summary(const semantic::BuiltModel& built, double seconds) {
+std::string model_summary(const semantic::BuiltModel& built, const semantic::ModelQuality& quality,
+                          double seconds) {
   Json json;
   auto floor = semantic::ground_floor(built.model), ceiling = semantic::largest_ceiling(built.model);
   if (floor) *floor -= built.shift;
@@ -74,6 +103,9 @@ std::string model_summary(const semantic::BuiltModel& built, double seconds) {
                               {"treads_m", rounded(flight.treads)},
                               {"confidence", tidy(flight.confidence)}});
   }
+  json["objects"] = Json::array();
+  for (const ModelObject& object : built.objects) json["objects"].push_back(object_json(object, built.shift));
+  json["quality"] = quality_json(quality, built.shift);
   json["points"] = built.cloud.size();
   json["seconds"] = std::round(seconds * 1000) / 1000;
   return json.dump(2) + "\n";

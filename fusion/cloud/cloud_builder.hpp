@@ -81,6 +81,8 @@ class CloudBuilder {
 // One parser per format, for the whole content of a file.
 Result<ScanFile> parse_ply(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder);
+Result<ScanFile> parse_las(std::string_view bytes, CloudBuilder builder);
+Result<ScanFile> parse_octree(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_xyz(std::string_view bytes, CloudBuilder builder, bool uos);
 
 }  // namespace parhelion::cloud

@@ -61,11 +61,16 @@ class MappedFile {
 std::optional<ScanFormat> format_of(std::string_view bytes, const std::filesystem::path& path) {
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ScanFormat::ply;
   if (bytes.starts_with("# .PCD")) return ScanFormat::pcd;
+  if (bytes.starts_with("# Octomap OcTree binary")) return ScanFormat::octree;
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".laz") return std::nullopt;
+  if (bytes.starts_with("LASF")) return ScanFormat::las;
   if (extension == ".ply") return ScanFormat::ply;
   if (extension == ".pcd") return ScanFormat::pcd;
+  if (extension == ".las") return ScanFormat::las;
+  if (extension == ".bt") return ScanFormat::octree;
   if (extension == ".3d") return ScanFormat::uos_3d;
   for (const char* text : {".xyz", ".txt", ".asc", ".pts", ".csv"}) {
     if (extension == text) return ScanFormat::xyz;
@@ -80,8 +85,7 @@ std::string how_to_convert(const std::filesystem::path& path) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   std::filesystem::path ply = path;
   ply.replace_extension(".ply");
-  if (extension == ".las" || extension == ".laz")
-    return "\nConvert it: pdal translate " + path.string() + " " + ply.string();
+  if (extension == ".laz") return "\nConvert it: pdal translate " + path.string() + " " + ply.string();
   if (extension == ".e57")
     return "\nConvert it: CloudCompare -SILENT -O " + path.string() + " -C_EXPORT_FMT PLY -SAVE_CLOUDS";
   return "";
@@ -111,6 +115,10 @@ Result<ScanFile> parse_scan(std::string_view bytes, const std::string& name, Sca
       return parse_pcd(bytes, std::move(builder));
     case ScanFormat::xyz:
       return parse_xyz(bytes, std::move(builder), false);
+    case ScanFormat::las:
+      return parse_las(bytes, std::move(builder));
+    case ScanFormat::octree:
+      return parse_octree(bytes, std::move(builder));
     case ScanFormat::uos_3d:
       break;
   }
@@ -154,9 +162,10 @@ Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions&
   if (!file) return file.error();
   const auto format = format_of(file->content(), path);
   if (!format) {
-    return Error{path.string() +
-                 ": unknown 3D scan format: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv" +
-                 how_to_convert(path)};
+    return Error{
+        path.string() +
+        ": unknown 3D scan format: expected .ply, .pcd, .las, .bt, .3d, or text as .xyz .txt .asc .pts .csv" +
+        how_to_convert(path)};
   }
   auto scan = parse_scan(file->content(), path.string(), *format, options);
   std::filesystem::path pose_path = path;

@@ -1,5 +1,5 @@
-// Reads 3D scans from PLY, PCD, XYZ and 3DTK's .3d files, each with its own unit and axes, and converts them
-// to metres, REP-103 axes and finite points.
+// Reads 3D scans from PLY, PCD, LAS, XYZ, OctoMap's .bt and 3DTK's .3d files, each with its own unit and
+// axes, and converts them to metres, REP-103 axes and finite points.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,12 @@
 namespace parhelion::cloud {
 
 enum class ScanFormat : std::uint8_t {
-  ply,    ///< ASCII, binary little and big endian
-  pcd,    ///< PCL's: ASCII, binary, binary_compressed
-  xyz,    ///< text: x y z [red green blue | nx ny nz], or x y z intensity [red green blue]
-  uos_3d  ///< 3DTK: one header line, then x y z [more]; the pose in a .pose file beside it
+  ply,     ///< ASCII, binary little and big endian
+  pcd,     ///< PCL's: ASCII, binary, binary_compressed
+  xyz,     ///< text: x y z [red green blue | nx ny nz], or x y z intensity [red green blue]
+  las,     ///< 1.0 to 1.4, point formats 0 to 10, not compressed
+  octree,  ///< OctoMap's binary tree: the centres of its occupied cubes
+  uos_3d   ///< 3DTK: one header line, then x y z [more]; the pose in a .pose file beside it
 };
 
 enum class LengthUnit : std::uint8_t { metre, centimetre, millimetre };
@@ -43,16 +45,17 @@ struct ScanFile {
   std::string name;                                ///< as given, for messages
   PointCloud<Scanner> cloud;                       ///< in the file's order; duplicates kept
   std::optional<Transform<Cloud, Scanner>> guess;  ///< from the .pose of a .3d
+  std::optional<double> spacing;                   ///< m, of the cubes of an octree
   std::uint64_t not_finite = 0;                    ///< points left out for NaN or infinity
   std::vector<std::string> notes;                  ///< notes for the user: a suspected unit, dropped labels
 };
 
-/// Reads one file; its format is detected from its first bytes, else from its extension (.ply .pcd .3d .xyz
-/// .txt .asc .pts .csv). A PCD's VIEWPOINT becomes `viewpoints[0]`; the default one (identity) carries no
-/// information and is ignored. The file must not be truncated by another program meanwhile.
-/// Errors name file, line or byte offset, and what was expected: an inconsistent header (counts beyond the
-/// file's size, contradicting sizes), a truncated file, words that are not numbers, no x y z, no finite
-/// point, more points than `memory` holds.
+/// Reads one file; its format is detected from its first bytes, else from its extension (.ply .pcd .las .bt
+/// .3d .xyz .txt .asc .pts .csv). A PCD's VIEWPOINT becomes `viewpoints[0]`; the default one (identity)
+/// carries no information and is ignored. The file must not be truncated by another program meanwhile. Errors
+/// name file, line or byte offset, and what was expected: an inconsistent header (counts beyond the file's
+/// size, contradicting sizes), a truncated file, words that are not numbers, no x y z, no finite point, more
+/// points than `memory` holds.
 Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// The same from memory, without the .pose. `name` is used in messages.

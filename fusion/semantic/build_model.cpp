@@ -14,9 +14,10 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kHighestRoom = 100;  ///< m, of a cloud: a larger height indicates a wrong unit
-constexpr double kLowestRoom = 0.5;   ///< m: a smaller one indicates a wrong unit or no building
-constexpr double kStray = 50;         ///< m, and a quarter of the site: points farther out are outliers
+constexpr double kHighestRoom = 100;      ///< m, of a cloud: a larger height indicates a wrong unit
+constexpr double kLowestRoom = 0.5;       ///< m: a smaller one indicates a wrong unit or no building
+constexpr std::size_t kMostMeshes = 900;  ///< of objects; others are in the mesh of unknown things
+constexpr double kStray = 50;             ///< m, and a quarter of the site: points farther out are outliers
 
 /// Heights between which 98 % of the points lie, so that outliers do not affect the check of the unit.
 Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
@@ -102,6 +103,7 @@ void raise(BuiltModel& built, double by) {
   for (ModelMesh& mesh : built.model.meshes) {
     for (Eigen::Vector3f& vertex : mesh.vertices) vertex.z() += static_cast<float>(by);
   }
+  for (ModelObject& object : built.objects) object.T_map_body = object.T_map_body.moved_by(up);
   for (Eigen::Vector3f& point : built.cloud.points) point.z() += static_cast<float>(by);
   for (Eigen::Vector3d& viewpoint : built.cloud.viewpoints) viewpoint.z() += by;
   built.model.T_map_cloud = built.model.T_map_cloud.moved_by(up);
@@ -122,11 +124,15 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
   std::optional<SpreadCloud> spread;
-  if (const auto spacing = voxel_spacing(cloud)) {
+  if (const auto spacing = options.spacing ? options.spacing : voxel_spacing(cloud)) {
     spread = spread_voxels(cloud, *spacing, options.segmentation.threads);
     built.notes.push_back(
         "points are " + length_text(*spacing) +
         " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
+  } else if (const auto sparse = sparse_spacing(cloud)) {
+    spread = spread_voxels(cloud, *sparse, options.segmentation.threads);
+    built.notes.push_back("points are up to " + length_text(*sparse) +
+                          " apart on most surfaces: gaps up to that are taken for surface");
   }
   bool upside_down = false;
   const auto T_map_cloud =
@@ -160,8 +166,17 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   join_sagging_floors(built.cloud, built.model);
   begin("mesh", 3);
   cut_floors(EvidenceGrid(built.cloud, options.evidence), built.model);
-  auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh);
+  FoundObjects found = find_objects(built.cloud, built.cloud.labels, built.model.entities, options.objects);
+  const std::size_t meshed = std::min(found.objects.size(), kMostMeshes);
+  auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed);
   if (!mesh) return mesh.error();
+  for (std::size_t o = 0; o < meshed; ++o) {
+    if (mesh->of_owner[o].empty()) continue;
+    mesh->of_owner[o].name = found.objects[o].name;
+    built.model.meshes.push_back(std::move(mesh->of_owner[o]));
+  }
+  built.objects = std::move(found.objects);
+  built.object_of = std::move(found.object_of);
   if (mesh->cube > options.mesh.cube * 1.001)
     built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +
                           " to limit its size");

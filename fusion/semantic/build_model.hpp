@@ -11,10 +11,12 @@
 #include "fusion/cloud/point_cloud.hpp"
 #include "fusion/semantic/net/evidence.hpp"
 #include "fusion/semantic/net/semantic_net.hpp"
+#include "fusion/semantic/objects/find_objects.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
 #include "fusion/semantic/site_heights.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::semantic {
@@ -28,8 +30,10 @@ struct ModelOptions {
   SemanticNetOptions net;
   UnknownMeshOptions mesh;
   EvidenceOptions evidence;
-  bool floor_to_zero = false;  ///< true: the ground floor is z = 0; false: heights are the cloud's
-  double max_extent = 2000;    ///< m: a larger extent indicates a wrong unit
+  ObjectOptions objects;
+  bool floor_to_zero = false;     ///< true: the ground floor is z = 0; false: heights are the cloud's
+  std::optional<double> spacing;  ///< m, of a voxel map, where it is known; else it is estimated
+  double max_extent = 2000;       ///< m: a larger extent indicates a wrong unit
   /// Up direction given by the user (unit, cloud frame), within 40 degrees; without it z is up, and a cloud
   /// that seems to be upside down is rejected.
   std::optional<Eigen::Vector3d> up;
@@ -37,13 +41,15 @@ struct ModelOptions {
 };
 
 struct BuiltModel {
-  SemanticModel model;             ///< T_map_cloud is how the cloud was levelled and moved
-  cloud::PointCloud<Map> cloud;    ///< levelled, in the model's frame; labels: EntityLabel per point
-  SemanticNet net;                 ///< its entities are in `model`
-  std::vector<std::string> notes;  ///< warnings for the user: a suspected unit, a coarsened mesh
-  double floor = 0;                ///< m, top of the ground floor in the levelled cloud's coordinates
-  SiteHeights heights;             ///< in the levelled cloud's coordinates
-  double shift = 0;                ///< m, added to the levelled cloud's heights: map z = levelled z + shift
+  SemanticModel model;                   ///< T_map_cloud is how the cloud was levelled and moved
+  cloud::PointCloud<Map> cloud;          ///< levelled, in the model's frame; labels: EntityLabel per point
+  SemanticNet net;                       ///< its entities are in `model`
+  std::vector<std::string> notes;        ///< warnings for the user: a suspected unit, a coarsened mesh
+  double floor = 0;                      ///< m, top of the ground floor in the levelled cloud's coordinates
+  std::vector<ModelObject> objects;      ///< furniture and others; the model's meshes have their names
+  std::vector<std::uint32_t> object_of;  ///< per point: into `objects`, or kNoObject
+  SiteHeights heights;                   ///< in the levelled cloud's coordinates
+  double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift
 };
 
 /// `progress` (may be empty) receives the name of each stage as it begins and the number of finished stages

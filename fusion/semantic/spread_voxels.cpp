@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
@@ -18,6 +19,10 @@ constexpr double kFinest = 0.025, kCoarsest = 0.30;  ///< m
 constexpr double kReach = 2.3;                       ///< voxels, of the neighbours of a plane
 constexpr double kFlat = 0.25;                       ///< of the smallest to the middle variance
 constexpr std::size_t kQueries = 600, kFewest = 500;
+constexpr std::size_t kMostSparse = 1'000'000;
+constexpr double kDenseSide = 0.05, kSparsest = 0.13;  ///< m
+constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has in a closed surface
+kJoined = 5;                      ///< m; of the eight neighbours of a cube in a closed surface
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
 
 /// Cells of a cube's side, sorted by key.
@@ -118,6 +123,32 @@ void spread(const Cells& cells, const Eigen::Vector3f& point, double spacing,
   }
 }
 
+/// Mean number of occupied cubes around an occupied one: eight on a closed surface.
+double joined(const std::vector<Eigen::Vector3f>& points, double side) {
+  std::unordered_map<std::uint64_t, bool> occupied;
+  const auto cube = [&](const Eigen::Vector3f& p) {
+    return Eigen::Array3i((p.cast<double>() / side).array().floor().max(-1e6).min(1e6).cast<int>());
+  };
+  const auto key = [](const Eigen::Array3i& c) {
+    std::uint64_t number = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      number = number << 21 | (static_cast<std::uint64_t>(c[axis] + (1 << 20)) & 0x1FFFFF);
+    return number;
+  };
+  std::size_t neighbours = 0, cubes = 0;
+  for (const Eigen::Vector3f& p : points) occupied[key(cube(p))] = false;
+  for (const Eigen::Vector3f& p : points) {
+    const Eigen::Array3i c = cube(p);
+    bool& done = occupied[key(c)];
+    if (std::exchange(done, true)) continue;
+    ++cubes;
+    for (int n = 0; n < 27; ++n)
+      neighbours +=
+          n != 13 && occupied.contains(key(c + Eigen::Array3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)));
+  }
+  return static_cast<double>(neighbours) / static_cast<double>(cubes);
+}
+
 }  // namespace
 
 std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud) {
@@ -140,6 +171,15 @@ std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud) {
   if (middle < kFinest || middle >= kCoarsest || low < 0.55 * middle || high > 1.6 * middle)
     return std::nullopt;
   return middle;
+}
+
+std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
+  if (cloud.size() < kFewest || cloud.size() > kMostSparse) return std::nullopt;
+  if (joined(cloud.points, kDenseSide) > kJoined) return std::nullopt;
+  for (const double side : {0.07, 0.10}) {
+    if (joined(cloud.points, side) > kJoined) return side;
+  }
+  return kSparsest;
 }
 
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads) {

@@ -16,6 +16,10 @@ namespace parhelion::semantic {
 /// density falls with the distance to the scanner.
 std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud);
 
+/// m, the side of cubes in which most of a sparse scan's surfaces join, where that is 7 cm or more; nullopt
+/// for denser clouds, for clouds of more than a million points, and where no side up to 13 cm does.
+std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud);
+
 struct SpreadCloud {
   cloud::PointCloud<Cloud> cloud;     ///< scans and viewpoints as in the original
   std::vector<std::uint32_t> parent;  ///< per point: the original's point

@@ -10,6 +10,7 @@
 namespace parhelion::semantic {
 namespace {
 
+constexpr std::uint32_t kUnowned = ~std::uint32_t{0};
 constexpr int kBits = 21;  ///< of a cube's index along one axis
 constexpr std::int64_t kReach = std::int64_t{1} << (kBits - 1);
 constexpr std::size_t kMaxTriangles = 900'000;  ///< independent of the area: a model file holds a million
@@ -31,7 +32,13 @@ Index index_of(std::uint64_t key) {
 struct Cube {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< of its points, m
   std::uint32_t points = 0;
+  std::uint32_t owner = kUnowned, votes = 0;  ///< of most of its points (Boyer and Moore 1991)
   bool solid = false;
+
+  void vote(std::uint32_t of) {
+    if (votes == 0) owner = of;
+    votes = owner == of ? votes + 1 : votes - 1;
+  }
 };
 
 /// Indices wrap for points farther than a million cubes; such cubes count as absent.
@@ -44,7 +51,7 @@ class Mesher {
  public:
   Mesher(double cube, const UnknownMeshOptions& options) : cube_(cube), options_(options) {}
 
-  bool add(const Eigen::Vector3f& point) {
+  bool add(const Eigen::Vector3f& point, std::uint32_t owner) {
     const Eigen::Vector3d p = point.cast<double>();
     Index i{};
     for (int axis = 0; axis < 3; ++axis) {
@@ -55,6 +62,7 @@ class Mesher {
     Cube& cube = cubes_[key_of(i)];
     cube.sum += p;
     ++cube.points;
+    cube.vote(owner);
     return true;
   }
 
@@ -64,7 +72,8 @@ class Mesher {
   std::size_t count_triangles() const;
   /// m^2 of the plan, in squares of about a metre that hold a solid cube.
   double covered_plan() const;
-  ModelMesh surface() const;
+  /// The faces of the cubes of each owner, in the order of the keys; those of no owner last.
+  std::vector<ModelMesh> surfaces(std::size_t owners) const;
 
  private:
   bool solid(const Index& i) const {
@@ -156,18 +165,20 @@ Eigen::Vector3f Mesher::corner(const Index& i) const {
   return (at + (sum / points - at).cwiseMax(-limit).cwiseMin(limit)).cast<float>();
 }
 
-ModelMesh Mesher::surface() const {
-  ModelMesh mesh;
-  mesh.name = "unknown";
-  std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
-  const auto vertex = [&](const Index& i) {
-    const auto [entry, is_new] =
-        vertex_of.emplace(key_of(i), static_cast<std::uint32_t>(mesh.vertices.size()));
-    if (is_new) mesh.vertices.push_back(corner(i));
-    return entry->second;
-  };
+std::vector<ModelMesh> Mesher::surfaces(std::size_t owners) const {
+  std::vector<ModelMesh> meshes(owners + 1);
+  std::vector<std::unordered_map<std::uint64_t, std::uint32_t>> vertices(owners + 1);
   for (const std::uint64_t key : sorted_keys()) {
-    if (!cubes_.at(key).solid) continue;
+    const Cube& cube = cubes_.at(key);
+    if (!cube.solid) continue;
+    const std::size_t owner = std::min<std::size_t>(cube.owner, owners);
+    ModelMesh& mesh = meshes[owner];
+    const auto vertex = [&](const Index& i) {
+      const auto [entry, is_new] =
+          vertices[owner].emplace(key_of(i), static_cast<std::uint32_t>(mesh.vertices.size()));
+      if (is_new) mesh.vertices.push_back(corner(i));
+      return entry->second;
+    };
     const Index i = index_of(key);
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
@@ -183,13 +194,14 @@ ModelMesh Mesher::surface() const {
       }
     }
   }
-  return mesh;
+  return meshes;
 }
 
 }  // namespace
 
 Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
-                                 const UnknownMeshOptions& options) {
+                                 const UnknownMeshOptions& options, std::span<const std::uint32_t> owner_of,
+                                 std::size_t owners) {
   if (labels.size() != cloud.size()) {
     return Error{"mesh of unknown objects: " + std::to_string(labels.size()) + " labels for " +
                  std::to_string(cloud.size()) + " points"};
@@ -202,14 +214,18 @@ Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<
     UnknownMesh result;
     result.cube = cube;
     for (std::size_t i = 0; i < labels.size(); ++i) {
-      if (labels[i] == static_cast<std::uint8_t>(EntityLabel::unknown) && !mesher.add(cloud.points[i]))
+      const std::uint32_t owner = owner_of.empty() ? kUnowned : owner_of[i];
+      if (labels[i] == static_cast<std::uint8_t>(EntityLabel::unknown) && !mesher.add(cloud.points[i], owner))
         ++result.left_out;
     }
     result.left_out += mesher.choose_solid();
     const auto by_area = static_cast<std::size_t>(options.triangles_per_m2 * mesher.covered_plan());
     const std::size_t limit = std::max(options.max_triangles, std::min(by_area, kMaxTriangles));
     if (mesher.count_triangles() > limit) continue;
-    result.mesh = mesher.surface();
+    result.of_owner = mesher.surfaces(owners);
+    result.mesh = std::move(result.of_owner.back());
+    result.mesh.name = "unknown";
+    result.of_owner.pop_back();
     return result;
   }
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
 #include "protocols/model.hpp"
@@ -25,14 +26,17 @@ struct UnknownMeshOptions {
 };
 
 struct UnknownMesh {
-  ModelMesh mesh;              ///< named "unknown"; empty where there is nothing
-  double cube = 0;             ///< m: the surface is within a cube's diagonal of the points
-  std::uint64_t left_out = 0;  ///< points classified as noise
+  ModelMesh mesh;                   ///< named "unknown"; empty where there is nothing
+  double cube = 0;                  ///< m: the surface is within a cube's diagonal of the points
+  std::uint64_t left_out = 0;       ///< points classified as noise
+  std::vector<ModelMesh> of_owner;  ///< without names; a cube is of the owner of most of its points
 };
 
-/// Meshes the points with label `unknown`. `labels`: one per point. Errors: labels that do not fit, options
-/// out of range.
+/// Meshes the points with label `unknown`. `labels`: one per point. `owner_of`: per point the number of its
+/// owner, or one that is not less than `owners`; owners' parts are meshes of their own, without faces between
+/// parts that touch. Errors: labels that do not fit, options out of range.
 Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
-                                 const UnknownMeshOptions& options = {});
+                                 const UnknownMeshOptions& options = {},
+                                 std::span<const std::uint32_t> owner_of = {}, std::size_t owners = 0);
 
 }  // namespace parhelion::semantic

@@ -16,14 +16,19 @@ enum class Device : std::uint8_t {
   voxels_5cm,   ///< the centres of occupied cubes, nothing else
   voxels_10cm,
   depth_camera,  ///< 16 frames of 128 x 96 pixels, 0.4 to 4.5 m, noise grows with the range
+  sweeps,        ///< a tilted line of beams at each place: 15 mm of noise, mixed pixels, scans off by 3 cm
+  warped_camera  ///< as the depth camera; ranges are wrong by a percent or two, poses drift by 2 to 5 cm
 };
-inline constexpr int kDevices = 6;
+inline constexpr int kDevices = 8;
 
 inline const char* to_string(Device device) {
-  constexpr const char* names[] = {"terrestrial", "drifting",     "unplaced",
-                                   "voxels 5 cm", "voxels 10 cm", "depth camera"};
+  constexpr const char* names[] = {"terrestrial",  "drifting",     "unplaced", "voxels 5 cm",
+                                   "voxels 10 cm", "depth camera", "sweeps",   "warped camera"};
   return names[static_cast<std::size_t>(device)];
 }
+
+/// In `MeanScan::box`: somebody who walked by.
+inline constexpr std::uint16_t kNobody = 0xFFFF;
 
 struct MeanScan {
   cloud::PointCloud<Cloud> cloud;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include "protocols/quantile.hpp"
 
@@ -50,6 +51,7 @@ class Scoring {
     pillars();
     steps();
     labels();
+    objects();
     return score_;
   }
 
@@ -61,6 +63,10 @@ class Scoring {
       if (e.label != EntityLabel::wall) continue;
       for (double s = -e.size.x() / 2 + kPiece / 2; s < e.size.x() / 2; s += kPiece) {
         const Eigen::Vector3d p = e.T_map_body * Eigen::Vector3d(s, 0, 0);
+        const bool judged = std::none_of(boxes().begin(), boxes().end(), [&](const ModelEntity& box) {
+          return box.label == kNotJudged && distance(box, p) < kNear && overlap_in_height(box, e);
+        });
+        if (!judged) continue;
         score_.drawn += kPiece;
         const bool right = std::any_of(boxes().begin(), boxes().end(), [&](const ModelEntity& box) {
           return box.label == EntityLabel::wall && distance(box, p) < kNear && overlap_in_height(box, e);
@@ -223,8 +229,8 @@ class Scoring {
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const auto label = static_cast<EntityLabel>(labels[i]);
       score_.points += 1;
-      score_.unknown += label == EntityLabel::unknown;
-      if (!of_object[scan_.box[i]] || !over_floor(points_[i])) continue;
+      score_.unknown += label == EntityLabel::unknown && built_.object_of[i] == semantic::kNoObject;
+      if (scan_.box[i] == kNobody || !of_object[scan_.box[i]] || !over_floor(points_[i])) continue;
       score_.raised += 1;
       score_.called_floor += label == EntityLabel::floor;
     }
@@ -235,6 +241,41 @@ class Scoring {
     });
   }
 
+  /// Instances by the points that they share with a true one: intersection over union.
+  void objects() {
+    std::vector<std::uint32_t> truth_of_box(boxes().size(), kNone);
+    for (std::uint32_t o = 0; o < site_.objects.size(); ++o) {
+      for (const std::size_t b : site_.objects[o].boxes) truth_of_box[b] = o;
+    }
+    for (const std::size_t b : site_.ramps) truth_of_box[b] = kNone;
+    std::vector<int> there(site_.objects.size()), found(built_.objects.size());
+    std::vector<int> amid(built_.objects.size());  // points on no object at all
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> both;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const std::uint32_t truth = scan_.box[i] == kNobody ? kNone : truth_of_box[scan_.box[i]];
+      const std::uint32_t object = built_.object_of[i];
+      if (truth != kNone) ++there[truth];
+      if (object != semantic::kNoObject) ++found[object], amid[object] += truth == kNone;
+      if (truth != kNone && object != semantic::kNoObject) ++both[{truth, object}];
+    }
+    for (std::uint32_t t = 0; t < there.size(); ++t) {
+      if (there[t] < kEnough) continue;
+      ++score_.objects;
+      for (std::uint32_t o = 0; o < found.size(); ++o) {
+        const auto shared = both.find({t, o});
+        if (shared == both.end() || 2 * shared->second <= there[t] + found[o] - shared->second) continue;
+        ++score_.objects_found;
+        score_.objects_right += same_kind(site_.objects[t].kind, to_string(built_.objects[o].kind));
+      }
+    }
+    for (std::size_t o = 0; o < found.size(); ++o) score_.false_objects += 10 * amid[o] > 8 * found[o];
+  }
+  static bool same_kind(const std::string& truth, const std::string& found) {
+    return truth == "thing" || truth == found;
+  }
+
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  static constexpr int kEnough = 60;  ///< points of an object that can be found
   const MeanSite& site_;
   const MeanScan& scan_;
   const semantic::BuiltModel& built_;

@@ -228,10 +228,168 @@ MeanSite office(SitePen& pen) {
   return std::move(pen.site());
 }
 
+/// Oddments in the corners and along the walls of a room.
+void litter(SitePen& pen, double x0, double y0, double x1, double y1, int most) {
+  for (int k = pen.whole(most / 2, most); k > 0; --k) {
+    const bool along_x = pen.chance(0.5);
+    const double off = pen.range(0.2, 0.45);
+    const double x = along_x ? pen.range(x0 + 0.5, x1 - 0.5) : pen.chance(0.5) ? x0 + off : x1 - off;
+    const double y = !along_x ? pen.range(y0 + 0.5, y1 - 0.5) : pen.chance(0.5) ? y0 + off : y1 - off;
+    pen.oddment({x, y, 0}, pen.range(0.15, 0.5));
+  }
+}
+
+/// Oddments on a table.
+void on_table(SitePen& pen, const Eigen::Vector3d& at, double along, double deep) {
+  for (int k = pen.whole(1, 4); k > 0; --k)
+    pen.oddment(at + Eigen::Vector3d(pen.range(-0.4, 0.4) * along, pen.range(-0.4, 0.4) * deep, 0),
+                pen.range(0.08, 0.3));
+}
+
+/// Four rooms and a corridor, full.
+MeanSite apartment(SitePen& pen) {
+  const double w = pen.range(8.5, 11), d = pen.range(7.5, 9.5), h = pen.range(2.4, 2.8);
+  const double x1 = w * pen.range(0.42, 0.55), y1 = d * pen.range(0.38, 0.46), y2 = y1 + pen.range(1.1, 1.4);
+  slab(pen, -0.2, -0.2, w + 0.2, d + 0.2, pen.chance(0.7) ? h : 0);
+  pen.wall({-0.06, 0}, {-0.06, d}, 0, h);
+  pen.wall_with_door({w + 0.06, 0}, {w + 0.06, d}, 0, h, y1 + 0.15, 0.9);
+  pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, 0, h);
+  const double from = pen.range(0.8, 1.4), to = from + pen.range(1.2, 1.8);
+  pen.wall({-0.12, d + 0.06}, {from, d + 0.06}, 0, h);
+  pen.wall({to, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  pen.wall({from, d + 0.06}, {to, d + 0.06}, 0, 0.9);
+  pen.wall({from, d + 0.06}, {to, d + 0.06}, 2.15, h);
+  pen.site().glass.push_back(pen.box(kNotJudged, {from, d + 0.05, 0.9}, {to, d + 0.07, 2.15}));
+  pen.curtain({from - 0.4, d - 0.12}, 0.5, 0.05, h - 0.1);
+  pen.curtain({to - 0.1, d - 0.12}, 0.5, 0.05, h - 0.1);
+  // A corridor between y1 and y2; beyond it a bedroom and a bath, before it a living room and a kitchen.
+  pen.wall_with_door({0, y2}, {x1, y2}, 0, h, pen.range(0.6, 1.2), 0.85);
+  pen.wall_with_door({x1, y2}, {w, y2}, 0, h, pen.range(0.5, 1.0), 0.8);
+  pen.wall({x1, y2}, {x1, d}, 0, h);
+  pen.wall_with_door({0, y1}, {x1, y1}, 0, h, x1 - pen.range(1.6, 2.2), 0.9);
+  // The kitchen is open to the corridor but for a stub, and a bar in its line.
+  pen.wall({x1, 0}, {x1, y1 + 0.06}, 0, h);
+  const double stub = pen.range(0.6, 1.2);
+  pen.wall({x1, y1}, {x1 + stub, y1}, 0, h);
+  pen.solid("counter", {w - 1.1, y1 + pen.range(-0.03, 0.03), 0}, 0, {1.8, 0.4, pen.range(1.0, 1.15)});
+  // Bedroom.
+  pen.bed({pen.range(1.6, x1 - 1.6), d - 1.6, 0}, 0);
+  const double high = pen.chance(0.5) ? h - 0.02 : 2.0;
+  pen.solid("cupboard", {x1 - 0.36, d - 0.9, 0}, 0, {0.6, pen.range(1.0, 1.6), high});
+  pen.table({0.45, y2 + 0.9, 0}, 1, 0.9, 0.5, 0.72);
+  on_table(pen, {0.45, y2 + 0.9, 0.72}, 0.5, 0.9);
+  litter(pen, 0, y2, x1, d, 4);
+  // Bath: a basin under a mirror, a tub, a curtain before it.
+  pen.solid("cupboard", {x1 + 0.06 + 0.25, y2 + 0.9 + 0.3, 0}, 0, {0.45, 0.6, 0.85});
+  pen.site().mirrors.push_back(pen.box(kNotJudged, {x1 + 0.06, y2 + 0.9, 1.1}, {x1 + 0.075, y2 + 1.6, 1.9}));
+  pen.solid("thing", {w - 0.4, d - 0.9, 0}, 0, {0.75, 1.7, 0.58});
+  if (pen.chance(0.5)) pen.curtain({w - 1.3, d - 1.8}, 0.5, 0.2, 2.0);
+  // Living room.
+  pen.sofa({1.6, 0.46, 0}, 2, pen.range(1.6, 2.2));
+  pen.table({1.7, 1.6, 0}, 0, 1.0, 0.6, pen.range(0.36, 0.46));
+  on_table(pen, {1.7, 1.6, 0.42}, 1.0, 0.6);
+  pen.shelf({0.17, y1 - 0.8, 0}, 1, 1.0, pen.range(1.3, 2.2));
+  pen.solid("cupboard", {x1 - 0.28, 1.2, 0}, 0, {0.42, 1.4, pen.range(0.5, 1.3)});
+  if (pen.chance(0.6)) pen.plant({x1 - 0.5, y1 - 0.5, 0});
+  litter(pen, 0, 0, x1, y1, 5);
+  // Kitchen: counters and what hangs over them along the far wall; a table.
+  const double k = w - x1 - 0.9;
+  pen.solid("counter", {w - k / 2, 0.32, 0}, 0, {k, 0.6, 0.9});
+  pen.solid("cupboard", {w - k / 2, 0.2, 1.45}, 0, {k, 0.36, pen.range(0.6, 0.8)});
+  on_table(pen, {w - k / 2, 0.32, 0.9}, k, 0.5);
+  pen.solid("cupboard", {x1 + 0.46, 0.35, 0}, 0, {0.62, 0.62, pen.chance(0.5) ? h - 0.02 : 1.8});
+  dining(pen, {0.5 * (x1 + w) + 0.2, y1 - 1.3, 0});
+  litter(pen, x1, 0, w, y1, 3);
+  if (pen.chance(0.6)) pen.site().walkers.push_back({{x1 - 1.2, 1.2, 0}, {x1 - 1.0, y1 - 0.4, 0}});
+  const double eye = pen.range(0.9, 1.5);
+  for (const auto& [x, y] : {std::pair{x1 * 0.62, y1 * 0.6},
+                             {x1 * 0.7, 0.5 * (y1 + y2)},
+                             {x1 * 0.5, y2 + 1.1},
+                             {0.5 * (x1 + w), 0.5 * (y1 + y2)},
+                             {0.5 * (x1 + w) - 0.3, y2 + 1.2},
+                             {x1 + 0.9, y1 - 0.8},
+                             {w - 0.7, y1 + 0.7}})
+    pen.stand({x, y, eye});
+  walk(pen, 0.6, 0.6, x1 - 0.4, y1 - 0.4);
+  return std::move(pen.site());
+}
+
+/// A flight as before a public building: wide, long, between cheeks or open at the sides.
+MeanSite big_steps(SitePen& pen) {
+  const int first = pen.whole(5, 12), second = pen.chance(0.6) ? pen.whole(4, 9) : 0;
+  const double rise = pen.range(0.14, 0.18), tread = pen.range(0.29, 0.36), wide = pen.range(2.5, 6);
+  const double foot = pen.range(4, 6), landing = second > 0 ? pen.range(1.2, 2.0) : 0;
+  const double top = (first + second) * rise, end = foot + (first + second) * tread + landing;
+  slab(pen, -2, -4, end + 4, wide + 4, 0);
+  double z = pen.flight({foot, wide / 2, 0}, 0, first, rise, tread, wide, false);
+  double x = foot + first * tread;
+  if (second > 0) {
+    pen.box(L::floor, {x, 0, 0}, {x + landing, wide, z});
+    pen.flight({x + landing, wide / 2, z}, 0, second, rise, tread, wide, false);
+    // Boxes of an upper flight stand on its landing's level: fill what is under them.
+    pen.box(kNotJudged, {x + landing, 0, 0}, {end, wide, z});
+  }
+  pen.box(L::floor, {end, -3, 0}, {end + 3, wide + 3, top});
+  pen.wall({end + 3.1, -3}, {end + 3.1, wide + 3}, 0, top + pen.range(3, 4), 0.2);
+  if (pen.chance(0.5)) {
+    pen.wall({foot - 0.3, -0.15}, {end, -0.15}, 0, top + pen.range(0.2, 1.0), 0.3);
+  }
+  if (pen.chance(0.5)) pen.wall({foot, wide + 0.1}, {end, wide + 0.1}, 0, top + 2.5, 0.2);
+  if (pen.chance(0.6)) {  // a rail in the middle
+    std::vector<SitePen::Part> posts;
+    for (int i = 0; i < first; i += 3)
+      posts.push_back({{i * tread, 0, i * rise}, {i * tread + 0.05, 0.05, i * rise + 1.05}});
+    pen.thing("thing", {foot, wide * 0.5, 0}, 0, posts);
+  }
+  pen.wall({-2, wide + 3.9}, {foot + 2, wide + 3.9}, 0, pen.range(3, 5), 0.2);
+  pen.solid("box", {1.5, -1.5, 0}, 0, {0.6, 0.5, pen.range(0.4, 0.9)});
+  pen.plant({2.5, wide + 1.5, 0});
+  pen.person({foot - 1.2, wide * 0.3, 0}, 0);
+  pen.stand({foot - pen.range(2.0, 3.5), wide * pen.range(0.3, 0.7), pen.range(1.0, 1.6)});
+  pen.stand({foot + pen.range(0.5, 2.5), pen.chance(0.5) ? -1.8 : wide * 0.5, pen.range(1.4, 2.4)});
+  if (pen.chance(0.5)) pen.stand({foot + first * tread * 0.6, wide * 0.5, first * rise * 0.6 + 1.4});
+  walk(pen, foot - 3, wide * 0.2, foot - 0.5, wide * 0.8);
+  return std::move(pen.site());
+}
+
+/// Two storeys, each with a partition of its own place, joined by an open flight along a wall.
+MeanSite two_plans(SitePen& pen) {
+  const double w = pen.range(8, 10), d = pen.range(5, 6.5), each = pen.range(2.8, 3.1), clear = each - 0.25;
+  const int steps = 16;
+  const double rise = each / steps, run = steps * 0.27, x0 = 1.0, wide = 1.0;
+  for (int f = 0; f < 2; ++f) {
+    const double z = f * each, h = z + clear;
+    for (const L label : {L::floor, L::ceiling}) {
+      const double low = label == L::floor ? z - (f > 0 ? 0.12 : 0.2) : h,
+                   high = label == L::floor ? z : h + 0.12;
+      const bool hole = (label == L::floor) == (f == 1);  // over the flight
+      pen.box(label, {-0.2, hole ? wide + 0.1 : -0.2, low}, {w + 0.2, d + 0.2, high});
+      if (hole) pen.box(label, {x0 + run, -0.2, low}, {w + 0.2, wide + 0.1, high});
+    }
+    pen.wall({-0.06, 0}, {-0.06, d}, z, h);
+    pen.wall({w + 0.06, 0}, {w + 0.06, d}, z, h);
+    pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, z, h);
+    pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, z, h);
+    const double at = f == 0 ? pen.range(x0 + run + 0.3, w - 1.4) : pen.range(x0 + 1.5, x0 + run - 1);
+    pen.wall_with_door({at, wide + 0.2}, {at, d}, z, h, pen.range(0.4, d - wide - 1.6), 0.9);
+    pen.solid("cupboard", {w - 0.3, d / 2, z}, 0, {0.55, pen.range(0.8, 1.6), pen.chance(0.4) ? clear : 1.9});
+    dining(pen, {f == 0 ? 2.4 : w - 2.0, d - 1.4, z});
+    pen.shelf({0.17, d - 1.0, z}, 1, 1.0, pen.range(1.0, 2.1));
+    pen.oddment({w - 0.6, d - 0.6, z}, 0.4);
+    pen.stand({at - 1.0, d * 0.55, z + pen.range(1.1, 1.6)});
+    pen.stand({std::min(at + 0.9, w - 0.5), d * 0.5, z + pen.range(1.1, 1.6)});
+  }
+  pen.flight({x0, wide / 2, 0}, 0, steps, rise, 0.27, wide - 0.05, true);
+  pen.stand({x0 + 0.3, d * 0.45, 1.4});
+  walk(pen, 0.5, wide + 0.4, w - 0.5, d - 0.5);
+  return std::move(pen.site());
+}
+
 }  // namespace
 
 MeanSite mean_site(SiteKind kind, std::uint64_t seed) {
-  SitePen pen(seed * 5 + static_cast<std::uint64_t>(kind));
+  SitePen pen(static_cast<int>(kind) < 5 ? seed * 5 + static_cast<std::uint64_t>(kind)
+                                         : seed * 8 + 1'000'000 + static_cast<std::uint64_t>(kind));
   pen.site().kind = kind;
   switch (kind) {
     case SiteKind::flat:
@@ -244,6 +402,12 @@ MeanSite mean_site(SiteKind kind, std::uint64_t seed) {
       return yard(pen);
     case SiteKind::office:
       return office(pen);
+    case SiteKind::apartment:
+      return apartment(pen);
+    case SiteKind::big_steps:
+      return big_steps(pen);
+    case SiteKind::two_plans:
+      return two_plans(pen);
   }
   return {};
 }

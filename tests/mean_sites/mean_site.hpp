@@ -13,11 +13,21 @@
 
 namespace parhelion::test {
 
-enum class SiteKind : std::uint8_t { flat, stair_hall, storeys, yard, office };
-inline constexpr int kSiteKinds = 5;
+enum class SiteKind : std::uint8_t {
+  flat,
+  stair_hall,
+  storeys,
+  yard,
+  office,
+  apartment,  ///< rooms full of furniture and clutter; curtains, glass, a mirror, somebody walks about
+  big_steps,  ///< a wide flight outdoors, seen from its foot and its side only
+  two_plans   ///< two storeys whose walls stand in different places
+};
+inline constexpr int kSiteKinds = 8;
 
 inline const char* to_string(SiteKind kind) {
-  constexpr const char* names[] = {"flat", "stair hall", "storeys", "yard", "office"};
+  constexpr const char* names[] = {"flat",   "stair hall", "storeys",   "yard",
+                                   "office", "apartment",  "big steps", "two plans"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -46,6 +56,10 @@ struct MeanSite {
   std::vector<Eigen::Vector3d> scanners;
   std::vector<Eigen::Vector3d> path;  ///< where a camera is carried, m
   std::vector<std::size_t> ramps;     ///< boxes
+  std::vector<std::size_t> glass;     ///< boxes that return one ray of eight
+  std::vector<std::size_t> mirrors;   ///< boxes that reflect
+  /// Where somebody walks while a scanner turns: to and fro between two places on the floor, m.
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> walkers;
   bool ceiling = true;
 };
 
@@ -188,6 +202,35 @@ class SitePen {
     }
     site_.flights.push_back(flight);
     return z;
+  }
+
+  /// A box turned by any angle about the vertical; its foot at `at`.
+  std::size_t turned(const Eigen::Vector3d& at, double yaw, const Eigen::Vector3d& size) {
+    const std::size_t b = box(EntityLabel::unknown, at, at + size);
+    site_.model.entities[b].T_map_body =
+        Transform<Map, Body>::planar(at.x(), at.y(), yaw, at.z() + size.z() / 2);
+    return b;
+  }
+  /// Something of two to five boxes at odd angles, up to `large` m.
+  void oddment(const Eigen::Vector3d& at, double large) {
+    TrueObject object;
+    object.kind = "thing";
+    double z = at.z();
+    for (int k = whole(2, 5); k > 0; --k) {
+      const Eigen::Vector3d size(range(0.2, 1) * large, range(0.2, 1) * large, range(0.1, 0.6) * large);
+      object.boxes.push_back(turned({at.x(), at.y(), z}, range(-3, 3), size));
+      z += size.z();
+    }
+    site_.objects.push_back(object);
+  }
+  /// Folds that hang from `z1` down to `z0`, along x from `a`.
+  void curtain(const Eigen::Vector2d& a, double along, double z0, double z1) {
+    std::vector<Part> parts;
+    for (double x = 0; x < along; x += 0.12) {
+      const double y = range(-0.04, 0.04);
+      parts.push_back({{x, y, z0}, {x + 0.12, y + 0.03, z1}});
+    }
+    thing("thing", {a.x(), a.y(), 0}, 0, parts);
   }
 
   void stand(const Eigen::Vector3d& p) { site_.scanners.push_back(p); }

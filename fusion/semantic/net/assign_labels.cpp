@@ -16,6 +16,7 @@ constexpr double kRepeats = 4;           ///< against a shorter wall in the plac
 constexpr double kLeaf = 2;              ///< a surface that is the leaf of a door
 constexpr double kTwice = -6;            ///< two walls in the same place
 constexpr double kTreadAndFloor = -6;    ///< a step's tread that is also a floor
+constexpr double kTreadOfFlight = -6;    ///< the same, of a long flight
 constexpr double kNextStep = 1.5;        ///< a step above and parallel to a step
 
 /// One variable of the graph and the meaning of its labels.
@@ -167,6 +168,17 @@ void relate_levels(Net& net, const std::vector<Variable>& walls, const std::vect
   }
 }
 
+/// The treads of long even flights: however wide, they are no floors. The last one is the landing.
+std::set<std::uint32_t> treads_of(const std::vector<Flight>& flights) {
+  constexpr std::size_t kLong = 5;  // levels
+  std::set<std::uint32_t> treads;
+  for (const Flight& flight : flights) {
+    for (std::size_t i = 1; i + 1 < flight.steps.size() && flight.steps.size() >= kLong; ++i)
+      treads.insert(flight.steps[i].horizontal);
+  }
+  return treads;
+}
+
 }  // namespace
 
 bool same_place(const WallCandidate& a, const WallCandidate& b) {
@@ -210,9 +222,11 @@ Labelling assign_labels(const NetCandidates& candidates) {
     for (const EntityLabel label : openings.back().labels)
       net.relate(openings.back(), label, walls[opening.wall], EntityLabel::wall, -all);
   }
-  for (std::size_t h = 0; h < candidates.segmentation.horizontals.size(); ++h) {
+  const std::set<std::uint32_t> treads = treads_of(candidates.flights);
+  for (std::uint32_t h = 0; h < candidates.segmentation.horizontals.size(); ++h) {
+    const double tread = treads.contains(h) ? kTreadOfFlight : 0;
     horizontals.push_back(net.add({{EntityLabel::unknown, 0},
-                                   {EntityLabel::floor, candidates.levels.floor_score(h)},
+                                   {EntityLabel::floor, candidates.levels.floor_score(h) + tread},
                                    {EntityLabel::ceiling, candidates.levels.ceiling_score(h)}}));
   }
   for (const PillarCandidate& pillar : candidates.pillars)

@@ -11,6 +11,7 @@
 #include "fusion/semantic/pictures/plan_labels.hpp"
 #include "fusion/semantic/pictures/plan_legend.hpp"
 #include "fusion/semantic/pictures/plan_outline.hpp"
+#include "fusion/semantic/pictures/plan_remarks.hpp"
 #include "fusion/semantic/pictures/plan_view.hpp"
 #include "protocols/length_text.hpp"
 
@@ -64,7 +65,10 @@ class PlanRenderer {
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && entity.hinge) paint_swing(entity);
     }
+    paint_doubts(plan_.remarks, canvas_, legend_);
     write_dimensions();
+    paint_objects(plan_.remarks, canvas_, labels_, legend_);
+    paint_coordinates(view_, canvas_);
     paint_title();
     paint_axes();
     legend_.paint(canvas_);
@@ -74,17 +78,6 @@ class PlanRenderer {
  private:
   using Points = std::vector<Eigen::Vector2d>;
 
-  void hatch(const Eigen::AlignedBox2d& box, Colour colour, double spacing) {
-    const double step = spacing / canvas_.pixels_per_metre();
-    const double reach = box.sizes().sum();
-    for (double d = 0; d < reach; d += step) {
-      Eigen::Vector2d a(box.min().x() + d, box.min().y()), b(box.min().x(), box.min().y() + d);
-      if (a.x() > box.max().x()) a = {box.max().x(), box.min().y() + d - box.sizes().x()};
-      if (b.y() > box.max().y()) b = {box.min().x() + d - box.sizes().y(), box.max().y()};
-      canvas_.line({a, b}, colour, 1);
-    }
-  }
-
   /// Everything outside of the measured floors.
   void paint_unobserved() {
     Eigen::AlignedBox2d whole = view_;
@@ -93,7 +86,7 @@ class PlanRenderer {
     canvas_.fill(
         {{whole.min(), {whole.max().x(), whole.min().y()}, whole.max(), {whole.min().x(), whole.max().y()}}},
         {247, 248, 250}, 1);
-    hatch(whole, kHatchColour, 13);
+    hatch(canvas_, whole, kHatchColour, 13);
     legend_.add({"not observed", kHatchColour, LegendEntry::Mark::area});
   }
 
@@ -207,7 +200,8 @@ class PlanRenderer {
                      [](const auto* a, const auto* b) { return a->size.x() > b->size.x(); });
     for (const ModelEntity* wall : walls) {
       if (walls.size() > 60 && wall->size.x() * canvas_.pixels_per_metre() < 60) break;
-      labels_.beside(*wall, length_text(wall->size.x()), 12, wall->is_virtual ? kVirtualColour : kInk);
+      const std::string name = plan_.names ? wall->name + "  " : "";
+      labels_.beside(*wall, name + length_text(wall->size.x()), 12, wall->is_virtual ? kVirtualColour : kInk);
     }
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::semantic {
@@ -11,10 +12,13 @@ namespace parhelion::semantic {
 struct ModelPlan {
   std::string title;  ///< ASCII; other characters are drawn as '?'
   std::string subtitle;
-  int width = 1600;  ///< pixels; the height follows from the content
+  int width = 1600;           ///< pixels; the height follows from the content
+  ModelRemarks remarks = {};  ///< objects are drawn with their names, doubtful parts hatched
+  bool names = false;         ///< walls bear their names
 };
 
-/// Writes a PNG. Lengths of walls and widths of doors in metres, rises of stairs; axes are the map's. Errors:
+/// Writes a PNG. Lengths of walls and widths of doors in metres, rises of stairs; the
+/// map's axes, and its coordinates along the edges. Errors:
 /// nothing to draw, coordinates that are not finite, a path that cannot be written.
 Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path);
 

@@ -20,6 +20,8 @@ constexpr double kGap = 0.5;          ///< m along, as between the pieces of a l
 constexpr double kMinSagitta = 0.15;  ///< m: a flatter arc is a wall that is not quite straight
 constexpr double kBin = 0.1;          ///< m along
 constexpr double kCovered = 0.6;      ///< minimum fraction of bins
+constexpr double kSharp = 0.7;        ///< of the evidence within kLayers, within kThick of the arc
+constexpr double kThick = 0.075;      ///< m
 constexpr double kReplaced = 0.7;     ///< minimum fraction of a line that runs along the arc
 constexpr double kMinSpread = 0.005;  ///< m, minimum standard deviation of the points
 
@@ -226,6 +228,16 @@ bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const s
   return round.criterion(5) < straight.criterion(2 * static_cast<double>(lines.size()) + 2);
 }
 
+/// Whether its evidence is a sheet: things that stand about fill the whole band around an arc.
+bool is_sharp(const std::vector<Hit>& hits) {
+  double all = 0, near = 0;
+  for (const Hit& hit : hits) {
+    all += hit.weight;
+    near += std::abs(hit.across) < kThick ? hit.weight : 0;
+  }
+  return near > kSharp * all;
+}
+
 double sagitta(const PlanArc& arc) {
   const double half = std::min((arc.high - arc.low) / (2 * arc.radius), std::numbers::pi);
   return arc.radius * (1 - std::cos(half));
@@ -271,7 +283,8 @@ std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double m
       which.push_back(i);
     }
     if (along.size() < 2) continue;
-    if (!better_than_lines(*arc, fitter.gather(*arc, arc->low, arc->high, kLayers), along)) continue;
+    const std::vector<Hit> hits = fitter.gather(*arc, arc->low, arc->high, kLayers);
+    if (!is_sharp(hits) || !better_than_lines(*arc, hits, along)) continue;
     for (const std::size_t i : which) replaced[i] = true;
     const double half_turn = std::numbers::pi * arc->radius;
     if (arc->high - arc->low > 2 * half_turn - kGap) arc->low = -half_turn, arc->high = half_turn;

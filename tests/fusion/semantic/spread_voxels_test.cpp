@@ -72,5 +72,16 @@ TEST(SpreadVoxels, GivesEachVoxelTheLabelOfMostOfItsPoints) {
   EXPECT_EQ(labels_of_parents(spread, labels, 2), (std::vector<std::uint8_t>{3, 0}));
 }
 
+TEST(SparseSpacing, IsOfThinnedScansOnly) {
+  const cloud::PointCloud<Cloud> dense = cloud_of(Device::terrestrial);
+  EXPECT_FALSE(sparse_spacing(dense));
+  cloud::PointCloud<Cloud> thin;
+  for (std::size_t i = 0; i < dense.size(); i += 12) thin.points.push_back(dense.points[i]);
+  const auto spacing = sparse_spacing(thin);
+  ASSERT_TRUE(spacing);
+  EXPECT_GE(*spacing, 0.07);
+  EXPECT_LE(*spacing, 0.13);
+}
+
 }  // namespace
 }  // namespace parhelion::semantic

@@ -1,0 +1,92 @@
+#include "fusion/semantic/model_quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/length_text.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kSure = 0.7;        ///< confidence
+constexpr double kSeen = 0.4;        ///< fraction of a wall's piece
+constexpr double kLeaf = 0.35;       ///< fraction of a door that something closes
+constexpr double kLargeThing = 0.5;  ///< m^3, of an object without a kind
+
+std::string percent(double fraction) { return std::to_string(std::lround(100 * fraction)) + " %"; }
+
+/// Why an entity is doubtful; empty: it is not.
+std::string why(const ModelEntity& e) {
+  const bool judged = e.label == EntityLabel::wall || e.label == EntityLabel::door ||
+                      e.label == EntityLabel::pillar || e.label == EntityLabel::window ||
+                      e.label == EntityLabel::stairs;
+  if (!judged || e.locked || e.deleted || e.is_virtual) return "";
+  if (e.label == EntityLabel::wall && e.observed < kSeen)
+    return "only " + percent(e.observed) + " of it was measured";
+  if (e.confidence < kSure) return "confidence " + percent(e.confidence);
+  if (e.label == EntityLabel::door && e.observed < kLeaf && e.confidence < 0.5 * (1 + kSure))
+    return "no leaf was measured";
+  return "";
+}
+
+ModelDoubt doubt_of(const std::string& name, const Eigen::Vector3d& place, double extent,
+                    const std::string& reason) {
+  const auto tidy = [](double v) { return std::round(v * 1000) / 1000; };
+  return {name, place.unaryExpr(tidy), tidy(extent), reason};
+}
+
+void find_doubts(const BuiltModel& built, std::vector<ModelDoubt>& doubts) {
+  for (const ModelEntity& e : built.model.entities) {
+    if (const std::string reason = why(e); !reason.empty())
+      doubts.push_back(doubt_of(e.name, e.T_map_body.translation(), e.size.head<2>().maxCoeff(), reason));
+  }
+  for (const ModelObject& o : built.objects) {
+    if (o.kind != ObjectKind::object || o.size.prod() < kLargeThing) continue;
+    doubts.push_back(doubt_of(o.name, o.T_map_body.translation(), o.size.head<2>().maxCoeff(),
+                              "of unknown kind, " + length_text(o.size.z()) + " high"));
+  }
+  std::stable_sort(doubts.begin(), doubts.end(),
+                   [](const ModelDoubt& a, const ModelDoubt& b) { return a.extent > b.extent; });
+}
+
+}  // namespace
+
+ModelQuality quality_of(const BuiltModel& built) {
+  ModelQuality quality;
+  double seen = 0, floor = 0, covered = 0, unknown = 0;
+  for (const ModelEntity& e : built.model.entities) {
+    if (e.deleted) continue;
+    if (e.label == EntityLabel::wall) quality.walls += e.size.x(), seen += e.observed * e.size.x();
+    if (e.label == EntityLabel::floor) {
+      floor += e.size.head<2>().prod();
+      covered += e.observed * e.size.head<2>().prod();
+    }
+  }
+  for (std::size_t i = 0; i < built.cloud.labels.size(); ++i) {
+    unknown += built.cloud.labels[i] == static_cast<std::uint8_t>(EntityLabel::unknown) &&
+               built.object_of[i] == kNoObject;
+  }
+  quality.wall_support = quality.walls > 0 ? seen / quality.walls : 0;
+  quality.floor_cover = floor > 0 ? covered / floor : 0;
+  quality.unknown = built.cloud.empty() ? 0 : unknown / static_cast<double>(built.cloud.size());
+  find_doubts(built, quality.doubts);
+  return quality;
+}
+
+std::string quality_line(const ModelQuality& quality) {
+  constexpr std::size_t kNamed = 3;
+  std::string line = quality.walls > 0 ? "walls: " + length_text(quality.walls) + ", " +
+                                             percent(quality.wall_support) + " measured"
+                                       : "no walls";
+  line += "; floors: " + percent(quality.floor_cover) + " measured; " + percent(quality.unknown) +
+          " of the points unknown; ";
+  const std::size_t n = quality.doubts.size();
+  line += n == 0 ? "no doubtful part" : std::to_string(n) + (n == 1 ? " doubtful part" : " doubtful parts");
+  for (std::size_t k = 0; k < std::min(n, kNamed); ++k) {
+    const ModelDoubt& doubt = quality.doubts[k];
+    line += (k == 0 ? ": " : ", ") + doubt.entity + " (" + doubt.reason + ")";
+  }
+  return n > kNamed ? line + " and others" : line;
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,26 @@
+// How far a model is to be trusted, and where a person should look first.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fusion/semantic/build_model.hpp"
+#include "protocols/model_objects.hpp"
+
+namespace parhelion::semantic {
+
+struct ModelQuality {
+  double walls = 0;                ///< m, length of the walls
+  double wall_support = 0;         ///< fraction of their faces that was measured or looked at
+  double floor_cover = 0;          ///< fraction of the floors' boxes that was measured
+  double unknown = 0;              ///< fraction of the points in no entity and no object
+  std::vector<ModelDoubt> doubts;  ///< the largest first
+};
+
+ModelQuality quality_of(const BuiltModel& built);
+
+/// One line: "walls: 34.2 m, 91 % measured; floors 80 % measured; 4 % of the points unknown; 2 doubtful
+/// parts: wall 3 (1.2 m: ...), door 1 (...)"; at most three parts are named.
+std::string quality_line(const ModelQuality& quality);
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,133 @@
+#include "fusion/semantic/objects/find_objects.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "fusion/semantic/objects/classify_object.hpp"
+#include "fusion/semantic/objects/object_groups.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kFinest = 0.05, kCoarsest = 0.15;  ///< m, of the cubes
+constexpr std::size_t kFewest = 10;                 ///< cubes of an object
+constexpr std::size_t kFewestPoints = 25;
+constexpr double kSmallest = 0.12;                            ///< m, of its longest side
+constexpr double kPlate = 0.04;                               ///< m^2
+constexpr double kThin = 0.15, kAsWall = 2.2, kAsHigh = 1.8;  ///< m: a sheet that is more likely a wall
+constexpr double kOn = 0.12;                                  ///< m, from a top to what stands on it
+constexpr double kNextTo = 0.25;                              ///< m
+
+/// m: about the distance between points where they are few.
+double cell_of(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels) {
+  std::size_t points = 0;
+  for (const std::uint8_t label : labels) points += label == static_cast<std::uint8_t>(EntityLabel::unknown);
+  if (points == 0) return kFinest;
+  // Cubes of the finest size that hold one point only tell a sparse cloud.
+  const ObjectGrid grid(cloud, labels, {}, kFinest);
+  const double each =
+      static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(1, grid.cubes().size()));
+  return each > 2.5 ? kFinest : each > 1.5 ? 0.06 : each > 1.15 ? 0.08 : 0.10;
+}
+
+bool is_sheet(const ObjectShape& s) { return s.width < kThin && s.length > kAsWall && s.top > kAsHigh; }
+
+bool is_movable(const ModelObject& object) {
+  switch (object.kind) {
+    case ObjectKind::chair:
+    case ObjectKind::bin:
+    case ObjectKind::box:
+    case ObjectKind::plant:
+      return true;
+    case ObjectKind::table:
+      return object.size.head<2>().prod() < 1.2;
+    case ObjectKind::object:
+      return object.size.prod() < 0.3 && object.size.z() < 1.5;
+    default:
+      return false;
+  }
+}
+
+ModelObject object_of(const ObjectShape& shape) {
+  ModelObject object;
+  const ObjectClass found = classify(shape);
+  object.kind = found.kind;
+  object.confidence = found.confidence;
+  const double high = std::max(0.05, shape.top - shape.bottom);
+  object.T_map_body = Transform<Map, Body>::planar(shape.middle.x(), shape.middle.y(), shape.yaw,
+                                                   shape.floor + 0.5 * (shape.top + shape.bottom));
+  const auto tidy = [](double v) { return std::round(v * 1000) / 1000; };
+  object.size = {tidy(shape.length), tidy(shape.width), tidy(high)};
+  object.movable = is_movable(object);
+  return object;
+}
+
+double top(const ModelObject& o) { return o.T_map_body.translation().z() + o.size.z() / 2; }
+double bottom(const ModelObject& o) { return o.T_map_body.translation().z() - o.size.z() / 2; }
+
+bool over(const ModelObject& upper, const ModelObject& lower) {
+  const Eigen::Vector3d p = lower.T_map_body.inverse() * upper.T_map_body.translation();
+  return (p.head<2>().cwiseAbs().array() < 0.5 * lower.size.head<2>().array()).all();
+}
+
+/// m in the plan between two boxes, by the one's centre and corners: enough to say that they are neighbours.
+double apart(const ModelObject& a, const ModelObject& b) {
+  double nearest = 1e9;
+  for (const auto& [one, other] : {std::pair{&a, &b}, {&b, &a}}) {
+    for (int k = 0; k < 9; ++k) {
+      const Eigen::Vector3d corner(0.5 * (k % 3 - 1) * one->size.x(), 0.5 * (k / 3 - 1) * one->size.y(), 0);
+      const Eigen::Vector3d p = other->T_map_body.inverse() * (one->T_map_body * corner);
+      nearest = std::min(nearest, (p.head<2>().cwiseAbs() - 0.5 * other->size.head<2>()).cwiseMax(0).norm());
+    }
+  }
+  return nearest;
+}
+
+void relate(std::vector<ModelObject>& objects) {
+  for (ModelObject& a : objects) {
+    for (const ModelObject& b : objects) {
+      if (&a == &b) continue;
+      if ((a.T_map_body.translation() - b.T_map_body.translation()).head<2>().norm() >
+          a.size.head<2>().norm() + b.size.head<2>().norm())
+        continue;
+      if (over(a, b) && std::abs(bottom(a) - top(b)) < kOn) a.on = b.name;
+      const bool table = b.kind == ObjectKind::table && bottom(a) < top(b) - 0.2;
+      if (table && apart(a, b) < 1e-9) a.under = b.name;
+      const bool level = bottom(a) < top(b) && bottom(b) < top(a);
+      if (level && apart(a, b) < kNextTo) a.beside.push_back(b.name);
+    }
+  }
+}
+
+}  // namespace
+
+FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
+                          const std::vector<ModelEntity>& entities, const ObjectOptions& options) {
+  FoundObjects found;
+  found.object_of.assign(cloud.size(), kNoObject);
+  const double cell =
+      options.cell > 0 ? std::clamp(options.cell, kFinest, kCoarsest) : cell_of(cloud, labels);
+  const ObjectGrid grid(cloud, labels, entities, cell);
+  const std::vector<ObjectPlate> plates = find_plates(grid, kPlate);
+  std::map<ObjectKind, int> count;
+  for (const ObjectGroup& group : find_groups(grid, plates)) {
+    std::size_t points = 0;
+    for (const std::uint32_t c : group.cubes) points += grid.points_of(c).size();
+    if (group.cubes.size() < kFewest || points < kFewestPoints) continue;
+    const ObjectShape shape = shape_of(grid, group, plates);
+    if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) continue;
+    ModelObject object = object_of(shape);
+    object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);
+    for (const std::uint32_t c : group.cubes) {
+      for (const std::uint32_t i : grid.points_of(c))
+        found.object_of[i] = static_cast<std::uint32_t>(found.objects.size());
+    }
+    found.objects.push_back(std::move(object));
+  }
+  relate(found.objects);
+  return found;
+}
+
+}  // namespace parhelion::semantic

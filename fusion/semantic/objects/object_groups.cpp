@@ -1,0 +1,172 @@
+#include "fusion/semantic/objects/object_groups.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "fusion/semantic/objects/split_groups.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kLowest = 0.05;  ///< m over the floor: less is the floor's noise
+constexpr double kTableLow = 0.3, kTableHigh = 1.3, kTableArea = 0.28;  ///< m, m, m^2
+constexpr double kClosed = 0.3;     ///< of a plate's rim: a counter, a chest, a bed
+constexpr double kRim = 0.08;       ///< m about the plate: its edge
+constexpr double kLeg = 0.7;        ///< of a leg's height that is measured
+constexpr std::size_t kSmall = 12;  ///< cubes of a fragment
+constexpr double kNear = 0.2;       ///< m, from a fragment to what it is a part of
+constexpr double kStacked = 0.35, kOver = 0.7, kTallest = 2.3;  ///< m, fraction of the plan, m
+
+class Grouping {
+ public:
+  Grouping(const ObjectGrid& grid, const std::vector<ObjectPlate>& plates)
+      : grid_(grid), plates_(plates), taken_(grid.cubes().size()) {
+    for (std::uint32_t c = 0; c < taken_.size(); ++c) taken_[c] = grid.height(c) < kLowest;
+  }
+
+  std::vector<ObjectGroup> find() {
+    for (const ObjectPlate& plate : plates_) {
+      if (plate.height > kTableLow && plate.height < kTableHigh && plate.area > kTableArea &&
+          plate.sides < kClosed)
+        lift_table(plate);
+    }
+    const std::size_t tables = groups_.size();
+    for (std::vector<std::uint32_t>& part : split_groups(grid_, plates_, components()))
+      groups_.push_back({std::move(part), false});
+    join_fragments(tables);
+    join_stacks(tables);
+    std::erase_if(groups_, [](const ObjectGroup& group) { return group.cubes.empty(); });
+    for (ObjectGroup& group : groups_) std::sort(group.cubes.begin(), group.cubes.end());
+    return std::move(groups_);
+  }
+
+ private:
+  void claim(std::uint32_t c, ObjectGroup& group) {
+    if (taken_[c]) return;
+    taken_[c] = true;
+    group.cubes.push_back(c);
+  }
+
+  /// The plate, its edge, and legs that reach from it to the floor.
+  void lift_table(const ObjectPlate& plate) {
+    ObjectGroup table;
+    table.table = true;
+    std::set<std::pair<int, int>> columns;
+    for (const std::uint32_t c : plate.cubes) {
+      if (taken_[c]) return;  // a part of a larger one
+      const Eigen::Vector3i& at = grid_.cubes()[c].at;
+      for (int k = 0; k < 9; ++k) columns.emplace(at.x() + k % 3 - 1, at.y() + k / 3 - 1);
+    }
+    for (const auto& [x, y] : columns) {
+      const auto [first, last] = grid_.column(x, y);
+      double under = 0;
+      for (std::uint32_t c = first; c < last; ++c) {
+        const double over = static_cast<double>(grid_.cubes()[c].z) - plate.z;
+        if (std::abs(over) < kRim) claim(c, table);
+        under += over < -kRim && grid_.height(c) > kLowest ? grid_.cell() : 0;
+      }
+      if (under < kLeg * (plate.height - kRim - kLowest)) continue;
+      for (std::uint32_t c = first; c < last; ++c) {
+        if (static_cast<double>(grid_.cubes()[c].z) < plate.z) claim(c, table);
+      }
+    }
+    groups_.push_back(std::move(table));
+  }
+
+  /// Cubes that touch, of what is left.
+  std::vector<std::vector<std::uint32_t>> components() {
+    std::vector<std::vector<std::uint32_t>> parts;
+    for (std::uint32_t first = 0; first < taken_.size(); ++first) {
+      if (taken_[first]) continue;
+      std::vector<std::uint32_t> part{first};
+      taken_[first] = true;
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        const Eigen::Vector3i at = grid_.cubes()[part[k]].at;
+        for (int n = 0; n < 9; ++n) {
+          const auto [begin, end] = grid_.column(at.x() + n % 3 - 1, at.y() + n / 3 - 1);
+          for (std::uint32_t c = begin; c < end; ++c) {
+            // A gap of one cube upwards: scans' lines are farther apart there.
+            if (taken_[c] || std::abs(grid_.cubes()[c].at.z() - at.z()) > 2) continue;
+            taken_[c] = true;
+            part.push_back(c);
+          }
+        }
+      }
+      parts.push_back(std::move(part));
+    }
+    return parts;
+  }
+
+  Eigen::AlignedBox3d box_of(const ObjectGroup& group) const {
+    Eigen::AlignedBox3d box;
+    for (const std::uint32_t c : group.cubes) {
+      const Eigen::Vector3d low = grid_.cell() * grid_.cubes()[c].at.cast<double>();
+      box.extend(low).extend(Eigen::Vector3d(low.array() + grid_.cell()));
+    }
+    return box;
+  }
+  std::vector<Eigen::AlignedBox3d> boxes() const {
+    std::vector<Eigen::AlignedBox3d> result;
+    for (const ObjectGroup& group : groups_) result.push_back(box_of(group));
+    return result;
+  }
+  void merge(std::size_t from, std::size_t into) {
+    std::vector<std::uint32_t>& a = groups_[into].cubes;
+    a.insert(a.end(), groups_[from].cubes.begin(), groups_[from].cubes.end());
+    groups_[from].cubes.clear();
+  }
+
+  /// A few cubes beside something larger are a part of it; under a table they are its legs' rest.
+  void join_fragments(std::size_t tables) {
+    const std::vector<Eigen::AlignedBox3d> box = boxes();
+    for (std::size_t g = tables; g < groups_.size(); ++g) {
+      if (groups_[g].cubes.size() >= kSmall) continue;
+      std::size_t best = groups_.size();
+      double nearest = kNear;
+      for (std::size_t o = 0; o < groups_.size(); ++o) {
+        if (o == g || groups_[o].cubes.size() < 2 * kSmall) continue;
+        const double apart = box[o].exteriorDistance(box[g]);
+        if (o < tables && box[g].min().z() > box[o].max().z() - kRim) continue;
+        if (apart < nearest) nearest = apart, best = o;
+      }
+      if (best < groups_.size()) merge(g, best);
+    }
+  }
+
+  /// Pieces over one another that a scan's gap parts.
+  void join_stacks(std::size_t tables) {
+    std::vector<Eigen::AlignedBox3d> box = boxes();
+    for (std::size_t g = tables; g < groups_.size(); ++g) {
+      if (groups_[g].cubes.empty()) continue;
+      for (std::size_t o = tables; o < groups_.size(); ++o) {
+        if (o == g || groups_[o].cubes.size() < groups_[g].cubes.size() || groups_[o].cubes.empty()) continue;
+        const double gap = std::max(box[g].min().z() - box[o].max().z(), box[o].min().z() - box[g].max().z());
+        const Eigen::Vector2d both =
+            (box[g].max().cwiseMin(box[o].max()) - box[g].min().cwiseMax(box[o].min())).head<2>().cwiseMax(0);
+        const Eigen::AlignedBox3d all = box[g].merged(box[o]);
+        if (gap > kStacked || all.sizes().z() > kTallest ||
+            both.prod() < kOver * box[g].sizes().head<2>().prod())
+          continue;
+        merge(g, o);
+        box[o] = all;
+        break;
+      }
+    }
+  }
+
+  const ObjectGrid& grid_;
+  const std::vector<ObjectPlate>& plates_;
+  std::vector<bool> taken_;
+  std::vector<ObjectGroup> groups_;
+};
+
+}  // namespace
+
+std::vector<ObjectGroup> find_groups(const ObjectGrid& grid, const std::vector<ObjectPlate>& plates) {
+  return Grouping(grid, plates).find();
+}
+
+}  // namespace parhelion::semantic

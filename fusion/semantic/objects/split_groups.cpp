@@ -1,0 +1,172 @@
+#include "fusion/semantic/objects/split_groups.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+
+namespace parhelion::semantic {
+namespace {
+
+using Cubes = std::vector<std::uint32_t>;
+using Column = std::pair<int, int>;
+
+constexpr double kSeatLow = 0.34, kSeatHigh = 0.56;     ///< m over the floor
+constexpr double kSeatLeast = 0.06, kSeatMost = 0.36;   ///< m^2
+constexpr double kSeatReach = 0.42, kChairHigh = 1.25;  ///< m, of a chair around its seat's middle
+constexpr double kWide = 0.95;                          ///< m, of what is more than one chair
+constexpr double kAlike = 0.10;                         ///< m, between the tops of neighbouring columns
+constexpr double kRegion = 0.05, kLong = 0.4;           ///< m^2, m, of a stretch of one height
+constexpr double kHigher = 0.35;                        ///< m, between two of them
+constexpr double kRest = 0.6, kBack = 1.25;             ///< m: a seat or mattress, and the back of it
+
+struct Seat {
+  Eigen::Vector2d middle;
+  double height;
+};
+
+Eigen::AlignedBox2d plan_of(const ObjectGrid& grid, const Cubes& cubes) {
+  Eigen::AlignedBox2d box;
+  for (const std::uint32_t c : cubes) box.extend(grid.plan(c));
+  return box;
+}
+
+std::vector<Seat> seats_in(const ObjectGrid& grid, const std::vector<ObjectPlate>& plates,
+                           const std::vector<std::uint32_t>& group_of, std::uint32_t group) {
+  std::vector<Seat> seats;
+  for (const ObjectPlate& plate : plates) {
+    if (plate.height < kSeatLow || plate.height > kSeatHigh || plate.area < kSeatLeast ||
+        plate.area > kSeatMost || group_of[plate.cubes.front()] != group)
+      continue;
+    const Eigen::AlignedBox2d box = plan_of(grid, plate.cubes);
+    if (box.sizes().maxCoeff() > 0.7) continue;
+    seats.push_back({box.center(), plate.height});
+  }
+  return seats;
+}
+
+/// Each cube to the seat that it is nearest to; the last part: to none.
+std::vector<Cubes> split_at_seats(const ObjectGrid& grid, const Cubes& cubes,
+                                  const std::vector<Seat>& seats) {
+  std::vector<Cubes> parts(seats.size() + 1);
+  for (const std::uint32_t c : cubes) {
+    std::size_t best = seats.size();
+    double nearest = kSeatReach;
+    for (std::size_t s = 0; s < seats.size(); ++s) {
+      const double away = (grid.plan(c) - seats[s].middle).cwiseAbs().maxCoeff();
+      if (away < nearest && grid.height(c) < kChairHigh) nearest = away, best = s;
+    }
+    parts[best].push_back(c);
+  }
+  std::erase_if(parts, [](const Cubes& part) { return part.empty(); });
+  return parts;
+}
+
+struct Region {
+  std::vector<Column> columns;
+  double top = 0;  ///< m over the floor
+  Eigen::AlignedBox2d box;
+};
+
+class Heights {
+ public:
+  Heights(const ObjectGrid& grid, const Cubes& cubes) : grid_(grid) {
+    for (const std::uint32_t c : cubes) {
+      double& top = tops_.try_emplace({grid.cubes()[c].at.x(), grid.cubes()[c].at.y()}, 0).first->second;
+      top = std::max(top, grid.height(c));
+    }
+    find_regions();
+  }
+  /// Whether it is more than one piece of furniture.
+  bool differ() const {
+    for (const Region& a : regions_) {
+      for (const Region& b : regions_) {
+        const bool back =
+            a.top < kRest && b.top < kBack && std::min(b.box.sizes().x(), b.box.sizes().y()) < 0.4;
+        if (b.top > a.top + kHigher && !back) return true;
+      }
+    }
+    return false;
+  }
+  std::vector<Cubes> split(const Cubes& cubes) {
+    std::map<Column, std::size_t> region_of;
+    std::deque<Column> open;
+    for (std::size_t r = 0; r < regions_.size(); ++r) {
+      for (const Column& column : regions_[r].columns) region_of[column] = r, open.push_back(column);
+    }
+    while (!open.empty()) {
+      const Column at = open.front();
+      open.pop_front();
+      for (int n = 0; n < 9; ++n) {
+        const Column next{at.first + n % 3 - 1, at.second + n / 3 - 1};
+        if (!tops_.contains(next) || region_of.contains(next)) continue;
+        region_of[next] = region_of.at(at);
+        open.push_back(next);
+      }
+    }
+    std::vector<Cubes> parts(regions_.size() + 1);
+    for (const std::uint32_t c : cubes) {
+      const auto found = region_of.find({grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y()});
+      parts[found == region_of.end() ? regions_.size() : found->second].push_back(c);
+    }
+    std::erase_if(parts, [](const Cubes& part) { return part.empty(); });
+    return parts;
+  }
+
+ private:
+  void find_regions() {
+    std::map<Column, bool> seen;
+    for (const auto& [first, top] : tops_) {
+      if (seen[first]) continue;
+      Region region;
+      region.columns = {first};
+      seen[first] = true;
+      for (std::size_t k = 0; k < region.columns.size(); ++k) {
+        const auto [x, y] = region.columns[k];
+        region.box.extend(grid_.cell() * Eigen::Vector2d(x, y));
+        region.box.extend(grid_.cell() * Eigen::Vector2d(x + 1, y + 1));
+        for (int n = 0; n < 9; ++n) {
+          const auto next = tops_.find({x + n % 3 - 1, y + n / 3 - 1});
+          if (next == tops_.end() || seen[next->first] || std::abs(next->second - top) > kAlike) continue;
+          seen[next->first] = true;
+          region.columns.push_back(next->first);
+        }
+      }
+      region.top = top;
+      const double area = grid_.cell() * grid_.cell() * static_cast<double>(region.columns.size());
+      if (area > kRegion && region.box.sizes().maxCoeff() > kLong) regions_.push_back(std::move(region));
+    }
+  }
+  const ObjectGrid& grid_;
+  std::map<Column, double> tops_;
+  std::vector<Region> regions_;
+};
+
+}  // namespace
+
+std::vector<Cubes> split_groups(const ObjectGrid& grid, const std::vector<ObjectPlate>& plates,
+                                std::vector<Cubes> groups) {
+  std::vector<std::uint32_t> group_of(grid.cubes().size(), kNone);
+  for (std::uint32_t g = 0; g < groups.size(); ++g) {
+    for (const std::uint32_t c : groups[g]) group_of[c] = g;
+  }
+  std::vector<Cubes> parts;
+  for (std::uint32_t g = 0; g < groups.size(); ++g) {
+    const std::vector<Seat> seats = seats_in(grid, plates, group_of, g);
+    const bool wide = plan_of(grid, groups[g]).sizes().maxCoeff() > kWide;
+    std::vector<Cubes> by_seat =
+        !seats.empty() && wide ? split_at_seats(grid, groups[g], seats) : std::vector<Cubes>{groups[g]};
+    for (Cubes& part : by_seat) {
+      Heights heights(grid, part);
+      if (!heights.differ()) {
+        parts.push_back(std::move(part));
+        continue;
+      }
+      for (Cubes& piece : heights.split(part)) parts.push_back(std::move(piece));
+    }
+  }
+  return parts;
+}
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,84 @@
+#include "fusion/semantic/pictures/plan_remarks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace parhelion::semantic {
+namespace {
+
+const Colour kObjectColour{146, 110, 66}, kDoubtColour{207, 34, 46}, kCoordinate{110, 119, 129};
+
+ModelEntity box_of(const ModelObject& object) {
+  ModelEntity box;
+  box.name = object.name;
+  box.T_map_body = object.T_map_body;
+  box.size = object.size;
+  return box;
+}
+
+/// Most pictures show rooms of some metres: a step with at most twelve numbers.
+double step_of(double extent) {
+  for (const double step : {0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
+    if (extent / step <= 12) return step;
+  }
+  return 100;
+}
+
+std::string number(double v) {
+  const bool whole = std::abs(v - std::round(v)) < 1e-6;
+  std::string words = std::to_string(whole ? std::lround(v) : std::lround(10 * v));
+  if (!whole) words.insert(words.size() - 1, words.size() > 1 && words[words.size() - 2] != '-' ? "." : "0.");
+  return words;
+}
+
+}  // namespace
+
+void hatch(PlanCanvas& canvas, const Eigen::AlignedBox2d& box, Colour colour, double spacing) {
+  const double step = spacing / canvas.pixels_per_metre();
+  const double reach = box.sizes().sum();
+  for (double d = 0; d < reach; d += step) {
+    Eigen::Vector2d a(box.min().x() + d, box.min().y()), b(box.min().x(), box.min().y() + d);
+    if (a.x() > box.max().x()) a = {box.max().x(), box.min().y() + d - box.sizes().x()};
+    if (b.y() > box.max().y()) b = {box.min().x() + d - box.sizes().y(), box.max().y()};
+    canvas.line({a, b}, colour, 1);
+  }
+}
+
+void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& labels, PlanLegend& legend) {
+  if (remarks.objects.empty()) return;
+  for (const ModelObject& object : remarks.objects)
+    canvas.line(outline_of(box_of(object)), kObjectColour, 1.2, true);
+  for (const ModelObject& object : remarks.objects) {
+    const double pixels = object.size.x() * canvas.pixels_per_metre();
+    if (object.kind != ObjectKind::object || pixels > 40)
+      labels.beside(box_of(object), object.name, 10, kObjectColour);
+  }
+  legend.add({"object", kObjectColour, LegendEntry::Mark::line});
+}
+
+void paint_doubts(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLegend& legend) {
+  constexpr double kLeast = 0.3;  // m
+  for (const ModelDoubt& doubt : remarks.doubts) {
+    const Eigen::Vector2d half =
+        Eigen::Vector2d::Constant(0.5 * std::max(kLeast, std::min(doubt.extent, 1.2)));
+    hatch(canvas, {doubt.place.head<2>() - half, doubt.place.head<2>() + half}, kDoubtColour, 7);
+  }
+  if (!remarks.doubts.empty()) legend.add({"doubtful", kDoubtColour, LegendEntry::Mark::area});
+}
+
+void paint_coordinates(const Eigen::AlignedBox2d& view, PlanCanvas& canvas) {
+  const double step = step_of(view.sizes().maxCoeff());
+  for (double x = std::ceil(view.min().x() / step) * step; x < view.max().x(); x += step) {
+    const double at = canvas.pixel({x, view.min().y()}).x(), bottom = canvas.plan_bottom();
+    canvas.pixel_line({at, bottom - 8}, {at, bottom}, kCoordinate, 1.2);
+    canvas.text({at + 3, bottom - 4.0}, number(x), 10, kCoordinate, true);
+  }
+  for (double y = std::ceil(view.min().y() / step) * step; y < view.max().y(); y += step) {
+    const double at = canvas.pixel({view.min().x(), y}).y();
+    canvas.pixel_line({0, at}, {8, at}, kCoordinate, 1.2);
+    canvas.text({11, at + 4}, number(y), 10, kCoordinate, true);
+  }
+}
+
+}  // namespace parhelion::semantic

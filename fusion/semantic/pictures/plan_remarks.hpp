@@ -1,0 +1,23 @@
+// Objects and doubtful parts in a plan. Internal to the pictures.
+#pragma once
+
+#include "fusion/semantic/pictures/plan_canvas.hpp"
+#include "fusion/semantic/pictures/plan_labels.hpp"
+#include "fusion/semantic/pictures/plan_legend.hpp"
+#include "protocols/model_objects.hpp"
+
+namespace parhelion::semantic {
+
+/// Lines at 45 degrees over a box of the map frame, `spacing` pixels apart.
+void hatch(PlanCanvas& canvas, const Eigen::AlignedBox2d& box, Colour colour, double spacing);
+
+/// The boxes of objects that reach below a person's head, with their names.
+void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& labels, PlanLegend& legend);
+
+/// Doubtful parts, hatched.
+void paint_doubts(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLegend& legend);
+
+/// Coordinates of the map along the lower and the left edge, m.
+void paint_coordinates(const Eigen::AlignedBox2d& view, PlanCanvas& canvas);
+
+}  // namespace parhelion::semantic

@@ -1,0 +1,115 @@
+// Objects: what is no part of the building, as instances of a kind.
+#include "fusion/semantic/objects/find_objects.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/model_box.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+/// Points 2 cm apart on the faces of a box, but the lower one.
+void add_box(cloud::PointCloud<Map>& cloud, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  const auto add = [&](double x, double y, double z) {
+    cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+    cloud.labels.push_back(static_cast<std::uint8_t>(EntityLabel::unknown));
+  };
+  constexpr double kStep = 0.02;
+  for (double x = low.x(); x <= high.x() + 1e-9; x += kStep) {
+    for (double y = low.y(); y <= high.y() + 1e-9; y += kStep) add(x, y, high.z());
+    for (double z = low.z(); z <= high.z(); z += kStep) add(x, low.y(), z), add(x, high.y(), z);
+  }
+  for (double y = low.y(); y <= high.y() + 1e-9; y += kStep) {
+    for (double z = low.z(); z <= high.z(); z += kStep) add(low.x(), y, z), add(high.x(), y, z);
+  }
+}
+
+void add_table(cloud::PointCloud<Map>& cloud, double x, double y) {
+  add_box(cloud, {x - 0.7, y - 0.4, 0.70}, {x + 0.7, y + 0.4, 0.73});
+  for (const double dx : {-0.66, 0.62}) {
+    for (const double dy : {-0.36, 0.32})
+      add_box(cloud, {x + dx, y + dy, 0}, {x + dx + 0.04, y + dy + 0.04, 0.7});
+  }
+}
+
+void add_chair(cloud::PointCloud<Map>& cloud, double x, double y) {
+  add_box(cloud, {x - 0.22, y - 0.22, 0.42}, {x + 0.22, y + 0.22, 0.46});
+  add_box(cloud, {x - 0.22, y + 0.18, 0.46}, {x + 0.22, y + 0.22, 0.9});
+  for (const double dx : {-0.2, 0.16}) {
+    for (const double dy : {-0.2, 0.16})
+      add_box(cloud, {x + dx, y + dy, 0}, {x + dx + 0.04, y + dy + 0.04, 0.42});
+  }
+}
+
+std::vector<ModelEntity> floor_of() {
+  return {model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1})};
+}
+
+FoundObjects found_in(const cloud::PointCloud<Map>& cloud) {
+  return find_objects(cloud, cloud.labels, floor_of());
+}
+
+long count(const FoundObjects& found, ObjectKind kind) {
+  return std::count_if(found.objects.begin(), found.objects.end(),
+                       [&](const ModelObject& o) { return o.kind == kind; });
+}
+
+TEST(FindObjects, ATableAndItsChairsAreThingsOfTheirOwn) {
+  cloud::PointCloud<Map> cloud;
+  add_table(cloud, 0, 0);
+  add_chair(cloud, -0.3, 0.5), add_chair(cloud, 0.35, 0.5);  // pushed in
+  const FoundObjects found = found_in(cloud);
+  EXPECT_EQ(count(found, ObjectKind::table), 1);
+  EXPECT_EQ(count(found, ObjectKind::chair), 2);
+  for (const ModelObject& o : found.objects) {
+    if (o.kind == ObjectKind::chair) {
+      EXPECT_TRUE(o.movable);
+      EXPECT_EQ(o.under, "table 1");
+      EXPECT_NEAR(o.size.z(), 0.9, 0.08);
+    }
+  }
+}
+
+TEST(FindObjects, ThingsInARowPartWhereTheirHeightChanges) {
+  cloud::PointCloud<Map> cloud;
+  add_box(cloud, {0, 0, 0}, {1.8, 0.6, 0.9});
+  add_box(cloud, {1.8, 0, 0}, {2.4, 0.6, 2.0});
+  const FoundObjects found = found_in(cloud);
+  EXPECT_EQ(count(found, ObjectKind::counter), 1);
+  EXPECT_EQ(count(found, ObjectKind::cupboard), 1);
+}
+
+TEST(FindObjects, WhatStandsOnATableIsSaidToStandThere) {
+  cloud::PointCloud<Map> cloud;
+  add_table(cloud, 0, 0);
+  add_box(cloud, {-0.2, -0.2, 0.75}, {0.15, 0.15, 1.0});
+  const FoundObjects found = found_in(cloud);
+  ASSERT_EQ(found.objects.size(), 2U);
+  const auto thing = std::find_if(found.objects.begin(), found.objects.end(),
+                                  [](const ModelObject& o) { return o.kind != ObjectKind::table; });
+  ASSERT_NE(thing, found.objects.end());
+  EXPECT_EQ(thing->on, "table 1");
+}
+
+TEST(FindObjects, PointsOfTheBuildingBelongToNone) {
+  cloud::PointCloud<Map> cloud;
+  add_chair(cloud, 0, 0);
+  const std::size_t chair = cloud.size();
+  add_box(cloud, {3, 3, 0}, {3.1, 6, 2.5});
+  std::fill(cloud.labels.begin() + static_cast<std::ptrdiff_t>(chair), cloud.labels.end(),
+            static_cast<std::uint8_t>(EntityLabel::wall));
+  const FoundObjects found = found_in(cloud);
+  ASSERT_EQ(found.objects.size(), 1U);
+  for (std::size_t i = chair; i < cloud.size(); ++i) ASSERT_EQ(found.object_of[i], kNoObject);
+}
+
+TEST(FindObjects, AnEmptyCloudHasNone) {
+  const FoundObjects found = found_in({});
+  EXPECT_TRUE(found.objects.empty());
+  EXPECT_TRUE(found.object_of.empty());
+}
+
+}  // namespace
+}  // namespace parhelion::semantic

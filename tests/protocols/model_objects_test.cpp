@@ -1,0 +1,70 @@
+// Objects and doubts in a model's YAML.
+#include "protocols/model_objects.hpp"
+
+#include <gtest/gtest.h>
+
+#include "protocols/model.hpp"
+#include "tests/model_box.hpp"
+
+namespace parhelion {
+namespace {
+
+ModelRemarks remarks() {
+  ModelRemarks r;
+  ModelObject chair;
+  chair.name = "chair 1";
+  chair.kind = ObjectKind::chair;
+  chair.T_map_body = Transform<Map, Body>::planar(1, 2, 0.5, 0.45);
+  chair.size = {0.5, 0.45, 0.9};
+  chair.confidence = 0.8;
+  chair.under = "table 1";
+  chair.beside = {"table 1", "chair 2"};
+  ModelObject car;
+  car.name = "car 1", car.kind = ObjectKind::car, car.movable = false, car.on = "object 3";
+  r.objects = {chair, car};
+  r.doubts = {{"wall 3", {1, -2, 0.5}, 1.25, "only 20 % of it was measured"}};
+  return r;
+}
+
+std::string yaml_of(const ModelRemarks& r) {
+  SemanticModel model;
+  model.entities = {model_box("wall 3", EntityLabel::wall, {0, 0, 1}, {3, 0.1, 2})};
+  return to_yaml(model) + to_yaml(r);
+}
+
+TEST(ModelObjects, AreReadAsTheyWereWritten) {
+  const std::string yaml = yaml_of(remarks());
+  ASSERT_TRUE(parse_model(yaml, "m.yaml"));
+  const auto again = parse_remarks(yaml, "m.yaml");
+  ASSERT_TRUE(again) << again.error().message;
+  ASSERT_EQ(again->objects.size(), 2U);
+  EXPECT_EQ(again->objects[0].name, "chair 1");
+  EXPECT_EQ(again->objects[0].kind, ObjectKind::chair);
+  EXPECT_EQ(again->objects[0].under, "table 1");
+  EXPECT_EQ(again->objects[0].beside.size(), 2U);
+  EXPECT_TRUE(again->objects[0].movable);
+  EXPECT_FALSE(again->objects[1].movable);
+  EXPECT_EQ(again->objects[1].on, "object 3");
+  ASSERT_EQ(again->doubts.size(), 1U);
+  EXPECT_EQ(again->doubts[0].reason, "only 20 % of it was measured");
+  EXPECT_DOUBLE_EQ(again->doubts[0].extent, 1.25);
+  EXPECT_EQ(to_yaml(*again), to_yaml(remarks()));
+}
+
+TEST(ModelObjects, AModelNeedsNone) {
+  const auto none = parse_remarks(yaml_of({}), "m.yaml");
+  ASSERT_TRUE(none);
+  EXPECT_TRUE(none->objects.empty());
+  EXPECT_TRUE(none->doubts.empty());
+}
+
+TEST(ModelObjects, ANameIsTakenOnce) {
+  ModelRemarks twice = remarks();
+  twice.objects[1].name = "chair 1";
+  const auto read = parse_remarks(yaml_of(twice), "m.yaml");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("names must be unique"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace parhelion
