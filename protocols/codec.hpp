@@ -85,16 +85,24 @@ struct WorldMessage {
     std::string entity, part;
     AgentKind kind = AgentKind::box;
     BodyOwner owner = BodyOwner::agent;
+    bool attitude_known = true;  ///< see BodyState
     std::uint32_t epoch = 0;
     Transform<Map, Body> T_map_body;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();
   };
+  /// What is known of a real person beside the body's pose and velocity.
+  struct Person {
+    std::string entity;
+    double radius = 0;                                     ///< m, of a disc around what was seen
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2, map: of the position at the stamp
+    SimulationTime seen;  ///< instant of the last scan that showed the person
+  };
   SensorTime stamp;  ///< simulation time of the poses, on the server's clock
   std::uint64_t step = 0;
-  std::string robot;            ///< name of the trainee's robot; it has bodies only while its pose is known
-  bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
+  std::string robot;  ///< name of the trainee's robot; it has bodies only while its pose is known
   std::vector<Entry> bodies;
+  std::vector<Person> persons;  ///< one for each body of a real person
 };
 Status decode(std::string_view channel, Bytes bytes, WorldMessage& world);
 

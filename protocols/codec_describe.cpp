@@ -271,10 +271,14 @@ std::string summarize(const RobotMessage& message) { return quoted(message.yaml)
 std::string summarize(const WorldMessage& world) {
   std::string text =
       format("step %llu, robot ", static_cast<unsigned long long>(world.step)) + quoted(world.robot) +
-      format(", attitude %s, %zu bodies", world.attitude_known ? "known" : "not known", world.bodies.size());
+      format(", %zu bodies", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
+    if (!body.attitude_known) text += ", attitude not known";
   }
+  for (const WorldMessage::Person& person : world.persons)
+    text += "; " + quoted(person.entity) +
+            format(" sigma %.3f m", std::sqrt(std::max(0.0, person.covariance.trace() / 2)));
   return text;
 }
 

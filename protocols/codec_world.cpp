@@ -8,7 +8,30 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t kMaxBodies = 100'000;
-constexpr std::size_t kMinBodySize = 2 * 5 + 2 + 8 + 13 * sizeof(double);
+constexpr std::size_t kMinBodySize = 2 * 5 + 2 + 8 + 13 * sizeof(double) + 1;
+constexpr std::size_t kMaxPersons = 10'000;
+constexpr std::size_t kMinPersonSize = 5 + 5 * sizeof(double);
+constexpr double kMaxVariance = 1e4;  // m^2
+
+void decode_person(wire::Reader& reader, WorldMessage::Person& person) {
+  reader.text("entity", person.entity);
+  person.radius = reader.bounded("radius", 10);
+  const double xx = reader.bounded("covariance", kMaxVariance);
+  const double xy = reader.bounded("covariance", kMaxVariance);
+  const double yy = reader.bounded("covariance", kMaxVariance);
+  reader.check(person.radius >= 0, "radius", "a negative radius", "0 to 10 m");
+  reader.check(xx >= 0 && yy >= 0, "covariance", "a negative variance", "a covariance matrix");
+  person.covariance << xx, xy, xy, yy;
+  person.seen.ns = reader.utime().ns;
+}
+
+void encode_person(const WorldMessage::Person& person, wire::Writer& writer) {
+  writer.text(person.entity);
+  writer.number(person.radius);
+  for (const double value : {person.covariance(0, 0), person.covariance(0, 1), person.covariance(1, 1)})
+    writer.number(value);
+  writer.number(SensorTime{person.seen.ns}.utime());
+}
 
 }  // namespace
 
@@ -71,13 +94,12 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
   world.stamp.ns = reader.nanosecond_stamp();
   world.step = static_cast<std::uint64_t>(reader.number<std::int64_t>("step"));
   reader.text("robot", world.robot);
-  world.attitude_known = reader.boolean("attitude_known");
   world.bodies.resize(reader.count("nbodies", kMinBodySize, kMaxBodies));
   for (WorldMessage::Entry& body : world.bodies) {
     reader.text("entity", body.entity);
     reader.text("part", body.part);
     body.kind = reader.enumeration("kind", kLastAgentKind);
-    body.owner = reader.enumeration("owner", BodyOwner::building);
+    body.owner = reader.enumeration("owner", kLastBodyOwner);
     const auto epoch = reader.number<std::int64_t>("epoch");
     reader.check_range("epoch", epoch, 0, UINT32_MAX);
     body.epoch = static_cast<std::uint32_t>(epoch);
@@ -85,7 +107,10 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
     body.T_map_body = {reader.orientation("orientation"), position};
     body.velocity = reader.vector("velocity", wire::kMaxRate);
     body.rotation_rate = reader.vector("rotation_rate", wire::kMaxRate);
+    body.attitude_known = reader.boolean("attitude_known");
   }
+  world.persons.resize(reader.count("npersons", kMinPersonSize, kMaxPersons));
+  for (WorldMessage::Person& person : world.persons) decode_person(reader, person);
   return reader.status();
 }
 
@@ -94,7 +119,6 @@ void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes) {
   writer.nanosecond_stamp(world.stamp);
   writer.number(static_cast<std::int64_t>(world.step));
   writer.text(world.robot);
-  writer.boolean(world.attitude_known);
   writer.count(world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     writer.text(body.entity);
@@ -106,7 +130,10 @@ void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes) {
     writer.orientation(body.T_map_body.quaternion());
     writer.vector(body.velocity);
     writer.vector(body.rotation_rate);
+    writer.boolean(body.attitude_known);
   }
+  writer.count(world.persons.size());
+  for (const WorldMessage::Person& person : world.persons) encode_person(person, writer);
 }
 
 }  // namespace parhelion

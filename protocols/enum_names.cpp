@@ -215,6 +215,8 @@ const char* to_string(EventKind kind) {
       return "encoders_lost";
     case EventKind::encoders_back:
       return "encoders_back";
+    case EventKind::person_touched:
+      return "person_touched";
   }
   return "unknown";
 }

@@ -94,8 +94,10 @@ enum class EventKind : std::uint8_t {
   encoders_lost,       ///< JOINT_STATE is silent or not plausible: gripping is frozen and joint commands are a
                        ///< stop; text: why
   encoders_back,
+  person_touched,  ///< the subject drove into a real person, the object: the worst that can happen; value:
+                   ///< m/s, its speed towards that person
 };
-inline constexpr EventKind kLastEventKind = EventKind::encoders_back;
+inline constexpr EventKind kLastEventKind = EventKind::person_touched;
 
 /// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

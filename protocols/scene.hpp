@@ -53,7 +53,13 @@ inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
 }
 inline double bounding_radius(const Shape& shape) { return bounding_radius(shape.kind, shape.size); }
 
-enum class BodyOwner : std::uint8_t { agent, real_robot, building };
+enum class BodyOwner : std::uint8_t {
+  agent,
+  real_robot,
+  building,
+  real_person,  ///< whom sensors follow: never injected
+};
+inline constexpr BodyOwner kLastBodyOwner = BodyOwner::real_person;
 
 using BodyId = std::uint32_t;  ///< unique in a session, not reused after a removal
 

@@ -80,10 +80,13 @@ struct GradeStep {
 };
 
 struct Training {
-  std::string robot;              ///< graded robot; empty: the trainee's
-  std::string text;               ///< for the briefing
-  std::optional<double> limit;    ///< s, for all tasks
-  bool in_order = true;           ///< a task begins when the previous one has ended; else all at once
+  std::string robot;            ///< graded robot; empty: the trainee's
+  std::string text;             ///< for the briefing
+  std::optional<double> limit;  ///< s, for all tasks
+  bool in_order = true;         ///< a task begins when the previous one has ended; else all at once
+  /// Driving into a real person (event person_touched) costs all points and fails the session; false: only
+  /// the penalties decide.
+  bool person_contact_fails = true;
   double pass_mark = 0;           ///< fraction of the points, 0..1
   std::vector<GradeStep> grades;  ///< the best first
   std::vector<Task> tasks;        ///< names are unique

@@ -20,12 +20,12 @@ struct BodyState {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of the body's origin
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
   bool known = true;  ///< false: a real door that no sensor sees; the pose is the last known one
+  bool attitude_known = true;  ///< false: a real robot whose roll and pitch are assumed, not measured
 };
 
 struct WorldSnapshot {
   SimulationTime stamp;    ///< instant of the poses
   std::uint64_t step = 0;  ///< number of the physics step that made it (the earlier one where interpolated)
-  bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
   std::shared_ptr<const Scene> scene;
   std::vector<BodyState> bodies;  ///< ascending id, one for each body of `scene` that exists at the stamp
 };

@@ -284,6 +284,8 @@ Training read_training(Node& node, Problems& problems) {
   read_optional(node, "limit", training.limit);
   if (const Node* order = node.find("order")) training.in_order = order->text == "listed";
   read(node, "pass_mark", training.pass_mark);
+  if (const Node* contact = node.find("person_contact"))
+    training.person_contact_fails = contact->text == "fails";
   std::map<std::string, int> lines;
   for (Node& task : node.find("tasks")->items) {
     training.tasks.push_back(read_task(task, reader, problems));
@@ -323,6 +325,7 @@ void write_training(Writer& writer, const Training& training) {
   if (training.limit) writer.quantity("limit", *training.limit, Quantity::time);
   writer.word("order", training.in_order ? "listed" : "free");
   writer.number("pass_mark", training.pass_mark);
+  if (!training.person_contact_fails) writer.word("person_contact", "penalties_decide");
   if (!training.grades.empty()) {
     writer.open("grades");
     for (const GradeStep& grade : training.grades) {

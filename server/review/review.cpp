@@ -48,7 +48,6 @@ class Gathering {
   Status delay(const char* name, const Message& message);
   void measure_nearest();
   void follow(const WorldMessage::Entry& body, double t);
-  bool attitude_known(const WorldMessage::Entry& body) const;
   void attitude(const WorldMessage::Entry& body, double t, bool known);
   void list(Event&& event);
   void add(const std::string& name, double t, double value) {
@@ -163,15 +162,9 @@ Status Gathering::world(Message& message) {
     if (body.owner == BodyOwner::building || (before && *before == body.entity)) continue;
     before = &body.entity;
     follow(body, t);
-    if (body.entity == review_.robot) attitude(body, t, attitude_known(body));
+    if (body.entity == review_.robot) attitude(body, t, body.attitude_known);
   }
   return {};
-}
-
-/// For a real robot, only if measured by an inertial sensor.
-bool Gathering::attitude_known(const WorldMessage::Entry& body) const {
-  return world_.attitude_known || body.owner != BodyOwner::real_robot ||
-         tick::simulates_trainee(review_.scenario);
 }
 
 void Gathering::follow(const WorldMessage::Entry& body, double t) {

@@ -6,6 +6,7 @@
 #include "protocols/convex_hull.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/doors.hpp"
+#include "server/simulation/real_people.hpp"
 #include "server/simulation/robot_layout.hpp"
 #include "server/simulation/simulation.hpp"
 
@@ -110,7 +111,7 @@ const std::vector<Shape>* EntityShapes::find(std::string_view entity, std::strin
     const auto found = parts->second.find(part);
     if (found != parts->second.end()) return &found->second;
   }
-  return nullptr;
+  return names_real_person(entity) ? &real_person_shapes() : nullptr;
 }
 
 const AgentDefinition* EntityShapes::definition(std::string_view entity) const {

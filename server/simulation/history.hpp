@@ -16,7 +16,6 @@ class Building;
 struct HistoryRecord {
   SimulationTime stamp;
   std::uint64_t step = 0;
-  bool attitude_known = false;  ///< of the real robot
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Building> building;  ///< the building at that step
   std::vector<BodyState> bodies;  ///< those that can move and exist at the stamp, and doors that have moved;

@@ -1,44 +1,67 @@
-// Real people, tracked by sensors: agents keep clear of them, robots brake before them, and a contact is an
-// event. They have no body in the physics: nothing pushes them.
+// Real people, tracked by sensors: bodies that agents see, keep clear of and brake before; a contact is an
+// event, and driving into one is the worst of all. They are not in the physics: nothing pushes them.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <set>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/simulation/agents.hpp"
 #include "server/simulation/contact_tracker.hpp"
 #include "server/simulation/planar.hpp"
+#include "server/simulation/real_robot.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {
 
+/// Bodies of real people have the ids from here on: above all others.
+inline constexpr BodyId kFirstPersonBody = BodyId{1} << 31;
+
+/// Whether an entity of MR_WORLD is a real person, by its name (name_of()).
+bool names_real_person(std::string_view entity);
+
+/// A standing figure, in the body's frame: its origin is on the floor.
+const std::vector<Shape>& real_person_shapes();
+
 /// A real person at the newest step.
 struct PlacedPerson {
   std::uint32_t id = 0;
-  std::size_t robot = 0;
+  std::shared_ptr<const BodyDefinition> definition;
   Footprint disc;            ///< m, map
+  double yaw = 0;            ///< rad, map: where the person walks, or has walked
   Eigen::Vector2d velocity;  ///< m/s, map
+  double sigma = 0;          ///< m, 1 sigma of the place
 };
 
 class RealPeople {
  public:
-  /// Replaces those that this robot sees.
-  void set(const std::vector<RealPerson>& people, std::size_t robot);
+  /// Replaces all; `people` in ascending id. True: others than before, so that the scene has changed.
+  bool set(const std::vector<RealPerson>& people);
   /// To the places of this step, along their velocities for at most half a second.
   void place(SimulationTime now);
-  std::span<const PlacedPerson> placed() const { return std::span(placed_).first(people_.size()); }
+  std::span<const PlacedPerson> placed() const { return placed_; }
+  const std::vector<RealPerson>& all() const { return people_; }
 
-  /// Reports contacts of agents; subject: the agent, object: as of set_real_people()
-  /// (PairKind::real_virtual). Undetectable, so never scored: the agent stands and the person comes.
-  void report_contacts(const Agents& agents, SimulationTime now, std::vector<Event>& events);
+  /// Reports contacts of agents (PairKind::real_virtual) and of real robots (PairKind::real_real); object:
+  /// the person. One who comes to somebody who does not drive towards him is undetectable, so never scored.
+  /// Where one drives into a person, person_touched follows, once a contact.
+  void report_contacts(const Agents& agents, const RealRobots& robots, SimulationTime now,
+                       std::vector<Event>& events);
 
  private:
+  struct Mover;
+  void look(const Mover& mover, SimulationTime now, std::vector<Event>& events);
+
   std::vector<RealPerson> people_;
-  std::vector<PlacedPerson> placed_;  ///< at least one for each: memory is kept
+  std::vector<PlacedPerson> placed_;  ///< one for each of people_
   std::vector<TouchingPair> touching_;
   ContactTracker contacts_;
+  std::set<std::pair<std::string, std::string>> blamed_;  ///< contacts that were person_touched
 };
 
 /// The part of `wanted` at which the agent can still stop before every person: its speed towards a person is

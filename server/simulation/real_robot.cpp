@@ -107,9 +107,14 @@ void move_real_body(RealRobot& robot, Physics& physics) {
 
 void append_states(const RealRobot& robot, std::vector<BodyState>& bodies) {
   if (!robot.present) return;
-  if (robot.twin) return robot.twin->append_states(robot.id, robot.epoch, bodies);
-  const RigidState base = base_motion(robot);
-  bodies.push_back({robot.id, robot.epoch, base.T_map_body, base.velocity, base.rotation_rate, true});
+  const std::size_t first = bodies.size();
+  if (robot.twin) {
+    robot.twin->append_states(robot.id, robot.epoch, bodies);
+  } else {
+    const RigidState base = base_motion(robot);
+    bodies.push_back({robot.id, robot.epoch, base.T_map_body, base.velocity, base.rotation_rate, true});
+  }
+  for (std::size_t i = first; i < bodies.size(); ++i) bodies[i].attitude_known = robot.last.attitude_known;
 }
 
 void suspend_real_robot(RealRobot& robot, Physics& physics) {

@@ -18,7 +18,7 @@ double turned_about_y(const Transform<Base, Body>& a, const Transform<Base, Body
 }
 
 BodyState body_state(BodyId id, std::uint32_t epoch, const RigidState& rigid) {
-  return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate, true};
+  return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate, true, true};
 }
 
 /// Doors have ids of the building: they come first in a record, and among its bodies here.
@@ -35,13 +35,15 @@ void place_doors(const std::vector<BodyState>& fixed, std::vector<BodyState>& bo
 
 }  // namespace
 
-void Recorder::rebuild_scene(const Building& building, const RealRobots& real_robots, const Agents& agents) {
+void Recorder::rebuild_scene(const Environment& environment, const RealRobots& real_robots,
+                             const Agents& agents) {
   auto next = std::make_shared<Scene>();
   next->version = scene_ ? scene_->version + 1 : 1;
-  next->bodies = building.definitions();
+  next->bodies = environment.building->definitions();
   for (const RealRobot& robot : real_robots)
     next->bodies.insert(next->bodies.end(), robot.definitions.begin(), robot.definitions.end());
   next->bodies.insert(next->bodies.end(), agents.definitions().begin(), agents.definitions().end());
+  for (const PlacedPerson& person : environment.people.placed()) next->bodies.push_back(person.definition);
   scene_ = std::move(next);
 }
 
@@ -89,7 +91,6 @@ void Recorder::record(const StepClock& clock, const Environment& environment, co
   record.stamp = clock.now();
   record.step = clock.step;
   record.scene = scene_;
-  record.attitude_known = real_robots.front().present && real_robots.front().last.attitude_known;
   record.building = environment.building;
   std::size_t of_robots = 0;
   for (const RealRobot& robot : real_robots) of_robots += robot.definitions.size();
@@ -97,6 +98,14 @@ void Recorder::record(const StepClock& clock, const Environment& environment, co
   environment.doors.append_states(record.bodies);
   for (const RealRobot& robot : real_robots) simulation::append_states(robot, record.bodies);
   for (Agent& agent : agents) append_states(agent, clock.dt, record.bodies);
+  for (const PlacedPerson& person : environment.people.placed()) {
+    const Eigen::Vector2d& p = person.disc.center;
+    record.bodies.push_back(
+        {person.definition->id,
+         0,
+         Transform<Map, Body>::planar(p.x(), p.y(), person.yaw, environment.building->floor_height(p)),
+         {person.velocity.x(), person.velocity.y(), 0}});
+  }
 }
 
 bool Recorder::at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) const {
@@ -115,7 +124,6 @@ bool Recorder::at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) con
   snapshot.stamp = t;
   snapshot.step = record->step;
   snapshot.scene = record->scene;
-  snapshot.attitude_known = record->attitude_known;
   return true;
 }
 

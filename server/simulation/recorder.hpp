@@ -20,7 +20,7 @@ class Recorder {
   explicit Recorder(std::size_t records) : history_(records) {}
 
   /// Updates the scene's version; call after a body was added or removed.
-  void rebuild_scene(const Building& building, const RealRobots& real_robots, const Agents& agents);
+  void rebuild_scene(const Environment& environment, const RealRobots& real_robots, const Agents& agents);
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
 
   /// Records the newest step.

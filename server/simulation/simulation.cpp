@@ -80,7 +80,7 @@ Simulation::Parts::Parts(const SimulationOptions& with, SimulationTime start)
       recorder(static_cast<std::size_t>(std::ceil(with.history.seconds() * with.rate)) + 1) {}
 
 void Simulation::Parts::rebuild_scene() {
-  recorder.rebuild_scene(*environment.building, real_robots, agents);
+  recorder.rebuild_scene(environment, real_robots, agents);
   // Memory for the worst case, so that a growing crowd allocates nothing.
   const std::size_t movers = agents.size() + 1 + real_robots.size();
   const std::size_t obstacles = environment.building->obstacles().size();
@@ -211,9 +211,11 @@ void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles, 
   }
 }
 
-void Simulation::set_real_people(const std::vector<RealPerson>& people, std::size_t robot) {
-  parts_->environment.people.set(people, robot);
+void Simulation::set_real_people(const std::vector<RealPerson>& people) {
+  if (parts_->environment.people.set(people)) parts_->rebuild_scene();
 }
+
+const std::vector<RealPerson>& Simulation::real_people() const { return parts_->environment.people.all(); }
 
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;

@@ -58,8 +58,12 @@ struct RealPerson {
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< m/s, map
   double radius = 0.25;                                ///< m
   SimulationTime stamp;
-  std::size_t robot = 0;  ///< the one that sees it; set by set_real_people()
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity() * 0.0025;  ///< m^2, map, of the position
+  SimulationTime seen = {};  ///< instant of the last scan that showed the person
 };
+
+/// Name of a real person's body, and in events: "real person 7". No agent can have it.
+std::string name_of(const RealPerson& person);
 
 /// Whether the real robot's sensors show an agent now. A withheld agent freezes near the robot and its
 /// contacts with the robot are undetectable; a returning one is also kept outside the stopping distance
@@ -194,10 +198,12 @@ class Simulation {
 
   /// As seen by one real robot; those of the others stay.
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot = 0);
-  /// Real people that agents keep clear of and brake before, as seen by one real robot; those of the others
-  /// stay. Contacts are events: object "person_<id>", of robots after the first "person_<robot, from
-  /// 2>_<id>".
-  void set_real_people(const std::vector<RealPerson>& people, std::size_t robot = 0);
+  /// The real people, in ascending id: bodies (BodyOwner::real_person) that sensors of agents see, that
+  /// agents keep clear of and brake before. Contacts are events; a robot that drives into one is
+  /// person_touched.
+  void set_real_people(const std::vector<RealPerson>& people);
+  /// As set last.
+  const std::vector<RealPerson>& real_people() const;
 
   /// The expensive part of set_building(); independent of the simulation, so that another thread may do it.
   /// Error: an entity or a mesh that is not finite.

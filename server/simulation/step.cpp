@@ -93,7 +93,7 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   // Events.
   contacts.update(agents, real_robots, building, physics, clock.now(), events);
   pose_conflicts.update(real_robots, clock.now(), events);
-  environment.people.report_contacts(agents, clock.now(), events);
+  environment.people.report_contacts(agents, real_robots, clock.now(), events);
   grippers.update(agents, physics, clock, events);
   Grippers::update(real_robots, agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);

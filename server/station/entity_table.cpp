@@ -9,9 +9,8 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 16, kBodyBytes = 32;
 
-void put_body(const WorldMessage::Entry& body, std::size_t part, bool attitude_known, bool undetectable,
-              ByteWriter& bytes) {
-  const bool guessed = body.owner == BodyOwner::real_robot && !attitude_known;
+void put_body(const WorldMessage::Entry& body, std::size_t part, bool undetectable, ByteWriter& bytes) {
+  const bool guessed = body.owner == BodyOwner::real_robot && !body.attitude_known;
   const bool unseen = body.owner == BodyOwner::agent && undetectable;
   bytes.put(static_cast<std::uint16_t>(part));
   bytes.put(static_cast<std::uint16_t>((guessed ? 1 : 0) | (unseen ? 2 : 0)));
@@ -73,8 +72,7 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool undetec
   bytes.put(number_);
   bytes.put(static_cast<std::uint32_t>(shown.size()));
   bytes.put(t);
-  for (const auto& [number, body] : shown)
-    put_body(world.bodies[body], number, world.attitude_known, undetectable, bytes);
+  for (const auto& [number, body] : shown) put_body(world.bodies[body], number, undetectable, bytes);
   return bytes.take();
 }
 

@@ -29,7 +29,7 @@ const char* name_of(ShapeKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 const char* name_of(BodyOwner owner) {
-  static constexpr const char* names[] = {"agent", "robot", "building"};
+  static constexpr const char* names[] = {"agent", "robot", "building", "real_person"};
   return names[static_cast<std::size_t>(owner)];
 }
 const char* name_of(PairKind pair) {

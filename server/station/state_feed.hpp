@@ -120,6 +120,7 @@ class StateFeed {
   void look_at_robot(std::size_t robot, bool second, bool half);
   void send_readings(std::size_t robot);
   void send_plans();
+  void send_people();
   void greet(Subscriber& subscriber);
   std::string hello(const Identity& who) const;
   std::string entities() const;
@@ -152,6 +153,7 @@ class StateFeed {
   std::map<std::string, std::pair<OperatorStatus, WallTime>> operators_;
   std::uint64_t model_version_ = 0;
   bool operators_changed_ = false;
+  bool people_shown_ = false;
   WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< due times of periodic work
   std::string sent_control_;
 };

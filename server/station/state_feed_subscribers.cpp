@@ -5,6 +5,7 @@
 #include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/operator_name.hpp"
+#include "server/station/people_json.hpp"
 #include "server/station/state_feed.hpp"
 
 namespace parhelion::station {
@@ -175,6 +176,13 @@ void StateFeed::send_plans() {
   subscribers_.send_to_all(plans_json(plans), send_slot::kPlans);
 }
 
+void StateFeed::send_people() {
+  if (!read_world()) return;
+  const bool anybody = !world_.persons.empty();
+  if (std::exchange(people_shown_, anybody) || anybody)
+    subscribers_.send_to_all(people_json(world_), send_slot::kPeople);
+}
+
 void StateFeed::forget_silent_operators(WallTime now) {
   const auto gone = std::erase_if(operators_, [&](const auto& each) {
     return now - each.second.second > driving_timing::kOperatorShown;
@@ -211,6 +219,7 @@ void StateFeed::look(WallTime now) {
   sent_control_ = std::move(without_position);
   if (!due(quarter_, now, kQuarterPeriod)) return;
   send_plans();
+  send_people();
   for (std::size_t i = 0; i < robots_.size(); ++i) send_readings(i);
 }
 

@@ -22,7 +22,7 @@ inline SharedText shared_text(std::string text) {
 namespace send_slot {
 inline constexpr int kWorld = 0, kRealScan = 1, kMixedScan = 2, kPoints = 3, kStatus = 4, kInjection = 5,
                      kPose = 6, kScore = 7, kOperators = 8, kControl = 9, kPlans = 10, kHazard = 11,
-                     kJoints = 12, kRobots = 13;
+                     kJoints = 12, kRobots = 13, kPeople = 14;
 inline constexpr int kAgentScan = 64;  ///< first of a range: one slot for each agent scan that a page
                                        ///< subscribes to
 }  // namespace send_slot

@@ -7,31 +7,60 @@ namespace {
 
 constexpr Duration kPersonLife = seconds(1.0);
 constexpr double kReach = 0.4;  // m from a person's place: legs and arms
+constexpr double kSigmas = 2;   // of both robots' positions about another robot's outline
+
+/// The other robots whose poses are known.
+void find_other_robots(const TickContext& context, const RealRobots& real,
+                       std::vector<people::KnownRobot>& others) {
+  others.clear();
+  const double own_sigma = real[context.robot_index] ? real[context.robot_index]->sigma : 0;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    if (i == context.robot_index || !real[i]) continue;
+    double radius = 0;
+    for (const Eigen::Vector2d& corner : context.configuration.robot_at(i).footprint)
+      radius = std::max(radius, corner.norm());
+    others.push_back({real[i]->T_map_base.translation().head<2>(),
+                      radius + kSigmas * std::hypot(own_sigma, real[i]->sigma)});
+  }
+}
+
+void hand_over(const PeoplePath& path) {
+  std::vector<simulation::RealPerson>& persons = path.bystanders.persons;
+  persons.clear();
+  for (const people::FusedPerson& person : path.bystanders.fused.persons())
+    persons.push_back({person.id, person.position, person.velocity, person.radius, person.stamp,
+                       person.covariance.topLeftCorner<2, 2>(), person.seen});
+  path.simulation.set_real_people(persons);
+}
 
 }  // namespace
 
-void track_people(const TickContext& context, const people::LaserSweep& sweep, PeopleState& state,
-                  simulation::Simulation& simulation) {
+void track_people(const TickContext& context, people::LaserSweep sweep, const RealRobots& real,
+                  const PeoplePath& path) {
   if (context.configuration.scenario.level != 3) return;
+  PeopleState& state = path.state;
   state.seen = context.now;
-  state.persons.clear();
-  for (const people::Mover& mover : state.tracker.update(sweep)) {
-    if (mover.kind != people::MoverClass::person) continue;
-    state.persons.push_back({mover.id, mover.position, mover.velocity, mover.radius, mover.stamp, 0});
-  }
-  simulation.set_real_people(state.persons, context.robot_index);
-}
-
-bool near_person(const PeopleState& state, const Eigen::Vector2d& place) {
-  return std::any_of(state.persons.begin(), state.persons.end(), [&](const simulation::RealPerson& person) {
-    return (person.position - place).norm() < kReach;
+  find_other_robots(context, real, state.others);
+  sweep.robots = state.others;
+  const auto movers = state.tracker.update(sweep);
+  state.follows = std::any_of(movers.begin(), movers.end(), [](const people::Mover& mover) {
+    return mover.kind == people::MoverClass::person;
   });
+  path.bystanders.fused.set(context.robot_index, movers, context.now);
+  hand_over(path);
 }
 
-void forget_old_people(const TickContext& context, PeopleState& state, simulation::Simulation& simulation) {
-  if (state.persons.empty() || context.now - state.seen <= kPersonLife) return;
-  state.persons.clear();
-  simulation.set_real_people(state.persons, context.robot_index);
+bool near_person(const Bystanders& bystanders, const Eigen::Vector2d& place) {
+  return std::any_of(
+      bystanders.persons.begin(), bystanders.persons.end(),
+      [&](const simulation::RealPerson& person) { return (person.position - place).norm() < kReach; });
+}
+
+void forget_old_people(const TickContext& context, const PeoplePath& path) {
+  if (!path.state.follows || context.now - path.state.seen <= kPersonLife) return;
+  path.state.follows = false;
+  path.bystanders.fused.set(context.robot_index, {}, context.now);
+  hand_over(path);
 }
 
 }  // namespace parhelion::tick

@@ -1,28 +1,47 @@
-// Real people: tracked from each scan after its answer is out, and handed to the simulation.
+// Real people: tracked from each robot's scans after their answers are out, joined to persons, and handed to
+// the simulation.
 #pragma once
 
 #include <vector>
 
+#include "fusion/people/fused_people.hpp"
 #include "fusion/people/people_tracker.hpp"
 #include "server/simulation/simulation.hpp"
+#include "server/tick/pose_path.hpp"
 #include "server/tick/tick_context.hpp"
 
 namespace parhelion::tick {
 
+/// What one robot's laser shows of people.
 struct PeopleState {
   people::PeopleTracker tracker;
-  std::vector<simulation::RealPerson> persons;
-  SimulationTime seen;  ///< arrival of the scan that they are from
+  bool follows = false;                    ///< somebody, with the newest scans
+  SimulationTime seen;                     ///< arrival of the newest scan
+  std::vector<people::KnownRobot> others;  ///< scratch
 };
 
-/// Real robots only: a simulated robot's scans show agents.
-void track_people(const TickContext& context, const people::LaserSweep& sweep, PeopleState& state,
-                  simulation::Simulation& simulation);
+/// The people around all robots.
+struct Bystanders {
+  people::FusedPeople fused;
+  std::vector<simulation::RealPerson> persons;  ///< as the simulation has them
+};
+
+/// Dependencies of the people path of one robot.
+struct PeoplePath {
+  PeopleState& state;
+  Bystanders& bystanders;
+  simulation::Simulation& simulation;
+};
+
+/// `sweep.robots` is filled in: where the other real robots are, nobody is a person. Real robots only: a
+/// simulated robot's scans show agents.
+void track_people(const TickContext& context, people::LaserSweep sweep, const RealRobots& real,
+                  const PeoplePath& path);
 
 /// Whether a return there is explained by a tracked person; `place`: m, map.
-bool near_person(const PeopleState& state, const Eigen::Vector2d& place);
+bool near_person(const Bystanders& bystanders, const Eigen::Vector2d& place);
 
-/// At each step: nobody is known where no scan has arrived for a second.
-void forget_old_people(const TickContext& context, PeopleState& state, simulation::Simulation& simulation);
+/// At each step: a robot without a scan for a second follows nobody.
+void forget_old_people(const TickContext& context, const PeoplePath& path);
 
 }  // namespace parhelion::tick

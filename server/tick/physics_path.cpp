@@ -48,7 +48,7 @@ void update_robot(const TickContext& context, RobotState& robot, State& state) {
   move_twin(context, robot.pose.clock, robot.encoders, state.simulation);
   report_pose_changes(context, robot.pose);
   forget_old_obstacles(context, robot.scan, state.simulation);
-  forget_old_people(context, robot.people, state.simulation);
+  forget_old_people(context, state.people_path(robot));
 }
 
 void step_physics(const TickContext& context, State& state) {

@@ -271,21 +271,15 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
   explain_by_other_robots(context, poses.laser, path);
+  const SimulationTime taken = path.pose.clock.to_server(scan.real.stamp);
   track_people(context,
-               {0,
-                scan.real,
-                laser,
-                poses.laser,
-                scan.beam_time,
-                scan.building_hits,
-                sigma,
-                path.pose.clock.to_server(scan.real.stamp),
-                {}},
-               path.people, path.simulation);
+               {0, scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma, taken, {}},
+               path.real, path.people);
   scan.obstacles.clear();
   for (const scan::UnexplainedDisc& disc :
        scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {
-    if (!near_person(path.people, disc.center)) scan.obstacles.push_back({disc.center, disc.radius});
+    if (!near_person(path.people.bystanders, disc.center))
+      scan.obstacles.push_back({disc.center, disc.radius});
   }
   scan.obstacles_seen = context.now;
   path.simulation.set_real_obstacles(scan.obstacles, context.robot_index);

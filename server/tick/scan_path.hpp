@@ -61,7 +61,7 @@ struct ScanPath {
   ScanState& scan;
   InjectionState& injection;
   SiteState& site;
-  PeopleState& people;
+  PeoplePath people;
   DoorTracker& doors;
   simulation::Simulation& simulation;
   const RealRobots& real;

@@ -77,8 +77,10 @@ TickContext State::context(const Configuration& configuration, SimulationTime no
 }
 
 ScanPath State::scan_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection, site, robot.people, doors, simulation, real};
+  return {robot.pose, robot.scan, robot.injection, site, people_path(robot), doors, simulation, real};
 }
+
+PeoplePath State::people_path(RobotState& robot) { return {robot.people, bystanders, simulation}; }
 
 CameraPath State::camera_path(RobotState& robot) {
   return {robot.pose, robot.scan, robot.injection.gate, robot.camera, site, simulation};

@@ -58,6 +58,7 @@ struct State {
   simulation::Simulation simulation;
   std::vector<RobotState> robots;  ///< in the order of the configuration
   RealRobots real;                 ///< the same, at the newest step
+  Bystanders bystanders;
   SiteState site;
   DoorTracker doors;
   LaserState lasers;
@@ -76,6 +77,7 @@ struct State {
   TickContext context(const Configuration& configuration, SimulationTime now, Outputs& outputs,
                       std::size_t robot = 0);
   ScanPath scan_path(RobotState& robot);
+  PeoplePath people_path(RobotState& robot);
   CameraPath camera_path(RobotState& robot);
   CommandPath command_path(RobotState& robot);
   AgentPath agent_path();

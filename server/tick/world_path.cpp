@@ -22,6 +22,12 @@ bool is_due(const Configuration& configuration, const WorldState& world, double 
   return world.steps % static_cast<std::uint64_t>(steps_between(configuration, rate)) == 0;
 }
 
+AgentKind kind_of(const BodyDefinition& body, const AgentKinds& kinds) {
+  if (body.owner == BodyOwner::real_person) return AgentKind::person;
+  const auto kind = kinds.find(body.entity);
+  return kind != kinds.end() ? kind->second : AgentKind::robot;
+}
+
 void publish_hazard_reading(const TickContext& context, const ClockOffset& clock,
                             simulation::Simulation& simulation, HazardMeters& meters) {
   HazardReading reading;
@@ -58,16 +64,17 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   message.step = now.step;
   message.robot = context.configuration.robot.name;
   for (const RobotDescription& other : context.configuration.other_robots) message.robot += " " + other.name;
-  message.attitude_known = now.attitude_known;
   message.bodies.clear();
   for_each_body(now, [&](const BodyDefinition& definition, const BodyState& body) {
     // Bodies in the model are not sent, as MR_SESSION embeds it; except doors, which may have moved.
     if (definition.owner == BodyOwner::building && !(definition.moves && body.known)) return;
-    const auto kind = world.kinds.find(definition.entity);
-    message.bodies.push_back({definition.entity, definition.part,
-                              kind != world.kinds.end() ? kind->second : AgentKind::robot, definition.owner,
-                              body.epoch, body.T_map_body, body.velocity, body.rotation_rate});
+    message.bodies.push_back({definition.entity, definition.part, kind_of(definition, world.kinds),
+                              definition.owner, body.attitude_known, body.epoch, body.T_map_body,
+                              body.velocity, body.rotation_rate});
   });
+  message.persons.clear();
+  for (const simulation::RealPerson& person : simulation.real_people())
+    message.persons.push_back({name_of(person), person.radius, person.covariance, person.seen});
   world.scene_published = now.scene->version;
   std::vector<std::uint8_t>& payload =
       context.outputs.add(context.configuration.channels.bus(channel::kMrWorld));

@@ -11,6 +11,7 @@ Grader::Grader(const Training& training, const SemanticModel& model, const Robot
                const std::string& robot, SimulationTime begin)
     : training_(training),
       around_(model, description, training.robot.empty() ? robot : training.robot),
+      touched_(around_.robot()),
       begin_(begin),
       now_(begin) {
   for (const Task& task : training.tasks)
@@ -24,12 +25,14 @@ void Grader::take(const Event& event) {
   if (ended_ || is_grading(event.kind)) return;
   around_.take(event);
   now_ = std::max(now_, event.stamp);
+  if (touched_.take(event) && training_.person_contact_fails && !is_over(event.stamp)) fail_for(event);
   look({event.stamp, &event, around_});
 }
 
 void Grader::take(const WorldMessage& world) {
   if (ended_) return;
   around_.take(world);
+  touched_.take(world);
   now_ = std::max(now_, SimulationTime{world.stamp.ns});
   look({now_, nullptr, around_});
 }
@@ -63,9 +66,12 @@ bool Grader::all_ended() const {
   });
 }
 
+bool Grader::is_over(SimulationTime now) const {
+  return training_.limit && now > begin_ + seconds(*training_.limit);
+}
+
 void Grader::look(const Moment& moment) {
-  if (training_.limit && moment.stamp > begin_ + seconds(*training_.limit))
-    return end_all(begin_ + seconds(*training_.limit));
+  if (is_over(moment.stamp)) return end_all(begin_ + seconds(*training_.limit));
   for (Rule& rule : rules_) look_at_rule(rule, moment);
   for (Running& running : tasks_) {
     if (running.grade.outcome == TaskOutcome::open) look_at_task(running, moment);
@@ -120,11 +126,24 @@ void Grader::look_at_rule(Rule& rule, const Moment& moment) {
   if (rule.penalty->max) points = std::min(points, *rule.penalty->max - rule.deducted);
   if (!(points > 0)) return;
   rule.deducted += points;
+  deduct(moment.stamp, rule.penalty->name, points, cause);
+}
+
+void Grader::deduct(SimulationTime at, const std::string& rule, double points,
+                    const std::optional<Event>& cause) {
   const double before = score();
-  deductions_.push_back({moment.stamp, rule.penalty->name, points, cause});
+  deductions_.push_back({at, rule, points, cause});
   deducted_ += points;
-  report(EventKind::points_deducted, moment.stamp, rule.penalty->name, points, cause, event_text(cause));
-  if (score() != before) report_score(moment.stamp, rule.penalty->name, -points, cause);
+  report(EventKind::points_deducted, at, rule, points, cause, event_text(cause));
+  if (score() != before) report_score(at, rule, -points, cause);
+}
+
+/// As many points as there are: nothing that is done before or after outweighs it.
+void Grader::fail_for(const Event& touched) {
+  if (std::exchange(person_touched_, true)) return;
+  double points = 0;
+  for (const Running& running : tasks_) points += running.task->points;
+  deduct(touched.stamp, kPersonTouched, std::max(points, 1.0), touched);
 }
 
 void Grader::report(EventKind kind, SimulationTime at, const std::string& object, double value,
@@ -169,7 +188,7 @@ Grade Grader::grade() const {
   const auto step = std::find_if(training_.grades.begin(), training_.grades.end(),
                                  [&](const GradeStep& each) { return grade.fraction >= each.from; });
   if (step != training_.grades.end()) grade.grade = step->name;
-  grade.passed = required_done && grade.fraction >= training_.pass_mark;
+  grade.passed = required_done && !person_touched_ && grade.fraction >= training_.pass_mark;
   grade.ended = ended_;
   grade.complete = ended_ || closed_.has_value();
   return grade;

@@ -8,6 +8,7 @@
 #include "protocols/training.hpp"
 #include "server/training/condition_watch.hpp"
 #include "server/training/surroundings.hpp"
+#include "server/training/touched_persons.hpp"
 
 namespace parhelion::training {
 
@@ -46,7 +47,7 @@ struct Grade {
   double score = 0;       ///< awarded - deducted, at least 0
   double fraction = 0;    ///< score / max; 0 if there are no points
   std::string grade;      ///< by the scale; empty: below its lowest grade, or no scale
-  bool passed = false;    ///< share at or above the pass mark, and all required tasks done
+  bool passed = false;    ///< share at or above the pass mark, all required tasks done, and no person touched
   bool ended = false;     ///< all tasks have ended, or time is over; later input changes nothing
   bool complete = false;  ///< ended, or a person ended the session; otherwise the log is truncated
 };
@@ -83,10 +84,13 @@ class Grader {
     ConditionWatch watch;
     double deducted = 0;
   };
+  bool is_over(SimulationTime now) const;  ///< by its time limit
   void look(const Moment& moment);
   void begin_tasks(SimulationTime now);
   void look_at_task(Running& running, const Moment& moment);
   void look_at_rule(Rule& rule, const Moment& moment);
+  void deduct(SimulationTime at, const std::string& rule, double points, const std::optional<Event>& cause);
+  void fail_for(const Event& touched);
   bool all_ended() const;
   void end(Running& running, SimulationTime at, TaskOutcome outcome, const ConditionWatch* by);
   void end_all(SimulationTime at);
@@ -97,6 +101,8 @@ class Grader {
 
   const Training& training_;
   Surroundings around_;
+  TouchedPersons touched_;
+  bool person_touched_ = false;
   std::vector<Running> tasks_;
   std::vector<Rule> rules_;
   std::vector<Deduction> deductions_;

@@ -562,23 +562,35 @@ RC_GTEST_PROP(CodecReference, WorldMessage, ()) {
   world.stamp = {any_utime() * 1000 + *rc::gen::inRange(0, 1000)};
   world.step = *rc::gen::arbitrary<std::uint64_t>();
   world.robot = any_text();
-  world.attitude_known = *rc::gen::arbitrary<bool>();
   for (int i = *rc::gen::inRange(0, 8); i > 0; --i) {
     world.bodies.push_back({any_text(), any_text(), any_enumerator(kLastAgentKind),
-                            any_enumerator(BodyOwner::building), *rc::gen::arbitrary<std::uint32_t>(),
-                            any_transform<Map, Body>(), any_vector(100), any_vector(100)});
+                            any_enumerator(kLastBodyOwner), *rc::gen::arbitrary<bool>(),
+                            *rc::gen::arbitrary<std::uint32_t>(), any_transform<Map, Body>(), any_vector(100),
+                            any_vector(100)});
+  }
+  for (int i = *rc::gen::inRange(0, 4); i > 0; --i) {
+    const Eigen::Vector3d variances = any_vector(10).cwiseAbs();
+    Eigen::Matrix2d covariance;
+    covariance << variances.x(), variances.y(), variances.y(), variances.z();
+    world.persons.push_back({any_text(), variances.x(), covariance, {any_utime() * 1000}});
   }
   const auto reference = through_liblcm<world_t>(world, back);
   RC_ASSERT(back.stamp == world.stamp && back.step == world.step &&
             back.bodies.size() == world.bodies.size());
   RC_ASSERT(back.robot == world.robot && reference.robot == world.robot);
-  RC_ASSERT(back.attitude_known == world.attitude_known &&
-            (reference.attitude_known != 0) == world.attitude_known);
+  RC_ASSERT(back.persons.size() == world.persons.size());
+  for (std::size_t i = 0; i < world.persons.size(); ++i) {
+    const auto &a = world.persons[i], &b = back.persons[i];
+    RC_ASSERT(a.entity == b.entity && a.radius == b.radius && a.covariance == b.covariance &&
+              a.seen == b.seen && reference.persons[i].covariance[2] == a.covariance(1, 1));
+  }
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     const auto &a = world.bodies[i], &b = back.bodies[i];
     RC_ASSERT(a.entity == b.entity && a.part == b.part && a.kind == b.kind && a.owner == b.owner);
     RC_ASSERT(a.epoch == b.epoch && near(a.T_map_body, b.T_map_body));
     RC_ASSERT(a.velocity == b.velocity && a.rotation_rate == b.rotation_rate);
+    RC_ASSERT(a.attitude_known == b.attitude_known &&
+              (reference.bodies[i].attitude_known != 0) == a.attitude_known);
     RC_ASSERT(reference.bodies[i].entity == a.entity &&
               reference.bodies[i].pos[0] == a.T_map_body.translation().x());
   }

@@ -113,7 +113,6 @@ inline WorldMessage sample_world() {
   world.stamp = {kSampleStamp.ns + 1};
   world.step = 240;
   world.robot = "rover";
-  world.attitude_known = true;
   world.bodies.resize(2);
   world.bodies[0].entity = "guide-1";
   world.bodies[0].part = "torso";
@@ -121,6 +120,13 @@ inline WorldMessage sample_world() {
   world.bodies[0].T_map_body = Transform<Map, Body>::planar(1, 2, 3, 4);
   world.bodies[1].owner = BodyOwner::real_robot;
   world.bodies[1].velocity = {0.1, 0.2, 0.3};
+  world.bodies[1].attitude_known = false;
+  WorldMessage::Person person;
+  person.entity = "real person 7";
+  person.radius = 0.25;
+  person.covariance << 0.01, 0.002, 0.002, 0.02;
+  person.seen = {kSampleStamp.ns};
+  world.persons = {person};
   return world;
 }
 

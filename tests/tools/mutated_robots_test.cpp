@@ -2,6 +2,7 @@
 #include "protocols/mesh_file.hpp"
 #include "tests/server/tick/graded_log.hpp"
 #include "tests/shape_mesh.hpp"
+#include "tests/tools/imported_log.hpp"
 #include "tests/tools/mutated_files.hpp"
 #include "tools/robot/check_description.hpp"
 #include "tools/robot/new_description.hpp"

@@ -28,6 +28,7 @@ enum class LogLevel : std::int8_t { info = 2, warning = 3, error = 4 };
 LogLevel level_of(EventKind kind) {
   switch (kind) {
     case EventKind::contact_started:
+    case EventKind::person_touched:
     case EventKind::joint_broken:
     case EventKind::door_unhinged:
     case EventKind::fell:

@@ -1,8 +1,11 @@
 #include "server/station/foxglove/scene.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <initializer_list>
+#include <numbers>
 #include <vector>
 
 namespace parhelion::station::foxglove {
@@ -14,9 +17,10 @@ using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
 
 /// The fields of a scene entity after its header, by kind.
 struct Primitives {
-  JsonText cubes, spheres, cylinders, texts, triangles;
+  JsonText cubes, spheres, cylinders, texts, triangles, arrows, lines;
   Primitives() {
-    for (JsonText* list : {&cubes, &spheres, &cylinders, &texts, &triangles}) list->open('[');
+    for (JsonText* list : {&cubes, &spheres, &cylinders, &texts, &triangles, &arrows, &lines})
+      list->open('[');
   }
 };
 
@@ -82,18 +86,66 @@ void write_entity(std::int64_t stamp, std::string_view id,
   for (const auto& [key, value] : notes)
     out.open('{').key("key").unescaped(key).key("value").string(value).close('}');
   out.close(']');
-  const std::pair<const char*, JsonText*> lists[] = {{"cubes", &what.cubes},
-                                                     {"spheres", &what.spheres},
-                                                     {"cylinders", &what.cylinders},
-                                                     {"texts", &what.texts},
-                                                     {"triangles", &what.triangles}};
+  const std::pair<const char*, JsonText*> lists[] = {
+      {"cubes", &what.cubes}, {"spheres", &what.spheres},     {"cylinders", &what.cylinders},
+      {"texts", &what.texts}, {"triangles", &what.triangles}, {"arrows", &what.arrows},
+      {"lines", &what.lines}};
   for (const auto& [name, list] : lists) out.key(name).raw(list->close(']').text());
-  for (const char* none : {"arrows", "lines", "models"}) out.key(none).open('[').close(']');
+  out.key("models").open('[').close(']');
   out.close('}');
 }
 
+constexpr Colour kPersonColour{1, 0.36, 0.62, 1};
+constexpr double kOverFloor = 0.03;  // m, of lines
+
+/// A ring in which the person is with 2 sigma, beside the person's own radius.
+void add_ring(const WorldMessage::Entry& body, const WorldMessage::Person& person, JsonText& list) {
+  constexpr int closed = 1, corners = 24;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(person.covariance);
+  const Eigen::Vector2d half =
+      2 * axes.eigenvalues().cwiseMax(0).cwiseSqrt() + Eigen::Vector2d::Constant(person.radius);
+  list.open('{').key("type").integer(closed).key("pose");
+  list.pose(Eigen::Isometry3d(
+      Eigen::Translation3d(body.T_map_body.translation() + Eigen::Vector3d(0, 0, kOverFloor))));
+  list.key("thickness").number(0.03).key("scale_invariant").boolean(false).key("points").open('[');
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    const Eigen::Vector2d p =
+        axes.eigenvectors() * half.cwiseProduct(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    list.open('{').key("x").number(p.x()).key("y").number(p.y()).key("z").number(0.0).close('}');
+  }
+  list.close(']').key("color");
+  write_colour(kPersonColour, list);
+  list.key("colors").open('[').close(']').key("indices").open('[').close(']').close('}');
+}
+
+/// As long as the way in a second.
+void add_velocity(const WorldMessage::Entry& body, JsonText& list) {
+  const double speed = body.velocity.head<2>().norm();
+  if (speed < 0.15) return;
+  const Eigen::Isometry3d T =
+      Eigen::Translation3d(body.T_map_body.translation() + Eigen::Vector3d(0, 0, kOverFloor)) *
+      Eigen::AngleAxisd(std::atan2(body.velocity.y(), body.velocity.x()), Eigen::Vector3d::UnitZ());
+  const double head = std::min(0.2, speed / 2);
+  list.open('{').key("pose").pose(T).key("shaft_length").number(speed - head);
+  list.key("shaft_diameter").number(0.05).key("head_length").number(head).key("head_diameter").number(0.15);
+  list.key("color");
+  write_colour(kPersonColour, list);
+  list.close('}');
+}
+
+void add_person_marks(const WorldMessage& world, const WorldMessage::Entry& body, Primitives& to) {
+  const auto person =
+      std::find_if(world.persons.begin(), world.persons.end(),
+                   [&](const WorldMessage::Person& each) { return each.entity == body.entity; });
+  if (person == world.persons.end()) return;
+  add_ring(body, *person, to.lines);
+  add_velocity(body, to.arrows);
+}
+
 const char* word(BodyOwner owner) {
-  return owner == BodyOwner::agent ? "agent" : owner == BodyOwner::real_robot ? "robot" : "building";
+  static constexpr const char* words[] = {"agent", "robot", "building", "real person"};
+  return words[static_cast<std::size_t>(owner)];
 }
 
 /// Calls `use` with the first body of each entity and the end of its bodies, which are consecutive.
@@ -182,6 +234,7 @@ void WorldScene::write(const WorldMessage& world, const simulation::EntityShapes
       for (std::size_t i = 0; known && i < known->size(); ++i)
         add_shape((*known)[i], body->T_map_body.isometry(), what);
     }
+    if (first->owner == BodyOwner::real_person) add_person_marks(world, *first, what);
     const char* kind = first->owner == BodyOwner::building ? "door" : to_string(first->kind);
     write_entity(world.stamp.ns, first->entity, {{"owner", word(first->owner)}, {"kind", kind}}, what, out);
   });

@@ -131,7 +131,6 @@ struct WrittenSession {
     made.stamp = SensorTime::from_utime(us(t));
     made.step = step;
     made.robot = robot().name;
-    made.attitude_known = true;
     WorldMessage::Entry own;
     own.entity = robot().name;
     own.part = "base";

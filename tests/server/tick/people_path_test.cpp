@@ -5,44 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
+#include "tests/server/tick/several_robots.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
+#include "tests/server/tick/walker.hpp"
 
 namespace parhelion::tick {
 namespace {
 
-/// Range from the laser to a leg (a cylinder of 7 cm radius) along a beam; infinity beside it.
-double leg_range(const Eigen::Vector2d& eye, double angle, const Eigen::Vector2d& leg) {
-  const Eigen::Vector2d d(std::cos(angle), std::sin(angle)), f = leg - eye;
-  const double along = f.dot(d), off2 = f.squaredNorm() - along * along;
-  constexpr double r2 = 0.07 * 0.07;
-  return along > 0 && off2 < r2 ? along - std::sqrt(r2 - off2) : std::numeric_limits<double>::infinity();
-}
-
-/// Somebody walks along x = 2.5 from y = -3 to 3 at 1 m/s.
+/// Somebody walks along x = -1.5 from y = -2.5 to 2.5 at 0.9 m/s, again and again.
 Eigen::Vector2d walker_at(double t) { return {-1.5, -2.5 + std::fmod(0.9 * t, 5.0)}; }
 
 std::vector<Message> drive_past_a_walker(double duration) {
-  std::vector<Message> log = test::drive(duration);
-  const LaserDescription laser = *test::robot().laser;
-  for (Message& each : log) {
-    if (each.channel != channel::kScan) continue;
-    Scan scan;
-    EXPECT_TRUE(decode(each.channel, each.payload, scan).ok());
-    const double t = static_cast<double>(scan.stamp.utime() - test::kStartUs) * 1e-6;
-    const auto T = test::pose_at(t) * laser.T_base_laser;
-    const Eigen::Vector2d eye = T.translation().head<2>();
-    const double swing = 0.25 * std::sin(2 * std::numbers::pi * 0.8 * t);
-    for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-      const double angle = T.yaw() + scan.angle_min + static_cast<double>(i) * scan.angle_increment;
-      for (const double side : {-1.0, 1.0}) {
-        const Eigen::Vector2d leg = walker_at(t) + Eigen::Vector2d(0.1 * side, swing * side);
-        scan.ranges[i] = std::min(scan.ranges[i], static_cast<float>(leg_range(eye, angle, leg)));
-      }
-    }
-    each = test::message(channel::kScan, each.arrival.utime(), scan);
-  }
-  return log;
+  return test::drive_past_a_walker(duration, walker_at);
 }
 
 using PeoplePath = test::TickTest;
@@ -56,7 +32,7 @@ TEST_F(PeoplePath, follows_a_walker_and_publishes_scans_unchanged) {
     feed(each);
     if (each.channel != channel::kScan) continue;
     const double t = static_cast<double>(each.arrival.utime() - 5000 - test::kStartUs) * 1e-6;
-    for (const simulation::RealPerson& person : state_->robots.front().people.persons) {
+    for (const simulation::RealPerson& person : state_->bystanders.persons) {
       const double off = (person.position - walker_at(t)).norm();
       if (off > 0.5) continue;
       ++seen;
@@ -79,7 +55,7 @@ TEST_F(PeoplePath, follows_a_walker_and_publishes_scans_unchanged) {
 
 TEST_F(PeoplePath, forgets_people_where_no_scan_arrives) {
   start(test::configuration({}));
-  PeopleState& people = state_->robots.front().people;
+  Bystanders& people = state_->bystanders;
   ArrivalTime last{};
   for (const Message& each : drive_past_a_walker(10)) {
     feed(each);
@@ -91,17 +67,164 @@ TEST_F(PeoplePath, forgets_people_where_no_scan_arrives) {
   EXPECT_TRUE(people.persons.empty());
 }
 
+TEST_F(PeoplePath, a_walker_is_in_the_world_apart_from_virtual_persons) {
+  start(test::configuration({test::agent("guide", AgentKind::person, 3, 3)}));
+  for (const Message& each : drive_past_a_walker(10)) feed(each);
+  std::size_t seen = 0;
+  for (const WorldMessage& world : decoded<WorldMessage>(channel::kMrWorld)) {
+    std::size_t bodies = 0;
+    for (const WorldMessage::Entry& body : world.bodies) {
+      if (body.owner != BodyOwner::real_person) continue;
+      ++bodies;
+      EXPECT_EQ(body.kind, AgentKind::person);
+      EXPECT_TRUE(body.entity.starts_with("real person "));
+    }
+    ASSERT_EQ(world.persons.size(), bodies);
+    seen += bodies;
+    for (const WorldMessage::Person& person : world.persons) {
+      EXPECT_GT(person.covariance(0, 0), 1e-6);
+      EXPECT_GE(person.radius, 0.2);
+      EXPECT_LE(SimulationTime{world.stamp.ns} - person.seen, seconds(3));
+    }
+  }
+  EXPECT_GT(seen, 60U);
+}
+
+/// The scan is of the empty room, the people are only believed: whatever is injected must be theirs.
+TEST_F(PeoplePath, nobody_who_is_believed_to_be_there_gets_into_a_scan) {
+  start(test::configuration({}));
+  std::vector<simulation::RealPerson> everywhere;
+  std::size_t scans = 0;
+  for (Message& each : test::drive(3)) {
+    everywhere.clear();
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 12;
+      everywhere.push_back(
+          {i + 1, {1.2 * std::cos(angle), 1.2 * std::sin(angle)}, {0.3, 0}, 0.3, state_->simulation.now()});
+    }
+    state_->simulation.set_real_people(everywhere);
+    feed(each);
+    if (each.channel != channel::kScan) continue;
+    ++scans;
+    ASSERT_EQ(out_[channel::kMrScan].size(), scans);
+    EXPECT_EQ(out_[channel::kMrScan].back(), each.payload) << scans;
+  }
+  EXPECT_GE(scans, 30U);
+  for (const ScanInfo& info : decoded<ScanInfo>(channel::kMrScanInfo)) EXPECT_TRUE(info.agents.empty());
+}
+
+TEST_F(PeoplePath, an_agents_laser_sees_a_real_person) {
+  AgentDefinition guard = test::agent("guard", AgentKind::robot, 0, -2);
+  guard.laser = "lms-200";
+  const auto nearest = [&](bool with_person) {
+    out_.clear();
+    start(test::configuration({guard}));
+    for (const Message& each : test::drive(1)) {
+      if (with_person)
+        state_->simulation.set_real_people({{4, {1.5, -2}, {0, 0}, 0.25, state_->simulation.now()}});
+      feed(each);
+    }
+    const auto scans = decoded<Scan>("MR_AGENT_guard_SCAN");
+    EXPECT_FALSE(scans.empty());
+    return scans.empty() ? 0.0F : scans.back().ranges[scans.back().ranges.size() / 2];
+  };
+  const float with = nearest(true), without = nearest(false);
+  EXPECT_NEAR(with, 1.2, 0.2) << "the laser is 0.2 m ahead, the leg's front 0.1 m before the middle";
+  EXPECT_GT(without, with + 1);
+}
+
 TEST_F(PeoplePath, a_person_is_no_anonymous_obstacle) {
   start(test::configuration({}));
   for (const Message& each : drive_past_a_walker(10)) {
     feed(each);
     const RobotState& robot = state_->robots.front();
-    for (const simulation::RealPerson& person : robot.people.persons) {
+    for (const simulation::RealPerson& person : state_->bystanders.persons) {
       if (robot.people.seen != robot.scan.obstacles_seen) continue;
       for (const simulation::RealObstacle& obstacle : robot.scan.obstacles)
         EXPECT_GE((obstacle.center - person.position).norm(), 0.4);
     }
   }
+}
+
+/// Two robots face each other from x = -3 and x = 3, and somebody walks between them; each robot sees him
+/// where `sees(robot, t)`.
+template <class Walk, class Sees>
+std::vector<Message> between_two_robots(double duration, Walk walk, Sees sees, double second_x = 3) {
+  const auto first = Transform<Map, Base>::planar(-3, 0, 0);
+  const auto second = Transform<Map, Base>::planar(3, 0, std::numbers::pi);
+  const auto scans = [=](std::size_t robot, const Transform<Map, Base>& T_map_base) {
+    return [=](double t) {
+      Scan scan = test::seen_from(T_map_base, t);
+      if (sees(robot, t)) test::put_walker(walk(t), t, T_map_base * test::robot().laser->T_base_laser, scan);
+      return scan;
+    };
+  };
+  const auto reported = Transform<Map, Base>::planar(second_x, 0, std::numbers::pi);
+  return test::by_arrival(
+      test::of_robot(test::standing(duration, first, scans(0, first)), test::kRover1),
+      test::of_robot(test::standing(duration, reported, scans(1, second)), test::kRover2));
+}
+
+/// Identities near the walker, and the most persons there at once, over a session.
+struct WhoWasThere {
+  std::set<std::uint32_t> ids;
+  std::size_t most = 0, seen = 0;
+};
+
+class PeopleOfSeveralRobots : public test::TickTest {
+ protected:
+  template <class Walk>
+  WhoWasThere run(const std::vector<Message>& log, Walk walk) {
+    start(test::two_robots_configuration(test::two_robots()));
+    WhoWasThere all;
+    for (const Message& each : log) {
+      feed(each);
+      if (!each.channel.starts_with(channel::kScan)) continue;
+      const double t = static_cast<double>(each.arrival.utime() - 5000 - test::kStartUs) * 1e-6;
+      std::size_t now = 0;
+      for (const simulation::RealPerson& person : state_->bystanders.persons) {
+        if ((person.position - walk(t)).norm() > 0.7) continue;
+        all.ids.insert(person.id);
+        ++now;
+      }
+      all.seen += now > 0 ? 1 : 0;
+      all.most = std::max(all.most, now);
+    }
+    return all;
+  }
+};
+
+TEST_F(PeopleOfSeveralRobots, one_person_seen_by_both_is_one) {
+  const auto walk = [](double t) { return Eigen::Vector2d(0, -2 + 0.5 * t); };
+  const auto both = [](std::size_t, double) { return true; };
+  const WhoWasThere who = run(between_two_robots(8, walk, both), walk);
+  EXPECT_GT(who.seen, 100U);
+  EXPECT_EQ(who.most, 1U);
+  EXPECT_EQ(who.ids.size(), 1U);
+}
+
+TEST_F(PeopleOfSeveralRobots, an_identity_is_kept_from_one_robots_view_to_the_others) {
+  const auto walk = [](double t) { return Eigen::Vector2d(-1.8 + 0.45 * t, 0.4); };
+  const auto in_turn = [](std::size_t robot, double t) { return robot == 0 ? t < 4.2 : t > 3.4; };
+  const WhoWasThere who = run(between_two_robots(8, walk, in_turn), walk);
+  EXPECT_GT(who.seen, 100U);
+  EXPECT_EQ(who.most, 1U);
+  EXPECT_EQ(who.ids.size(), 1U);
+}
+
+/// rover_2 on two posts that look and move like legs.
+TEST_F(PeopleOfSeveralRobots, another_robot_is_nobody) {
+  const auto walk = [](double) { return Eigen::Vector2d(2.95, 0); };
+  const auto first_only = [](std::size_t robot, double) { return robot == 0; };
+  EXPECT_EQ(run(between_two_robots(6, walk, first_only), walk).seen, 0U);
+  EXPECT_TRUE(state_->robots.front().scan.obstacles.empty());
+}
+
+/// The same with rover_2 elsewhere: the check above can fail.
+TEST_F(PeopleOfSeveralRobots, where_no_robot_stands_the_same_returns_are_somebody) {
+  const auto walk = [](double t) { return Eigen::Vector2d(2.0 - 0.3 * t, 0.3); };
+  const auto first_only = [](std::size_t robot, double) { return robot == 0; };
+  EXPECT_GT(run(between_two_robots(6, walk, first_only), walk).seen, 20U);
 }
 
 }  // namespace

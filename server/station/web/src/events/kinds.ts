@@ -8,7 +8,7 @@ export const eventGroups: EventGroup[] = ["contact", "motion", "task", "robot", 
 export type Weight = "bad" | "warning" | "good" | "plain";
 
 const groups: Record<EventGroup, string[]> = {
-  contact: ["contact_started", "contact_ended", "contact_continues", "collision_predicted", "near_miss", "hazard_triggered", "speed_limited", "speed_limit_lifted"],
+  contact: ["person_touched", "contact_started", "contact_ended", "contact_continues", "collision_predicted", "near_miss", "hazard_triggered", "speed_limited", "speed_limit_lifted"],
   motion: ["step_climbed", "fell", "tipped_over", "tipping_predicted", "pitch_warning", "pitch_limit", "roll_warning", "roll_limit", "yaw_rate_warning",
     "yaw_rate_limit", "zone_entered", "zone_left", "movement_started", "movement_stopped", "door_opened", "door_closed", "door_unhinged",
     "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
@@ -25,7 +25,7 @@ export function groupOf(kind: string): EventGroup {
   return groupOfKind.get(kind) ?? "session";
 }
 
-const bad = new Set(["contact_started", "hazard_triggered", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "points_deducted",
+const bad = new Set(["person_touched", "contact_started", "hazard_triggered", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "points_deducted",
   "joint_broken", "battery_empty", "dose_limit", "radio_lost", "localization_lost", "console_lost", "pitch_limit", "roll_limit", "yaw_rate_limit"]);
 const warning = new Set(["collision_predicted", "near_miss", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "payload_exceeded", "joint_limited", "encoders_lost", "battery_low", "dose_warning",
   "injection_suspended", "command_refused", "goal_unreachable", "foreign_publisher", "speed_limited"]);

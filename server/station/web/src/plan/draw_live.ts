@@ -8,8 +8,8 @@ import { label, trace } from "./draw_site";
 import { shapeOutline } from "./outline";
 import type { Draft } from "./tool.svelte";
 
-export type LiveInk = Record<"canvas" | "real" | "virtual" | "robot" | "planned" | "predicted" | "door" | "accent" | "bad" | "ink" | "soft", string>;
-export const liveInk = ["canvas", "real", "virtual", "robot", "planned", "predicted", "door", "accent", "bad", "ink", "soft"] as const;
+export type LiveInk = Record<"canvas" | "real" | "virtual" | "robot" | "person" | "planned" | "predicted" | "door" | "accent" | "bad" | "ink" | "soft", string>;
+export const liveInk = ["canvas", "real", "virtual", "robot", "person", "planned", "predicted", "door", "accent", "bad", "ink", "soft"] as const;
 
 type Context = CanvasRenderingContext2D;
 const TURN = Math.PI * 2;
@@ -31,7 +31,8 @@ function widest(shapes: Shape[]): Shape {
   return found;
 }
 
-export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent" ? ink.virtual : entity.owner === "robot" ? ink.robot : ink.door);
+const inkNames = { agent: "virtual", robot: "robot", building: "door", real_person: "person" } as const;
+export const inkOf = (entity: Entity, ink: LiveInk) => ink[inkNames[entity.owner]];
 
 const heads = (entity: Entity) => entity.kind === "robot" || entity.kind === "person";
 
@@ -43,7 +44,7 @@ export interface Crowd {
 /** All entities of one owner are one path, so that a thousand of them need three fills. */
 export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
   const { entities, world } = crowd;
-  const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D() };
+  const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D(), real_person: new Path2D() };
   const noses = new Path2D(), length = entities.length > CROWD ? CROWDED_PX : DART_PX, dot = 0.55 * length;
   const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [];
   for (const entity of entities) {
@@ -70,13 +71,13 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       if (pose.flags & FLAG_UNSENSED) ring(g, px, py, 14, ink.soft, [2, 3]);
     }
   }
-  for (const owner of ["building", "agent", "robot"] as const) {
+  for (const owner of ["building", "agent", "robot", "real_person"] as const) {
     if (c.scale >= DART_SCALE) {
       g.strokeStyle = ink.canvas;
       g.lineWidth = 2;
       g.stroke(bodies[owner]);
     }
-    g.fillStyle = owner === "agent" ? ink.virtual : owner === "robot" ? ink.robot : ink.door;
+    g.fillStyle = ink[inkNames[owner]];
     g.fill(bodies[owner], "nonzero");
   }
   g.strokeStyle = ink.canvas;
@@ -203,7 +204,7 @@ function line(g: Context, c: Camera, points: number[]) {
 
 const RECENT_S = 60;
 /** Events that matter in a debriefing: the placing of an agent is visible without a mark. */
-const grave = /contact_started|collision_predicted|fell|tipp|hazard|_limit$|dropped|unhinged|points_deducted/;
+const grave = /person_touched|contact_started|collision_predicted|fell|tipp|hazard|_limit$|dropped|unhinged|points_deducted/;
 /** Events of the last minute with a place. */
 export function drawEvents(g: Context, c: Camera, events: SessionEvent[], now: number, ink: LiveInk) {
   for (let i = events.length - 1; i >= 0 && now - (events[i] as SessionEvent).t < RECENT_S; --i) {

@@ -8,6 +8,7 @@ import type { Trails } from "../session/trails";
 import { colours, theme } from "../theme/theme.svelte";
 import { toScreen, type Camera } from "./camera";
 import { drawDrafts, drawEntities, drawEvents, drawScan, drawSweep, drawTrails, drawPaths, liveInk, scanStrength, type LiveInk } from "./draw_live";
+import { drawPeople } from "./draw_people";
 import { drawGround, drawModel, drawNames, drawScale, drawZones, siteInk, type Ink } from "./draw_site";
 import { plan, type MapPoint } from "./tool.svelte";
 
@@ -41,6 +42,7 @@ export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails,
   drawPaths(g, camera, session.pastTime === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
   if (world && layers.has("robots"))
     drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot }, live);
+  if (layers.has("robots") && session.pastTime === null) drawPeople(g, camera, session.people, (name) => session.poseOf(name), live.person);
   if (mixed && layers.has("virtual")) drawScan(g, camera, mixed, "virtual", live.virtual, scanStrength(mixed, now));
   for (const [key, scan] of Object.entries(scans))
     if (key.startsWith("2:") && layers.has("scan")) drawScan(g, camera, scan, "real", live.soft, scanStrength(scan, now));

@@ -26,7 +26,7 @@ export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quate
 /** `id` is the row of the binary world frame; `form` the index of its shapes in `forms`, -1 if unknown. */
 export interface Part { id: number; name: string; form: number }
 export interface Entity {
-  id: number; name: string; owner: "agent" | "robot" | "building"; kind: string; robot_model: string; parts: Part[];
+  id: number; name: string; owner: "agent" | "robot" | "building" | "real_person"; kind: string; robot_model: string; parts: Part[];
 }
 export interface Entities { type: "entities"; table: number; forms: Shape[][]; list: Entity[] }
 
@@ -68,8 +68,13 @@ export interface Reply { type: "reply"; request: number; ok: boolean; text: stri
 export interface RobotLine { name: string; localized: boolean; injecting: boolean; reason: string; score: number | null }
 export interface Robots { type: "robots"; list: RobotLine[] }
 
+/** A real person whom sensors follow, beside the pose of the entity: m/s, m; `ellipse`: major and minor axis of the
+ * place's uncertainty (1 sigma, m) and the direction of the major one. */
+export interface RealPerson { name: string; velocity: [number, number]; radius: number; ellipse: [number, number, number] }
+export interface People { type: "people"; list: RealPerson[] }
+
 export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
-  | Robots | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
+  | Robots | People | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
 export interface Ask { type: "agent" | "script" | "fault" | "end" | "save" | "report"; [field: string]: unknown }
@@ -78,7 +83,7 @@ export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control"
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
   operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
-  hazard: ["values"], model: [], reply: [], robots: ["list"],
+  hazard: ["values"], model: [], reply: [], robots: ["list"], people: ["list"],
 };
 
 /** null: unknown message (a newer server may send more); throws if a known one is invalid. */

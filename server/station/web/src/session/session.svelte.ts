@@ -3,7 +3,7 @@ import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type RealPerson, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
@@ -38,6 +38,7 @@ class Session {
   marks = $state.raw<Mark[]>([]);
   control = $state.raw<Control | null>(null);
   plans = $state.raw<Plan[]>([]);
+  people = $state.raw<RealPerson[]>([]);
   zones = $state.raw<Zone[]>([]);
   joints = $state.raw<Record<string, Joints>>({});
   hazard = $state.raw<Hazard | null>(null);
@@ -206,6 +207,7 @@ class Session {
       case "mark": this.marks = [...this.marks, message]; break;
       case "control": this.control = message; break;
       case "plans": this.plans = message.list; break;
+      case "people": this.people = message.list; break;
       case "zones": this.zones = message.list; break;
       case "joints": this.joints = { ...this.joints, [message.robot]: message }; break;
       case "hazard": this.hazard = message; break;
@@ -231,6 +233,7 @@ class Session {
     this.#show(this.#live);
     this.hello = hello;
     this.robotLines = [];
+    this.people = [];
   }
 }
 

@@ -2,6 +2,7 @@
 import { CanvasTexture, Color, Group, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Camera } from "three";
 import type { Layers } from "../plan/draw_site";
 import { scanStrength } from "../plan/draw_live";
+import { ringOf, WALKS } from "../plan/draw_people";
 import { plan } from "../plan/tool.svelte";
 import { drawsBySoftware } from "../parts/graphics";
 import { poseOf } from "../session/poses";
@@ -15,7 +16,7 @@ import { Lines } from "./lines";
 import { modelMeshes, type ModelMeshes } from "./model_mesh";
 import { Returns, type Shades } from "./returns";
 
-const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
+const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "person", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
 type Inks = Record<(typeof inkNames)[number], Color>;
 
 /** Heights above the floor, m, so that flat objects do not flicker. */
@@ -110,7 +111,7 @@ export class Content {
     if (layers.has("paths"))
       for (const [name, trail] of this.trails.of) {
         const entity = owners.get(name);
-        if (entity) lines.path(trail.points, PATH_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
+        if (entity) lines.path(trail.points, PATH_Z, entity.owner === "agent" ? inks.virtual : entity.owner === "real_person" ? inks.person : inks.robot);
       }
     for (const each of session.pastTime === null ? session.plans : [])
       if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.path(each.points.flat(), PATH_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
@@ -122,6 +123,21 @@ export class Content {
       const cos = Math.cos(pose.yaw), sin = Math.sin(pose.yaw);
       lines.segment(pose.x + 0.55 * cos, pose.y + 0.55 * sin, pose.z + ZONE_Z, pose.x + 0.95 * cos, pose.y + 0.95 * sin, pose.z + ZONE_Z, ink);
     }
+    if (layers.has("robots") && session.pastTime === null) this.#people();
     lines.end();
+  }
+
+  #people() {
+    const ink = this.#inks.person;
+    for (const person of session.people) {
+      const pose = session.poseOf(person.name);
+      if (!pose) continue;
+      const z = pose.z + ZONE_Z, [vx, vy] = person.velocity, speed = Math.hypot(vx, vy);
+      this.#lines.ellipse(pose.x, pose.y, z, ...ringOf(person), person.ellipse[2], ink);
+      if (speed < WALKS) continue;
+      const bx = pose.x + vx, by = pose.y + vy, way = Math.atan2(vy, vx);
+      this.#lines.segment(pose.x, pose.y, z, bx, by, z, ink);
+      for (const side of [2.6, -2.6]) this.#lines.segment(bx, by, z, bx + 0.2 * Math.cos(way + side), by + 0.2 * Math.sin(way + side), z, ink);
+    }
   }
 }

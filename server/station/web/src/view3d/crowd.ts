@@ -25,7 +25,7 @@ interface Detail { fullPx: number; boxesPx: number; full: number; boxes: number 
 const bySoftware: Detail = { fullPx: 14, boxesPx: 8, full: 16, boxes: 120 };
 const byCard: Detail = { fullPx: 12, boxesPx: 4, full: 1200, boxes: 4000 };
 
-export interface CrowdInk { virtual: string; robot: string; door: string }
+export interface CrowdInk { virtual: string; robot: string; door: string; person: string }
 interface Seen { form: Form; entity: Entity; row: number; px: number }
 
 export class Crowd {
@@ -39,14 +39,14 @@ export class Crowd {
   #toClip = new Matrix4();
   #ball = new Sphere();
   #placed = new Float64Array(12);
-  #tints: Record<Entity["owner"], Color> = { agent: new Color(), robot: new Color(), building: new Color() };
+  #tints: Record<Entity["owner"], Color> = { agent: new Color(), robot: new Color(), building: new Color(), real_person: new Color() };
 
   get group(): Group {
     return this.#solids.group;
   }
 
   setInk(ink: CrowdInk) {
-    this.#tints = { agent: new Color(ink.virtual), robot: new Color(ink.robot), building: new Color(ink.door) };
+    this.#tints = { agent: new Color(ink.virtual), robot: new Color(ink.robot), building: new Color(ink.door), real_person: new Color(ink.person) };
   }
 
   showCollision(on: boolean) {
@@ -68,7 +68,7 @@ export class Crowd {
     let { full, boxes } = this.#detail;
     for (const { form, entity, row, px } of this.#nearestFirst(entities, world, this.#unknown, pixels)) {
       const pieces = px > this.#detail.fullPx && full-- > 0 ? form.full : px > this.#detail.boxesPx && boxes-- > 0 ? form.boxes : [form.one];
-      for (const piece of pieces) this.#put(piece, world.poses, row * 7, this.#tints[entity.owner], entity.owner === "agent" ? 0.5 : 0.3);
+      for (const piece of pieces) this.#put(piece, world.poses, row * 7, this.#tints[entity.owner], entity.owner === "robot" || entity.owner === "building" ? 0.3 : 0.5);
     }
     this.#solids.end();
   }

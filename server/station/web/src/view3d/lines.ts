@@ -27,8 +27,16 @@ export class Lines {
   }
 
   ring(x: number, y: number, z: number, radius: number, ink: Color) {
-    const points: number[] = [];
-    for (let i = 0; i < 24; ++i) points.push(x + radius * Math.cos((i * Math.PI) / 12), y + radius * Math.sin((i * Math.PI) / 12));
+    this.ellipse(x, y, z, radius, radius, 0, ink);
+  }
+
+  /** Half axes; the major one points along `yaw`. */
+  ellipse(x: number, y: number, z: number, major: number, minor: number, yaw: number, ink: Color) {
+    const points: number[] = [], cos = Math.cos(yaw), sin = Math.sin(yaw);
+    for (let i = 0; i < 24; ++i) {
+      const a = major * Math.cos((i * Math.PI) / 12), b = minor * Math.sin((i * Math.PI) / 12);
+      points.push(x + cos * a - sin * b, y + sin * a + cos * b);
+    }
     this.path(points, z, ink, true);
   }
 
