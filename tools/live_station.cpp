@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "server/review/page.hpp"
+#include "server/runtime/trainees_report.hpp"
 #include "server/station/http/web_site.hpp"
 #include "tools/cloud_layer.hpp"
 #include "tools/site_map.hpp"
@@ -73,16 +74,20 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   return live;
 }
 
-std::string review_page(const std::string& log) {
-  review::ReviewPage page;
-  auto review = review::review_session(log);
-  if (!review) return {};
-  page.sessions.push_back(std::move(*review));
-  return review::to_html(page);
+station::SessionReport session_report(const runtime::Report& report, const std::string& log) {
+  const auto page = [&](review::Reader reader) {
+    auto review = review::review_session(log, {}, {}, reader);
+    if (!review) return std::string();
+    review::ReviewPage one;
+    one.sessions.push_back(std::move(*review));
+    return review::to_html(one);
+  };
+  return {to_json(report), page(review::Reader::instructor), to_trainees_json(report),
+          page(review::Reader::trainee)};
 }
 
 void LiveStation::show_report(const runtime::Report& report) {
-  station_->set_report(to_json(report), review_page(log_));
+  station_->set_report(session_report(report, log_));
   reported_ = true;
 }
 

@@ -22,8 +22,9 @@ struct LiveStationOptions {
   std::vector<std::string> stopped_robots;  ///< emergency stops of an earlier server process that are active
 };
 
-/// The after-action page of a session, for BaseStation::set_report; empty: its log cannot be read.
-std::string review_page(const std::string& log);
+/// The report and the after-action pages of a session, for BaseStation::set_report; pages are empty where its
+/// log cannot be read.
+station::SessionReport session_report(const runtime::Report& report, const std::string& log);
 
 class LiveStation {
  public:

@@ -8,6 +8,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "server/review/nearest_return.hpp"
+#include "server/runtime/trainee_view.hpp"
 
 namespace parhelion::review {
 namespace {
@@ -15,8 +16,9 @@ namespace {
 /// Reads the log's messages into a review.
 class Gathering {
  public:
-  Gathering(const std::string& path, const ReviewLimits& limits)
+  Gathering(const std::string& path, const ReviewLimits& limits, Reader reader)
       : limits_(limits),
+        reader_(reader),
         path_(path),
         grading_(path),
         pictures_(limits.deduction_pictures, limits.strip_pictures) {
@@ -42,10 +44,15 @@ class Gathering {
   Status given(Message& message);
   Status picture(Message& message);
   Status loop(Message& message);
+  Status spawn(Message& message);
   Status real_scan(Message& message) { return delay("delay_scan", message); }
   Status real_picture(Message& message) { return delay("delay_camera", message); }
 
   Status delay(const char* name, const Message& message);
+  bool for_trainee() const { return reader_ == Reader::trainee; }
+  void begin_knowledge();
+  bool senses(const std::string& entity) const;
+  void leave_out_what_was_not_sensed();
   void measure_nearest();
   void follow(const WorldMessage::Entry& body, double t);
   void attitude(const WorldMessage::Entry& body, double t, bool known);
@@ -62,6 +69,7 @@ class Gathering {
   }
 
   ReviewLimits limits_;
+  Reader reader_;
   std::string path_;
   runtime::SessionGrading grading_;
   bool graded_ = true, ended_ = false;
@@ -78,6 +86,10 @@ class Gathering {
   std::map<std::string, Trail, std::less<>> trails_;
   std::map<std::string, std::uint32_t, std::less<>> epochs_;
   std::map<EventKind, std::size_t> listed_;
+  // Of a trainee's review.
+  std::optional<simulation::EntityShapes> shapes_;
+  std::optional<runtime::Knowledge> knowledge_;
+  std::optional<runtime::TraineeView> view_;
 };
 
 Status Gathering::take(Message& message) {
@@ -123,6 +135,7 @@ Status Gathering::begin(const Message& message) {
     listen(channel::kScan, &Gathering::real_scan);
     listen(channel::kCamera, &Gathering::real_picture);
   }
+  if (for_trainee()) begin_knowledge();
   if (review_.robot == configuration_->robot.name) {
     review_.footprint = configuration_->robot.footprint;
     nearest_.emplace(configuration_->robot);
@@ -136,11 +149,32 @@ Status Gathering::begin(const Message& message) {
   return {};
 }
 
+void Gathering::begin_knowledge() {
+  shapes_.emplace(configuration_->scenario, configuration_->robot, configuration_->model,
+                  configuration_->robot_models);
+  for (const RobotDescription& other : configuration_->other_robots) shapes_->add(other);
+  knowledge_.emplace(*configuration_, *shapes_);
+  view_.emplace(*configuration_, *knowledge_, std::vector<std::string>{review_.robot});
+  listen(channel::kMrSpawn, &Gathering::spawn);
+}
+
+Status Gathering::spawn(Message& message) {
+  // The server has refused what cannot be read.
+  if (AgentSpawn command; decode(message.channel, message.payload, command).ok()) shapes_->take(command);
+  return {};
+}
+
 Status Gathering::event(Message& message) {
   Event event;
   if (const Status read = decode(message.channel, message.payload, event); !read) return read;
   seen(event.stamp);
-  list(std::move(event));
+  if (!for_trainee()) {
+    list(std::move(event));
+    return {};
+  }
+  shapes_->take(event);
+  knowledge_->take(event, world_);
+  if (auto told = view_->event(event)) list(*std::move(told));
   return {};
 }
 
@@ -156,15 +190,25 @@ void Gathering::list(Event&& event) {
 Status Gathering::world(Message& message) {
   if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
   const double t = seen(SimulationTime{world_.stamp.ns});
+  if (for_trainee() && review_.robot != configuration_->robot.name)
+    if (const AgentDefinition* agent = shapes_->definition(review_.robot))
+      knowledge_->take_scan_of(*agent, world_);
   const std::string* before = nullptr;  // the bodies of an entity are consecutive, and only the first one
                                         // counts
   for (const WorldMessage::Entry& body : world_.bodies) {
     if (body.owner == BodyOwner::building || (before && *before == body.entity)) continue;
     before = &body.entity;
+    if (for_trainee() && !view_->may_follow(body.entity) && !senses(body.entity)) continue;
     follow(body, t);
     if (body.entity == review_.robot) attitude(body, t, body.attitude_known);
   }
   return {};
+}
+
+/// True while the trainee's robot senses the entity.
+bool Gathering::senses(const std::string& entity) const {
+  const runtime::Sensed* sensed = view_->sensed(entity);
+  return sensed != nullptr && SimulationTime{world_.stamp.ns} - sensed->last < runtime::kSensedNow;
 }
 
 void Gathering::follow(const WorldMessage::Entry& body, double t) {
@@ -201,6 +245,8 @@ Status Gathering::scan_info(Message& message) {
   have_info_ = false;
   if (const Status read = decode(message.channel, message.payload, info_); !read) return read;
   have_info_ = true;
+  if (for_trainee() && info_.live)
+    knowledge_->take_scan(info_, configuration_->find_robot(review_.robot).value_or(0), world_);
   measure_nearest();
   return {};
 }
@@ -234,6 +280,8 @@ Status Gathering::given(Message& message) {
 }
 
 Status Gathering::picture(Message& message) {
+  const auto robot = configuration_->find_robot(review_.robot);
+  if (for_trainee() && robot) knowledge_->take_picture(*robot, world_);
   pictures_.saw(at(message.arrival), std::move(message.payload));
   return {};
 }
@@ -243,6 +291,20 @@ Status Gathering::loop(Message& message) {
   if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
   if (decision.kind == LoopDecision::Kind::ended) ended_ = true;
   return {};
+}
+
+/// Of zones, paths and what decided points; events were left out as they came.
+void Gathering::leave_out_what_was_not_sensed() {
+  review_.scenario.zones = view_->zones();
+  for (Trail& trail : review_.agents) trail.entity = view_->name_of(trail.entity);
+  if (!review_.grade) return;
+  const auto tell = [&](std::optional<Event>& cause) {
+    if (!cause) return;
+    cause = view_->event(*cause);
+    if (cause) cause->position.setZero();
+  };
+  for (training::TaskGrade& task : review_.grade->tasks) tell(task.cause);
+  for (training::Deduction& deduction : review_.grade->deductions) tell(deduction.cause);
 }
 
 /// Reads the stamp from the bytes. The server has refused messages that are malformed otherwise.
@@ -277,6 +339,7 @@ Result<SessionReview> Gathering::result(std::uint64_t skipped_bytes) {
   }
   for (Trail& trail : review_.agents)
     trail.track.allow(std::max<std::size_t>(limits_.agent_points / review_.agents.size(), 2));
+  if (for_trainee()) leave_out_what_was_not_sensed();
   review_.pictures_seen = pictures_.seen();
   review_.pictures = pictures_.finish(review_.pictures_unreadable);
   return std::move(review_);
@@ -285,10 +348,11 @@ Result<SessionReview> Gathering::result(std::uint64_t skipped_bytes) {
 }  // namespace
 
 Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits,
-                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress,
+                                     Reader for_whom) {
   auto reader = LogReader::open(path);
   if (!reader) return reader.error();
-  Gathering gathering(path, limits);
+  Gathering gathering(path, limits, for_whom);
   while (true) {
     auto next = reader->next();
     if (!next) continue;  // damage: counted below; reading continues behind it

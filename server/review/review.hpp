@@ -16,6 +16,9 @@
 
 namespace parhelion::review {
 
+/// Whom the review is for: a trainee is shown what his robot has sensed, as in the session.
+enum class Reader : std::uint8_t { instructor, trainee };
+
 struct ReviewLimits {
   std::size_t windows = 600;          ///< of each plot
   std::size_t path_points = 3000;     ///< of the graded robot
@@ -61,6 +64,7 @@ struct SessionReview {
 /// Error: not a session log, or its training section refers to something that does not exist. `progress`:
 /// bytes done and bytes in total; may be empty.
 Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits = {},
-                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
+                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress = {},
+                                     Reader reader = Reader::instructor);
 
 }  // namespace parhelion::review

@@ -197,8 +197,6 @@ std::string BaseStation::invitation() const {
   return text;
 }
 
-void BaseStation::set_report(std::string json, std::string page) {
-  parts_->station->set_report(std::move(json), std::move(page));
-}
+void BaseStation::set_report(SessionReport report) { parts_->station->set_report(std::move(report)); }
 
 }  // namespace parhelion::station

@@ -43,8 +43,8 @@ class BaseStation {
   std::string link(Role role, const std::string& name);
   /// Address, set-up link, fingerprint and lost log-ins, for a person at a terminal.
   std::string invitation() const;
-  /// For /api/v1/report and /report, after the session has ended; `page` may be empty.
-  void set_report(std::string json, std::string page);
+  /// For /api/v1/report and /report, after the session has ended.
+  void set_report(SessionReport report);
 
  private:
   struct Parts;

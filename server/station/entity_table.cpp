@@ -9,11 +9,12 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 16, kBodyBytes = 32;
 
-void put_body(const WorldMessage::Entry& body, std::size_t part, bool undetectable, ByteWriter& bytes) {
+void put_body(const WorldMessage::Entry& body, std::size_t part, bool undetectable, bool remembered,
+              ByteWriter& bytes) {
   const bool guessed = body.owner == BodyOwner::real_robot && !body.attitude_known;
   const bool unseen = body.owner == BodyOwner::agent && undetectable;
   bytes.put(static_cast<std::uint16_t>(part));
-  bytes.put(static_cast<std::uint16_t>((guessed ? 1 : 0) | (unseen ? 2 : 0)));
+  bytes.put(static_cast<std::uint16_t>((guessed ? 1 : 0) | (unseen ? 2 : 0) | (remembered ? 4 : 0)));
   for (const double coordinate : body.T_map_body.translation()) bytes.put(static_cast<float>(coordinate));
   const Eigen::Quaternionf turn = body.T_map_body.quaternion().cast<float>();
   for (const float component : {turn.x(), turn.y(), turn.z(), turn.w()}) bytes.put(component);
@@ -52,7 +53,8 @@ void EntityTable::clear() {
   entity_.clear();
 }
 
-std::string EntityTable::frame(const WorldMessage& world, double t, bool undetectable) const {
+std::string EntityTable::frame(const WorldMessage& world, double t, bool undetectable,
+                               const Remembered& remembered) const {
   std::vector<std::pair<std::size_t, std::size_t>> shown;  // part, body
   shown.reserve(parts_.size());
   std::size_t part = 0;
@@ -72,7 +74,10 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool undetec
   bytes.put(number_);
   bytes.put(static_cast<std::uint32_t>(shown.size()));
   bytes.put(t);
-  for (const auto& [number, body] : shown) put_body(world.bodies[body], number, undetectable, bytes);
+  for (const auto& [number, body] : shown) {
+    const WorldMessage::Entry& each = world.bodies[body];
+    put_body(each, number, undetectable, remembered && remembered(each.entity), bytes);
+  }
   return bytes.take();
 }
 

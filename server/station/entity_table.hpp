@@ -25,7 +25,11 @@ class EntityTable {
   };
   static constexpr std::size_t kMaxParts = 65'535;  ///< numbers have 16 bits; further bodies are not shown
 
-  /// Counts from 1 and wraps around at 16 bits; 0: no world yet.
+  EntityTable() = default;
+  /// Numbers are counted from `number` + 1.
+  explicit EntityTable(std::uint16_t number) : number_(number) {}
+
+  /// Counts up and wraps around at 16 bits. It is of use only if there are parts.
   std::uint16_t number() const { return number_; }
   const std::vector<Part>& parts() const { return parts_; }
   const std::vector<Entity>& entities() const { return entities_; }
@@ -39,9 +43,12 @@ class EntityTable {
   /// For a new session; numbers are not reused.
   void clear();
 
+  /// Entities of which only the past is known.
+  using Remembered = std::function<bool(const std::string& entity)>;
   /// Binary message 1: poses of the bodies in the table. `t`: s of the session; `undetectable`: agents are
-  /// not injected into the real robot's sensors now.
-  std::string frame(const WorldMessage& world, double t, bool undetectable) const;
+  /// not injected into the real robot's sensors now; `remembered` may be empty.
+  std::string frame(const WorldMessage& world, double t, bool undetectable,
+                    const Remembered& remembered = {}) const;
 
  private:
   std::uint16_t number_ = 0;

@@ -99,7 +99,7 @@ std::string events_json(std::span<const Event> events, SimulationTime start) {
 }
 
 std::string score_json(const ScoreBoard& board, SimulationTime start, SimulationTime now) {
-  Json tasks = Json::array();
+  Json tasks = Json::array(), penalties = Json::array();
   for (const TaskLine& task : board.tasks()) {
     const auto left = board.left(task, now);
     tasks.push_back({{"name", task.name},
@@ -110,6 +110,9 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
                      {"of", rounded(task.of)},
                      {"left_s", left ? rounded(*left) : Json()}});
   }
+  for (const PenaltyLine& penalty : board.penalties())
+    penalties.push_back(
+        {{"name", penalty.name}, {"count", penalty.count}, {"points", rounded(penalty.points)}});
   Json left;
   if (board.limit() && !board.verdict())
     left = rounded(std::max(0.0, *board.limit() - (now - start).seconds()));
@@ -117,6 +120,9 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
                   {"graded", board.graded()},
                   {"score", rounded(board.score())},
                   {"possible", rounded(board.possible())},
+                  {"awarded", rounded(board.awarded())},
+                  {"deducted", rounded(board.deducted())},
+                  {"penalties", std::move(penalties)},
                   {"pass_mark", rounded(board.pass_mark())},
                   {"ended", board.verdict().has_value()},
                   {"verdict", board.verdict().value_or("")},
@@ -179,6 +185,18 @@ std::string operators_json(std::span<const OperatorStatus> statuses) {
                     {"state", states[static_cast<std::size_t>(status.state)]},
                     {"console", status.text}});
   return text_of({{"type", "operators"}, {"list", std::move(list)}});
+}
+
+std::string known_json(const runtime::KnownWorld& world, SimulationTime start) {
+  if (world.things.empty()) return {};
+  Json list = Json::array();
+  for (const auto& [name, thing] : world.things) {
+    list.push_back({{"name", name},
+                    {"t", rounded((thing.sensed - start).seconds())},
+                    {"by", to_string(thing.by)},
+                    {"now", thing.now}});
+  }
+  return text_of({{"type", "known"}, {"list", std::move(list)}});
 }
 
 std::string control_json(const ControlState& state) {

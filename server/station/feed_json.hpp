@@ -9,6 +9,7 @@
 
 #include "protocols/codec.hpp"
 #include "protocols/zone.hpp"
+#include "server/runtime/trainee_view.hpp"
 #include "server/station/entity_table.hpp"
 #include "server/station/http/identity.hpp"
 #include "server/station/score_board.hpp"
@@ -40,6 +41,8 @@ struct RobotLine {
 };
 std::string robots_json(std::span<const RobotLine> robots);
 std::string operators_json(std::span<const OperatorStatus> statuses);
+/// When what a trainee knows was sensed last; empty: of a view that sees everything.
+std::string known_json(const runtime::KnownWorld& world, SimulationTime start);
 std::string control_json(const ControlState& state);
 std::string hazard_json(const HazardReading& reading, double t);
 std::string joints_json(const std::string& robot, const Joints& joints);

@@ -138,9 +138,11 @@ Status InstructorService::send(WebClient& client, ClientMessage message, WallTim
   if (asked_.size() >= kMaxUnanswered) return Error{"the server does not reply"};
   const std::string what = summary(message);
   set_request(message.command, {runtime::wall_now().ns}, ++next_request_);
-  encode(message.command, payload_);
-  // A trainee's report is of the robot that the page follows.
+  // A trainee's report is of the robot that the page follows, and of what he calls so.
   const Subscriber* subscriber = feed_.subscribers().find(client.id());
+  if (auto* report = std::get_if<ObjectReport>(&message.command); report != nullptr && subscriber != nullptr)
+    report->object = feed_.audience().view_of(*subscriber).entity_of(report->object);
+  encode(message.command, payload_);
   const std::string channel = feed_.configuration().channels.bus(
       channel_of(message.command), subscriber != nullptr ? subscriber->robot : 0);
   if (Status sent = bus_.publish(channel, payload_); !sent) return sent;
@@ -251,7 +253,7 @@ Result<std::string> InstructorService::send_chat(WebClient& client, const Client
 Result<std::string> InstructorService::mark(const WebClient& client, const ClientMessage& message) {
   const MarkLine line{feed_.t(feed_.now()), client.who().name, message.text};
   const Status kept = notes_.add(line, runtime::wall_now());
-  feed_.subscribers().send_to_all(mark_json(line));
+  feed_.audience().send([&](const View& view) { return view.trainee ? std::string() : mark_json(line); });
   if (!kept) return Error{"marked, but not stored: " + kept.error().message};
   return std::string();
 }
@@ -260,6 +262,7 @@ void InstructorService::greet(WebClient& client) const {
   for (const ChatLine& line : notes_.chat()) {
     if (is_for(line, client.who())) client.send(shared_text(chat_json(line)), false);
   }
+  if (is_trainee(client.who())) return;  // marks are for the debriefing
   for (const MarkLine& line : notes_.marks()) client.send(shared_text(mark_json(line)), false);
 }
 

@@ -37,7 +37,7 @@ class InstructorService {
   void handle(const Event& event);
   /// Drops commands without a reply after a timeout.
   void look(WallTime now);
-  /// Sends the chat lines and marks from before the page was opened.
+  /// Sends the chat lines and marks from before the page was opened. Trainees get no marks.
   void greet(WebClient& client) const;
 
  private:

@@ -33,6 +33,7 @@ struct RobotFeed {
   bool pose_known = false;
   std::optional<Joints> joints;
   std::optional<HazardReading> hazard;
+  WallTime picture_due;  ///< pictures before are not looked at for what is in sight
   bool score_changed = false, injection_changed = false, pose_changed = false;
 
   /// Its newest scan was not augmented.

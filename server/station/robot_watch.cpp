@@ -1,8 +1,10 @@
 #include "server/station/robot_watch.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "protocols/channels.hpp"
+#include "server/runtime/knowledge.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/tick/instructor_input.hpp"
 
@@ -133,11 +135,20 @@ void RobotWatch::handle_world(const Message& message) {
   for (const DrivenRobot& robot : robots) names.push_back(robot.name);
   if (names == names_) return;
   names_ = names;
-  video_.set_robots(std::move(names));
+  const auto is_trainees = [&](const std::string& name) {
+    const AgentDefinition* placed = placed_.find(name);
+    return configuration_->find_robot(name) ||
+           (placed != nullptr && runtime::is_driven_by_trainees(*configuration_, *placed));
+  };
+  std::set<std::string> for_trainees;
+  for (const std::string& name : names)
+    if (is_trainees(name)) for_trainees.insert(name);
+  video_.set_robots(std::move(names), for_trainees);
   if (teleop_ == nullptr) return;
   std::vector<TeleopRobot> drivables;
   for (const DrivenRobot& robot : robots) {
     drivables.push_back(drivable(robot, *configuration_, placed_.find(robot.name)));
+    drivables.back().for_trainees = for_trainees.contains(robot.name);
     if (configuration_->find_robot(robot.name)) drivables.back().why_not = trainee_why_not_;
   }
   teleop_->set_robots(std::move(drivables));

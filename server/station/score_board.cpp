@@ -15,6 +15,7 @@ void ScoreBoard::restart() {
   tasks_.clear();
   score_ = possible_ = 0;
   verdict_.reset();
+  penalties_.clear();
   if (!training_) return;
   for (const Task& task : training_->tasks) {
     tasks_.push_back({task.name, task.text, {}, task.required, 0, task.points, task.limit, {}});
@@ -22,8 +23,29 @@ void ScoreBoard::restart() {
   }
 }
 
+double ScoreBoard::awarded() const {
+  double points = 0;
+  for (const TaskLine& task : tasks_) points += task.points;
+  return points;
+}
+
+double ScoreBoard::deducted() const {
+  double points = 0;
+  for (const PenaltyLine& penalty : penalties_) points += penalty.points;
+  return points;
+}
+
+void ScoreBoard::deduct(const std::string& rule, double points) {
+  auto line = std::find_if(penalties_.begin(), penalties_.end(),
+                           [&](const PenaltyLine& each) { return each.name == rule; });
+  if (line == penalties_.end()) line = penalties_.insert(line, {rule, 0, 0});
+  ++line->count;
+  line->points += points;
+}
+
 bool ScoreBoard::take(const Event& event) {
   if (!is_grading(event.kind)) return false;
+  if (event.kind == EventKind::points_deducted) deduct(event.object, event.value);
   if (event.kind == EventKind::score_changed) score_ = event.value;
   if (event.kind == EventKind::grading_ended) {
     score_ = event.value;

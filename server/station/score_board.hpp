@@ -21,6 +21,13 @@ struct TaskLine {
 };
 const char* to_string(TaskLine::State state);
 
+/// Deductions by one rule so far.
+struct PenaltyLine {
+  std::string name;
+  std::size_t count = 0;
+  double points = 0;
+};
+
 class ScoreBoard {
  public:
   explicit ScoreBoard(const std::optional<Training>& training);
@@ -31,6 +38,10 @@ class ScoreBoard {
 
   bool graded() const { return training_.has_value(); }
   double score() const { return score_; }
+  /// Points of the tasks done, and deducted ones: the score is their difference, at least 0.
+  double awarded() const;
+  double deducted() const;
+  const std::vector<PenaltyLine>& penalties() const { return penalties_; }
   double possible() const { return possible_; }                              ///< points of all tasks together
   double pass_mark() const { return training_ ? training_->pass_mark : 0; }  ///< fraction
   std::optional<double> limit() const { return training_ ? training_->limit : std::nullopt; }  ///< s
@@ -43,10 +54,13 @@ class ScoreBoard {
   std::optional<double> left(const TaskLine& task, SimulationTime now) const;
 
  private:
+  void deduct(const std::string& rule, double points);
+
   const std::optional<Training>& training_;
   std::vector<TaskLine> tasks_;
   double score_ = 0, possible_ = 0;
   std::optional<std::string> verdict_;
+  std::vector<PenaltyLine> penalties_;
 };
 
 }  // namespace parhelion::station

@@ -1,10 +1,11 @@
 #include "server/station/site_json.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocols/door.hpp"
-#include "server/runtime/grade_session.hpp"
+#include "server/runtime/knowledge.hpp"
 #include "server/training/briefing.hpp"
 
 namespace parhelion::station {
@@ -29,8 +30,14 @@ Json outline(const auto& corners) {
 }
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// The choices of an instructor, and the briefing of the trainee.
-Json scene_json(const tick::Configuration& configuration) {
+/// The choices of an instructor, and the briefing; a trainee is shown this alone, without values that were
+/// drawn.
+Json scene_json(const tick::Configuration& configuration, bool trainee) {
+  if (trainee) return {{"scripts", Json::array()},
+                       {"faults", Json::array()},
+                       {"doors", Json::array()},
+                       {"robot_models", Json::array()},
+                       {"briefing", runtime::trainee_briefing(configuration)}};
   const Scenario& scenario = configuration.scenario;
   Json scripts = Json::array(), faults = Json::array(), doors = Json::array(), models = Json::array();
   for (const Script& script : scenario.scripts) scripts.push_back(script.name);
@@ -126,12 +133,22 @@ Json robot_names(const tick::Configuration& configuration) {
   return names;
 }
 
+/// True for the model of a robot that a trainee drives.
+bool is_trainees(const tick::Configuration& configuration, const std::string& model) {
+  const Scenario& scenario = configuration.scenario;
+  return (scenario.trainee && scenario.trainee->model == model) ||
+         std::any_of(scenario.agents.begin(), scenario.agents.end(), [&](const AgentDefinition& agent) {
+           return agent.model == model && runtime::is_driven_by_trainees(configuration, agent);
+         });
+}
+
 }  // namespace
 
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
                        const HelloFields& hello_fields) {
   const Scenario& scenario = configuration.scenario;
-  const Json marks = Json::parse(hello_fields.marks, nullptr, false);
+  const bool trainee = who.role == Role::trainee;
+  const Json marks = trainee ? Json() : Json::parse(hello_fields.marks, nullptr, false);
   return text_of({{"type", "hello"},
                   {"protocol", 1},
                   {"who", {{"name", who.name}, {"role", role_name(who.role)}}},
@@ -154,7 +171,7 @@ std::string hello_json(const tick::Configuration& configuration, const Identity&
                     {"end", hello_fields.can_end},
                     {"save", hello_fields.can_save}}},
                   {"marks", marks.is_array() ? marks : Json::array()},
-                  {"scene", scene_json(configuration)}});
+                  {"scene", scene_json(configuration, trainee)}});
 }
 
 std::string site_json(const SemanticModel& model, std::uint64_t version) {
@@ -189,10 +206,11 @@ std::string site_json(const SemanticModel& model, std::uint64_t version) {
                   {"meshes", std::move(meshes)}});
 }
 
-std::string robots_json(const tick::Configuration& configuration) {
+std::string robots_json(const tick::Configuration& configuration, bool for_trainee) {
   Json list = Json::array(), models = Json::array();
   Json own = description_json(configuration.robot);
   for (const auto& model : configuration.robot_models) {
+    if (for_trainee && !is_trainees(configuration, model->name)) continue;
     Json each = description_json(model->description);
     each["name"] = model->name;
     put_links(*model, each);

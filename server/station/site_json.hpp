@@ -17,13 +17,14 @@ struct HelloFields {
   std::string marks;    ///< JSON list for the seek bar; empty: none
   bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
 };
-/// hello: the first message to a page.
+/// hello: the first message to a page. A trainee's has the briefing, and nothing for instructors.
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
                        const HelloFields& hello_fields);
 
 /// GET /api/v1/model: {version, map_id, elements: [{name, label, at, turn, size, ...}], meshes}.
 std::string site_json(const SemanticModel& model, std::uint64_t version);
-/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have.
-std::string robots_json(const tick::Configuration& configuration);
+/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have; for a trainee only those
+/// of robots that trainees drive.
+std::string robots_json(const tick::Configuration& configuration, bool for_trainee = false);
 
 }  // namespace parhelion::station

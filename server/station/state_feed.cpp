@@ -13,7 +13,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr std::size_t kKeptEvents = 500;
-constexpr Duration kPointsPeriod = milliseconds(200);
+constexpr Duration kPointsPeriod = milliseconds(200), kPicturePeriod = milliseconds(100);
 constexpr std::string_view kAgentPrefix = "MR_AGENT_", kScanSuffix = "_SCAN";
 
 /// The agent of a channel MR_AGENT_<name>_SCAN; empty: another channel.
@@ -30,6 +30,8 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
       options_(std::move(options)),
       shapes_(configuration_->scenario, configuration_->robot, configuration_->model,
               configuration_->robot_models),
+      knowledge_(*configuration_, shapes_),
+      audience_(*configuration_, knowledge_),
       placed_(configuration_->scenario) {
   for (std::size_t i = 0; i < configuration_->robot_count(); ++i) robots_.emplace_back(*configuration_, i);
   for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
@@ -46,7 +48,7 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
   add(channel::kDepth, Kind::depth, 1, Clock::robot);
   add(channel::kHazard, Kind::hazard, 4, Clock::robot);
   add(channel::kMrScan, Kind::mr_scan, 4, Clock::robot);
-  add(channel::kMrCamera, Kind::watched, 4, Clock::robot);
+  add(channel::kMrCamera, Kind::picture, 4, Clock::robot);
   add(channel::kMrWorld, Kind::world, 2, Clock::server);
   add(channel::kMrScanInfo, Kind::scan_info, 4, std::nullopt);
   const int whole_session = 16'384;  // a player repeats all of them after a rewind
@@ -127,6 +129,8 @@ void StateFeed::take(const Message& message, WallTime now) {
       return;
     case Kind::depth:
       return handle_depth(message, channel.robot, now);
+    case Kind::picture:
+      return handle_picture(channel.robot, now);
     case Kind::watched:
     case Kind::agent_scan:
     case Kind::none:
@@ -148,7 +152,8 @@ void StateFeed::restart(SimulationTime at) {
                                      configuration_->robot_models);
   for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
   placed_.restart();
-  table_.clear();
+  knowledge_.restart();
+  audience_.restart();
   for (RobotFeed& robot : robots_) robot.restart();
   agents_.restart();
   world_ = {};
@@ -156,8 +161,8 @@ void StateFeed::restart(SimulationTime at) {
   events_.clear();
   new_events_.clear();
   operators_.clear();
-  table_due_ = depth_due_ = {};
-  for (Subscriber& subscriber : subscribers_.all()) greet(subscriber);
+  depth_due_ = agents_look_ = {};
+  for (Subscriber& subscriber : subscribers().all()) greet(subscriber);
   if (restarted) restarted();
 }
 
@@ -170,7 +175,7 @@ void StateFeed::handle_world(const Message& message, WallTime now) {
   if (const auto stamp = leading_stamp(message.payload)) note_start({stamp->ns});
   world_message_ = message;
   world_unread_ = true;
-  if (!subscribers_.empty()) send_world(now);
+  if (!subscribers().empty()) send_world(now);
 }
 
 /// Decodes the newest world on demand. False: there is none.
@@ -204,16 +209,19 @@ void StateFeed::handle_event(const Message& message) {
   note_start(event.stamp);
   placed_.take(event);
   shapes_.take(event);
+  // Only a contact is noted with where it was.
+  const bool felt = event.kind == EventKind::contact_started && read_world();
+  knowledge_.take(event, felt ? world_ : WorldMessage());
   for (RobotFeed& robot : robots_) robot.score_changed = robot.take(event) || robot.score_changed;
   if (event_received) event_received(event);
   if (event.kind == EventKind::contact_continues) return;  // reported at its start
   events_.push_back(event);
   if (events_.size() > kKeptEvents) events_.pop_front();
-  if (!subscribers_.empty()) new_events_.push_back(std::move(event));
+  if (!subscribers().empty()) new_events_.push_back(std::move(event));
 }
 
 void StateFeed::handle_scan(const Message& message, std::size_t index, ScanFrame::Source source) {
-  if (subscribers_.empty()) return;
+  if (subscribers().empty()) return;
   RobotFeed& robot = robots_[index];
   const bool mixed = source == ScanFrame::Source::mixed;
   if (mixed && robot.mixed_scan) send_mixed_scan(index, nullptr);
@@ -239,7 +247,26 @@ void StateFeed::handle_scan_info(const Message& message, std::size_t index) {
     return;
   }
   robot.injection_changed = robot.injection_changed || live != info.live || reason != info.reason;
+  if (info.live && read_world()) knowledge_.take_scan(info, index, world_);
   if (robot.mixed_scan && robot.mixed_scan->stamp == info.stamp) send_mixed_scan(index, &info);
+}
+
+/// What a picture shows is looked for ten times a second at most.
+void StateFeed::handle_picture(std::size_t index, WallTime now) {
+  RobotFeed& robot = robots_[index];
+  if (now < robot.picture_due || robot.injection_suspended() || !read_world()) return;
+  robot.picture_due = now + kPicturePeriod;
+  knowledge_.take_picture(index, world_);
+}
+
+/// Cameras of agents that trainees drive, without their pictures, which the station does not read.
+void StateFeed::look_from_agents(WallTime now) {
+  if (now < agents_look_ || !read_world()) return;
+  agents_look_ = now + kPicturePeriod;
+  for (const auto& [name, agent] : placed_.all()) {
+    if (agent.camera_rate > 0 && runtime::is_driven_by_trainees(*configuration_, agent))
+      knowledge_.take_picture_of(agent, world_);
+  }
 }
 
 /// With the entities hit, if MR_SCAN_INFO has arrived.
@@ -249,25 +276,32 @@ void StateFeed::send_mixed_scan(std::size_t index, const ScanInfo* info) {
   frame.source = ScanFrame::Source::mixed;
   frame.t = t(robot.sensors.to_server(robot.mixed_scan->stamp));
   frame.T_map_laser = robot.place.laser_at(robot.mixed_scan->stamp);
-  if (info != nullptr) {
-    std::vector<std::int16_t> entities;
+  const auto entities = [info](const View& view) {
+    std::vector<std::int16_t> numbers, beams;
+    if (info == nullptr) return beams;
     for (const std::string& agent : info->agents) {
-      const int entity = table_.entity(agent);
-      entities.push_back(static_cast<std::int16_t>(entity > 32'767 ? -1 : entity));
+      const int entity = view.table.entity(view.name_of(agent));
+      numbers.push_back(static_cast<std::int16_t>(entity > 32'767 ? -1 : entity));
     }
     for (const std::int16_t agent : info->beam_agent)
-      frame.entities.push_back(agent < 0 ? std::int16_t{-1} : entities[static_cast<std::size_t>(agent)]);
-  }
-  send_scan(index, *robot.mixed_scan, frame, send_slot::kMixedScan);
+      beams.push_back(agent < 0 ? std::int16_t{-1} : numbers[static_cast<std::size_t>(agent)]);
+    return beams;
+  };
+  send_scan(index, *robot.mixed_scan, frame, send_slot::kMixedScan, entities);
   robot.mixed_scan.reset();
 }
 
 /// To the pages that follow the robot.
-void StateFeed::send_scan(std::size_t robot, const Scan& scan, const ScanFrame& frame, int slot) {
-  SharedText bytes;
-  for (const Subscriber& subscriber : subscribers_.all()) {
+void StateFeed::send_scan(std::size_t robot, const Scan& scan, ScanFrame frame, int slot,
+                          const EntitiesIn& entities) {
+  std::map<std::string_view, SharedText> made;  // by view
+  for (const Subscriber& subscriber : subscribers().all()) {
     if (!subscriber.wants.scan || subscriber.robot != robot) continue;
-    if (!bytes) bytes = shared_text(scan_bytes(scan, frame));
+    SharedText& bytes = made[subscriber.view];
+    if (!bytes) {
+      if (entities) frame.entities = entities(audience_.view_of(subscriber));
+      bytes = shared_text(scan_bytes(scan, frame));
+    }
     subscriber.client->send(bytes, true, slot);
   }
 }
@@ -275,18 +309,23 @@ void StateFeed::send_scan(std::size_t robot, const Scan& scan, const ScanFrame& 
 void StateFeed::handle_agent_scan(const Message& message) {
   const std::string agent = agent_of(message.channel);
   if (agent.empty()) return;
-  SharedText bytes;
-  for (const Subscriber& subscriber : subscribers_.all()) {
+  const AgentDefinition* definition = placed_.find(agent);
+  if (definition != nullptr && runtime::is_driven_by_trainees(*configuration_, *definition) && read_world())
+    knowledge_.take_scan_of(*definition, world_);
+  std::map<std::string_view, SharedText> made;  // by view
+  for (const Subscriber& subscriber : subscribers().all()) {
     const auto& wanted = subscriber.wants.agent_scans;
     const auto at = std::find(wanted.begin(), wanted.end(), agent);
-    const int entity = table_.entity(agent);
-    if (at == wanted.end() || entity < 0) continue;
+    const View& view = audience_.view_of(subscriber);
+    const int entity = view.table.entity(agent);
+    if (at == wanted.end() || entity < 0 || !view.may_follow(agent)) continue;
+    SharedText& bytes = made[subscriber.view];
     if (!bytes) {
       if (!decode(message.channel, message.payload, scan_)) return;
       ScanFrame frame;
       frame.source = ScanFrame::Source::agent;
       frame.part =
-          static_cast<std::uint16_t>(table_.entities()[static_cast<std::size_t>(entity)].parts.front());
+          static_cast<std::uint16_t>(view.table.entities()[static_cast<std::size_t>(entity)].parts.front());
       const SimulationTime taken = robots_.front().sensors.to_server(scan_.stamp);
       frame.t = t(taken);
       if (const auto mount = shapes_.laser_mount(agent))
@@ -300,7 +339,7 @@ void StateFeed::handle_agent_scan(const Message& message) {
 /// For pages that subscribe to points, a few times a second. The pose of a camera on a turning head is
 /// unknown here.
 void StateFeed::handle_depth(const Message& message, std::size_t index, WallTime now) {
-  const auto& all = subscribers_.all();
+  const auto& all = subscribers().all();
   const RobotFeed& robot = robots_[index];
   const auto& camera = configuration_->robot_at(index).depth;
   const auto wants = [index](const Subscriber& subscriber) {
@@ -338,8 +377,9 @@ void StateFeed::handle_model(const Message& message) {
   if (!model) return;
   model_version_ = version.version;
   shapes_.take(*model);
+  knowledge_.set_building(*model);
   if (model_changed) model_changed(site_json(*model, version.version), version.version);
-  subscribers_.send_to_all(model_json(version.version));
+  audience_.send([&](const View& /*all*/) { return model_json(version.version); });
 }
 
 }  // namespace parhelion::station

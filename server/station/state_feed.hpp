@@ -14,12 +14,11 @@
 
 #include "protocols/bus/bus.hpp"
 #include "server/simulation/entity_shapes.hpp"
-#include "server/station/entity_table.hpp"
+#include "server/station/audience.hpp"
 #include "server/station/feed_json.hpp"
 #include "server/station/placed_agents.hpp"
 #include "server/station/robot_feed.hpp"
 #include "server/station/site_json.hpp"
-#include "server/station/subscribers.hpp"
 #include "server/tick/configuration.hpp"
 
 namespace parhelion::station {
@@ -47,9 +46,10 @@ class StateFeed {
 
   /// Sends the current state to the new page.
   void open(std::shared_ptr<WebClient> client);
-  void close(std::uint64_t client) { subscribers_.close(client); }
+  void close(std::uint64_t client) { audience_.subscribers().close(client); }
   void subscribe(std::uint64_t client, const Subscription& wanted);
-  Subscribers& subscribers() { return subscribers_; }
+  Subscribers& subscribers() { return audience_.subscribers(); }
+  Audience& audience() { return audience_; }
 
   SimulationTime begun() const { return start(); }  ///< epoch: no session yet
   double t(SimulationTime instant) const { return (instant - start()).seconds(); }
@@ -90,6 +90,7 @@ class StateFeed {
     command,
     agent_scan,
     depth,
+    picture,
     watched
   };
   struct Channel {
@@ -109,36 +110,48 @@ class StateFeed {
   void handle_event(const Message& message);
   void handle_scan(const Message& message, std::size_t robot, ScanFrame::Source source);
   void handle_scan_info(const Message& message, std::size_t robot);
+  void handle_picture(std::size_t robot, WallTime now);
+  void look_from_agents(WallTime now);
   void handle_agent_scan(const Message& message);
   void handle_operator(const Message& message, WallTime now);
   void handle_model(const Message& message);
   void handle_depth(const Message& message, std::size_t robot, WallTime now);
   void send_world(WallTime now);
   void send_mixed_scan(std::size_t robot, const ScanInfo* info);
-  void send_scan(std::size_t robot, const Scan& scan, const ScanFrame& frame, int slot);
+  /// The entity that each beam hit, as numbers in the table of a page's view.
+  using EntitiesIn = std::function<std::vector<std::int16_t>(const View& view)>;
+  void send_scan(std::size_t robot, const Scan& scan, ScanFrame frame, int slot,
+                 const EntitiesIn& entities = {});
   void greet_about_robot(const Subscriber& subscriber);
+  void place(Subscriber& subscriber);
   void look_at_robot(std::size_t robot, bool second, bool half);
   void send_readings(std::size_t robot);
   void send_plans();
   void send_people();
   void greet(Subscriber& subscriber);
   std::string hello(const Identity& who) const;
-  std::string entities() const;
-  std::string status_text(const RobotFeed& robot) const;
-  std::string robots_text() const;
+  std::string entities(const View& view) const;
+  std::string status_text(const RobotFeed& robot, const View& view) const;
+  std::string robots_text(const View& view) const;
+  std::string zones_text(const View& view) const;
+  std::string events_text(const std::vector<Event>& events, const View& view) const;
+  std::string plans_text(const View& view) const;
+  std::string operators_text(const View& view) const;
+  std::string injection_text(const RobotFeed& robot, const View& view) const;
+  void update(View& view, WallTime now);
   ControlState control() const;
   void forget_silent_operators(WallTime now);
-  void send_operators() const;
+  void send_operators();
 
   std::shared_ptr<const tick::Configuration> configuration_;
   FeedOptions options_;
   std::unordered_map<std::string, Channel> channels_;  ///< by channel name on the bus
-  Subscribers subscribers_;
   std::optional<SimulationTime> start_;
 
   simulation::EntityShapes shapes_;
+  runtime::Knowledge knowledge_;
+  Audience audience_;
   PlacedAgents placed_;
-  EntityTable table_;
   std::vector<RobotFeed> robots_;  ///< by index
   AgentPlaces agents_;
 
@@ -154,7 +167,7 @@ class StateFeed {
   std::uint64_t model_version_ = 0;
   bool operators_changed_ = false;
   bool people_shown_ = false;
-  WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< due times of periodic work
+  WallTime second_, half_, quarter_, depth_due_, agents_look_;  ///< due times of periodic work
   std::string sent_control_;
 };
 

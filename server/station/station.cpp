@@ -20,8 +20,8 @@ constexpr int kMaxMessagesAtOnce = 64;  // of the bus, between two events of pag
 struct Published {
   std::mutex mutex;
   SimulationTime start;
-  CachedContent model, robots;
-  std::string report, report_page;
+  CachedContent model, robots, trainees_robots;
+  SessionReport report;
   bool ending = false;  ///< a report will follow
   std::vector<std::pair<std::string, double>> status;
   std::size_t subscribers = 0;
@@ -62,6 +62,8 @@ struct Station::Running {
     feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
     publish(site_json(options.configuration->model, 0));
     published.robots = cached_content("application/json", robots_json(*options.configuration));
+    published.trainees_robots =
+        cached_content("application/json", robots_json(*options.configuration, true));
   }
 
   /// Those of the options, with a flag that remembers the end of the session.
@@ -192,8 +194,9 @@ void Station::Running::add_routes(HttpServer& server) {
     if (options.cloud.empty()) return refusal(404, "no cloud of this site was given (serve --cloud)");
     return HttpResponse{200, "application/octet-stream", options.cloud};
   });
-  server.on("GET", "/api/v1/robots", access,
-            [this](const HttpRequest& request) { return answer_with(request, published.robots); });
+  server.on("GET", "/api/v1/robots", access, [this](const HttpRequest& request) {
+    return answer_with(request, is_trainee(*request.who) ? published.trainees_robots : published.robots);
+  });
   add_report_routes(server);
   add_socket(server);
 }
@@ -205,15 +208,19 @@ void Station::Running::add_report_routes(HttpServer& server) {
     soon.headers = {{"Retry-After", "1"}};
     return soon;
   };
-  server.on("GET", "/api/v1/report", Access::logged_in(), [this, none](const HttpRequest&) {
+  server.on("GET", "/api/v1/report", Access::logged_in(), [this, none](const HttpRequest& request) {
     const std::lock_guard lock(published.mutex);
-    return published.report.empty() ? none() : json(published.report);
+    const SessionReport& report = published.report;
+    const std::string& text = is_trainee(*request.who) ? report.trainees_json : report.json;
+    return text.empty() ? none() : json(text);
   });
-  server.on("GET", "/report", Access::logged_in(), [this, none](const HttpRequest&) {
+  server.on("GET", "/report", Access::logged_in(), [this, none](const HttpRequest& request) {
     const std::lock_guard lock(published.mutex);
-    if (published.report_page.empty()) return none();
+    const SessionReport& report = published.report;
+    const std::string& page = is_trainee(*request.who) ? report.trainees_page : report.page;
+    if (page.empty()) return none();
     // The page contains its script and its styles and requests nothing.
-    HttpResponse response{200, "text/html; charset=utf-8", published.report_page};
+    HttpResponse response{200, "text/html; charset=utf-8", page};
     response.headers = {{"Content-Security-Policy",
                          "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "
                          "data:; frame-ancestors 'none'"}};
@@ -250,10 +257,9 @@ Result<std::unique_ptr<Station>> Station::open(std::unique_ptr<Bus> bus, HttpSer
 
 Station::~Station() = default;
 
-void Station::set_report(std::string json_text, std::string page) {
+void Station::set_report(SessionReport report) {
   const std::lock_guard lock(running_->published.mutex);
-  running_->published.report = std::move(json_text);
-  running_->published.report_page = std::move(page);
+  running_->published.report = std::move(report);
 }
 
 void Station::add_metrics(MetricsText& text) {

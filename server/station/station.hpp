@@ -21,6 +21,12 @@ struct StationMap {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< m, map: lower left corner
 };
 
+/// The report of a session; empty: there is none. Trainees get their own, without what was not sensed.
+struct SessionReport {
+  std::string json, page;
+  std::string trainees_json, trainees_page;
+};
+
 struct StationOptions {
   std::shared_ptr<const tick::Configuration> configuration;
   bool recorded = false;  ///< the bus plays a recording
@@ -47,8 +53,8 @@ class Station {
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 
-  /// After the session has ended, for /api/v1/report and /report; `page` may be empty. Thread-safe.
-  void set_report(std::string json, std::string page);
+  /// After the session has ended, for /api/v1/report and /report. Thread-safe.
+  void set_report(SessionReport report);
   /// Metrics of MR_STATUS, and the number of pages. Thread-safe.
   void add_metrics(MetricsText& text);
 

@@ -20,16 +20,4 @@ Subscriber* Subscribers::find(std::uint64_t id) {
   return found == subscribers_.end() ? nullptr : &*found;
 }
 
-void Subscribers::send_to_all(std::string text, int slot) const {
-  if (subscribers_.empty()) return;
-  const SharedText shared = shared_text(std::move(text));
-  for (const Subscriber& subscriber : subscribers_) subscriber.client->send(shared, false, slot);
-}
-
-void Subscribers::send_to_robot(std::size_t robot, std::string text, int slot) const {
-  const SharedText shared = shared_text(std::move(text));
-  for (const Subscriber& subscriber : subscribers_)
-    if (subscriber.robot == robot) subscriber.client->send(shared, false, slot);
-}
-
 }  // namespace parhelion::station

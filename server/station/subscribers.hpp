@@ -22,7 +22,7 @@ inline SharedText shared_text(std::string text) {
 namespace send_slot {
 inline constexpr int kWorld = 0, kRealScan = 1, kMixedScan = 2, kPoints = 3, kStatus = 4, kInjection = 5,
                      kPose = 6, kScore = 7, kOperators = 8, kControl = 9, kPlans = 10, kHazard = 11,
-                     kJoints = 12, kRobots = 13, kPeople = 14;
+                     kJoints = 12, kRobots = 13, kPeople = 14, kKnown = 15;
 inline constexpr int kAgentScan = 64;  ///< first of a range: one slot for each agent scan that a page
                                        ///< subscribes to
 }  // namespace send_slot
@@ -31,6 +31,7 @@ struct Subscriber {
   std::shared_ptr<WebClient> client;
   Subscription wants;
   std::size_t robot = 0;   ///< index of wants.robot
+  std::string view;        ///< what it is shown; see Audience
   WallTime world_due;      ///< steady clock: time of the next world message
   double allowance = 100;  ///< tokens of the rate limiter: messages that it may send at once; refilled over
                            ///< time
@@ -47,11 +48,6 @@ class Subscribers {
   std::vector<Subscriber>& all() { return subscribers_; }
   const std::vector<Subscriber>& all() const { return subscribers_; }
   bool empty() const { return subscribers_.empty(); }
-
-  /// Sends text to all pages.
-  void send_to_all(std::string text, int slot = WebClient::kInOrder) const;
-  /// The same to those that follow this robot.
-  void send_to_robot(std::size_t robot, std::string text, int slot) const;
 
  private:
   std::vector<Subscriber> subscribers_;

@@ -28,6 +28,7 @@ struct TeleopRobot {
   std::vector<TeleopJoint> joints;
   bool video = false;   ///< has a camera
   std::string why_not;  ///< reason, for people, why nobody can drive it; empty: pages can
+  bool for_trainees = true;  ///< trainees may drive it; of other robots they learn nothing here
 };
 
 struct TeleopRequest {

@@ -43,10 +43,25 @@ void TeleopService::opened(std::shared_ptr<WebClient> client) {
       *(clients_[id] = std::make_unique<TeleopClient>(bus_, std::move(client), options_.now()));
   teleop_client.set_robots(robots_);
   for (const auto& [other, driver] : clients_) {
-    if (!driver->robot().empty()) teleop_client.send(driven_text(driver->robot(), driver->who(), false));
+    if (!driver->robot().empty() && is_for(teleop_client, driver->robot()))
+      teleop_client.send(driven_text(driver->robot(), driver->who(), false));
   }
-  for (const auto& [robot, by] : stopped_by_) teleop_client.send(estop_text(robot, by, true));
-  teleop_client.send(robots_text(robots_));  // last, when it is known which robots are free
+  for (const auto& [robot, by] : stopped_by_)
+    if (is_for(teleop_client, robot)) teleop_client.send(estop_text(robot, by, true));
+  // Last, when it is known which robots are free.
+  teleop_client.send(robots_text(robots_for(teleop_client)));
+}
+
+bool TeleopService::is_for(const TeleopClient& teleop_client, const std::string& robot) const {
+  if (teleop_client.client().who().role != Role::trainee || is_trainees(robot)) return true;
+  const TeleopRobot* known = find(robot);
+  return known != nullptr && known->for_trainees;
+}
+
+std::vector<TeleopRobot> TeleopService::robots_for(const TeleopClient& teleop_client) const {
+  std::vector<TeleopRobot> robots = robots_;
+  std::erase_if(robots, [&](const TeleopRobot& robot) { return !is_for(teleop_client, robot.driven.name); });
+  return robots;
 }
 
 void TeleopService::closed(WebClient& client) {
@@ -134,9 +149,9 @@ Result<TeleopClient*> TeleopService::client_to_replace(const TeleopClient& teleo
 
 Status TeleopService::drive(TeleopClient& teleop_client, const std::string& robot) {
   const TeleopRobot* wanted = find(robot);
-  if (wanted == nullptr) {
+  if (wanted == nullptr || !is_for(teleop_client, robot)) {
     std::string known;
-    for (const TeleopRobot& each : robots_) known += (known.empty() ? "" : ", ") + each.driven.name;
+    for (const TeleopRobot& each : robots_for(teleop_client)) known += (known.empty() ? "" : ", ") + each.driven.name;
     return Error{"no robot '" + robot + "'; there " + (known.empty() ? "is none yet" : "are " + known)};
   }
   if (!wanted->why_not.empty()) return Error{"robot '" + robot + "' cannot be driven: " + wanted->why_not};
@@ -186,8 +201,8 @@ void TeleopService::set_robots(std::vector<TeleopRobot> robots) {
       refuse(*teleop_client, Error{"robot '" + driven + "' was removed"});
     }
     teleop_client->set_robots(robots_);
+    teleop_client->send(robots_text(robots_for(*teleop_client)));
   }
-  send_to_all(robots_text(robots_));
 }
 
 void TeleopService::handle(const OperatorStatus& status) {
@@ -225,8 +240,9 @@ std::vector<Driving> TeleopService::driving() const {
   return all;
 }
 
-void TeleopService::send_to_all(const std::string& text) {
-  for (auto& [id, teleop_client] : clients_) teleop_client->send(text);
+void TeleopService::send_about(const std::string& robot, const std::string& text) {
+  for (auto& [id, teleop_client] : clients_)
+    if (is_for(*teleop_client, robot)) teleop_client->send(text);
 }
 
 void TeleopService::send_driver(const std::string& robot, bool silent) {
@@ -234,9 +250,11 @@ void TeleopService::send_driver(const std::string& robot, bool silent) {
   for (const auto& [id, teleop_client] : clients_) {
     if (teleop_client->robot() == robot) driver = teleop_client.get();
   }
-  for (auto& [id, teleop_client] : clients_)
+  for (auto& [id, teleop_client] : clients_) {
+    if (!is_for(*teleop_client, robot)) continue;
     teleop_client->send(
         driven_text(robot, driver == nullptr ? "" : driver->who(), teleop_client.get() == driver, silent));
+  }
 }
 
 void TeleopService::audit(const std::string& who, const std::string& what) const {

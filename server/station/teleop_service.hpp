@@ -107,7 +107,11 @@ class TeleopService {
   /// not drive it.
   Result<TeleopClient*> client_to_replace(const TeleopClient& teleop_client, const std::string& robot) const;
   const TeleopRobot* find(const std::string& robot) const;
-  void send_to_all(const std::string& text);
+  /// True if the page may learn of the robot.
+  bool is_for(const TeleopClient& teleop_client, const std::string& robot) const;
+  std::vector<TeleopRobot> robots_for(const TeleopClient& teleop_client) const;
+  /// To the pages that may learn of the robot.
+  void send_about(const std::string& robot, const std::string& text);
   /// `silent`: its page was silent, and may take control again.
   void send_driver(const std::string& robot, bool silent = false);
   void audit(const std::string& who, const std::string& what) const;

@@ -49,7 +49,7 @@ void TeleopService::apply_emergency_stop(const std::string& robot, bool stop) {
     stopped_by_.erase(robot);
   }
   stop_requests_.erase(robot);  // done as requested
-  send_to_all(estop_text(robot, kElsewhere, stop));
+  send_about(robot, estop_text(robot, kElsewhere, stop));
   audit(kElsewhere, (stop ? "emergency stop of " : "resets the emergency stop of ") + robot);
   if (options_.stops_changed) options_.stops_changed(active_stops());
 }
@@ -102,7 +102,7 @@ Status TeleopService::stop_locked(const std::string& robot, const std::string& b
     if (stopped_by_.insert({name, by}).second) {
       news = true;
       stop_requests_[name] = {true, next_request(), {}, 0, false};
-      send_to_all(estop_text(name, by, true));
+      send_about(name, estop_text(name, by, true));
     }
     if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
   }
@@ -143,7 +143,7 @@ Status TeleopService::reset_locked(const std::string& robot, const std::string& 
     stop = stopped_by_.erase(stop);
     stop_requests_[name] = {false, next_request(), {}, 0, false};
     if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
-    send_to_all(estop_text(name, by, false));
+    send_about(name, estop_text(name, by, false));
     audit(by, "resets the emergency stop of " + name);
   }
   if (options_.stops_changed) options_.stops_changed(active_stops());

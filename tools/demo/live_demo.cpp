@@ -156,7 +156,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   auto report = runtime::serve(*server_bus, configuration, serving);
   if (!report) return report.error();
   if (!end.asked) return report;
-  (*station)->set_report(to_json(*report), review_page(options.session));
+  (*station)->set_report(session_report(*report, options.session));
   end.reported = true;
   options.notify("ended by the instructor; the page shows the report; stop with ^C");
   while (options.stop && !options.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(100));

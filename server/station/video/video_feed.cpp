@@ -107,9 +107,18 @@ void VideoFeed::received(WebClient& client, std::string_view bytes, bool binary)
   }
 }
 
-void VideoFeed::set_robots(std::vector<std::string> robots) {
+bool VideoFeed::is_for(const Viewer& viewer, const std::string& robot) const {
+  if (viewer.client->who().role != Role::trainee || robot == options_.robot) return true;
+  const auto& others = options_.other_robots;
+  return for_trainees_.contains(robot) ||
+         std::any_of(others.begin(), others.end(),
+                     [&](const RobotCamera& other) { return other.robot == robot; });
+}
+
+void VideoFeed::set_robots(std::vector<std::string> robots, std::set<std::string> for_trainees) {
   const std::lock_guard lock(mutex_);
   robots_ = std::move(robots);
+  for_trainees_ = std::move(for_trainees);
   if (std::find(robots_.begin(), robots_.end(), options_.robot) == robots_.end())
     robots_.insert(robots_.begin(), options_.robot);
 }
@@ -168,7 +177,7 @@ void VideoFeed::follow_viewers() {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, viewer] : viewers_) {
       const bool known = std::find(robots_.begin(), robots_.end(), viewer->robot) != robots_.end();
-      if (!known || sources_.count(viewer->robot) != 0) continue;
+      if (!known || !is_for(*viewer, viewer->robot) || sources_.count(viewer->robot) != 0) continue;
       sources_[viewer->robot] = make_source(viewer->robot);
     }
     std::erase_if(sources_, [&](const auto& each) {
@@ -238,7 +247,7 @@ VideoWanted VideoFeed::wanted_of(VideoSource& source) {
   const bool key_is_due = !source.keyed || now - *source.keyed >= kKeyPeriod;
   wanted.bit_rate = options_.limits.ceiling;
   for (auto& [id, viewer] : viewers_) {
-    if (viewer->robot != source.robot()) continue;
+    if (viewer->robot != source.robot() || !is_for(*viewer, source.robot())) continue;
     viewer->link.look(viewer->client->waiting_bytes(), now);
     if (viewer->codec == VideoCodec::jpeg) {
       viewer->ready = !viewer->link.congested();
@@ -291,7 +300,7 @@ void VideoFeed::send(const VideoSource& source, VideoFrame frame, const CodedPic
     as_jpeg = video_message(frame, coded.jpeg);
   }
   for (auto& [id, viewer] : viewers_) {
-    if (viewer->robot != source.robot()) continue;
+    if (viewer->robot != source.robot() || !is_for(*viewer, source.robot())) continue;
     const bool h264 = viewer->codec == VideoCodec::h264 && as_h264 != nullptr;
     const bool follows = viewer->ready && (!h264 || coded.key || !viewer->needs_key);
     if (!follows || (!h264 && as_jpeg == nullptr)) {
@@ -315,7 +324,7 @@ void VideoFeed::watch() {
   const WallTime now = options_.now();
   for (auto& [id, viewer] : viewers_) {
     if (viewer->stream) continue;
-    const auto source = sources_.find(viewer->robot);
+    const auto source = is_for(*viewer, viewer->robot) ? sources_.find(viewer->robot) : sources_.end();
     VideoStatus status;
     if (source != sources_.end()) {
       status = source->second->status(now);
@@ -324,7 +333,8 @@ void VideoFeed::watch() {
     }
     if (!bus_fault_.empty()) status.why = bus_fault_;
     status.robot = viewer->robot;
-    status.robots = robots_;
+    for (const std::string& robot : robots_)
+      if (is_for(*viewer, robot)) status.robots.push_back(robot);
     status.codec = viewer->codec;
     if (viewer->codec == VideoCodec::h264 && source != sources_.end())
       status.bit_rate = source->second->coder.bit_rate();

@@ -70,8 +70,9 @@ class VideoFeed {
   /// One round: waits at most `timeout` for a picture, and sends due pictures.
   void turn(Duration timeout);
 
-  /// Robots that may have a camera: the trainee's and agents.
-  void set_robots(std::vector<std::string> robots);
+  /// Robots that may have a camera: the trainee's and agents. `for_trainees`: those whose pictures trainees may
+  /// see; of the others they learn nothing here.
+  void set_robots(std::vector<std::string> robots, std::set<std::string> for_trainees = {});
   /// The faults camera_delay (s, 0..0.5) and camera_loss (fraction, 0..1).
   void impair(double delay, double loss);
   VideoCounts counts() const;
@@ -84,6 +85,7 @@ class VideoFeed {
   void closed(WebClient& client);
 
   std::unique_ptr<VideoSource> make_source(const std::string& robot) const;
+  bool is_for(const Viewer& viewer, const std::string& robot) const;
   void follow_viewers();
   Duration until_due(Duration timeout) const;
   void take(const Message& message);
@@ -97,6 +99,7 @@ class VideoFeed {
   const VideoOptions options_;
   mutable std::mutex mutex_;  // guards all members below
   std::vector<std::string> robots_;
+  std::set<std::string> for_trainees_;
   std::map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;     // by client
   std::map<std::string, std::unique_ptr<VideoSource>> sources_;  // by robot; each has a viewer
   double delay_ = 0, loss_ = 0;

@@ -43,7 +43,7 @@ export const strings = {
     keys: "Keys and help (?)",
     loading: "Loading …",
     failedToLoad: (title: string) => `${title} could not be loaded. Reload the page.`,
-    modes: { live: "live", recorded: "recording" },
+    modes: { live: "live", recorded: "recording", ended: "ended" },
     simulated: "simulated robot",
     realRobot: "real robot",
     level: (level: number) => `level ${level}`,
@@ -133,6 +133,7 @@ export const strings = {
     stale: "STALE", paused: "paused",
     staleAbout: (age: string) => `The image is ${age} old.`,
     none: "No image yet",
+    ended: "The session has ended", endedShort: "Ended",
     drawn: "No camera: rendered by this page", drawnAbout: (robot: string) => `${robot} has no camera. This page renders the site and all moving objects from the robot's viewpoint.`,
     age: "Image age",
     sinceCamera: "From the camera's stamp to this screen",
@@ -154,7 +155,7 @@ export const strings = {
     drive: (robot: string) => `Drive ${robot}`,
     nowhere: "The robot is not localized at the moment. Try again.",
     gotIt: "Got it",
-    ended: "The session has ended.",
+    ended: "The session has ended. Nothing runs any more.",
   },
   readings: {
     label: "Readings of the robot",
@@ -177,6 +178,7 @@ export const strings = {
     pad: (name: string) => `Gamepad: hold the left shoulder button (${name})`,
     roundTrip: (ms: number) => `Round trip ${ms.toFixed(1)} ms`,
     notConnected: "Not connected. The robot is stopped.",
+    ended: "The session has ended: nothing can be driven any more.",
     metresPerSecond: "m/s",
     radiansPerSecond: "rad/s",
   },
@@ -216,7 +218,15 @@ export const strings = {
     roles: { turret: "turret", shoulder: "shoulder", elbow: "elbow", wrist: "wrist", gripper: "gripper", flippers: "flipper", head: "camera head", other: "joint" },
     unknown: "unknown",
   },
+  known: {
+    ago: (age: string) => `seen ${age} ago`,
+  },
   score: {
+    sum: (awarded: string, deducted: string, score: string) => `Tasks ${awarded} − penalties ${deducted} = ${score}`,
+    noLess: "(never below 0)",
+    penalties: "Penalties",
+    penalty: (name: string, count: number) => (count > 1 ? `${name}, ${count} times` : name),
+    deducted: (what: string, points: string, count: number, total: string) => `${what}: −${points}${count > 1 ? ` (no. ${count}, −${total} in all)` : ""}`,
     points: "points",
     of: (possible: number) => `of ${possible}`,
     left: "Time left",
@@ -225,7 +235,7 @@ export const strings = {
     passed: "passed",
     notPassed: "not passed",
     tasks: "Tasks",
-    states: { waiting: "waiting", running: "running", done: "done", failed: "failed" },
+    states: { waiting: "waiting", running: "running", done: "done", failed: "failed", open: "not done" },
     report: "Open the report",
   },
   find: {
@@ -268,6 +278,7 @@ export const strings = {
     link: "This page",
     roundTrip: "Round trip",
     nothing: "No status received yet.",
+    ended: "The session has ended: no sensor reports any more.",
     nowhere: "–",
   },
   chat: {
@@ -329,6 +340,7 @@ export const strings = {
     teach: "Start", endFault: "End",
     surprises: "Doors, scripts, faults",
     notHere: "Available to instructors in live sessions only.",
+    ended: "The session has ended.",
   },
   play: {
     bar: "Recording", soFar: "Session history", seekSoFar: "Time in the session", onFromHere: "Play from here",
@@ -348,6 +360,6 @@ export const strings = {
     relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", person_touched: "Drove into a person", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started",
     agent_hidden: "Agent hidden", agent_shown: "Agent shown", payload_exceeded: "Payload exceeded", joint_limited: "Joint limited",
-    joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back",
+    joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back", mark: "Mark",
   } as Record<string, string>,
 };

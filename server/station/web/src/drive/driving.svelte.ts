@@ -110,7 +110,7 @@ class Driving {
     const pad = this.#lookAtPad();
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
-    const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
+    const held = input.held && robot !== undefined && !session.ended && !plan.tool && !dialogues.open;
     if (held && session.pastTime !== null) session.lookBack(null);  // nobody drives by a past view
     const twist = robot && held ? twistOf(input, robot.limits, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };

@@ -1,5 +1,5 @@
 /** Moving content of the plan: robots and agents, their paths, scans, events, and the current draft. */
-import { FLAG_UNSENSED, type ScanFrame, type WorldFrame } from "../session/frames";
+import { FLAG_REMEMBERED, FLAG_UNSENSED, type ScanFrame, type WorldFrame } from "../session/frames";
 import { flatPose, rowOf } from "../session/poses";
 import type { Entity, Part, Plan, SessionEvent, Shape } from "../session/protocol";
 import type { Trails } from "../session/trails";
@@ -39,12 +39,14 @@ const heads = (entity: Entity) => entity.kind === "robot" || entity.kind === "pe
 /** `footprintOf`: corners in the frame of the robot, m; empty if unknown. */
 export interface Crowd {
   entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; footprintOf(name: string): readonly [number, number][]; selected: string; follows: string;
+  /** Of a thing that is only remembered, since when; else empty. */
+  ageOf(name: string): string;
 }
 
 /** All entities of one owner are one path, so that a thousand of them need three fills. */
 export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
   const { entities, world } = crowd;
-  const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D(), real_person: new Path2D() };
+  const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D(), real_person: new Path2D() }, remembered = new Path2D();
   const noses = new Path2D(), length = entities.length > CROWD ? CROWDED_PX : DART_PX, dot = 0.55 * length;
   const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [];
   for (const entity of entities) {
@@ -56,7 +58,8 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       const k = row * 7;
       const place = { at: world.poses.subarray(k, k + 3), turn: world.poses.subarray(k + 3, k + 7) };
       const shapes = crowd.shapesOf(part);
-      if (!small) for (const shape of c.scale < DETAIL_SCALE ? [widest(shapes)] : shapes) trace(bodies[entity.owner], c, shapeOutline(shape, place));
+      const body = (world.flags[row] as number) & FLAG_REMEMBERED ? remembered : bodies[entity.owner];
+      if (!small) for (const shape of c.scale < DETAIL_SCALE ? [widest(shapes)] : shapes) trace(body, c, shapeOutline(shape, place));
       if (!first) continue;
       first = false;
       const pose = flatPose(world, row);
@@ -65,8 +68,8 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       // The shape of a real robot may consist of hull panels only, which are mere lines from above.
       if (!small && entity.owner === "robot") trace(bodies.robot, c, { polygon: placed(crowd.footprintOf(entity.name), pose) });
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
-      if (small && heads(entity)) dart(bodies[entity.owner], px, py, pose.yaw, length);
-      else if (small) bodies[entity.owner].rect(px - dot / 2, py - dot / 2, dot, dot);
+      if (small && heads(entity)) dart(body, px, py, pose.yaw, length);
+      else if (small) body.rect(px - dot / 2, py - dot / 2, dot, dot);
       else if (heads(entity)) nose(noses, px, py, pose.yaw, Math.max(7, (entity.kind === "robot" ? 0.5 : 0.34) * c.scale));
       if (pose.flags & FLAG_UNSENSED) ring(g, px, py, 14, ink.soft, [2, 3]);
     }
@@ -80,6 +83,10 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     g.fillStyle = ink[inkNames[owner]];
     g.fill(bodies[owner], "nonzero");
   }
+  g.globalAlpha = 0.35;
+  g.fillStyle = ink.virtual;
+  g.fill(remembered, "nonzero");
+  g.globalAlpha = 1;
   g.strokeStyle = ink.canvas;
   g.lineWidth = 4;
   g.stroke(noses);
@@ -90,7 +97,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     const chosen = entity.name === crowd.selected;
     if (chosen) ring(g, px, py, Math.max(14, 0.55 * c.scale), ink.accent, []);
     if (entity.owner === "building" && !chosen) continue;
-    if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
+    if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, [entity.name, crowd.ageOf(entity.name)].filter(Boolean).join(" · "), chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
   }
 }
 

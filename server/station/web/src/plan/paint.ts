@@ -2,6 +2,7 @@
 import { view } from "../layout/view.svelte";
 import { drawsBySoftware } from "../parts/graphics";
 import { selection } from "../session/selection.svelte";
+import { ageOf } from "../session/known";
 import { session } from "../session/session.svelte";
 import { site } from "../session/site.svelte";
 import type { Trails } from "../session/trails";
@@ -41,7 +42,7 @@ export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails,
   if (layers.has("paths")) drawTrails(g, camera, trails, new Map(entities.map((each) => [each.name, each])), live);
   drawPaths(g, camera, session.pastTime === null ? session.plans : [], layers.has("paths"), layers.has("motion"), live);
   if (world && layers.has("robots"))
-    drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot }, live);
+    drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot, ageOf }, live);
   if (layers.has("robots") && session.pastTime === null) drawPeople(g, camera, session.people, (name) => session.poseOf(name), live.person);
   if (mixed && layers.has("virtual")) drawScan(g, camera, mixed, "virtual", live.virtual, scanStrength(mixed, now));
   for (const [key, scan] of Object.entries(scans))

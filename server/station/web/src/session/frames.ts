@@ -1,7 +1,7 @@
 /** The binary frames of /ws/state: little-endian, first byte the kind. Views into the received buffer, not copies. */
 
 export const SCAN_REAL = 0, SCAN_MIXED = 1, SCAN_AGENT = 2;
-export const FLAG_NO_ATTITUDE = 1, FLAG_UNSENSED = 2, FLAG_COLOURED = 1;
+export const FLAG_NO_ATTITUDE = 1, FLAG_UNSENSED = 2, FLAG_REMEMBERED = 4, FLAG_COLOURED = 1;
 
 /** Pose of every part at session time `t`: seven floats each, x, y, z, qx, qy, qz, qw in map. */
 export interface WorldFrame { kind: "world"; table: number; t: number; count: number; ids: Uint16Array; flags: Uint16Array; poses: Float32Array }

@@ -37,7 +37,10 @@ export interface SessionEvent {
 export interface Events { type: "events"; list: SessionEvent[] }
 
 export interface Task { name: string; title: string; state: "waiting" | "running" | "done" | "failed"; points: number; of: number; left_s: number | null }
-export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null }
+/** Deductions by one rule so far. */
+export interface Penalty { name: string; count: number; points: number }
+/** `score` is `awarded` less `deducted`, at least 0. */
+export interface Score { type: "score"; score: number; possible: number; awarded?: number; deducted?: number; penalties?: Penalty[]; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null }
 
 export interface SensorStatus { name: string; rate_hz: number; age_ms: number | null; loss: number; state: "ok" | "late" | "lost" | "none" }
 export interface Status { type: "status"; values: Record<string, number>; notes: Record<string, string>; sensors: SensorStatus[] }
@@ -73,8 +76,12 @@ export interface Robots { type: "robots"; list: RobotLine[] }
 export interface RealPerson { name: string; velocity: [number, number]; radius: number; ellipse: [number, number, number] }
 export interface People { type: "people"; list: RealPerson[] }
 
+/** A thing that a trainee's robot has sensed: when, how, and whether it does so now. */
+export interface KnownThing { name: string; t: number; by: "laser" | "camera" | "touch"; now: boolean }
+export interface Known { type: "known"; list: KnownThing[] }
+
 export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
-  | Robots | People | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
+  | Robots | People | Known | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
 export interface Ask { type: "agent" | "script" | "fault" | "end" | "save" | "report"; [field: string]: unknown }
@@ -83,7 +90,7 @@ export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control"
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
   operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
-  hazard: ["values"], model: [], reply: [], robots: ["list"], people: ["list"],
+  hazard: ["values"], model: [], reply: [], robots: ["list"], people: ["list"], known: ["list"],
 };
 
 /** null: unknown message (a newer server may send more); throws if a known one is invalid. */

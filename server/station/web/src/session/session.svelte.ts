@@ -3,7 +3,7 @@ import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type RealPerson, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type KnownThing, type Mark, type Operator, type Plan, type PoseState, type RealPerson, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
@@ -41,6 +41,8 @@ class Session {
   people = $state.raw<RealPerson[]>([]);
   zones = $state.raw<Zone[]>([]);
   joints = $state.raw<Record<string, Joints>>({});
+  /** What a trainee's robot has sensed, by name; empty for those who see everything. */
+  known = $state.raw<ReadonlyMap<string, KnownThing>>(new Map());
   hazard = $state.raw<Hazard | null>(null);
   /** Increments when the semantic model has to be fetched again. */
   modelVersion = $state.raw<number | string>(0);
@@ -65,6 +67,8 @@ class Session {
   /** Permission to place, inject faults, pause and end. Only for the display: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
   mayDrive = $derived(this.hello !== null && this.hello.who.role !== "observer");
+  /** The live session is over: nothing of it runs any more. */
+  ended = $derived(this.hello?.session.mode === "live" && (this.control?.ended ?? false));
   silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
 
   #requests = new Requests();
@@ -115,6 +119,12 @@ class Session {
   /** The shapes of a part in its own frame; an unknown one is a small box. */
   shapesOf(part: Part): Shape[] {
     return this.forms[part.form] ?? UNKNOWN_FORM;
+  }
+
+  /** s since a trainee's robot sensed it last; null: it is sensed now, or not only remembered. */
+  rememberedFor(name: string): number | null {
+    const thing = this.known.get(name);
+    return thing && !thing.now ? Math.max(0, this.now() - thing.t) : null;
   }
 
   /** Pose of an entity now (its first part, in map), or null if unknown. */
@@ -210,6 +220,7 @@ class Session {
       case "people": this.people = message.list; break;
       case "zones": this.zones = message.list; break;
       case "joints": this.joints = { ...this.joints, [message.robot]: message }; break;
+      case "known": this.known = new Map(message.list.map((each) => [each.name, each])); break;
       case "hazard": this.hazard = message; break;
       case "model": this.modelVersion = message.version; break;
       case "reply": this.#requests.answer(message); break;
@@ -234,6 +245,7 @@ class Session {
     this.hello = hello;
     this.robotLines = [];
     this.people = [];
+    this.known = new Map();
   }
 }
 

@@ -1,0 +1,177 @@
+#include "server/runtime/knowledge.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "server/simulation/base_body.hpp"
+#include "server/training/briefing.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+const WorldMessage::Entry* first_body(const WorldMessage& world, const std::string& entity) {
+  const auto found = std::find_if(world.bodies.begin(), world.bodies.end(),
+                                  [&](const WorldMessage::Entry& body) { return body.entity == entity; });
+  return found == world.bodies.end() ? nullptr : &*found;
+}
+
+std::set<std::string, std::less<>> agents_of(const Scenario& scenario) {
+  std::set<std::string, std::less<>> names;
+  for (const AgentDefinition& agent : scenario.agents) names.insert(agent.name);
+  for (const Script& script : scenario.scripts) {
+    for (const AgentCommand& action : script.actions)
+      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.insert(spawn->agent.name);
+  }
+  return names;
+}
+
+double range_of(const LaserDescription& laser) {
+  const double range = laser.convention.range_max;
+  return range > 0 ? range : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+const char* to_string(SensedBy by) {
+  static constexpr const char* words[] = {"laser", "camera", "touch"};
+  return words[static_cast<std::size_t>(by)];
+}
+
+std::string trainee_briefing(const tick::Configuration& configuration) {
+  if (!configuration.scenario.training) return {};
+  Scenario told = configuration.scenario;
+  told.drawn_values.clear();
+  return training::briefing(told, tick::graded_robot(configuration));
+}
+
+bool is_driven_by_trainees(const tick::Configuration& configuration, const AgentDefinition& agent) {
+  const auto& training = configuration.scenario.training;
+  return agent.behaviour.kind == BehaviourKind::teleop || (training && training->robot == agent.name);
+}
+
+Knowledge::Knowledge(const tick::Configuration& configuration, const simulation::EntityShapes& shapes)
+    : configuration_(configuration),
+      shapes_(shapes),
+      briefing_(trainee_briefing(configuration)),
+      sight_(configuration.model),
+      agents_(agents_of(configuration.scenario)) {}
+
+void Knowledge::restart() {
+  agents_ = agents_of(configuration_.scenario);
+  sensed_.clear();
+  reported_.clear();
+  numbers_.clear();
+}
+
+void Knowledge::note(const std::string& robot, const std::string& entity, SensedBy by,
+                     const WorldMessage& world) {
+  if (entity == robot || first_body(world, entity) == nullptr) return;
+  numbers_.try_emplace(entity, numbers_.size() + 1);
+  const auto [place, is_new] = sensed_[robot].try_emplace(entity);
+  Sensed& sensed = place->second;
+  const SimulationTime now{world.stamp.ns};
+  if (is_new) sensed.first = now;
+  sensed.last = now;
+  sensed.by = by;
+  sensed.bodies.clear();
+  for (const WorldMessage::Entry& body : world.bodies)
+    if (body.entity == entity) sensed.bodies.push_back(body);
+}
+
+/// Doors are no agents: MR_SCAN_INFO does not name them.
+void Knowledge::look_for_doors(const std::string& robot, const std::optional<LaserDescription>& laser,
+                               const WorldMessage& world) {
+  const WorldMessage::Entry* body = first_body(world, robot);
+  const bool any = std::any_of(world.bodies.begin(), world.bodies.end(), [](const auto& each) {
+    return each.owner == BodyOwner::building;
+  });
+  if (body == nullptr || !laser || !any) return;
+  sight_.set_bodies(world, shapes_);
+  const auto T_map_laser = simulation::base_of(body->T_map_body) * laser->T_base_laser;
+  for (const std::string& entity : sight_.in_laser(T_map_laser, range_of(*laser), robot)) {
+    if (first_body(world, entity)->owner == BodyOwner::building)
+      note(robot, entity, SensedBy::laser, world);
+  }
+}
+
+void Knowledge::look(const std::string& robot, const RobotDescription& description,
+                     const WorldMessage& world) {
+  const WorldMessage::Entry* body = first_body(world, robot);
+  if (body == nullptr || !description.camera) return;
+  sight_.set_bodies(world, shapes_);
+  const auto T_map_optical = simulation::base_of(body->T_map_body) * description.camera->T_base_optical;
+  for (const std::string& entity : sight_.in_camera(T_map_optical, description.camera->intrinsics, robot))
+    note(robot, entity, SensedBy::camera, world);
+}
+
+void Knowledge::take_scan(const ScanInfo& info, std::size_t robot, const WorldMessage& world) {
+  const RobotDescription& description = configuration_.robot_at(robot);
+  std::vector<bool> met(info.agents.size(), false);
+  for (const std::int16_t agent : info.beam_agent)
+    if (agent >= 0 && static_cast<std::size_t>(agent) < met.size()) met[static_cast<std::size_t>(agent)] = true;
+  for (std::size_t i = 0; i < met.size(); ++i)
+    if (met[i]) note(description.name, info.agents[i], SensedBy::laser, world);
+  look_for_doors(description.name, description.laser, world);
+}
+
+void Knowledge::take_picture(std::size_t robot, const WorldMessage& world) {
+  const RobotDescription& description = configuration_.robot_at(robot);
+  look(description.name, description, world);
+}
+
+const RobotDescription* Knowledge::model_of(const AgentDefinition& agent) const {
+  const auto& models = configuration_.robot_models;
+  const auto found =
+      std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == agent.model; });
+  return found == models.end() ? nullptr : &(*found)->description;
+}
+
+void Knowledge::take_scan_of(const AgentDefinition& agent, const WorldMessage& world) {
+  const WorldMessage::Entry* body = first_body(world, agent.name);
+  const auto T_base_laser = shapes_.laser_mount(agent.name);
+  const RobotDescription* model = model_of(agent);
+  if (body == nullptr || !T_base_laser) return;
+  sight_.set_bodies(world, shapes_);
+  const double range = model != nullptr && model->laser ? range_of(*model->laser)
+                                                        : std::numeric_limits<double>::infinity();
+  const auto T_map_laser = simulation::base_of(body->T_map_body) * *T_base_laser;
+  for (const std::string& entity : sight_.in_laser(T_map_laser, range, agent.name))
+    note(agent.name, entity, SensedBy::laser, world);
+}
+
+void Knowledge::take_picture_of(const AgentDefinition& agent, const WorldMessage& world) {
+  if (const RobotDescription* model = model_of(agent)) look(agent.name, *model, world);
+}
+
+void Knowledge::take(const Event& event, const WorldMessage& world) {
+  if (event.kind == EventKind::agent_spawned) agents_.insert(event.subject);
+  if (event.kind == EventKind::object_reported) reported_[event.subject].insert(event.object);
+  if (event.kind != EventKind::contact_started || event.undetectable) return;
+  // The building is no entity of the world, and so is not noted.
+  if (is_trainees(event.subject)) note(event.subject, event.object, SensedBy::touch, world);
+  if (is_trainees(event.object)) note(event.object, event.subject, SensedBy::touch, world);
+}
+
+bool Knowledge::is_trainees(const std::string& robot) const {
+  if (configuration_.find_robot(robot)) return true;
+  const AgentDefinition* agent = shapes_.definition(robot);
+  return agent != nullptr && is_driven_by_trainees(configuration_, *agent);
+}
+
+const Knowledge::ByEntity& Knowledge::sensed_by(const std::string& robot) const {
+  static const ByEntity none;
+  const auto found = sensed_.find(robot);
+  return found == sensed_.end() ? none : found->second;
+}
+
+bool Knowledge::reported(const std::string& robot, const std::string& entity) const {
+  const auto found = reported_.find(robot);
+  return found != reported_.end() && found->second.contains(entity);
+}
+
+std::size_t Knowledge::number_of(const std::string& entity) const {
+  const auto found = numbers_.find(entity);
+  return found == numbers_.end() ? 0 : found->second;
+}
+
+}  // namespace parhelion::runtime
