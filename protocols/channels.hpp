@@ -61,6 +61,8 @@ inline constexpr const char* kMrCameraRate = "MR_CAMERA_RATE";
 inline constexpr const char* kMrObjectReport = "MR_OBJECT_REPORT";
 /// script_start_t, in: starts a script of the scenario.
 inline constexpr const char* kMrScript = "MR_SCRIPT";
+/// training_start_t, in: starts the clock of a training that waits for it.
+inline constexpr const char* kMrStart = "MR_START";
 /// emergency_stop_t, in: emergency stop of a robot, and its release.
 inline constexpr const char* kMrEmergencyStop = "MR_EMERGENCY_STOP";
 /// planar_lidar_t or lidar_t, out: SCAN with the virtual objects in it. Same type, utime and beams.

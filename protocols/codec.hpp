@@ -58,6 +58,7 @@ Status decode(std::string_view channel, Bytes bytes, FaultCommand& command);
 Status decode(std::string_view channel, Bytes bytes, CameraRate& command);
 Status decode(std::string_view channel, Bytes bytes, ObjectReport& command);
 Status decode(std::string_view channel, Bytes bytes, ScriptStart& command);
+Status decode(std::string_view channel, Bytes bytes, TrainingStart& command);
 Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& command);
 /// Decodes the type that `command` already holds. After an Error it holds the stamp and request if they were
 /// read, for the reply.
@@ -125,6 +126,7 @@ void encode(const FaultCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const CameraRate& command, std::vector<std::uint8_t>& bytes);
 void encode(const ObjectReport& command, std::vector<std::uint8_t>& bytes);
 void encode(const ScriptStart& command, std::vector<std::uint8_t>& bytes);
+void encode(const TrainingStart& command, std::vector<std::uint8_t>& bytes);
 void encode(const EmergencyStopCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const InstructorCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const OperatorStatus& status, std::vector<std::uint8_t>& bytes);

@@ -32,6 +32,7 @@
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/script_start_t.hpp"
+#include "parhelion/training_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -198,6 +199,8 @@ std::string summarize(const ScriptStart& command) {
   return head(command.request, "script") + quoted(command.script);
 }
 
+std::string summarize(const TrainingStart& command) { return head(command.request, "start"); }
+
 std::string summarize(const EmergencyStopCommand& command) {
   return head(command.request, command.engaged ? "emergency stop of" : "release of emergency stop of") +
          (command.robot.empty() ? "all" : quoted(command.robot));
@@ -321,6 +324,7 @@ const auto& types() {
       Type{camera_rate_t::getHash(), "camera_rate_t", describe_as<CameraRate>},
       Type{object_report_t::getHash(), "object_report_t", describe_as<ObjectReport>},
       Type{script_start_t::getHash(), "script_start_t", describe_as<ScriptStart>},
+      Type{training_start_t::getHash(), "training_start_t", describe_as<TrainingStart>},
       Type{emergency_stop_t::getHash(), "emergency_stop_t", describe_as<EmergencyStopCommand>},
       Type{operator_t::getHash(), "operator_t", describe_as<OperatorStatus>},
       Type{event_t::getHash(), "event_t", describe_as<Event>},

@@ -10,6 +10,7 @@
 #include "parhelion/fault_cmd_t.hpp"
 #include "parhelion/object_report_t.hpp"
 #include "parhelion/script_start_t.hpp"
+#include "parhelion/training_start_t.hpp"
 #include "protocols/codec_wire.hpp"
 
 namespace parhelion {
@@ -285,6 +286,17 @@ void encode(const ScriptStart& command, std::vector<std::uint8_t>& bytes) {
   wire::Writer writer(script_start_t::getHash(), bytes);
   write_head(writer, command);
   writer.text(command.script);
+}
+
+Status decode(std::string_view channel, Bytes bytes, TrainingStart& command) {
+  wire::Reader reader(channel, "training_start_t", training_start_t::getHash(), bytes);
+  read_head(reader, command);
+  return reader.status();
+}
+
+void encode(const TrainingStart& command, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(training_start_t::getHash(), bytes);
+  write_head(writer, command);
 }
 
 Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& command) {

@@ -217,6 +217,8 @@ const char* to_string(EventKind kind) {
       return "encoders_back";
     case EventKind::person_touched:
       return "person_touched";
+    case EventKind::training_started:
+      return "training_started";
   }
   return "unknown";
 }

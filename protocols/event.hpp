@@ -96,8 +96,10 @@ enum class EventKind : std::uint8_t {
   encoders_back,
   person_touched,  ///< the subject drove into a real person, the object: the worst that can happen; value:
                    ///< m/s, its speed towards that person
+  training_started,  ///< the clock of the training starts; subject: the robot that was commanded first, or
+                     ///< moved; empty: the instructor's start
 };
-inline constexpr EventKind kLastEventKind = EventKind::person_touched;
+inline constexpr EventKind kLastEventKind = EventKind::training_started;
 
 /// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

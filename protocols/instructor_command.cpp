@@ -17,6 +17,7 @@ std::string subject(const CameraRate& command) { return command.agent; }
 std::string subject(const ObjectReport& command) { return command.object; }
 std::string subject(const ScriptStart& command) { return command.script; }
 std::string subject(const EmergencyStopCommand& command) { return command.robot; }
+std::string subject(const TrainingStart& /*command*/) { return {}; }
 
 const char* action(const AgentSpawn& /*command*/) { return "spawn"; }
 const char* action(const AgentMove& /*command*/) { return "move"; }
@@ -31,6 +32,7 @@ const char* action(const ScriptStart& /*command*/) { return "script"; }
 const char* action(const EmergencyStopCommand& command) {
   return command.engaged ? "emergency_stop" : "release_emergency_stop";
 }
+const char* action(const TrainingStart& /*command*/) { return "start"; }
 
 template <std::size_t... Index>
 InstructorCommand empty_command(std::size_t index, std::index_sequence<Index...> /*all*/) {

@@ -106,18 +106,24 @@ struct EmergencyStopCommand {
   bool engaged = true;     ///< false: released
 };
 
+/// Starts the clock of a training that waits for it (Training::on_command).
+struct TrainingStart {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+};
+
 /// Commands that scripts can give as well.
 using AgentCommand = std::variant<AgentSpawn, AgentMove, AgentBehaviour, AgentRemove, AgentFreeze>;
 
 using InstructorCommand =
     std::variant<AgentSpawn, AgentMove, AgentBehaviour, AgentRemove, AgentFreeze, DoorCommand, FaultCommand,
-                 CameraRate, ObjectReport, ScriptStart, EmergencyStopCommand>;
+                 CameraRate, ObjectReport, ScriptStart, EmergencyStopCommand, TrainingStart>;
 
 /// Canonical names of their channels, in the order of InstructorCommand.
 inline constexpr std::array<const char*, std::variant_size_v<InstructorCommand>> kInstructorChannels{
     channel::kMrSpawn,        channel::kMrMove,   channel::kMrBehaviour,    channel::kMrRemove,
     channel::kMrFreeze,       channel::kMrDoor,   channel::kMrFault,        channel::kMrCameraRate,
-    channel::kMrObjectReport, channel::kMrScript, channel::kMrEmergencyStop};
+    channel::kMrObjectReport, channel::kMrScript, channel::kMrEmergencyStop, channel::kMrStart};
 
 inline const char* channel_of(const InstructorCommand& command) {
   return kInstructorChannels[command.index()];

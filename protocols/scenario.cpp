@@ -204,6 +204,29 @@ std::vector<std::string> read_hosts(const Node& list, yaml::Problems& problems) 
   return hosts;
 }
 
+/// Agents of the scenario, agents that scripts spawn, and zones.
+std::vector<std::string> names_to_show(const Scenario& scenario) {
+  std::vector<std::string> names;
+  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
+  for (const Script& script : scenario.scripts) {
+    for (const AgentCommand& action : script.actions) {
+      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.push_back(spawn->agent.name);
+    }
+  }
+  for (const Zone& zone : scenario.zones) names.push_back(zone.name);
+  return names;
+}
+
+void read_shown(const Node& list, Scenario& scenario, yaml::Problems& problems) {
+  const std::vector<std::string> known = names_to_show(scenario);
+  for (const Node& each : list.items) {
+    if (std::find(known.begin(), known.end(), each.text) == known.end())
+      problems.add(each.line, "'shown': no agent or zone '" + yaml::printable(each.text) + "'" +
+                                  suggestion(each.text, known));
+    scenario.shown.push_back(each.text);
+  }
+}
+
 Scenario read_scenario(Node& node, yaml::Problems& problems) {
   Scenario scenario;
   yaml::read(node, "name", scenario.name);
@@ -245,6 +268,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   }
   if (const Node* scripts = node.find("scripts"))
     scenario.scripts = yaml::read_scripts(*scripts, scenario.agents, problems);
+  if (const Node* shown = node.find("shown")) read_shown(*shown, scenario, problems);
   if (const Node* doors = node.find("doors")) read_doors(*doors, scenario.doors, problems);
   if (const Node* hazards = node.find("hazards")) scenario.hazards = read_hazards(*hazards, problems);
   if (const Node* sensor = node.find("hazard_sensor"))
@@ -379,6 +403,7 @@ std::string to_yaml(const Scenario& scenario) {
     }
     writer.close();
   }
+  writer.texts("shown", scenario.shown);
   write_zones(scenario.zones, writer);
   yaml::write_scripts(writer, scenario.scripts);
   if (!scenario.doors.empty()) {

@@ -86,6 +86,7 @@ struct Scenario {
   double max_agent_image_rate = 10;  ///< Hz, of the cameras of all agents together; more are rejected
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
+  std::vector<std::string> shown;  ///< agents and zones that trainees are shown from the start
   std::vector<Script> scripts;
   std::vector<DoorSettings> doors;  ///< doors with settings
   std::vector<Hazard> hazards;

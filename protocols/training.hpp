@@ -83,6 +83,7 @@ struct Training {
   std::string robot;            ///< graded robot; empty: the trainee's
   std::string text;             ///< for the briefing
   std::optional<double> limit;  ///< s, for all tasks
+  bool on_command = true;       ///< the clock starts at MR_START or the first command; else with the session
   bool in_order = true;         ///< a task begins when the previous one has ended; else all at once
   /// Driving into a real person (event person_touched) costs all points and fails the session; false: only
   /// the penalties decide.

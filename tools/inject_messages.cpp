@@ -141,6 +141,10 @@ Result<InstructorCommand> script(const InjectArguments& arguments) {
   return InstructorCommand(ScriptStart{.script = arguments.name});
 }
 
+Result<InstructorCommand> start(const InjectArguments& /*arguments*/) {
+  return InstructorCommand(TrainingStart{});
+}
+
 Result<InstructorCommand> emergency_stop(const InjectArguments& arguments) {
   return InstructorCommand(EmergencyStopCommand{.robot = arguments.name});
 }
@@ -167,6 +171,7 @@ const std::map<std::string, Action> kActions{{"spawn", {"agent", spawn}},
                                              {"camera", {"agent", camera}},
                                              {"report", {"find", report}},
                                              {"script", {"script", script}},
+                                             {"start", {nullptr, start}},
                                              {"emergency-stop", {nullptr, emergency_stop}},
                                              {"release-emergency-stop", {nullptr, release_emergency_stop}}};
 

@@ -52,15 +52,16 @@ const std::vector<Role>& roles() {
                                     "MR_AGENT_.*_SCAN",
                                     "MR_AGENT_.*_CAMERA"};
     server.insert(server.begin(), sensors.begin(), sensors.end());  // levels 1 and 2 simulate the robot
-    return std::vector<Role>{
-        {"robot", sensors},
-        {"localization", {kPoseCov, kPose}},
-        {"trainee",
-         {kTeleop, kJointCmd, kOperators, kMrObjectReport, kMrEmergencyStop, "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
-        {"instructor",
-         {kMrSpawn, kMrMove, kMrBehaviour, kMrRemove, kMrFreeze, kMrDoor, kMrFault, kMrCameraRate, kMrScript,
-          kMrEmergencyStop, kMrObjectReport, kOperators, "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
-        {"server", std::move(server)}};
+    return std::vector<Role>{{"robot", sensors},
+                             {"localization", {kPoseCov, kPose}},
+                             {"trainee",
+                              {kTeleop, kJointCmd, kOperators, kMrObjectReport, kMrEmergencyStop,
+                               "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
+                             {"instructor",
+                              {kMrSpawn, kMrMove, kMrBehaviour, kMrRemove, kMrFreeze, kMrDoor, kMrFault,
+                               kMrCameraRate, kMrScript, kMrStart, kMrEmergencyStop, kMrObjectReport,
+                               kOperators, "MR_AGENT_.*_TELEOP", "MR_AGENT_.*_JOINT_CMD"}},
+                             {"server", std::move(server)}};
   }();
   return all;
 }

@@ -282,6 +282,7 @@ Training read_training(Node& node, Problems& problems) {
   read(node, "robot", training.robot);
   read(node, "text", training.text);
   read_optional(node, "limit", training.limit);
+  if (const Node* start = node.find("start")) training.on_command = start->text == "on command";
   if (const Node* order = node.find("order")) training.in_order = order->text == "listed";
   read(node, "pass_mark", training.pass_mark);
   if (const Node* contact = node.find("person_contact"))
@@ -323,6 +324,7 @@ void write_training(Writer& writer, const Training& training) {
   if (!training.robot.empty()) writer.text("robot", training.robot);
   if (!training.text.empty()) writer.text("text", training.text);
   if (training.limit) writer.quantity("limit", *training.limit, Quantity::time);
+  writer.word("start", training.on_command ? "on command" : "with session");
   writer.word("order", training.in_order ? "listed" : "free");
   writer.number("pass_mark", training.pass_mark);
   if (!training.person_contact_fails) writer.word("person_contact", "penalties_decide");

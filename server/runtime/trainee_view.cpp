@@ -91,6 +91,7 @@ bool is_noticed(EventKind kind) {
     case EventKind::near_miss:
     case EventKind::odometry_changed:
     case EventKind::poses_conflict:
+    case EventKind::training_started:
     case EventKind::person_touched:
     case EventKind::dose_warning:
     case EventKind::dose_limit:
@@ -137,8 +138,13 @@ TraineeView::TraineeView(const tick::Configuration& configuration, const Knowled
                          std::vector<std::string> robots)
     : configuration_(configuration), knowledge_(knowledge), robots_(std::move(robots)) {}
 
-/// A zone that he is told to reach, or to leave, is drawn for him.
-bool TraineeView::is_shown(const std::string& zone) const { return is_told(zone); }
+bool TraineeView::is_shown(const std::string& name) const {
+  const auto& shown = configuration_.scenario.shown;
+  return std::find(shown.begin(), shown.end(), name) != shown.end();
+}
+
+/// One that he is told to reach, or to leave, is drawn for him.
+bool TraineeView::knows_zone(const std::string& zone) const { return is_shown(zone) || is_told(zone); }
 
 bool TraineeView::is_own(const std::string& robot) const {
   return std::find(robots_.begin(), robots_.end(), robot) != robots_.end();
@@ -149,7 +155,7 @@ bool TraineeView::may_follow(const std::string& robot) const {
 }
 
 bool TraineeView::is_known(const std::string& name) const {
-  return may_follow(name) || sensed(name) != nullptr;
+  return may_follow(name) || is_shown(name) || sensed(name) != nullptr;
 }
 
 bool TraineeView::is_told(const std::string& name) const {
@@ -168,7 +174,7 @@ const Sensed* TraineeView::sensed(const std::string& entity) const {
 }
 
 std::string TraineeView::name_of(const std::string& entity) const {
-  if (may_follow(entity) || !knowledge_.agents().contains(entity)) return entity;
+  if (may_follow(entity) || is_shown(entity) || !knowledge_.agents().contains(entity)) return entity;
   const Sensed* known = sensed(entity);
   if (known == nullptr) return {};
   const bool named = std::any_of(robots_.begin(), robots_.end(), [&](const std::string& robot) {
@@ -194,7 +200,7 @@ KnownWorld TraineeView::world(const WorldMessage& world) const {
   std::set<std::string, std::less<>> there;
   for (const WorldMessage::Entry& body : world.bodies) {
     // A real robot or person whom a trainee does not see would be a danger.
-    const bool live = may_follow(body.entity) || body.owner == BodyOwner::real_person;
+    const bool live = may_follow(body.entity) || is_shown(body.entity) || body.owner == BodyOwner::real_person;
     if (live) known.message.bodies.push_back(body);
     if (there.insert(body.entity).second && !live) add(body.entity, world, known);
   }
@@ -221,9 +227,10 @@ void TraineeView::add(const std::string& entity, const WorldMessage& world, Know
 }
 
 bool TraineeView::is_for_him(const Event& event) const {
+  if (event.kind == EventKind::training_started) return true;
   if (!is_noticed(event.kind) || !(event.subject.empty() || is_own(event.subject))) return false;
   if (event.kind == EventKind::zone_entered || event.kind == EventKind::zone_left)
-    return is_shown(event.object);
+    return knows_zone(event.object);
   return !knowledge_.agents().contains(event.object) || is_known(event.object) ||
          event.kind == EventKind::object_reported;
 }
@@ -256,7 +263,7 @@ std::string TraineeView::text(const std::string& text) const {
 std::vector<Zone> TraineeView::zones() const {
   std::vector<Zone> zones;
   for (const Zone& zone : configuration_.scenario.zones)
-    if (is_shown(zone.name)) zones.push_back(zone);
+    if (knows_zone(zone.name)) zones.push_back(zone);
   return zones;
 }
 

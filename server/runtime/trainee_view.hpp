@@ -1,7 +1,7 @@
 // What a trainee may be told of a session: the one place that decides it, for the station and the review.
 //
-// His robot and the other trainees' robots, the zones that the briefing names, and what his robot has sensed, at the
-// place where it was sensed last. Things have names of their own only where the briefing names them, and what he
+// His robot and the other trainees' robots, real people, what the scenario shows on purpose, the zones that the
+// briefing names, and what his robot has sensed, at the place where it was sensed last. Things have names of their own only where the briefing names them, and what he
 // is to find once he has reported it; else a number: "object 3".
 #pragma once
 
@@ -25,7 +25,7 @@ struct KnownWorld {
     bool now = false;  ///< that is so short ago that it counts as being sensed
   };
   WorldMessage message;
-  std::map<std::string, Thing, std::less<>> things;  ///< by his name
+  std::map<std::string, Thing, std::less<>> things;  ///< by his name; what the scenario shows is none of them
 };
 
 /// Of the trainees that drive one set of robots. Holds references; make one when it is needed.
@@ -56,7 +56,8 @@ class TraineeView {
 
  private:
   bool is_own(const std::string& robot) const;
-  bool is_shown(const std::string& zone) const;
+  bool is_shown(const std::string& name) const;
+  bool knows_zone(const std::string& zone) const;
   bool is_told(const std::string& name) const;
   bool is_for_him(const Event& event) const;
   bool is_known(const std::string& name) const;

@@ -117,7 +117,7 @@ Twist2 Behaviours::decide(Agent& agent, const Surroundings& around, std::vector<
 Twist2 Behaviours::wanted(Agent& agent, const Surroundings& around, std::vector<Event>& events) {
   const Behaviour& behaviour = agent.definition.behaviour;
   const bool stays = behaviour.kind == BehaviourKind::stay && !behaviour.yields;
-  if (is_frozen(agent, around.real_robots) || stays) return {};
+  if (around.clock.waiting || is_frozen(agent, around.real_robots) || stays) return {};
   if (behaviour.kind == BehaviourKind::teleop) {
     return agent.teleop_until && around.clock.now() <= *agent.teleop_until ? agent.teleop : Twist2{};
   }

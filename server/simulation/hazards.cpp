@@ -87,7 +87,7 @@ void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
     if (agent != nullptr) trigger = felt(entry, *agent);
     const Eigen::Vector3d place = place_of(hazard, around.agents);
     if (trigger.by == nullptr) trigger = approached(entry, agent, place, around);
-    const double age = (around.clock.now() - around.clock.start).seconds();
+    const double age = around.clock.waiting ? 0 : (around.clock.now() - around.clock.begun).seconds();
     if (trigger.by == nullptr && hazard.delay && age >= *hazard.delay) trigger = {"time", age};
     if (trigger.by == nullptr) continue;
     entry.set_off = true;

@@ -28,7 +28,7 @@ void watch_radio(Agent& agent, const ObservedMotion& motion, const Surroundings&
 void watch_battery(Agent& agent, const ObservedMotion& motion, const Surroundings& around,
                    const Physics& physics, std::vector<Event>& events) {
   RobotSupply& supply = agent.supply;
-  if (!around.options.battery || supply.empty) return;
+  if (!around.options.battery || supply.empty || around.clock.waiting) return;
   const Battery& battery = *around.options.battery;
   const Joints& joints = agent.robot->motion().joints;
   double work = 0;

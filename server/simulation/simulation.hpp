@@ -226,6 +226,9 @@ class Simulation {
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
   /// Skips `steps` steps: all motion pauses meanwhile. For a machine that is too slow.
   void skip(std::uint64_t steps);
+  /// Agents, the timers of hazards and batteries stand still until begin().
+  void wait();
+  void begin();
   /// The agent's newest own scan (ranges according to the preset), for its behaviour.
   void give_scan(const std::string& agent, const Scan& scan);
 

@@ -113,6 +113,9 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
   step_robots(RealRobotStates(&real, 1), requests);
 }
 
+void Simulation::wait() { parts_->clock.waiting = true; }
+void Simulation::begin() { parts_->clock.begin(); }
+
 void Simulation::skip(std::uint64_t steps) {
   parts_->clock.step += steps;
   parts_->recorder.record(parts_->clock, parts_->environment, parts_->real_robots, parts_->agents);

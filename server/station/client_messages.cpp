@@ -241,15 +241,16 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
   if (read.kind == Kind::report) return take(report_command(message));
   if (read.kind == Kind::script) return take(script_command(message));
   if (read.kind == Kind::fault) return take(fault_command(message));
+  if (read.kind == Kind::start) return take(InstructorCommand(TrainingStart{}));
   return {};
 }
 
 }  // namespace
 
 const char* to_string(ClientMessage::Kind kind) {
-  static constexpr const char* names[] = {"subscribe", "agent", "script", "fault",      "end",    "save",
-                                          "report",    "chat",  "mark",   "pause",      "resume", "step",
-                                          "rate",      "seek",  "estop",  "estop_reset"};
+  static constexpr const char* names[] = {"subscribe", "agent",  "script", "fault", "start", "end",
+                                          "save",      "report", "chat",   "mark",  "pause", "resume",
+                                          "step",      "rate",   "seek",   "estop", "estop_reset"};
   return names[static_cast<std::size_t>(kind)];
 }
 

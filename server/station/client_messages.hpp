@@ -25,9 +25,10 @@ struct Subscription {
 struct ClientMessage {
   enum class Kind : std::uint8_t {
     subscribe,
-    agent,  ///< `command`; also for script, fault and report
+    agent,  ///< `command`; also for script, fault, start and report
     script,
     fault,
+    start,
     end,
     save,  ///< `name`
     report,

@@ -113,9 +113,11 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
   for (const PenaltyLine& penalty : board.penalties())
     penalties.push_back(
         {{"name", penalty.name}, {"count", penalty.count}, {"points", rounded(penalty.points)}});
-  Json left;
+  Json left, began;
+  const auto clock = board.began(start);
+  if (clock) began = rounded((*clock - start).seconds());
   if (board.limit() && !board.verdict())
-    left = rounded(std::max(0.0, *board.limit() - (now - start).seconds()));
+    left = rounded(clock ? std::max(0.0, *board.limit() - (now - *clock).seconds()) : *board.limit());
   return text_of({{"type", "score"},
                   {"graded", board.graded()},
                   {"score", rounded(board.score())},
@@ -123,6 +125,8 @@ std::string score_json(const ScoreBoard& board, SimulationTime start, Simulation
                   {"awarded", rounded(board.awarded())},
                   {"deducted", rounded(board.deducted())},
                   {"penalties", std::move(penalties)},
+                  {"waiting", board.waiting()},
+                  {"began", began},
                   {"pass_mark", rounded(board.pass_mark())},
                   {"ended", board.verdict().has_value()},
                   {"verdict", board.verdict().value_or("")},

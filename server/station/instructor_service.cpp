@@ -18,7 +18,8 @@ constexpr std::size_t kMaxUnanswered = 1000;
 
 /// Commands that the server replies to.
 bool is_command(Kind kind) {
-  return kind == Kind::agent || kind == Kind::script || kind == Kind::fault || kind == Kind::report;
+  return kind == Kind::agent || kind == Kind::script || kind == Kind::fault || kind == Kind::start ||
+         kind == Kind::report;
 }
 
 /// Messages that are stored or sent to everybody cost more of a page's rate limit.
@@ -57,6 +58,7 @@ bool may(Role role, ClientMessage::Kind kind, bool recorded) {
     case Kind::agent:
     case Kind::script:
     case Kind::fault:
+    case Kind::start:
     case Kind::end:
     case Kind::save:
     case Kind::mark:

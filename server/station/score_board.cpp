@@ -16,6 +16,7 @@ void ScoreBoard::restart() {
   score_ = possible_ = 0;
   verdict_.reset();
   penalties_.clear();
+  began_.reset();
   if (!training_) return;
   for (const Task& task : training_->tasks) {
     tasks_.push_back({task.name, task.text, {}, task.required, 0, task.points, task.limit, {}});
@@ -35,6 +36,10 @@ double ScoreBoard::deducted() const {
   return points;
 }
 
+std::optional<SimulationTime> ScoreBoard::began(SimulationTime start) const {
+  return began_ || waiting() ? began_ : std::optional(start);
+}
+
 void ScoreBoard::deduct(const std::string& rule, double points) {
   auto line = std::find_if(penalties_.begin(), penalties_.end(),
                            [&](const PenaltyLine& each) { return each.name == rule; });
@@ -44,7 +49,8 @@ void ScoreBoard::deduct(const std::string& rule, double points) {
 }
 
 bool ScoreBoard::take(const Event& event) {
-  if (!is_grading(event.kind)) return false;
+  if (event.kind == EventKind::training_started) began_ = event.stamp;
+  if (!is_grading(event.kind)) return event.kind == EventKind::training_started;
   if (event.kind == EventKind::points_deducted) deduct(event.object, event.value);
   if (event.kind == EventKind::score_changed) score_ = event.value;
   if (event.kind == EventKind::grading_ended) {

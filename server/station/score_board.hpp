@@ -42,6 +42,10 @@ class ScoreBoard {
   double awarded() const;
   double deducted() const;
   const std::vector<PenaltyLine>& penalties() const { return penalties_; }
+  /// The training waits for its start.
+  bool waiting() const { return training_ && training_->on_command && !began_; }
+  /// When its clock started: with the session at `start`, unless an event told it. None: it waits.
+  std::optional<SimulationTime> began(SimulationTime start) const;
   double possible() const { return possible_; }                              ///< points of all tasks together
   double pass_mark() const { return training_ ? training_->pass_mark : 0; }  ///< fraction
   std::optional<double> limit() const { return training_ ? training_->limit : std::nullopt; }  ///< s
@@ -61,6 +65,7 @@ class ScoreBoard {
   double score_ = 0, possible_ = 0;
   std::optional<std::string> verdict_;
   std::vector<PenaltyLine> penalties_;
+  std::optional<SimulationTime> began_;
 };
 
 }  // namespace parhelion::station

@@ -142,10 +142,9 @@ Joints allowed_joints(const TickContext& context, const Joints& command, const C
   Joints allowed = known_joints(context, command, *path.encoders.model);
   const double reaction = context.robot().limits.reaction_time;
   std::map<std::string, std::string> limited;
-  for (auto& [joint, thing] :
-       path.simulation.limit_joints(allowed, reaction + kRepeated,
-                                    reaction + context.configuration.scenario.contact.silence,
-                                    context.robot_index))
+  for (auto& [joint, thing] : path.simulation.limit_joints(
+           allowed, reaction + kRepeated, reaction + context.configuration.scenario.contact.silence,
+           context.robot_index))
     limited[joint] = thing;
   report_joint_limits(context, std::move(limited), path.command);
   return allowed;
@@ -279,7 +278,8 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
   if (answers && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
   if (silent(command.joint_command_arrival, command.last_joint_command)) stop_joints(context, path);
   const bool blind = path.encoders.exist() && !path.encoders.fresh;
-  if (blind && !path.command.joints_blind && !path.command.joint_command.names.empty()) stop_joints(context, path);
+  if (blind && !path.command.joints_blind && !path.command.joint_command.names.empty())
+    stop_joints(context, path);
   path.command.joints_blind = blind;
 }
 
@@ -301,10 +301,10 @@ void handle_joint_command(const TickContext& context, const Message& input, cons
   state.joints_stopped = state.emergency_stop || (state.joints_stopped && !released);
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
-  send_joint_command(context,
-                     state.joints_stopped ? joint_stop(context, path)
-                                          : allowed_joints(context, state.joint_command, path),
-                     path);
+  send_joint_command(
+      context,
+      state.joints_stopped ? joint_stop(context, path) : allowed_joints(context, state.joint_command, path),
+      path);
 }
 
 void handle_agent_teleop(const TickContext& context, const Message& input, std::string_view agent,

@@ -41,7 +41,7 @@ struct CommandState {
   CommandClock joint_command_clock;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   bool joints_stopped = false;        ///< after an emergency stop, until the joint commands were released
-  bool joints_blind = false;  ///< the encoders of a robot with a robot model are not believed
+  bool joints_blind = false;          ///< the encoders of a robot with a robot model are not believed
   /// Joints whose commands are reduced, and why; "" for all of them.
   std::map<std::string, std::string> limited_joints;
 };

@@ -39,9 +39,8 @@ bool steers(const simulation::RobotModel& model, std::size_t joint) {
 }
 
 std::string outside(const RobotJoint& joint, double position) {
-  if (std::isfinite(position) &&
-      (!is_limited(joint) ||
-       (position >= joint.lower - play(joint) && position <= joint.upper + play(joint))))
+  if (std::isfinite(position) && (!is_limited(joint) || (position >= joint.lower - play(joint) &&
+                                                         position <= joint.upper + play(joint))))
     return {};
   char text[200];
   std::snprintf(text, sizeof text, "joint '%s' is said to be at %.3f %s, outside its limits %.3f to %.3f",
@@ -74,7 +73,8 @@ void add(const RobotJoint& joint, Encoder::Sample sample, Encoder& encoder) {
     return;
   }
   char text[200];
-  std::snprintf(text, sizeof text, "joint '%s' jumps from %.3f to %.3f %s in %.0f ms; it moves %.2f %s/s at most",
+  std::snprintf(text, sizeof text,
+                "joint '%s' jumps from %.3f to %.3f %s in %.0f ms; it moves %.2f %s/s at most",
                 joint.name.c_str(), encoder.newest->position, sample.position, unit(joint),
                 1e3 * (sample.stamp - encoder.newest->stamp).seconds(), joint.velocity, unit(joint));
   encoder.problem = text;
@@ -98,7 +98,8 @@ std::string why_lost(const TickContext& context, const ClockOffset& clock, const
     const std::string& name = state.model->joints[encoder.joint].name;
     if (!encoder.newest) return "no JOINT_STATE with joint '" + name + "' yet";
     if ((context.now - clock.to_server(encoder.newest->stamp)).seconds() > limit)
-      return "no JOINT_STATE with joint '" + name + "' for " + std::to_string(std::lround(1e3 * limit)) + " ms";
+      return "no JOINT_STATE with joint '" + name + "' for " + std::to_string(std::lround(1e3 * limit)) +
+             " ms";
   }
   return {};
 }

@@ -38,7 +38,7 @@ struct EncoderState {
   bool reported_lost = false;                           ///< as in the newest event
   std::string why;                                      ///< not fresh
   std::optional<SimulationTime> awaited_since;
-  std::set<std::string> unknown;  ///< joints of messages that the model has not, already said
+  std::set<std::string> unknown;     ///< joints of messages that the model has not, already said
   simulation::JointPosture posture;  ///< scratch
 };
 
@@ -53,9 +53,9 @@ void take_encoders(const TickContext& context, const Joints& joints, EncoderStat
 /// A message that could not be decoded: nothing is believed until the next one.
 void doubt_encoders(const Error& error, EncoderState& state);
 
-/// At each step: sets the posture of the robot's twin, extrapolated by at most 0.1 s; events encoders_lost and
-/// encoders_back. The posture is lost where a needed encoder has been silent for ContactLimits::silence, or was
-/// not believed.
+/// At each step: sets the posture of the robot's twin, extrapolated by at most 0.1 s; events encoders_lost
+/// and encoders_back. The posture is lost where a needed encoder has been silent for ContactLimits::silence,
+/// or was not believed.
 void move_twin(const TickContext& context, const ClockOffset& clock, EncoderState& state,
                simulation::Simulation& simulation);
 

@@ -94,6 +94,12 @@ struct CommandHandler {
     return {};
   }
   Status operator()(const ScriptStart& command) { return path.scripts.set_off(command.script, context.now); }
+  Status operator()(const TrainingStart& /*command*/) {
+    if (!path.start.waiting)
+      return Error{"nothing waits for a start: the training has started, or there is none"};
+    start_training(context, {}, path.start);
+    return {};
+  }
   Status operator()(const EmergencyStopCommand& command) {
     if (is_for_trainee(context.configuration, command)) {
       for (std::size_t i = 0; i < path.robots.size(); ++i) {

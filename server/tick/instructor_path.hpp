@@ -10,6 +10,7 @@
 #include "server/tick/model_path.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/scripts.hpp"
+#include "server/tick/start_path.hpp"
 #include "server/tick/tick_context.hpp"
 #include "server/tick/world_path.hpp"
 
@@ -30,6 +31,7 @@ struct InstructorPath {
   Scripts& scripts;
   FaultState& faults;
   const SiteState& site;
+  StartPath start;
 };
 
 void handle_instructor_command(const TickContext& context, const Message& input, const InstructorPath& path);

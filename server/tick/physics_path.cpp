@@ -75,7 +75,8 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   step_physics(context, state);
   stages.ended(Stage::physics_step);
   publish_simulation_events(context, state.simulation);
-  run_scripts(context, state.script_path());
+  watch_start(context, state.real, state.start_path());
+  if (!state.waiting) run_scripts(context, state.script_path());
   update_faults(context, state.faults, state.simulation);
   publish_agent_scans(context, state.site.caster, state.simulation, state.lasers);
   for (RobotState& robot : state.robots)
@@ -86,7 +87,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   publish_world(context, state.simulation, state.world);
   for (RobotState& robot : state.robots)
     publish_hazards(context.of_robot(robot.index), robot.pose.clock, state.simulation, state.world,
-                    robot.hazard_meters);
+                    state.waiting, robot.hazard_meters);
   stages.ended(Stage::agents);
 }
 

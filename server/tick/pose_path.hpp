@@ -56,8 +56,8 @@ pose::RefinedPose match_scan(const Scan& scan, PoseState& pose);
 
 void handle_odometry(const TickContext& context, const Message& input, PoseState& pose);
 void handle_imu(const TickContext& context, const Message& input, PoseState& pose);
-/// Error: it could not be decoded. Then, and where its stamp is off the robot's clock, PoseState::joint_state is
-/// empty.
+/// Error: it could not be decoded. Then, and where its stamp is off the robot's clock, PoseState::joint_state
+/// is empty.
 Status handle_joint_state(const TickContext& context, const Message& input, PoseState& pose);
 /// POSE, which has no covariance: the scenario's is used.
 void handle_pose(const TickContext& context, const Message& input, PoseState& pose);

@@ -15,6 +15,10 @@ using Kind = ScriptTrigger::Kind;
 
 Scripts::Scripts(std::vector<Script> scripts, std::vector<std::string> trainees, SimulationTime start)
     : scripts_(std::move(scripts)), trainees_(std::move(trainees)), progress_(scripts_.size()) {
+  begin(start);
+}
+
+void Scripts::begin(SimulationTime start) {
   for (std::size_t i = 0; i < scripts_.size(); ++i)
     progress_[i].next = start + seconds(scripts_[i].when.time);
 }

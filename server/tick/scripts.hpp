@@ -28,6 +28,8 @@ class Scripts {
   /// Times count from `start`; `trainees`: the names for kTrainee in events.
   Scripts(std::vector<Script> scripts, std::vector<std::string> trainees, SimulationTime start);
 
+  /// Times count from `start` from now on.
+  void begin(SimulationTime start);
   /// Triggers a script by command, even one that runs once and has run. Error: no script has this name; the
   /// message lists the known ones.
   Status set_off(const std::string& name, SimulationTime now);

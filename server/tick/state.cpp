@@ -95,10 +95,12 @@ AgentPath State::agent_path() { return {real, world.kinds, agent_cameras, simula
 InstructorPath State::instructor_path() {
   std::vector<CommandPath> commands;
   for (RobotState& robot : robots) commands.push_back(command_path(robot));
-  return {agent_path(), std::move(commands), scripts, faults, site};
+  return {agent_path(), std::move(commands), scripts, faults, site, start_path()};
 }
 
 ScriptPath State::script_path() { return {scripts, agent_path()}; }
+
+StartPath State::start_path() { return {waiting, simulation, scripts, faults}; }
 
 OperatorPath State::operator_path(const TickContext& context) {
   return {operators, operator_refused, simulation, [this, &context](const std::string& name) {
@@ -138,6 +140,8 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   robot.sensors = std::move(*sensors);
   if (robot.sensors) state->world.kinds[scenario.trainee->name] = AgentKind::robot;
   if (const Status spawned = spawn_agents(configuration, *state); !spawned) return spawned.error();
+  state->waiting = waits_for_start(scenario);
+  if (state->waiting) state->simulation.wait();
   return state;
 }
 

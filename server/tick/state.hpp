@@ -28,6 +28,7 @@
 #include "server/tick/script_path.hpp"
 #include "server/tick/scripts.hpp"
 #include "server/tick/sensor_path.hpp"
+#include "server/tick/start_path.hpp"
 #include "server/tick/tally.hpp"
 #include "server/tick/tick_context.hpp"
 #include "server/tick/world_path.hpp"
@@ -67,6 +68,7 @@ struct State {
   Scripts scripts;
   FaultState faults;
   Operators operators;
+  bool waiting = false;                            ///< for the start of the training
   std::optional<SimulationTime> operator_refused;  ///< when that was last reported
   std::unique_ptr<LiveGrading> grading;            ///< null: the scenario has no training
   Tally tally;
@@ -83,6 +85,7 @@ struct State {
   AgentPath agent_path();
   InstructorPath instructor_path();
   ScriptPath script_path();
+  StartPath start_path();
   OperatorPath operator_path(const TickContext& context);
   SensorPath sensor_path(RobotState& robot);  ///< of a simulated robot
 };

@@ -87,8 +87,10 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::depth:
       return handle_depth(context, input, state.camera_path(robot));
     case InputKind::teleop:
+      start_on_command(context, kind, robot.name, input, state.start_path());
       return handle_teleop(context, input, state.command_path(robot));
     case InputKind::joint_command:
+      start_on_command(context, kind, robot.name, input, state.start_path());
       return handle_joint_command(context, input, state.command_path(robot));
     case InputKind::operators:
       return handle_operator(context, input, state.operator_path(context));
@@ -96,8 +98,10 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::emergency_stop:
       return handle_instructor_command(context, input, state.instructor_path());
     case InputKind::agent_teleop:
+      start_on_command(context, kind, std::string(agent), input, state.start_path());
       return handle_agent_teleop(context, input, agent, state.simulation);
     case InputKind::agent_joint_command:
+      start_on_command(context, kind, std::string(agent), input, state.start_path());
       return handle_agent_joint_command(context, input, agent, state.simulation);
     case InputKind::model:
       return handle_model(context, input, state.site, state.doors, state.simulation);

@@ -29,13 +29,13 @@ AgentKind kind_of(const BodyDefinition& body, const AgentKinds& kinds) {
 }
 
 void publish_hazard_reading(const TickContext& context, const ClockOffset& clock,
-                            simulation::Simulation& simulation, HazardMeters& meters) {
+                            simulation::Simulation& simulation, bool waiting, HazardMeters& meters) {
   HazardReading reading;
   if (!simulation.hazard_reading(reading, context.robot_index)) return;
   const Scenario& scenario = context.configuration.scenario;
   const double period = steps_between(context.configuration, kHazardRate) / scenario.physics_rate;
   std::vector<Event> reached;
-  meters.dose.add(reading, period, scenario.dose_limits, reached);
+  if (!waiting) meters.dose.add(reading, period, scenario.dose_limits, reached);
   for (Event& event : reached) {
     event.stamp = context.now;
     event.subject = context.robot().name;
@@ -83,9 +83,9 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
 }
 
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     const WorldState& world, HazardMeters& meters) {
+                     const WorldState& world, bool waiting, HazardMeters& meters) {
   if (!is_due(context.configuration, world, kHazardRate)) return;
-  publish_hazard_reading(context, clock, simulation, meters);
+  publish_hazard_reading(context, clock, simulation, waiting, meters);
   if (!simulates_trainee(context.configuration.scenario)) return;
   const simulation::SupplyState supply = simulation.supply_of(context.configuration.robot.name);
   context.tally.radio_power = supply.radio_power;

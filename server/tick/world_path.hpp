@@ -36,8 +36,8 @@ struct HazardMeters {
 };
 
 /// Publishes HAZARD, the events of doses, and radio and battery for MR_STATUS, ten times a second. `clock`
-/// and `meters`: the robot's.
+/// and `meters`: the robot's. `waiting`: for the start of the training, so that doses do not grow.
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
-                     const WorldState& world, HazardMeters& meters);
+                     const WorldState& world, bool waiting, HazardMeters& meters);
 
 }  // namespace parhelion::tick

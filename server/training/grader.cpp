@@ -13,20 +13,28 @@ Grader::Grader(const Training& training, const SemanticModel& model, const Robot
       around_(model, description, training.robot.empty() ? robot : training.robot),
       touched_(around_.robot()),
       begin_(begin),
-      now_(begin) {
+      now_(begin),
+      waiting_(training.on_command) {
   for (const Task& task : training.tasks)
     tasks_.push_back({&task, {task.name, task.required, {}, 0, {}, {}, {}}, {}, {}});
-  for (const Penalty& penalty : training.penalties)
-    rules_.push_back({&penalty, ConditionWatch(penalty.when, begin), 0});
-  begin_tasks(begin);
+  if (!waiting_) start(begin);
+}
+
+void Grader::start(SimulationTime at) {
+  waiting_ = false;
+  begin_ = at;
+  for (const Penalty& penalty : training_.penalties)
+    rules_.push_back({&penalty, ConditionWatch(penalty.when, at), 0});
+  begin_tasks(at);
 }
 
 void Grader::take(const Event& event) {
   if (ended_ || is_grading(event.kind)) return;
   around_.take(event);
   now_ = std::max(now_, event.stamp);
+  if (waiting_ && event.kind == EventKind::training_started) start(event.stamp);
   if (touched_.take(event) && training_.person_contact_fails && !is_over(event.stamp)) fail_for(event);
-  look({event.stamp, &event, around_});
+  if (!waiting_) look({event.stamp, &event, around_});
 }
 
 void Grader::take(const WorldMessage& world) {
@@ -34,7 +42,7 @@ void Grader::take(const WorldMessage& world) {
   around_.take(world);
   touched_.take(world);
   now_ = std::max(now_, SimulationTime{world.stamp.ns});
-  look({now_, nullptr, around_});
+  if (!waiting_) look({now_, nullptr, around_});
 }
 
 void Grader::close(SimulationTime end) {

@@ -54,7 +54,8 @@ struct Grade {
 
 class Grader {
  public:
-  /// `robot`: the trainee's, if the training names none. The references must outlive this.
+  /// `robot`: the trainee's, if the training names none. A training that starts on a command begins with the
+  /// event training_started, not at `begin`. The references must outlive this.
   Grader(const Training& training, const SemanticModel& model, const RobotDescription& description,
          const std::string& robot, SimulationTime begin);
 
@@ -84,6 +85,7 @@ class Grader {
     ConditionWatch watch;
     double deducted = 0;
   };
+  void start(SimulationTime at);
   bool is_over(SimulationTime now) const;  ///< by its time limit
   void look(const Moment& moment);
   void begin_tasks(SimulationTime now);
@@ -110,7 +112,7 @@ class Grader {
   std::vector<Event> events_;
   SimulationTime begin_, now_;
   std::optional<SimulationTime> closed_;
-  bool ended_ = false;
+  bool waiting_, ended_ = false;
 };
 
 }  // namespace parhelion::training

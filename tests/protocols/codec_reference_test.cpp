@@ -33,6 +33,7 @@
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/script_start_t.hpp"
+#include "parhelion/training_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -401,6 +402,12 @@ RC_GTEST_PROP(CodecReference, CameraRateAndScriptStart, ()) {
   const auto start_reference = through_liblcm<script_start_t>(start, start_back);
   expect_same_head(start, start_back, start_reference);
   RC_ASSERT(start_back.script == start.script && start_reference.script == start.script);
+}
+
+RC_GTEST_PROP(CodecReference, TrainingStart, ()) {
+  const auto command = any_command<TrainingStart>();
+  auto back = TrainingStart();
+  expect_same_head(command, back, through_liblcm<training_start_t>(command, back));
 }
 
 RC_GTEST_PROP(CodecReference, ObjectReport, ()) {

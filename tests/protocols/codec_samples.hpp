@@ -200,6 +200,7 @@ inline std::vector<Sample> samples() {
       sample("camera_rate_t", CameraRate{kSampleStamp, 8, "rover_2", 5}),
       sample("object_report_t", ObjectReport{kSampleStamp, 9, "gauge 1", Eigen::Vector2d(4.25, 1.5)}),
       sample("script_start_t", ScriptStart{kSampleStamp, 10, "door slams"}),
+      sample("training_start_t", TrainingStart{kSampleStamp, 12}),
       sample("emergency_stop_t", EmergencyStopCommand{kSampleStamp, 11, "rover", true}),
       sample("operator_t",
              OperatorStatus{kSampleStamp, "trainee-1", "rover", OperatorStatus::State::lost, "js0"}),

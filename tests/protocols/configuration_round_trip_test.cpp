@@ -136,6 +136,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
     a.agents.push_back(agent);
   }
   if (!a.agents.empty()) {
+    a.shown = {a.agents.front().name};
     for (int i = *rc::gen::inRange(0, 4); i > 0; --i) a.scripts.push_back(any_script(i));
   }
   if (*rc::gen::arbitrary<bool>()) a.channels = {{"SCAN", "a/b"}, {"MR_SCAN", "null"}, {"CAMERA", "7"}};
@@ -170,6 +171,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
     RC_ASSERT(b->pose->position_sigma == a.pose->position_sigma && b->pose->yaw_sigma == a.pose->yaw_sigma);
     RC_ASSERT(b->pose->map_id == a.pose->map_id);
   }
+  RC_ASSERT(b->shown == a.shown);
   RC_ASSERT(b->agents.size() == a.agents.size());
   for (std::size_t i = 0; i < a.agents.size(); ++i) {
     const AgentDefinition &x = a.agents[i], &y = b->agents[i];

@@ -97,7 +97,10 @@ inline RobotDescription robot_with_wide_camera() {
 
 class GraderTest : public testing::Test {
  protected:
-  void start() { grader_.emplace(training_, model_, robot_, "rover", at(0)); }
+  void start() {
+    training_.on_command = false;
+    grader_.emplace(training_, model_, robot_, "rover", at(0));
+  }
 
   void add_event(double t, EventKind kind, const std::string& object = {}, double impulse = 0, double x = 0,
                  const std::string& subject = "rover") {

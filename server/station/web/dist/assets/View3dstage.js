@@ -1,4 +1,4 @@
-import{d as Ps,v as oc,W as lc,s as cc}from"./draw_people.js";import{S as hc,az as uc,e as ve,ax as fn,Y as dc,F as fc,aP as pc}from"./index.js";import{t as gi}from"./outline.js";/**
+import{d as Ps,v as oc,W as lc,s as cc}from"./draw_people.js";import{S as hc,aA as uc,e as ve,ay as fn,Y as dc,F as fc,aQ as pc}from"./index.js";import{t as gi}from"./outline.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

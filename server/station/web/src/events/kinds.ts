@@ -15,7 +15,7 @@ const groups: Record<EventGroup, string[]> = {
   task: ["task_started", "task_done", "task_failed", "points_deducted", "score_changed", "grading_ended", "object_reported"],
   robot: ["joint_broken", "joint_overload", "payload_exceeded", "joint_limited", "joint_limit_lifted", "joints_restored", "encoders_lost", "encoders_back", "battery_low", "battery_empty", "dose_warning", "dose_limit", "radio_lost", "radio_restored", "localization_lost",
     "localized", "relocalized", "odometry_changed", "poses_conflict", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
-  session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started",
+  session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started", "training_started",
     "fault_started", "fault_ended", "mark"],
   agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable", "agent_hidden", "agent_shown"],
 };

@@ -39,8 +39,8 @@ export interface Events { type: "events"; list: SessionEvent[] }
 export interface Task { name: string; title: string; state: "waiting" | "running" | "done" | "failed"; points: number; of: number; left_s: number | null }
 /** Deductions by one rule so far. */
 export interface Penalty { name: string; count: number; points: number }
-/** `score` is `awarded` less `deducted`, at least 0. */
-export interface Score { type: "score"; score: number; possible: number; awarded?: number; deducted?: number; penalties?: Penalty[]; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null }
+/** `score` is `awarded` less `deducted`, at least 0. `waiting`: the training has not started; `began`: when it did, s of the session. */
+export interface Score { type: "score"; score: number; possible: number; awarded?: number; deducted?: number; penalties?: Penalty[]; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null; waiting?: boolean; began?: number | null }
 
 export interface SensorStatus { name: string; rate_hz: number; age_ms: number | null; loss: number; state: "ok" | "late" | "lost" | "none" }
 export interface Status { type: "status"; values: Record<string, number>; notes: Record<string, string>; sensors: SensorStatus[] }
@@ -84,7 +84,7 @@ export type ServerMessage = Hello | Entities | Events | Score | Status | Injecti
   | Robots | People | Known | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
-export interface Ask { type: "agent" | "script" | "fault" | "end" | "save" | "report"; [field: string]: unknown }
+export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report"; [field: string]: unknown }
 export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
