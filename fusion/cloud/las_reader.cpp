@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fusion/cloud/cloud_builder.hpp"
+#include "fusion/cloud/cloud_text.hpp"
 
 namespace parhelion::cloud {
 namespace {

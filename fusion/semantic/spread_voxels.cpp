@@ -22,7 +22,6 @@ constexpr std::size_t kQueries = 600, kFewest = 500;
 constexpr std::size_t kMostSparse = 1'000'000;
 constexpr double kDenseSide = 0.05, kSparsest = 0.13;  ///< m
 constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has in a closed surface
-kJoined = 5;                      ///< m; of the eight neighbours of a cube in a closed surface
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
 
 /// Cells of a cube's side, sorted by key.

@@ -4,6 +4,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "server/station/mesh_json.hpp"
+
 namespace parhelion::station {
 namespace {
 
@@ -24,7 +26,7 @@ std::string text_of(const Json& message) {
 }
 
 const char* name_of(ShapeKind kind) {
-  // The page shows a mesh by its bounding box.
+  // Until the page has fetched a mesh, it shows the bounding box.
   static constexpr const char* names[] = {"box", "cylinder", "sphere", "capsule", "box"};
   return names[static_cast<std::size_t>(kind)];
 }
@@ -39,11 +41,13 @@ const char* name_of(PairKind pair) {
 
 Json shape_json(const Shape& shape) {
   const Eigen::Quaterniond turn = shape.T_body_shape.quaternion();
-  return {{"shape", name_of(shape.kind)},
-          {"size", triple(shape.size)},
-          {"at", triple(shape.T_body_shape.translation())},
-          {"turn", {rounded(turn.x()), rounded(turn.y()), rounded(turn.z()), rounded(turn.w())}},
-          {"colour", triple(shape.material.albedo)}};
+  Json json{{"shape", name_of(shape.kind)},
+            {"size", triple(shape.size)},
+            {"at", triple(shape.T_body_shape.translation())},
+            {"turn", {rounded(turn.x()), rounded(turn.y()), rounded(turn.z()), rounded(turn.w())}},
+            {"colour", triple(shape.material.albedo)}};
+  if (shape.mesh) json["mesh"] = mesh_id(*shape.mesh);
+  return json;
 }
 
 Json event_json(const Event& event, SimulationTime start) {

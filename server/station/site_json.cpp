@@ -60,7 +60,7 @@ Json scene_json(const tick::Configuration& configuration, bool trainee) {
 }
 
 Json shape_json(const Shape& shape) {
-  // The page shows a mesh by its bounding box.
+  // The model's drawing beside the joints shows a mesh by its bounding box.
   static constexpr const char* kinds[] = {"box", "cylinder", "sphere", "capsule", "box"};
   Json json = pose(shape.T_body_shape);
   json["shape"] = kinds[static_cast<std::size_t>(shape.kind)];

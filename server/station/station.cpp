@@ -8,6 +8,7 @@
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/client_events.hpp"
 #include "server/station/http/cached_content.hpp"
+#include "server/station/mesh_json.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -21,6 +22,7 @@ struct Published {
   std::mutex mutex;
   SimulationTime start;
   CachedContent model, robots, trainees_robots;
+  MeshContents meshes;
   SessionReport report;
   bool ending = false;  ///< a report will follow
   std::vector<std::pair<std::string, double>> status;
@@ -62,8 +64,8 @@ struct Station::Running {
     feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
     publish(site_json(options.configuration->model, 0));
     published.robots = cached_content("application/json", robots_json(*options.configuration));
-    published.trainees_robots =
-        cached_content("application/json", robots_json(*options.configuration, true));
+    published.meshes = mesh_contents(options.configuration->robot_models);
+    published.trainees_robots = cached_content("application/json", robots_json(*options.configuration, true));
   }
 
   /// Those of the options, with a flag that remembers the end of the session.
@@ -196,6 +198,12 @@ void Station::Running::add_routes(HttpServer& server) {
   });
   server.on("GET", "/api/v1/robots", access, [this](const HttpRequest& request) {
     return answer_with(request, is_trainee(*request.who) ? published.trainees_robots : published.robots);
+  });
+  // Its id is a function of its content: a trainee's page knows that of what it was shown.
+  server.on("GET", "/api/v1/mesh", access, [this](const HttpRequest& request) {
+    const auto mesh = published.meshes.find(request.query);
+    if (mesh == published.meshes.end()) return refusal(404, "no robot of this session has this mesh");
+    return answer_with(request, mesh->second);
   });
   add_report_routes(server);
   add_socket(server);

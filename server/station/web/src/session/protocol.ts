@@ -22,7 +22,8 @@ export type Quaternion = [x: number, y: number, z: number, w: number];
 /** Size: box full lengths; sphere its radius thrice; cylinder radius, radius, height along z; capsule radius,
  * radius, height of its straight part. `at` and `turn` in the frame of the part; colour linear red, green, blue,
  * 0..1. */
-export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quaternion; colour: Triple }
+/** `mesh`: it looks like that one (`api/v1/mesh`), and `size` is its bounding box. */
+export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quaternion; colour: Triple; mesh?: string }
 /** `id` is the row of the binary world frame; `form` the index of its shapes in `forms`, -1 if unknown. */
 export interface Part { id: number; name: string; form: number }
 export interface Entity {

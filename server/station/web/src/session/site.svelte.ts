@@ -59,7 +59,7 @@ class Site {
   }
 }
 
-async function json<T>(path: string): Promise<T | null> {
+export async function json<T>(path: string): Promise<T | null> {
   const answer = await fetch(path).catch(() => null);
   return answer?.ok ? ((await answer.json()) as T) : null;
 }

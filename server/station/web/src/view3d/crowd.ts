@@ -1,5 +1,5 @@
 /** All robots, persons and objects. Those out of sight are left out, distant ones are simplified. */
-import { Color, Frustum, Matrix4, Sphere, Vector3, type Camera, type Group } from "three";
+import { Color, Frustum, Group, Matrix4, Sphere, Vector3, type Camera } from "three";
 import { drawsBySoftware } from "../parts/graphics";
 import type { WorldFrame } from "../session/frames";
 import { rowOf } from "../session/poses";
@@ -7,6 +7,7 @@ import type { Entity, Part, Shape } from "../session/protocol";
 import { BakedSolids } from "./baked_solids";
 import { formOf, type Form, type Piece, type SolidKind } from "./forms";
 import { InstancedSolids } from "./instanced_solids";
+import { RobotMeshes } from "./robot_meshes";
 
 /** Receives the unit solids of one frame, between begin and end. `m`: columns of a 3x4 matrix to map; colours
  * linear. */
@@ -29,6 +30,8 @@ export interface CrowdInk { virtual: string; robot: string; door: string; person
 interface Seen { form: Form; entity: Entity; row: number; px: number }
 
 export class Crowd {
+  readonly group = new Group();
+  readonly #meshes = new RobotMeshes();
   readonly #solids: Solids = drawsBySoftware() ? new BakedSolids() : new InstancedSolids();
   readonly #detail = drawsBySoftware() ? bySoftware : byCard;
   #forms: Form[] = [];
@@ -41,8 +44,8 @@ export class Crowd {
   #placed = new Float64Array(12);
   #tints: Record<Entity["owner"], Color> = { agent: new Color(), robot: new Color(), building: new Color(), real_person: new Color() };
 
-  get group(): Group {
-    return this.#solids.group;
+  constructor() {
+    this.group.add(this.#solids.group, this.#meshes.group);
   }
 
   setInk(ink: CrowdInk) {
@@ -65,12 +68,14 @@ export class Crowd {
     this.#toClip.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).multiply(this.group.matrixWorld);
     this.#frustum.setFromProjectionMatrix(this.#toClip);
     this.#solids.begin(this.#eye);
+    this.#meshes.begin();
     let { full, boxes } = this.#detail;
     for (const { form, entity, row, px } of this.#nearestFirst(entities, world, this.#unknown, pixels)) {
       const pieces = px > this.#detail.fullPx && full-- > 0 ? form.full : px > this.#detail.boxesPx && boxes-- > 0 ? form.boxes : [form.one];
       for (const piece of pieces) this.#put(piece, world.poses, row * 7, this.#tints[entity.owner], entity.owner === "robot" || entity.owner === "building" ? 0.3 : 0.5);
     }
     this.#solids.end();
+    this.#meshes.end();
   }
 
   #nearestFirst(entities: Entity[], world: WorldFrame, unknown: Form, pixels: number): Seen[] {
@@ -88,7 +93,8 @@ export class Crowd {
   }
 
   #put(piece: Piece, poses: Float32Array, k: number, tint: Color, fraction: number) {
-    const out = this.#placed, m = piece.matrix;
+    const mesh = piece.mesh && this.#meshes.has(piece.mesh.id) ? piece.mesh : null;
+    const out = this.#placed, m = mesh?.matrix ?? piece.matrix;
     const x = poses[k + 3] as number, y = poses[k + 4] as number, z = poses[k + 5] as number, w = poses[k + 6] as number;
     const r00 = 1 - 2 * (y * y + z * z), r01 = 2 * (x * y - w * z), r02 = 2 * (x * z + w * y);
     const r10 = 2 * (x * y + w * z), r11 = 1 - 2 * (x * x + z * z), r12 = 2 * (y * z - w * x);
@@ -101,6 +107,8 @@ export class Crowd {
     }
     for (let axis = 0; axis < 3; ++axis) (out[9 + axis] as number) += poses[k + axis] as number;
     const [red, green, blue] = piece.colour;
-    this.#solids.put(piece.kind, out, red + (tint.r - red) * fraction, green + (tint.g - green) * fraction, blue + (tint.b - blue) * fraction);
+    const shade = [red + (tint.r - red) * fraction, green + (tint.g - green) * fraction, blue + (tint.b - blue) * fraction] as const;
+    if (mesh) this.#meshes.put(mesh.id, out, ...shade);
+    else this.#solids.put(piece.kind, out, ...shade);
   }
 }

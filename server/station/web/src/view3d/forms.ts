@@ -4,7 +4,9 @@ import type { Shape } from "../session/protocol";
 
 export type SolidKind = "box" | "cylinder" | "sphere";
 /** A unit solid's pose in a part: columns of a 3x4 matrix, and its colour (linear). */
-export interface Piece { kind: SolidKind; matrix: Float64Array; colour: [number, number, number] }
+export interface Piece { kind: SolidKind; matrix: Float64Array; colour: [number, number, number]; mesh?: MeshPiece }
+/** A mesh that is drawn in place of the solid, once it is known: its id, and its pose in the part. */
+export interface MeshPiece { id: string; matrix: Float64Array }
 /** Metres: `radius` of its bounding sphere, `reach` from the part's origin to its farthest corner. */
 export interface Form { full: Piece[]; boxes: Piece[]; one: Piece; radius: number; reach: number }
 
@@ -15,7 +17,8 @@ export function formOf(shapes: Shape[]): Form {
   for (const shape of shapes) {
     const lengths = fullLengths(shape);
     boxes.push(piece("box", shape, lengths));
-    if (shape.shape === "box") full.push(piece("box", shape, lengths));
+    if (shape.mesh) full.push({ ...piece("box", shape, lengths), mesh: { id: shape.mesh, matrix: piece("box", shape, [1, 1, 1]).matrix } });
+    else if (shape.shape === "box") full.push(piece("box", shape, lengths));
     else if (shape.shape === "sphere") full.push(piece("sphere", shape, lengths));
     else {
       const [radius, , height] = shape.size;

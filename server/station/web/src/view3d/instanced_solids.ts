@@ -1,5 +1,5 @@
 /** Many solids in three draw calls, one for each kind: for a graphics card. */
-import { DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedMesh } from "three";
+import { DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedMesh, type BufferGeometry } from "three";
 import type { SolidKind } from "./forms";
 import { solidMaterial, unitSolid } from "./solids";
 import type { Solids } from "./crowd";
@@ -34,25 +34,13 @@ export class InstancedSolids implements Solids {
 
   put(kind: SolidKind, m: Float64Array, red: number, green: number, blue: number) {
     const i = this.#counts[kind]++, mesh = i < this.#meshes[kind].instanceMatrix.count ? this.#meshes[kind] : this.#longer(kind);
-    const out = mesh.instanceMatrix.array as Float32Array;
-    for (let c = 0; c < 4; ++c) {
-      for (let r = 0; r < 3; ++r) out[i * 16 + c * 4 + r] = m[c * 3 + r] as number;
-      out[i * 16 + c * 4 + 3] = c === 3 ? 1 : 0;
-    }
-    const colours = (mesh.instanceColor as InstancedBufferAttribute).array as Float32Array;
-    colours[i * 3] = red;
-    colours[i * 3 + 1] = green;
-    colours[i * 3 + 2] = blue;
+    putInstance(mesh, i, m, red, green, blue);
   }
 
   end() {
     for (const kind of kinds) {
       const mesh = this.#meshes[kind], wire = this.#wires?.[kind];
-      mesh.count = this.#counts[kind];
-      if (mesh.count) {
-        changed(mesh.instanceMatrix, mesh.count * 16);
-        changed(mesh.instanceColor as InstancedBufferAttribute, mesh.count * 3);
-      }
+      showInstances(mesh, this.#counts[kind]);
       if (!wire) continue;
       wire.count = mesh.count;
       wire.instanceMatrix = mesh.instanceMatrix;
@@ -75,14 +63,30 @@ export class InstancedSolids implements Solids {
   }
 }
 
-function changed(attribute: InstancedBufferAttribute, numbers: number) {
-  attribute.clearUpdateRanges();
-  attribute.addUpdateRange(0, numbers);
-  attribute.needsUpdate = true;
+/** `m`: columns of a 3x4 matrix. */
+export function putInstance(mesh: InstancedMesh, i: number, m: Float64Array, red: number, green: number, blue: number) {
+  const out = mesh.instanceMatrix.array as Float32Array;
+  for (let c = 0; c < 4; ++c) {
+    for (let r = 0; r < 3; ++r) out[i * 16 + c * 4 + r] = m[c * 3 + r] as number;
+    out[i * 16 + c * 4 + 3] = c === 3 ? 1 : 0;
+  }
+  const colours = (mesh.instanceColor as InstancedBufferAttribute).array as Float32Array;
+  colours[i * 3] = red;
+  colours[i * 3 + 1] = green;
+  colours[i * 3 + 2] = blue;
 }
 
-function made(kind: SolidKind, room: number, wireframe = false): InstancedMesh {
-  const mesh = new InstancedMesh(unitSolid(kind), solidMaterial({ wireframe }), room);
+/** Sends the first `count` instances to the card, which draws them. */
+export function showInstances(mesh: InstancedMesh, count: number) {
+  mesh.count = count;
+  if (!count) return;
+  changed(mesh.instanceMatrix, count * 16);
+  changed(mesh.instanceColor as InstancedBufferAttribute, count * 3);
+}
+
+/** Room for `room` instances of a geometry. */
+export function instances(geometry: BufferGeometry, room: number, wireframe = false): InstancedMesh {
+  const mesh = new InstancedMesh(geometry, solidMaterial({ wireframe }), room);
   mesh.instanceMatrix.setUsage(DynamicDrawUsage);
   if (!wireframe) {
     mesh.instanceColor = new InstancedBufferAttribute(new Float32Array(room * 3), 3);
@@ -92,3 +96,11 @@ function made(kind: SolidKind, room: number, wireframe = false): InstancedMesh {
   mesh.frustumCulled = false;
   return mesh;
 }
+
+function changed(attribute: InstancedBufferAttribute, numbers: number) {
+  attribute.clearUpdateRanges();
+  attribute.addUpdateRange(0, numbers);
+  attribute.needsUpdate = true;
+}
+
+const made = (kind: SolidKind, room: number, wireframe = false) => instances(unitSolid(kind), room, wireframe);
