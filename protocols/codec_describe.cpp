@@ -32,9 +32,9 @@
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/script_start_t.hpp"
-#include "parhelion/training_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
+#include "parhelion/training_start_t.hpp"
 #include "parhelion/twist2D_t.hpp"
 #include "parhelion/world_t.hpp"
 #include "protocols/codec_wire.hpp"
@@ -272,9 +272,8 @@ std::string summarize(const HazardReading& reading) {
 std::string summarize(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string summarize(const WorldMessage& world) {
-  std::string text =
-      format("step %llu, robot ", static_cast<unsigned long long>(world.step)) + quoted(world.robot) +
-      format(", %zu bodies", world.bodies.size());
+  std::string text = format("step %llu, robot ", static_cast<unsigned long long>(world.step)) +
+                     quoted(world.robot) + format(", %zu bodies", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
     if (!body.attitude_known) text += ", attitude not known";

@@ -87,15 +87,15 @@ enum class EventKind : std::uint8_t {
                    ///< that their outlines overlap, beyond what the poses' uncertainty explains
   dose_warning,    ///< of a robot; object: radiation or gas; value: its dose since the start; text: the unit
   dose_limit,      ///< the same
-  payload_exceeded,    ///< object is too heavy for the gripper that closes on it; value: its mass relative to the
-                       ///< gripper's limit
-  joint_limited,       ///< a joint command of a real robot is reduced; object: the joint; text: what is in its way
+  payload_exceeded,  ///< object is too heavy for the gripper that closes on it; value: its mass relative to
+                     ///< the gripper's limit
+  joint_limited,  ///< a joint command of a real robot is reduced; object: the joint; text: what is in its way
   joint_limit_lifted,  ///< object: the joint
-  encoders_lost,       ///< JOINT_STATE is silent or not plausible: gripping is frozen and joint commands are a
-                       ///< stop; text: why
+  encoders_lost,  ///< JOINT_STATE is silent or not plausible: gripping is frozen and joint commands are a
+                  ///< stop; text: why
   encoders_back,
-  person_touched,  ///< the subject drove into a real person, the object: the worst that can happen; value:
-                   ///< m/s, its speed towards that person
+  person_touched,    ///< the subject drove into a real person, the object: the worst that can happen; value:
+                     ///< m/s, its speed towards that person
   training_started,  ///< the clock of the training starts; subject: the robot that was commanded first, or
                      ///< moved; empty: the instructor's start
 };

@@ -121,8 +121,8 @@ using InstructorCommand =
 
 /// Canonical names of their channels, in the order of InstructorCommand.
 inline constexpr std::array<const char*, std::variant_size_v<InstructorCommand>> kInstructorChannels{
-    channel::kMrSpawn,        channel::kMrMove,   channel::kMrBehaviour,    channel::kMrRemove,
-    channel::kMrFreeze,       channel::kMrDoor,   channel::kMrFault,        channel::kMrCameraRate,
+    channel::kMrSpawn,        channel::kMrMove,   channel::kMrBehaviour,     channel::kMrRemove,
+    channel::kMrFreeze,       channel::kMrDoor,   channel::kMrFault,         channel::kMrCameraRate,
     channel::kMrObjectReport, channel::kMrScript, channel::kMrEmergencyStop, channel::kMrStart};
 
 inline const char* channel_of(const InstructorCommand& command) {

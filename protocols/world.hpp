@@ -19,7 +19,7 @@ struct BodyState {
   Transform<Map, Body> T_map_body;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of the body's origin
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
-  bool known = true;  ///< false: a real door that no sensor sees; the pose is the last known one
+  bool known = true;           ///< false: a real door that no sensor sees; the pose is the last known one
   bool attitude_known = true;  ///< false: a real robot whose roll and pitch are assumed, not measured
 };
 

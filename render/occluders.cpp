@@ -163,8 +163,8 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
   for (const OccluderBox& box : building)
     if (!replaced.count(box.name)) add_occluder(list, projection, T_optical_map * box.T_map_box, box.half);
   each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool known) {
-    const bool carries = body.owner == BodyOwner::real_robot &&
-                         carries_camera(body, T_map_body, T_map_optical.translation());
+    const bool carries =
+        body.owner == BodyOwner::real_robot && carries_camera(body, T_map_body, T_map_optical.translation());
     if (carries || !known) return;
     for (const Shape& shape : body.shapes) {
       const auto T_optical_shape = T_optical_map * T_map_body * shape.T_body_shape;

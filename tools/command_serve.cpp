@@ -83,8 +83,8 @@ Result<runtime::SessionFiles> load_files(const Arguments& arguments) {
 }
 
 Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files, Bus& bus,
-                                              const std::string& scenario, const runtime::ServeOptions& options,
-                                              ServerMemory& memory) {
+                                              const std::string& scenario,
+                                              const runtime::ServeOptions& options, ServerMemory& memory) {
   for (const auto& model : files.robot_models) {
     for (const std::string& warning : model->warnings) options.notify("warning: " + warning);
   }
@@ -92,11 +92,11 @@ Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files
   if (!robots) return robots.error();
   if (!*robots) return Error{"stopped before a robot description came"};
   tick::RobotModels models = files.robot_models;
-  if (const Status added =
-          runtime::add_models_of(**robots, scenario, runtime::DescribedBy::bus, models);
+  if (const Status added = runtime::add_models_of(**robots, scenario, runtime::DescribedBy::bus, models);
       !added)
     return added.error();
-  return tick::configure_robots(files.scenario, std::move(**robots), files.model, std::move(models), files.map);
+  return tick::configure_robots(files.scenario, std::move(**robots), files.model, std::move(models),
+                                files.map);
 }
 
 /// The network reader gets the same priority as the loop.

@@ -10,8 +10,7 @@ std::optional<ArmPosture> reach_for(double reach, double z, double turret, doubl
   const double d2 = dx * dx + dz * dz, d = std::sqrt(d2);
   if (d >= kUpperArm + kForearm || d <= kUpperArm - kForearm) return std::nullopt;
   ArmPosture posture{turret, 0, 0, 0, gripper};
-  posture.elbow =
-      -std::acos((d2 - kUpperArm * kUpperArm - kForearm * kForearm) / (2 * kUpperArm * kForearm));
+  posture.elbow = -std::acos((d2 - kUpperArm * kUpperArm - kForearm * kForearm) / (2 * kUpperArm * kForearm));
   posture.shoulder = std::atan2(dz, dx) +
                      std::acos((d2 + kUpperArm * kUpperArm - kForearm * kForearm) / (2 * kUpperArm * d));
   posture.wrist = -posture.shoulder - posture.elbow;

@@ -1,5 +1,5 @@
-// An arm with encoders and a gripper: obeys MR_JOINT_CMD within its limits, and holds still when it is silent.
-// body.urdf describes the same arm to Parhelion.
+// An arm with encoders and a gripper: obeys MR_JOINT_CMD within its limits, and holds still when it is
+// silent. body.urdf describes the same arm to Parhelion.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace robot {
 
-constexpr double kTurretHeight = 0.6, kShoulderHeight = 0.66;         // m over the floor, above base_link
-constexpr double kUpperArm = 0.36, kForearm = 0.32, kHand = 0.14;     // m; the hand: wrist to between the pads
-constexpr double kFingerTravel = 0.05;                                // m, of each finger
+constexpr double kTurretHeight = 0.6, kShoulderHeight = 0.66;      // m over the floor, above base_link
+constexpr double kUpperArm = 0.36, kForearm = 0.32, kHand = 0.14;  // m; the hand: wrist to between the pads
+constexpr double kFingerTravel = 0.05;                             // m, of each finger
 
 // Positions of its joints, rad; of each finger m.
 struct ArmPosture {
@@ -22,8 +22,8 @@ struct ArmPosture {
 };
 constexpr ArmPosture kFolded{0, 1.5708, -2.4958, -0.6109, 0};
 
-// The hand level, with the point between its pads `reach` m from the turret's axis and z m over the floor; none:
-// out of reach.
+// The hand level, with the point between its pads `reach` m from the turret's axis and z m over the floor;
+// none: out of reach.
 std::optional<ArmPosture> reach_for(double reach, double z, double turret, double gripper);
 
 class Arm {

@@ -10,9 +10,9 @@ namespace robot {
 
 // A box whose x axis is turned by `yaw` about the vertical and then up by `pitch`.
 struct LinkBox {
-  Point3 center;                                 // m, base_link
-  double yaw = 0, pitch = 0;                     // rad
-  double half_x = 0, half_y = 0, half_z = 0;     // m
+  Point3 center;                              // m, base_link
+  double yaw = 0, pitch = 0;                  // rad
+  double half_x = 0, half_y = 0, half_z = 0;  // m
   Colour colour;
 };
 

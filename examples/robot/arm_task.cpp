@@ -31,16 +31,19 @@ double apart(const ArmPosture& a, const ArmPosture& b) {
 ArmTask::ArmTask(const Plan& plan) : plan_(plan) {}
 
 std::string ArmTask::phase() const {
-  constexpr std::array<const char*, 11> names{"rises",  "comes before the thing", "reaches", "closes",
-                                              "lifts",  "swings",                 "lowers",  "opens",
-                                              "leaves", "done",                   "given up"};
+  constexpr std::array<const char*, 11> names{"rises",   "comes before the thing",
+                                              "reaches", "closes",
+                                              "lifts",   "swings",
+                                              "lowers",  "opens",
+                                              "leaves",  "done",
+                                              "given up"};
   const std::string name = names.at(static_cast<std::size_t>(phase_));
   return phase_ == Phase::given_up ? name + ": " + names.at(static_cast<std::size_t>(stuck_in_)) : name;
 }
 
 ArmTask::Goal ArmTask::goal_of(Phase phase) const {
   const double grip = plan_.thing_height - plan_.grip_below;
-  const double to_thing = range_of(plan_.thing), to_tub = range_of(plan_.tub);
+  const double to_thing = range_of(plan_.thing), to_container = range_of(plan_.tub);
   const double thing = angle_of(plan_.thing), tub = angle_of(plan_.tub);
   switch (phase) {
     case Phase::rise:
@@ -54,13 +57,13 @@ ArmTask::Goal ArmTask::goal_of(Phase phase) const {
     case Phase::lift:
       return {kCarried, grip + kRaised, thing, plan_.closed};
     case Phase::swing:
-      return {to_tub, grip + kRaised, tub, plan_.closed};
+      return {to_container, grip + kRaised, tub, plan_.closed};
     case Phase::lower:
-      return {to_tub, grip + kLowered, tub, plan_.closed};
+      return {to_container, grip + kLowered, tub, plan_.closed};
     case Phase::open:
-      return {to_tub, grip + kLowered, tub, kOpen};
+      return {to_container, grip + kLowered, tub, kOpen};
     default:
-      return {to_tub - kBefore, grip + kRaised, tub, kOpen};
+      return {to_container - kBefore, grip + kRaised, tub, kOpen};
   }
 }
 

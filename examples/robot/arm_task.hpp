@@ -11,8 +11,8 @@ namespace robot {
 class ArmTask {
  public:
   struct Plan {
-    Point2 thing, tub;        // base_link of the robot, which stands still
-    double thing_height = 0;  // m
+    Point2 thing, tub;         // base_link of the robot, which stands still
+    double thing_height = 0;   // m
     double grip_below = 0.06;  // m under its top
     double closed = 0;         // m, of each finger, when it holds; 0: until something stops the fingers
   };
@@ -34,10 +34,10 @@ class ArmTask {
 
   Plan plan_;
   Phase phase_ = Phase::rise, stuck_in_ = Phase::rise;
-  Goal hand_;              // on the way to the phase's goal
-  double in_phase_ = 0;    // s
-  double still_ = 0;       // s that the fingers have not moved
-  double fingers_ = 0;     // m, when they last moved
+  Goal hand_;            // on the way to the phase's goal
+  double in_phase_ = 0;  // s
+  double still_ = 0;     // s that the fingers have not moved
+  double fingers_ = 0;   // m, when they last moved
   bool started_ = false;
 };
 

@@ -4,10 +4,11 @@
 //   example_trainee --to 4,2.5 --to 8,2.5                  the real robot, on MR_SCAN
 //   example_trainee --agent robot_1 --to 2,1               a virtual robot with `behaviour: {kind: teleop}`
 //   and a laser
-//   example_trainee --lift 4.6,2.5,0.45 --into 4,3.1       the real robot's arm, which stands before the thing
+//   example_trainee --lift 4.6,2.5,0.45 --into 4,3.1       the real robot's arm, which stands before the
+//   thing
 //
-// Ends with 0 at the last point, or with the thing in the tub; with 3 and the reason where it has not come there
-// in time.
+// Ends with 0 at the last point, or with the thing in the tub; with 3 and the reason where it has not come
+// there in time.
 #include <chrono>
 #include <csignal>
 #include <cstdio>

@@ -174,7 +174,7 @@ void FusedPeople::link(SimulationTime now) {
   }
 }
 
-bool FusedPeople::shares_a_robot(std::uint32_t a, std::uint32_t b) const {
+bool FusedPeople::seen_by_same_robot(std::uint32_t a, std::uint32_t b) const {
   return std::any_of(sightings_.begin(), sightings_.end(),
                      [&](const Sighting& s) { return s.person == a && seen_by(b, s.robot); });
 }
@@ -193,7 +193,8 @@ void FusedPeople::merge(SimulationTime now) {
       const FusedPerson &a = shown_[i], &b = shown_[j];
       const bool close = (a.position - b.position).norm() < options_.max_gap &&
                          (a.velocity - b.velocity).norm() < options_.max_speed_gap &&
-                         distance2(a, b, options_.pose_sigma) < options_.gate && !shares_a_robot(a.id, b.id);
+                         distance2(a, b, options_.pose_sigma) < options_.gate &&
+                         !seen_by_same_robot(a.id, b.id);
       const std::pair pair(a.id, b.id);
       if (!close) {
         close_since_.erase(pair);

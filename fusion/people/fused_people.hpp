@@ -80,7 +80,7 @@ class FusedPeople {
   bool fresh(const Sighting& sighting, SimulationTime now) const {
     return now - sighting.mover.seen <= options_.stale;
   }
-  bool shares_a_robot(std::uint32_t a, std::uint32_t b) const;
+  bool seen_by_same_robot(std::uint32_t a, std::uint32_t b) const;
 
   FusionOptions options_;
   std::vector<Sighting> sightings_;   // by robot, then track

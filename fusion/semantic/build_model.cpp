@@ -14,10 +14,10 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kHighestRoom = 100;      ///< m, of a cloud: a larger height indicates a wrong unit
-constexpr double kLowestRoom = 0.5;       ///< m: a smaller one indicates a wrong unit or no building
-constexpr std::size_t kMostMeshes = 900;  ///< of objects; others are in the mesh of unknown things
-constexpr double kStray = 50;             ///< m, and a quarter of the site: points farther out are outliers
+constexpr double kHighestRoom = 100;     ///< m, of a cloud: a larger height indicates a wrong unit
+constexpr double kLowestRoom = 0.5;      ///< m: a smaller one indicates a wrong unit or no building
+constexpr std::size_t kMaxMeshes = 900;  ///< of objects; others are in the mesh of unknown things
+constexpr double kStray = 50;            ///< m, and a quarter of the site: points farther out are outliers
 
 /// Heights between which 98 % of the points lie, so that outliers do not affect the check of the unit.
 Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
@@ -167,7 +167,7 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   begin("mesh", 3);
   cut_floors(EvidenceGrid(built.cloud, options.evidence), built.model);
   FoundObjects found = find_objects(built.cloud, built.cloud.labels, built.model.entities, options.objects);
-  const std::size_t meshed = std::min(found.objects.size(), kMostMeshes);
+  const std::size_t meshed = std::min(found.objects.size(), kMaxMeshes);
   auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed);
   if (!mesh) return mesh.error();
   for (std::size_t o = 0; o < meshed; ++o) {

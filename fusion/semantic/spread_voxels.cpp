@@ -19,7 +19,7 @@ constexpr double kFinest = 0.025, kCoarsest = 0.30;  ///< m
 constexpr double kReach = 2.3;                       ///< voxels, of the neighbours of a plane
 constexpr double kFlat = 0.25;                       ///< of the smallest to the middle variance
 constexpr std::size_t kQueries = 600, kFewest = 500;
-constexpr std::size_t kMostSparse = 1'000'000;
+constexpr std::size_t kMaxSparse = 1'000'000;
 constexpr double kDenseSide = 0.05, kSparsest = 0.13;  ///< m
 constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has in a closed surface
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
@@ -173,7 +173,7 @@ std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud) {
 }
 
 std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
-  if (cloud.size() < kFewest || cloud.size() > kMostSparse) return std::nullopt;
+  if (cloud.size() < kFewest || cloud.size() > kMaxSparse) return std::nullopt;
   if (joined(cloud.points, kDenseSide) > kJoined) return std::nullopt;
   for (const double side : {0.07, 0.10}) {
     if (joined(cloud.points, side) > kJoined) return side;

@@ -16,8 +16,9 @@ namespace parhelion::semantic {
 /// density falls with the distance to the scanner.
 std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud);
 
-/// m, 0.07, 0.10 or 0.13: the smallest side of cubes in which a sparse scan's surfaces join, else the largest;
-/// nullopt for clouds whose surfaces join in cubes of 5 cm, and for clouds of more than a million points.
+/// m, 0.07, 0.10 or 0.13: the smallest side of cubes in which a sparse scan's surfaces join, else the
+/// largest; nullopt for clouds whose surfaces join in cubes of 5 cm, and for clouds of more than a million
+/// points.
 std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud);
 
 struct SpreadCloud {

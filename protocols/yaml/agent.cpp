@@ -58,8 +58,8 @@ AgentDefinition read_agent(const Node& node, Problems& problems) {
   if (!agent.model.empty() && agent.kind != AgentKind::robot)
     problems.add(node.find("model")->line, "'model': only an agent of kind robot has a robot model");
   read(node, "mass", agent.mass);
-  const bool is_thing = agent.kind == AgentKind::box || agent.kind == AgentKind::barrel ||
-                        agent.kind == AgentKind::container;
+  const bool is_thing =
+      agent.kind == AgentKind::box || agent.kind == AgentKind::barrel || agent.kind == AgentKind::container;
   if (agent.mass > 0 && !is_thing)
     problems.add(node.find("mass")->line, "'mass' is for boxes, barrels and containers");
   read(node, "camera", agent.camera_rate);

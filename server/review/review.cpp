@@ -174,7 +174,7 @@ Status Gathering::event(Message& message) {
   }
   shapes_->take(event);
   knowledge_->take(event, world_);
-  if (auto told = view_->event(event)) list(*std::move(told));
+  if (auto visible = view_->event(event)) list(*std::move(visible));
   return {};
 }
 
@@ -192,7 +192,7 @@ Status Gathering::world(Message& message) {
   const double t = seen(SimulationTime{world_.stamp.ns});
   if (for_trainee() && review_.robot != configuration_->robot.name)
     if (const AgentDefinition* agent = shapes_->definition(review_.robot))
-      knowledge_->take_scan_of(*agent, world_);
+      knowledge_->handle_scan_of(*agent, world_);
   const std::string* before = nullptr;  // the bodies of an entity are consecutive, and only the first one
                                         // counts
   for (const WorldMessage::Entry& body : world_.bodies) {
@@ -246,7 +246,7 @@ Status Gathering::scan_info(Message& message) {
   if (const Status read = decode(message.channel, message.payload, info_); !read) return read;
   have_info_ = true;
   if (for_trainee() && info_.live)
-    knowledge_->take_scan(info_, configuration_->find_robot(review_.robot).value_or(0), world_);
+    knowledge_->handle_scan(info_, configuration_->find_robot(review_.robot).value_or(0), world_);
   measure_nearest();
   return {};
 }
@@ -281,7 +281,7 @@ Status Gathering::given(Message& message) {
 
 Status Gathering::picture(Message& message) {
   const auto robot = configuration_->find_robot(review_.robot);
-  if (for_trainee() && robot) knowledge_->take_picture(*robot, world_);
+  if (for_trainee() && robot) knowledge_->handle_picture(*robot, world_);
   pictures_.saw(at(message.arrival), std::move(message.payload));
   return {};
 }
@@ -298,13 +298,13 @@ void Gathering::leave_out_what_was_not_sensed() {
   review_.scenario.zones = view_->zones();
   for (Trail& trail : review_.agents) trail.entity = view_->name_of(trail.entity);
   if (!review_.grade) return;
-  const auto tell = [&](std::optional<Event>& cause) {
+  const auto restrict_cause = [&](std::optional<Event>& cause) {
     if (!cause) return;
     cause = view_->event(*cause);
     if (cause) cause->position.setZero();
   };
-  for (training::TaskGrade& task : review_.grade->tasks) tell(task.cause);
-  for (training::Deduction& deduction : review_.grade->deductions) tell(deduction.cause);
+  for (training::TaskGrade& task : review_.grade->tasks) restrict_cause(task.cause);
+  for (training::Deduction& deduction : review_.grade->deductions) restrict_cause(deduction.cause);
 }
 
 /// Reads the stamp from the bytes. The server has refused messages that are malformed otherwise.

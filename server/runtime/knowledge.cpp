@@ -39,9 +39,9 @@ const char* to_string(SensedBy by) {
 
 std::string trainee_briefing(const tick::Configuration& configuration) {
   if (!configuration.scenario.training) return {};
-  Scenario told = configuration.scenario;
-  told.drawn_values.clear();
-  return training::briefing(told, tick::graded_robot(configuration));
+  Scenario shown = configuration.scenario;
+  shown.drawn_values.clear();
+  return training::briefing(shown, tick::graded_robot(configuration));
 }
 
 bool is_driven_by_trainees(const tick::Configuration& configuration, const AgentDefinition& agent) {
@@ -53,7 +53,7 @@ Knowledge::Knowledge(const tick::Configuration& configuration, const simulation:
     : configuration_(configuration),
       shapes_(shapes),
       briefing_(trainee_briefing(configuration)),
-      sight_(configuration.model),
+      visibility_(configuration.model),
       agents_(agents_of(configuration.scenario)) {}
 
 void Knowledge::restart() {
@@ -82,15 +82,13 @@ void Knowledge::note(const std::string& robot, const std::string& entity, Sensed
 void Knowledge::look_for_doors(const std::string& robot, const std::optional<LaserDescription>& laser,
                                const WorldMessage& world) {
   const WorldMessage::Entry* body = first_body(world, robot);
-  const bool any = std::any_of(world.bodies.begin(), world.bodies.end(), [](const auto& each) {
-    return each.owner == BodyOwner::building;
-  });
+  const bool any = std::any_of(world.bodies.begin(), world.bodies.end(),
+                               [](const auto& each) { return each.owner == BodyOwner::building; });
   if (body == nullptr || !laser || !any) return;
-  sight_.set_bodies(world, shapes_);
+  visibility_.set_bodies(world, shapes_);
   const auto T_map_laser = simulation::base_of(body->T_map_body) * laser->T_base_laser;
-  for (const std::string& entity : sight_.in_laser(T_map_laser, range_of(*laser), robot)) {
-    if (first_body(world, entity)->owner == BodyOwner::building)
-      note(robot, entity, SensedBy::laser, world);
+  for (const std::string& entity : visibility_.in_laser(T_map_laser, range_of(*laser), robot)) {
+    if (first_body(world, entity)->owner == BodyOwner::building) note(robot, entity, SensedBy::laser, world);
   }
 }
 
@@ -98,23 +96,25 @@ void Knowledge::look(const std::string& robot, const RobotDescription& descripti
                      const WorldMessage& world) {
   const WorldMessage::Entry* body = first_body(world, robot);
   if (body == nullptr || !description.camera) return;
-  sight_.set_bodies(world, shapes_);
+  visibility_.set_bodies(world, shapes_);
   const auto T_map_optical = simulation::base_of(body->T_map_body) * description.camera->T_base_optical;
-  for (const std::string& entity : sight_.in_camera(T_map_optical, description.camera->intrinsics, robot))
+  for (const std::string& entity :
+       visibility_.in_camera(T_map_optical, description.camera->intrinsics, robot))
     note(robot, entity, SensedBy::camera, world);
 }
 
-void Knowledge::take_scan(const ScanInfo& info, std::size_t robot, const WorldMessage& world) {
+void Knowledge::handle_scan(const ScanInfo& info, std::size_t robot, const WorldMessage& world) {
   const RobotDescription& description = configuration_.robot_at(robot);
   std::vector<bool> met(info.agents.size(), false);
   for (const std::int16_t agent : info.beam_agent)
-    if (agent >= 0 && static_cast<std::size_t>(agent) < met.size()) met[static_cast<std::size_t>(agent)] = true;
+    if (agent >= 0 && static_cast<std::size_t>(agent) < met.size())
+      met[static_cast<std::size_t>(agent)] = true;
   for (std::size_t i = 0; i < met.size(); ++i)
     if (met[i]) note(description.name, info.agents[i], SensedBy::laser, world);
   look_for_doors(description.name, description.laser, world);
 }
 
-void Knowledge::take_picture(std::size_t robot, const WorldMessage& world) {
+void Knowledge::handle_picture(std::size_t robot, const WorldMessage& world) {
   const RobotDescription& description = configuration_.robot_at(robot);
   look(description.name, description, world);
 }
@@ -126,20 +126,20 @@ const RobotDescription* Knowledge::model_of(const AgentDefinition& agent) const 
   return found == models.end() ? nullptr : &(*found)->description;
 }
 
-void Knowledge::take_scan_of(const AgentDefinition& agent, const WorldMessage& world) {
+void Knowledge::handle_scan_of(const AgentDefinition& agent, const WorldMessage& world) {
   const WorldMessage::Entry* body = first_body(world, agent.name);
   const auto T_base_laser = shapes_.laser_mount(agent.name);
   const RobotDescription* model = model_of(agent);
   if (body == nullptr || !T_base_laser) return;
-  sight_.set_bodies(world, shapes_);
-  const double range = model != nullptr && model->laser ? range_of(*model->laser)
-                                                        : std::numeric_limits<double>::infinity();
+  visibility_.set_bodies(world, shapes_);
+  const double range =
+      model != nullptr && model->laser ? range_of(*model->laser) : std::numeric_limits<double>::infinity();
   const auto T_map_laser = simulation::base_of(body->T_map_body) * *T_base_laser;
-  for (const std::string& entity : sight_.in_laser(T_map_laser, range, agent.name))
+  for (const std::string& entity : visibility_.in_laser(T_map_laser, range, agent.name))
     note(agent.name, entity, SensedBy::laser, world);
 }
 
-void Knowledge::take_picture_of(const AgentDefinition& agent, const WorldMessage& world) {
+void Knowledge::handle_picture_of(const AgentDefinition& agent, const WorldMessage& world) {
   if (const RobotDescription* model = model_of(agent)) look(agent.name, *model, world);
 }
 

@@ -1,5 +1,5 @@
-// What the robots of trainees have sensed: a function of the session's messages, so that the station, the review
-// and a replay agree on what a trainee could know.
+// What the robots of trainees have sensed: a function of the session's messages, so that the station, the
+// review and a replay agree on what a trainee could know.
 #pragma once
 
 #include <map>
@@ -41,15 +41,15 @@ class Knowledge {
 
   /// Another session begins.
   void restart();
-  void set_building(const SemanticModel& model) { sight_.set_building(model); }
+  void set_building(const SemanticModel& model) { visibility_.set_building(model); }
 
   /// MR_SCAN_INFO of a robot of the session: the agents that its beams met.
-  void take_scan(const ScanInfo& info, std::size_t robot, const WorldMessage& world);
+  void handle_scan(const ScanInfo& info, std::size_t robot, const WorldMessage& world);
   /// MR_CAMERA of a robot of the session, with virtual things in it.
-  void take_picture(std::size_t robot, const WorldMessage& world);
+  void handle_picture(std::size_t robot, const WorldMessage& world);
   /// A scan or a picture of an agent that a trainee drives.
-  void take_scan_of(const AgentDefinition& agent, const WorldMessage& world);
-  void take_picture_of(const AgentDefinition& agent, const WorldMessage& world);
+  void handle_scan_of(const AgentDefinition& agent, const WorldMessage& world);
+  void handle_picture_of(const AgentDefinition& agent, const WorldMessage& world);
   /// A contact is felt; a report gives an object its name.
   void take(const Event& event, const WorldMessage& world);
 
@@ -76,11 +76,11 @@ class Knowledge {
   const tick::Configuration& configuration_;
   const simulation::EntityShapes& shapes_;
   const std::string briefing_;
-  Sight sight_;
+  Sight visibility_;
   std::set<std::string, std::less<>> agents_;
-  std::map<std::string, ByEntity, std::less<>> sensed_;                             // by robot
+  std::map<std::string, ByEntity, std::less<>> sensed_;                              // by robot
   std::map<std::string, std::set<std::string, std::less<>>, std::less<>> reported_;  // by robot
-  std::map<std::string, std::size_t, std::less<>> numbers_;                         // by entity
+  std::map<std::string, std::size_t, std::less<>> numbers_;                          // by entity
 };
 
 }  // namespace parhelion::runtime

@@ -123,8 +123,8 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
   if (options.seed) scenario.seed = *options.seed;
   std::vector<RobotDescription> descriptions;
   for (auto& each : robots) descriptions.push_back(std::move(*each));
-  if (const Status added = add_models_of(descriptions, options.scenario.value_or(""), DescribedBy::file,
-                                         robot_models);
+  if (const Status added =
+          add_models_of(descriptions, options.scenario.value_or(""), DescribedBy::file, robot_models);
       !added)
     return added.error();
   return tick::configure_robots(scenario, std::move(descriptions), model, std::move(robot_models),

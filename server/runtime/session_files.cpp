@@ -107,8 +107,7 @@ Status load_robots(const std::string& path, const std::string& given, SessionFil
     if (!usable) return usable.error();
     description = std::move(*usable);
     if (!scenario.robots.empty()) description->name = scenario.robots[i].name;
-    const Status added =
-        add_robot_model(place_of(paths[i], "model"), description->model, files.robot_models);
+    const Status added = add_robot_model(place_of(paths[i], "model"), description->model, files.robot_models);
     if (!added) return added;
   }
   return {};
@@ -122,8 +121,8 @@ Status add_models_of(std::vector<RobotDescription>& robots, const std::string& s
     const std::filesystem::path path(robot.model);
     const bool leaves = path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end();
     if (by == DescribedBy::bus && leaves) {
-      return Error{"robot '" + robot.name + "': its description on ROBOT names the robot model " + robot.model +
-                   "; from there it must be a shipped one, or in the folder of the scenario"};
+      return Error{"robot '" + robot.name + "': its description on ROBOT names the robot model " +
+                   robot.model + "; from there it must be a shipped one, or in the folder of the scenario"};
     }
     robot.model = resolved_model(robot.model, scenario);
     const Status added = add_robot_model("robot '" + robot.name + "': ", robot.model, models);

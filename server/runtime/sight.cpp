@@ -7,9 +7,9 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kMinPixels = 3;   // diameter of what can be made out in a picture
-constexpr double kWithin = 0.9;    // of a shape's half lengths: sample points lie inside it
-constexpr double kBeyond = 1e-3;   // m
+constexpr double kMinPixels = 3;  // diameter of what can be made out in a picture
+constexpr double kWithin = 0.9;   // of a shape's half lengths: sample points lie inside it
+constexpr double kBeyond = 1e-3;  // m
 
 /// As the building hides it: virtual walls are drawn into the picture, too.
 SemanticModel drawn(SemanticModel model) {
@@ -75,11 +75,11 @@ void Sight::set_building(const SemanticModel& model) {
 }
 
 void Sight::set_bodies(const WorldMessage& world, const simulation::EntityShapes& shapes) {
-  const bool same = std::equal(bodies_.begin(), bodies_.end(), world.bodies.begin(), world.bodies.end(),
-                               [](const Body& body, const WorldMessage::Entry& entry) {
-                                 return body.definition.entity == entry.entity &&
-                                        body.definition.part == entry.part;
-                               });
+  const bool same =
+      std::equal(bodies_.begin(), bodies_.end(), world.bodies.begin(), world.bodies.end(),
+                 [](const Body& body, const WorldMessage::Entry& entry) {
+                   return body.definition.entity == entry.entity && body.definition.part == entry.part;
+                 });
   if (!same) {
     bodies_.clear();
     for (const WorldMessage::Entry& entry : world.bodies) {

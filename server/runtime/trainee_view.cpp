@@ -6,16 +6,16 @@
 namespace parhelion::runtime {
 namespace {
 
-bool is_word_character(char c) {
+bool is_name_character(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
 }
 
 /// The first place at or after `from` where `word` stands by itself.
-std::size_t find_word(const std::string& text, const std::string& word, std::size_t from = 0) {
+std::size_t find_name(const std::string& text, const std::string& word, std::size_t from = 0) {
   for (std::size_t at = text.find(word, from); at != std::string::npos; at = text.find(word, at + 1)) {
     const std::size_t end = at + word.size();
-    const bool begins = at == 0 || !is_word_character(text[at - 1]);
-    if (begins && (end == text.size() || !is_word_character(text[end]))) return at;
+    const bool begins = at == 0 || !is_name_character(text[at - 1]);
+    if (begins && (end == text.size() || !is_name_character(text[end]))) return at;
   }
   return std::string::npos;
 }
@@ -34,7 +34,7 @@ bool is_to_be_found(const Scenario& scenario, const std::string& name) {
                      [&](const Task& task) { return asks_to_report(task.done, name); });
 }
 
-const char* word_of(AgentKind kind) {
+const char* kind_prefix(AgentKind kind) {
   return kind == AgentKind::person ? "person " : kind == AgentKind::robot ? "robot " : "object ";
 }
 
@@ -144,7 +144,7 @@ bool TraineeView::is_shown(const std::string& name) const {
 }
 
 /// One that he is told to reach, or to leave, is drawn for him.
-bool TraineeView::knows_zone(const std::string& zone) const { return is_shown(zone) || is_told(zone); }
+bool TraineeView::knows_zone(const std::string& zone) const { return is_shown(zone) || is_in_briefing(zone); }
 
 bool TraineeView::is_own(const std::string& robot) const {
   return std::find(robots_.begin(), robots_.end(), robot) != robots_.end();
@@ -158,8 +158,8 @@ bool TraineeView::is_known(const std::string& name) const {
   return may_follow(name) || is_shown(name) || sensed(name) != nullptr;
 }
 
-bool TraineeView::is_told(const std::string& name) const {
-  return find_word(knowledge_.briefing(), name) != std::string::npos;
+bool TraineeView::is_in_briefing(const std::string& name) const {
+  return find_name(knowledge_.briefing(), name) != std::string::npos;
 }
 
 const Sensed* TraineeView::sensed(const std::string& entity) const {
@@ -180,9 +180,9 @@ std::string TraineeView::name_of(const std::string& entity) const {
   const bool named = std::any_of(robots_.begin(), robots_.end(), [&](const std::string& robot) {
     return knowledge_.reported(robot, entity);
   });
-  if (named || (!is_to_be_found(configuration_.scenario, entity) && is_told(entity))) return entity;
+  if (named || (!is_to_be_found(configuration_.scenario, entity) && is_in_briefing(entity))) return entity;
   const AgentKind kind = known->bodies.empty() ? AgentKind::box : known->bodies.front().kind;
-  return word_of(kind) + std::to_string(knowledge_.number_of(entity));
+  return kind_prefix(kind) + std::to_string(knowledge_.number_of(entity));
 }
 
 std::string TraineeView::entity_of(const std::string& name) const {
@@ -200,7 +200,8 @@ KnownWorld TraineeView::world(const WorldMessage& world) const {
   std::set<std::string, std::less<>> there;
   for (const WorldMessage::Entry& body : world.bodies) {
     // A real robot or person whom a trainee does not see would be a danger.
-    const bool live = may_follow(body.entity) || is_shown(body.entity) || body.owner == BodyOwner::real_person;
+    const bool live =
+        may_follow(body.entity) || is_shown(body.entity) || body.owner == BodyOwner::real_person;
     if (live) known.message.bodies.push_back(body);
     if (there.insert(body.entity).second && !live) add(body.entity, world, known);
   }
@@ -250,11 +251,11 @@ std::optional<Event> TraineeView::event(const Event& event) const {
 std::string TraineeView::text(const std::string& text) const {
   std::string shown = text;
   for (const std::string& agent : knowledge_.agents()) {
-    std::size_t at = find_word(shown, agent);
+    std::size_t at = find_name(shown, agent);
     if (at == std::string::npos || may_follow(agent)) continue;
     std::string name = name_of(agent);
     if (name.empty()) name = "something";
-    for (; at != std::string::npos; at = find_word(shown, agent, at + name.size()))
+    for (; at != std::string::npos; at = find_name(shown, agent, at + name.size()))
       shown.replace(at, agent.size(), name);
   }
   return shown;

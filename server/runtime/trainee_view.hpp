@@ -1,8 +1,9 @@
 // What a trainee may be told of a session: the one place that decides it, for the station and the review.
 //
-// His robot and the other trainees' robots, real people, what the scenario shows on purpose, the zones that the
-// briefing names, and what his robot has sensed, at the place where it was sensed last. Things have names of their own only where the briefing names them, and what he
-// is to find once he has reported it; else a number: "object 3".
+// His robot and the other trainees' robots, real people, what the scenario shows on purpose, the zones that
+// the briefing names, and what his robot has sensed, at the place where it was sensed last. Things have names
+// of their own only where the briefing names them, and what he is to find once he has reported it; else a
+// number: "object 3".
 #pragma once
 
 #include <map>
@@ -36,8 +37,8 @@ class TraineeView {
               std::vector<std::string> robots);
 
   const std::vector<std::string>& robots() const { return robots_; }
-  /// Its bodies are named as he knows them. Those that no robot of his senses at present stand where they were
-  /// sensed last.
+  /// Its bodies are named as he knows them. Those that no robot of his senses at present stand where they
+  /// were sensed last.
   KnownWorld world(const WorldMessage& world) const;
   /// The last time that one of his robots sensed the entity; nullptr: none has.
   const Sensed* sensed(const std::string& entity) const;
@@ -58,7 +59,7 @@ class TraineeView {
   bool is_own(const std::string& robot) const;
   bool is_shown(const std::string& name) const;
   bool knows_zone(const std::string& zone) const;
-  bool is_told(const std::string& name) const;
+  bool is_in_briefing(const std::string& name) const;
   bool is_for_him(const Event& event) const;
   bool is_known(const std::string& name) const;
   void add(const std::string& entity, const WorldMessage& world, KnownWorld& known) const;

@@ -9,8 +9,8 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kAll = 0.98;    // of the horizon: what is left out by rounding
-constexpr double kNoWay = 1e-5;  // rad or m: a shorter way is none
+constexpr double kAll = 0.98;        // of the horizon: what is left out by rounding
+constexpr double kMinTravel = 1e-5;  // rad or m: a shorter travel_needed is none
 
 enum class Mode { position, velocity, effort };
 
@@ -58,11 +58,11 @@ class Limiter {
       motion.velocity = std::copysign(joint->velocity, command_.efforts[i]);
     if (mode_ != Mode::position) return motion;
     motion.target = command_.positions[i];
-    const double way = *motion.target - robot_.twin->posture().positions[motion.joint];
+    const double travel_needed = *motion.target - robot_.twin->posture().positions[motion.joint];
     double speed = joint->velocity;
     if (!command_.velocities.empty() && command_.velocities[i] != 0)
       speed = std::min(speed, std::abs(command_.velocities[i]));
-    motion.velocity = way == 0 ? 0 : std::copysign(speed, way);
+    motion.velocity = travel_needed == 0 ? 0 : std::copysign(speed, travel_needed);
     return motion;
   }
 
@@ -81,9 +81,10 @@ class Limiter {
     JointMotion& motion = each.motion;
     if (mode_ == Mode::position) {
       const double reached = from + motion.velocity * travel.time;
-      motion.target = motion.velocity < 0 ? std::max(reached, *motion.target) : std::min(reached, *motion.target);
+      motion.target =
+          motion.velocity < 0 ? std::max(reached, *motion.target) : std::min(reached, *motion.target);
       command_.positions[each.place] = *motion.target;
-      if (std::abs(*motion.target - from) < kNoWay) motion.velocity = 0;
+      if (std::abs(*motion.target - from) < kMinTravel) motion.velocity = 0;
       if (motion.velocity != 0) ends_ = std::min(ends_, travel.time);
     } else {
       motion.velocity *= mode_ == Mode::velocity ? travel.time / horizon_ : 0;

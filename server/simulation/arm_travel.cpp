@@ -44,13 +44,13 @@ double gap(const Sweep& sweep, const std::vector<Transform<Map, Body>>& T_map_pa
   for (const Physics::Placed& body : bodies) {
     for (const std::size_t part : sweep.parts) {
       if (is_around && twin.is_finger(part)) continue;
-      nearest = std::min(nearest,
-                         sweep.physics.distance({twin.handles()[part], T_map_part[part]}, body, nearest));
+      nearest =
+          std::min(nearest, sweep.physics.distance({twin.handles()[part], T_map_part[part]}, body, nearest));
     }
     const Agent* held = sweep.moves_grip ? sweep.agents.find(grip.held()) : nullptr;
     if (held != nullptr && held != &agent)
-      nearest = std::min(nearest, sweep.physics.distance({held->handle, grip.held_at(twin, T_map_part)}, body,
-                                                         nearest));
+      nearest = std::min(
+          nearest, sweep.physics.distance({held->handle, grip.held_at(twin, T_map_part)}, body, nearest));
   }
   return nearest;
 }
@@ -126,7 +126,8 @@ ArmTravel joint_travel(const RealRobot& robot, const Agents& agents, const Physi
   const RobotTwin& twin = *robot.twin;
   const std::vector<double>& from = twin.posture().positions;
   Sweep sweep{robot, agents, physics, {}, false, 0, {}};
-  for (const JointMotion& motion : motions) sweep.speed += twin.reach(motion.joint) * std::abs(motion.velocity);
+  for (const JointMotion& motion : motions)
+    sweep.speed += twin.reach(motion.joint) * std::abs(motion.velocity);
   for (std::size_t part = 0; part < twin.handles().size(); ++part) {
     const bool moved = std::any_of(motions.begin(), motions.end(), [&](const JointMotion& motion) {
       return motion.velocity != 0 && twin.moves(motion.joint, part);

@@ -123,8 +123,14 @@ void Contacts::collect_building_contacts(const RealRobot& robot, const Building&
 void Contacts::collect_held_thing(const RealRobot& robot, const Agents& agents) {
   const Agent* thing = robot.present ? agents.find(robot.grip.held()) : nullptr;
   if (thing == nullptr) return;
-  touching_.push_back({robot.name, robot.grip.held(), PairKind::real_virtual,
-                       RealGrip::center(*robot.twin), 0, !shows(robot, thing), {}, true});
+  touching_.push_back({robot.name,
+                       robot.grip.held(),
+                       PairKind::real_virtual,
+                       RealGrip::center(*robot.twin),
+                       0,
+                       !shows(robot, thing),
+                       {},
+                       true});
 }
 
 /// As with the building: the robots' bodies are kinematic, so contact is a distance below the poses'

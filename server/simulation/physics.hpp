@@ -147,7 +147,7 @@ class Physics {
     slipping,  ///< it moves under gravity
     held,      ///< it has no weight: set_velocity() moves it
   };
-  void carry(PhysicsHandle handle, Carried carried);
+  void move_held(PhysicsHandle handle, Carried carried);
   /// Velocity of a free body's origin in the coming step, m/s and rad/s, map frame.
   void set_velocity(PhysicsHandle handle, const Eigen::Vector3d& velocity,
                     const Eigen::Vector3d& rotation_rate);

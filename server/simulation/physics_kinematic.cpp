@@ -1,4 +1,4 @@
-// Parts of real robots, what they carry, and distances between bodies.
+// Parts of real robots, what they move_held, and distances between bodies.
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
@@ -85,7 +85,7 @@ void Physics::World::make_kinematic(PhysicsHandle handle) {
   world.addRigidBody(rigid.body.get(), rigid.group, rigid.mask);
 }
 
-void Physics::carry(PhysicsHandle handle, Carried carried) {
+void Physics::move_held(PhysicsHandle handle, Carried carried) {
   const bool held = carried == Carried::held;
   RigidBody& rigid = world_->at(handle);
   btRigidBody& body = *rigid.body;

@@ -9,10 +9,10 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kGravity = 9.81;      // m/s^2
-constexpr double kPadShare = 0.8;      // of the pads' half size: lines near their edges
-constexpr double kRelieved = 0.95;     // of a joint's effort: below it an overload has ended
-constexpr double kNear = 3;            // m: farther things are not looked at
+constexpr double kGravity = 9.81;     // m/s^2
+constexpr double kPadFraction = 0.8;  // of the pads' half size: lines near their edges
+constexpr double kRelieved = 0.95;    // of a joint's effort: below it an overload has ended
+constexpr double kNear = 3;           // m: farther things are not looked at
 
 struct Interval {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
@@ -60,14 +60,12 @@ GripFrame grip_frame(const RobotTwin& twin, const std::vector<Transform<Map, Bod
 
 Interval extent(const std::vector<Eigen::Vector3d>& points, int axis) {
   Interval its{points.front()[axis], points.front()[axis]};
-  for (const Eigen::Vector3d& p : points)
-    its = {std::min(its.low, p[axis]), std::max(its.high, p[axis])};
+  for (const Eigen::Vector3d& p : points) its = {std::min(its.low, p[axis]), std::max(its.high, p[axis])};
   return its;
 }
 
 Interval within_slab(double from, double along, const Interval& slab) {
-  if (std::abs(along) < 1e-9)
-    return from >= slab.low && from <= slab.high ? Interval{} : Interval{1, 0};
+  if (std::abs(along) < 1e-9) return from >= slab.low && from <= slab.high ? Interval{} : Interval{1, 0};
   const double a = (slab.low - from) / along, b = (slab.high - from) / along;
   return {std::min(a, b), std::max(a, b)};
 }
@@ -132,8 +130,8 @@ std::optional<Pinch> pinch(const RobotTwin& twin, const std::vector<Transform<Ma
   Interval thick{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   constexpr std::array<std::array<double, 2>, 5> kLines{{{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
   for (const auto& [y, z] : kLines) {
-    const Eigen::Vector3d from(0, pads[0].middle() + kPadShare * y * pads[0].half(),
-                               pads[1].middle() + kPadShare * z * pads[1].half());
+    const Eigen::Vector3d from(0, pads[0].middle() + kPadFraction * y * pads[0].half(),
+                               pads[1].middle() + kPadFraction * z * pads[1].half());
     const Interval inside = chord(T_thing_grip * from, along, thing.form);
     if (inside.low >= inside.high) continue;
     thick = {std::min(thick.low, inside.low), std::max(thick.high, inside.high)};
@@ -152,9 +150,9 @@ Transform<Map, Body> RealGrip::held_at(const RobotTwin& twin,
   return Transform<Map, Body>(grip_frame(twin, T_map_part).T_map_grip * T_grip_thing_);
 }
 
-void RealGrip::let_go(const Agent* thing, Physics& physics) {
+void RealGrip::release(const Agent* thing, Physics& physics) {
   if (thing != nullptr) {
-    physics.carry(thing->handle, Physics::Carried::no);
+    physics.move_held(thing->handle, Physics::Carried::no);
     if (!held_.empty()) physics.set_velocity(thing->handle, motion_.velocity, motion_.rotation_rate);
   }
   held_.clear();
@@ -164,29 +162,30 @@ void RealGrip::let_go(const Agent* thing, Physics& physics) {
 }
 
 void RealGrip::release(Agents& agents, Physics& physics) {
-  let_go(agents.find(held_.empty() ? too_heavy_ : held_), physics);
+  release(agents.find(held_.empty() ? too_heavy_ : held_), physics);
   around_.clear();
 }
 
-void RealGrip::carry(const RobotTwin& twin, bool present, bool jumped, Agents& agents, Physics& physics,
-                     double dt) {
+void RealGrip::move_held(const RobotTwin& twin, bool present, bool jumped, Agents& agents, Physics& physics,
+                         double dt) {
   if (held_.empty()) return;
   Agent* thing = agents.find(held_);
-  if (thing == nullptr || thing->epoch != epoch_) return let_go(thing, physics);
+  if (thing == nullptr || thing->epoch != epoch_) return release(thing, physics);
   const RigidState is = physics.state(thing->handle);
   motion_ = {};
   if (!present) return physics.set_velocity(thing->handle, {0, 0, 0}, {0, 0, 0});
   const Transform<Map, Body> wanted = held_at(twin, poses_of(twin));
   if (jumped) {
     physics.set_motion(thing->handle, {wanted, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
-    return physics.carry(thing->handle, Physics::Carried::held);  // a body that was put somewhere sleeps
+    return physics.move_held(thing->handle, Physics::Carried::held);  // a body that was put somewhere sleeps
   }
   const RigidState& finger = twin.parts()[twin.fingers().front().part];
   motion_.rotation_rate = finger.rotation_rate;
-  motion_.velocity = finger.velocity + finger.rotation_rate.cross(Eigen::Vector3d(
-                                           wanted.translation() - finger.T_map_body.translation()));
+  motion_.velocity =
+      finger.velocity +
+      finger.rotation_rate.cross(Eigen::Vector3d(wanted.translation() - finger.T_map_body.translation()));
   const Eigen::Vector3d lag = wanted.translation() - is.T_map_body.translation();
-  if (lag.norm() > kSlip) return let_go(thing, physics);
+  if (lag.norm() > kSlip) return release(thing, physics);
   physics.set_velocity(thing->handle, lag / dt,
                        turn_between(is.T_map_body.rotation(), wanted.rotation()) / dt);
 }
@@ -210,15 +209,15 @@ void RealGrip::take(const std::string& robot, const RobotTwin& twin, double payl
   force_ = std::max(GripperWatch::kPinch, mass * kGravity);
   if (payload > 0 && mass > payload) {
     too_heavy_ = thing.definition.name;
-    physics.carry(thing.handle, Physics::Carried::slipping);
+    physics.move_held(thing.handle, Physics::Carried::slipping);
     events.push_back(event_of(EventKind::payload_exceeded, robot, too_heavy_, mass / payload,
                               thing.rigid.T_map_body.translation(), now));
     return;
   }
   held_ = thing.definition.name;
-  T_grip_thing_ = grip_frame(twin, poses_).T_map_grip.inverse(Eigen::Isometry) *
-                  thing.rigid.T_map_body.isometry();
-  physics.carry(thing.handle, Physics::Carried::held);
+  T_grip_thing_ =
+      grip_frame(twin, poses_).T_map_grip.inverse(Eigen::Isometry) * thing.rigid.T_map_body.isometry();
+  physics.move_held(thing.handle, Physics::Carried::held);
 }
 
 void RealGrip::watch_load(const std::string& robot, const RobotTwin& twin, const Agent& thing,
@@ -246,7 +245,7 @@ void RealGrip::update(const std::string& robot, const RobotTwin& twin, bool froz
   if (thing != nullptr && !pressed.empty()) {
     const auto its = pinch(twin, poses_, *thing);
     if (thing->epoch != epoch_ || !its || its->gap > its->width + kLoose) {
-      let_go(thing, physics);
+      release(thing, physics);
     } else if (!held_.empty()) {
       watch_load(robot, twin, *thing, now, events);
     }

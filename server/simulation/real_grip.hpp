@@ -33,10 +33,12 @@ class RealGrip {
   static constexpr double kLoose = 0.004;  // m: wider open than it by more, they have let go
   static constexpr double kSlip = 0.04;    // m that the thing may lag behind the gripper; beyond, it is out
 
-  /// Before a step, with the twin moved: the held thing follows the gripper. `jumped`: the robot appears here.
-  void carry(const RobotTwin& twin, bool present, bool jumped, Agents& agents, Physics& physics, double dt);
-  /// After a step: takes and lets go, unless `frozen`. `payload`: kg, 0: no limit. Events payload_exceeded and
-  /// joint_overload of `robot`.
+  /// Before a step, with the twin moved: the held thing follows the gripper. `jumped`: the robot appears
+  /// here.
+  void move_held(const RobotTwin& twin, bool present, bool jumped, Agents& agents, Physics& physics,
+                 double dt);
+  /// After a step: takes and lets go, unless `frozen`. `payload`: kg, 0: no limit. Events payload_exceeded
+  /// and joint_overload of `robot`.
   void update(const std::string& robot, const RobotTwin& twin, bool frozen, double payload, Agents& agents,
               Physics& physics, SimulationTime now, std::vector<Event>& events);
   /// Lets go at once: the robot is no longer there.
@@ -64,7 +66,7 @@ class RealGrip {
             Physics& physics, SimulationTime now, std::vector<Event>& events);
   void watch_load(const std::string& robot, const RobotTwin& twin, const Agent& thing, SimulationTime now,
                   std::vector<Event>& events);
-  void let_go(const Agent* thing, Physics& physics);
+  void release(const Agent* thing, Physics& physics);
 
   std::string around_;     // between the open fingers
   std::string held_;       // carried
@@ -73,7 +75,7 @@ class RealGrip {
   double force_ = 0;   // N
   RigidState motion_;  // of the gripper at the held thing, in the coming step
   Eigen::Isometry3d T_grip_thing_ = Eigen::Isometry3d::Identity();
-  std::vector<std::string> overloaded_;  // joints, as in the newest events
+  std::vector<std::string> overloaded_;      // joints, as in the newest events
   std::vector<Transform<Map, Body>> poses_;  // reused memory
 };
 

@@ -99,9 +99,9 @@ struct RealPeople::Mover {
 
   /// m/s, of the point `p` (map) towards `there`.
   double speed_towards(const Eigen::Vector2d& p, const Eigen::Vector2d& there) const {
-    const Eigen::Vector2d arm = p - origin, way = there - origin;
+    const Eigen::Vector2d arm = p - origin, towards = there - origin;
     const Eigen::Vector2d v = velocity + turn_rate * Eigen::Vector2d(-arm.y(), arm.x());
-    return way.norm() > 1e-6 ? v.dot(way.normalized()) : v.norm();
+    return towards.norm() > 1e-6 ? v.dot(towards.normalized()) : v.norm();
   }
 };
 

@@ -29,7 +29,7 @@ struct RealRobot {
   double height = 0;
   RobotLimits limits;
   Footprint footprint;  ///< in base_link
-  double payload = 0;  ///< kg, of its gripper; 0: no limit
+  double payload = 0;   ///< kg, of its gripper; 0: no limit
   /// Its bodies, ids from `id`: one of its footprint, or those of the twin.
   std::vector<std::shared_ptr<const BodyDefinition>> definitions;
   std::unique_ptr<RobotTwin> twin;  ///< null: no robot model, so that it has no joints

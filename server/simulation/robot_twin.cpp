@@ -69,8 +69,8 @@ void RobotTwin::find_reaches() {
     reach_[joint->joint] += lever;
     if (its.geared) reach_[*its.geared] += std::abs(its.gear_ratio) * lever;
     const double slide = slides ? std::max(std::abs(its.lower), std::abs(its.upper)) : 0;
-    from_part[joint->a] = std::max(from_part[joint->a], joint->definition.T_a_joint.translation().norm() +
-                                                            slide + from_part[joint->b]);
+    from_part[joint->a] = std::max(
+        from_part[joint->a], joint->definition.T_a_joint.translation().norm() + slide + from_part[joint->b]);
   }
   base_reach_ = from_part.front();
 }
@@ -120,10 +120,9 @@ void RobotTwin::place(const Transform<Map, Base>& T_map_base, std::span<const do
   T_map_part.front() = Transform<Map, Body>(T_map_base.isometry());
   for (const RobotLayout::Joint& joint : layout_.joints) {
     const RobotJoint& its = model_->joints[joint.joint];
-    T_map_part[joint.b] =
-        Transform<Map, Body>(T_map_part[joint.a].isometry() * joint.definition.T_a_joint *
-                             joint.definition.T_b_joint.inverse(Eigen::Isometry) *
-                             joint_motion(its, positions[joint.joint]));
+    T_map_part[joint.b] = Transform<Map, Body>(T_map_part[joint.a].isometry() * joint.definition.T_a_joint *
+                                               joint.definition.T_b_joint.inverse(Eigen::Isometry) *
+                                               joint_motion(its, positions[joint.joint]));
   }
 }
 
@@ -137,8 +136,7 @@ void RobotTwin::move(Physics& physics, const RigidState& base, bool touchable) {
     RigidState& part = parts_[joint.b];
     part.T_map_body = poses_[joint.b];
     const Eigen::Vector3d arm = part.T_map_body.translation() - carrier.T_map_body.translation();
-    const Eigen::Vector3d along =
-        part.T_map_body.rotation() * its.axis * posture_.velocities[joint.joint];
+    const Eigen::Vector3d along = part.T_map_body.rotation() * its.axis * posture_.velocities[joint.joint];
     const bool slides = its.kind == JointKind::prismatic;
     part.velocity = carrier.velocity + carrier.rotation_rate.cross(arm);
     part.rotation_rate = carrier.rotation_rate;
@@ -184,9 +182,8 @@ std::vector<std::shared_ptr<const BodyDefinition>> RobotTwin::bodies(const std::
                                                                      BodyId first) const {
   std::vector<std::shared_ptr<const BodyDefinition>> bodies;
   for (const RobotNode& node : layout_.nodes) {
-    bodies.push_back(std::make_shared<const BodyDefinition>(
-        BodyDefinition{first++, entity, model_->links[node.link].name, BodyOwner::real_robot, false,
-                       node.visible, false}));
+    bodies.push_back(std::make_shared<const BodyDefinition>(BodyDefinition{
+        first++, entity, model_->links[node.link].name, BodyOwner::real_robot, false, node.visible, false}));
   }
   return bodies;
 }

@@ -58,7 +58,8 @@ class RobotTwin {
   const std::vector<TwinFinger>& fingers() const { return fingers_; }
   bool is_finger(std::size_t part) const;
 
-  /// N m or N: weight of the parts and of `load` kg at `center` (m, map) that the joint bears, against gravity.
+  /// N m or N: weight of the parts and of `load` kg at `center` (m, map) that the joint bears, against
+  /// gravity.
   double bears(std::size_t joint, double load, const Eigen::Vector3d& center) const;
 
   /// One body for each node, ids from `first`.

@@ -230,8 +230,8 @@ bool Simulation::hazard_reading(HazardReading& reading, std::size_t robot) {
 Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
                                             double limit, std::size_t robot) const {
   const RealRobot& real = parts_->real_robots[robot];
-  Clearance result = simulation::clearance(real.footprint, parts_->agents, real.grip.held(), T_map_base, twist,
-                                           limit, parts_->swept);
+  Clearance result = simulation::clearance(real.footprint, parts_->agents, real.grip.held(), T_map_base,
+                                           twist, limit, parts_->swept);
   const double speed = fastest_point_speed(real.footprint, twist);
   if (!real.twin || !real.present || !(speed > 0)) return result;
   const ArmTravel arm = base_travel(real, parts_->agents, parts_->physics, T_map_base, twist, limit / speed);

@@ -174,8 +174,9 @@ class Simulation {
     std::string joint, thing;
   };
   /// Promise 3 for the joints of a real robot that has a robot model: velocities are reduced so that nothing
-  /// virtual is touched within `reaction` s, positions so that nothing is touched within `holds` s, and efforts
-  /// that push into something are 0. Motion out of a contact is free. Names must be joints of the model.
+  /// virtual is touched within `reaction` s, positions so that nothing is touched within `holds` s, and
+  /// efforts that push into something are 0. Motion out of a contact is free. Names must be joints of the
+  /// model.
   std::vector<LimitedJoint> limit_joints(Joints& command, double reaction, double holds,
                                          std::size_t robot = 0) const;
   /// Motion of an articulated robot at the newest step; valid until the next command. nullptr: no such robot.
@@ -259,7 +260,8 @@ class Simulation {
     double distance = 0;
     bool moving_out = false;
     std::string agent;  ///< nearest
-    /// m, like `distance`, until a part of its arm touches an agent other than what it grips; at most `limit`.
+    /// m, like `distance`, until a part of its arm touches an agent other than what it grips; at most
+    /// `limit`.
     double arm_distance = std::numeric_limits<double>::infinity();
   };
   Clearance clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,

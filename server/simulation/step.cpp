@@ -65,8 +65,7 @@ void Simulation::Parts::move_real_robots(RealRobotStates states) {
     RealRobot& robot = real_robots[i];
     robot.jumped = false;
     move_real_robot(robot, states[i]);
-    if (robot.twin)
-      robot.grip.carry(*robot.twin, robot.present, robot.jumped, agents, physics, clock.dt);
+    if (robot.twin) robot.grip.move_held(*robot.twin, robot.present, robot.jumped, agents, physics, clock.dt);
   }
 }
 

@@ -1,5 +1,5 @@
-// Who sees what: the pages of /ws/state, and the one way to send to them. Instructors and observers see everything, a
-// trainee what his robots have sensed (server/runtime/trainee_view.hpp).
+// Who sees what: the pages of /ws/state, and the one way to send to them. Instructors and observers see
+// everything, a trainee what his robots have sensed (server/runtime/trainee_view.hpp).
 #pragma once
 
 #include <functional>
@@ -64,7 +64,7 @@ class Audience {
   const tick::Configuration& configuration_;
   const runtime::Knowledge& knowledge_;
   Subscribers subscribers_;
-  std::uint16_t tables_ = 0;  // where the numbers of the next view's tables begin
+  std::uint16_t tables_ = 0;           // where the numbers of the next view's tables begin
   std::map<std::string, View> views_;  // by Subscriber::view
 };
 

@@ -248,8 +248,8 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
 }  // namespace
 
 const char* to_string(ClientMessage::Kind kind) {
-  static constexpr const char* names[] = {"subscribe", "agent",  "script", "fault", "start", "end",
-                                          "save",      "report", "chat",   "mark",  "pause", "resume",
+  static constexpr const char* names[] = {"subscribe", "agent",  "script", "fault", "start",      "end",
+                                          "save",      "report", "chat",   "mark",  "pause",      "resume",
                                           "step",      "rate",   "seek",   "estop", "estop_reset"};
   return names[static_cast<std::size_t>(kind)];
 }

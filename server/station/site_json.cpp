@@ -33,11 +33,12 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 /// The choices of an instructor, and the briefing; a trainee is shown this alone, without values that were
 /// drawn.
 Json scene_json(const tick::Configuration& configuration, bool trainee) {
-  if (trainee) return {{"scripts", Json::array()},
-                       {"faults", Json::array()},
-                       {"doors", Json::array()},
-                       {"robot_models", Json::array()},
-                       {"briefing", runtime::trainee_briefing(configuration)}};
+  if (trainee)
+    return {{"scripts", Json::array()},
+            {"faults", Json::array()},
+            {"doors", Json::array()},
+            {"robot_models", Json::array()},
+            {"briefing", runtime::trainee_briefing(configuration)}};
   const Scenario& scenario = configuration.scenario;
   Json scripts = Json::array(), faults = Json::array(), doors = Json::array(), models = Json::array();
   for (const Script& script : scenario.scripts) scripts.push_back(script.name);

@@ -23,8 +23,8 @@ std::string hello_json(const tick::Configuration& configuration, const Identity&
 
 /// GET /api/v1/model: {version, map_id, elements: [{name, label, at, turn, size, ...}], meshes}.
 std::string site_json(const SemanticModel& model, std::uint64_t version);
-/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have; for a trainee only those
-/// of robots that trainees drive.
+/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have; for a trainee only
+/// those of robots that trainees drive.
 std::string robots_json(const tick::Configuration& configuration, bool for_trainee = false);
 
 }  // namespace parhelion::station

@@ -247,7 +247,7 @@ void StateFeed::handle_scan_info(const Message& message, std::size_t index) {
     return;
   }
   robot.injection_changed = robot.injection_changed || live != info.live || reason != info.reason;
-  if (info.live && read_world()) knowledge_.take_scan(info, index, world_);
+  if (info.live && read_world()) knowledge_.handle_scan(info, index, world_);
   if (robot.mixed_scan && robot.mixed_scan->stamp == info.stamp) send_mixed_scan(index, &info);
 }
 
@@ -256,7 +256,7 @@ void StateFeed::handle_picture(std::size_t index, WallTime now) {
   RobotFeed& robot = robots_[index];
   if (now < robot.picture_due || robot.injection_suspended() || !read_world()) return;
   robot.picture_due = now + kPicturePeriod;
-  knowledge_.take_picture(index, world_);
+  knowledge_.handle_picture(index, world_);
 }
 
 /// Cameras of agents that trainees drive, without their pictures, which the station does not read.
@@ -265,7 +265,7 @@ void StateFeed::look_from_agents(WallTime now) {
   agents_look_ = now + kPicturePeriod;
   for (const auto& [name, agent] : placed_.all()) {
     if (agent.camera_rate > 0 && runtime::is_driven_by_trainees(*configuration_, agent))
-      knowledge_.take_picture_of(agent, world_);
+      knowledge_.handle_picture_of(agent, world_);
   }
 }
 
@@ -311,7 +311,7 @@ void StateFeed::handle_agent_scan(const Message& message) {
   if (agent.empty()) return;
   const AgentDefinition* definition = placed_.find(agent);
   if (definition != nullptr && runtime::is_driven_by_trainees(*configuration_, *definition) && read_world())
-    knowledge_.take_scan_of(*definition, world_);
+    knowledge_.handle_scan_of(*definition, world_);
   std::map<std::string_view, SharedText> made;  // by view
   for (const Subscriber& subscriber : subscribers().all()) {
     const auto& wanted = subscriber.wants.agent_scans;

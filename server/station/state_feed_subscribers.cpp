@@ -113,14 +113,14 @@ std::string StateFeed::zones_text(const View& view) const {
 std::string StateFeed::events_text(const std::vector<Event>& events, const View& view) const {
   std::vector<Event> shown;
   for (const Event& event : events)
-    if (auto told = view.event(event)) shown.push_back(*std::move(told));
+    if (auto visible = view.event(event)) shown.push_back(*std::move(visible));
   return view.trainee && shown.empty() ? std::string() : events_json(shown, start());
 }
 
 std::string StateFeed::injection_text(const RobotFeed& robot, const View& view) const {
-  ScanInfo told = robot.info;
-  told.reason = view.text(told.reason);
-  return injection_json(told);
+  ScanInfo visible = robot.info;
+  visible.reason = view.text(visible.reason);
+  return injection_json(visible);
 }
 
 std::string StateFeed::hello(const Identity& who) const {
@@ -149,8 +149,8 @@ std::string StateFeed::robots_text(const View& view) const {
     lines.push_back({robot.name, robot.pose_known && robot.pose.state == SlamState::tracking,
                      robot.info.stamp.ns != 0 && robot.info.live, view.text(robot.info.reason),
                      std::nullopt});
-    const bool told = !view.trainee || view.trainee->robots().front() == robot.name;
-    if (robot.board.graded() && told) lines.back().score = robot.board.score();
+    const bool visible = !view.trainee || view.trainee->robots().front() == robot.name;
+    if (robot.board.graded() && visible) lines.back().score = robot.board.score();
   }
   return robots_json(lines);
 }

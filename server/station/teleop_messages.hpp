@@ -26,8 +26,8 @@ struct TeleopRobot {
   DrivenRobot driven;
   double vx = 1, vy = 0, wz = 1.5;  ///< m/s and rad/s, maximum commands; 0: no motion in this direction
   std::vector<TeleopJoint> joints;
-  bool video = false;   ///< has a camera
-  std::string why_not;  ///< reason, for people, why nobody can drive it; empty: pages can
+  bool video = false;        ///< has a camera
+  std::string why_not;       ///< reason, for people, why nobody can drive it; empty: pages can
   bool for_trainees = true;  ///< trainees may drive it; of other robots they learn nothing here
 };
 

@@ -151,7 +151,8 @@ Status TeleopService::drive(TeleopClient& teleop_client, const std::string& robo
   const TeleopRobot* wanted = find(robot);
   if (wanted == nullptr || !is_for(teleop_client, robot)) {
     std::string known;
-    for (const TeleopRobot& each : robots_for(teleop_client)) known += (known.empty() ? "" : ", ") + each.driven.name;
+    for (const TeleopRobot& each : robots_for(teleop_client))
+      known += (known.empty() ? "" : ", ") + each.driven.name;
     return Error{"no robot '" + robot + "'; there " + (known.empty() ? "is none yet" : "are " + known)};
   }
   if (!wanted->why_not.empty()) return Error{"robot '" + robot + "' cannot be driven: " + wanted->why_not};

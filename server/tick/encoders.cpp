@@ -43,7 +43,7 @@ std::string outside(const RobotJoint& joint, double position) {
                                                          position <= joint.upper + play(joint))))
     return {};
   char text[200];
-  std::snprintf(text, sizeof text, "joint '%s' is said to be at %.3f %s, outside its limits %.3f to %.3f",
+  std::snprintf(text, sizeof text, "joint '%s' is reported at %.3f %s, outside its limits %.3f to %.3f",
                 joint.name.c_str(), position, unit(joint), joint.lower, joint.upper);
   return text;
 }
@@ -80,9 +80,9 @@ void add(const RobotJoint& joint, Encoder::Sample sample, Encoder& encoder) {
   encoder.problem = text;
 }
 
-void say_unknown(const TickContext& context, const std::string& name, EncoderState& state) {
-  constexpr std::size_t most = 256;
-  if (state.unknown.size() >= most || !state.unknown.insert(name).second) return;
+void report_unknown(const TickContext& context, const std::string& name, EncoderState& state) {
+  constexpr std::size_t max_names = 256;
+  if (state.unknown.size() >= max_names || !state.unknown.insert(name).second) return;
   std::vector<std::string> known;
   for (const RobotJoint& joint : state.model->joints) known.push_back(joint.name);
   refuse(context, {context.channel(channel::kJointState) + ": robot model '" + state.model->name +
@@ -152,7 +152,7 @@ void take_encoders(const TickContext& context, const Joints& joints, EncoderStat
     const auto named = std::find_if(all.begin(), all.end(),
                                     [&](const RobotJoint& each) { return each.name == joints.names[i]; });
     if (named == all.end()) {
-      say_unknown(context, joints.names[i], state);
+      report_unknown(context, joints.names[i], state);
       continue;
     }
     const auto index = static_cast<std::size_t>(named - all.begin());

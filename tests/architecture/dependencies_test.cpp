@@ -249,7 +249,8 @@ Sources read_sources(const std::vector<std::string>& folders, const std::set<std
 }
 
 Sources read_cpp() {
-  return read_sources({"protocols", "fusion", "render", "server", "tools", "tests"}, {".cpp", ".hpp", ".h"});
+  return read_sources({"protocols", "fusion", "render", "server", "tools", "tests", "examples"},
+                      {".cpp", ".hpp", ".h"});
 }
 
 TEST(Dependencies, FollowTheDependencyTable) {

@@ -138,13 +138,13 @@ Walls walls_of(const semantic::BuiltModel& built) {
   return walls;
 }
 
-/// Length of `a` in pieces of 0.1 m, and how much of it is within 10 cm of `b`; left of `x_most` only.
-std::pair<double, double> shared(const Walls& a, const Walls& b, double x_most) {
+/// Length of `a` in pieces of 0.1 m, and how much of it is within 10 cm of `b`; left of `x_max` only.
+std::pair<double, double> shared(const Walls& a, const Walls& b, double x_max) {
   double all = 0, both = 0;
   for (const ModelEntity& box : a.boxes) {
     for (double s = -box.size.x() / 2 + 0.05; s < box.size.x() / 2; s += 0.1) {
       const Eigen::Vector3d p = box.T_map_body * Eigen::Vector3d(s, 0, 0);
-      if (p.x() > x_most) continue;
+      if (p.x() > x_max) continue;
       all += 0.1;
       for (const ModelEntity& other : b.boxes) {
         if (Walls::distance(other, p) > 0.1) continue;
@@ -233,14 +233,14 @@ void compare(const Set& set, const fs::path& folder) {
   const Walls truth = walls_of(*original);
   const double x = middle(set.cloud), everywhere = 1e9;
   const std::string wanted = std::getenv("COPY") != nullptr ? std::getenv("COPY") : "";
-  const auto check = [&](const char* name, Points cloud, double x_most) {
+  const auto check = [&](const char* name, Points cloud, double x_max) {
     if (!wanted.empty() && wanted != name) return;
     if (getenv("SPC")) setenv("SP", getenv("SPC"), 1);
     const auto built = build(std::move(cloud), name);
     if (!built) return;
     const Walls found = walls_of(*built);
-    const auto [there, hit] = shared(truth, found, x_most);
-    const auto [drawn, right] = shared(found, truth, x_most);
+    const auto [there, hit] = shared(truth, found, x_max);
+    const auto [drawn, right] = shared(found, truth, x_max);
     const double p = drawn > 0 ? right / drawn : 1, r = there > 0 ? hit / there : 1;
     std::printf("    walls: F1 %.2f (%.2f of %.1f m drawn, %.2f of %.1f m there)\n",
                 p + r > 0 ? 2 * p * r / (p + r) : 0, p, drawn, r, there);

@@ -101,9 +101,9 @@ class ClosedLoop {
   std::vector<std::string> trainee_arguments() const {
     if (lifts()) {
       const LiftPlaces at = lift_places(site_);
-      return {"--patience", number(kPatience), "--lift",
-              number(at.thing.x()) + "," + number(at.thing.y()) + "," + number(at.height), "--into",
-              number(at.tub.x()) + "," + number(at.tub.y())};
+      return {"--patience", number(kPatience),
+              "--lift",     number(at.thing.x()) + "," + number(at.thing.y()) + "," + number(at.height),
+              "--into",     number(at.tub.x()) + "," + number(at.tub.y())};
     }
     const bool careless = arrangement_ == Arrangement::careless_trainee_drives;
     std::vector<std::string> arguments{"--patience", number(careless ? kCarelessPatience : kPatience)};
@@ -244,7 +244,8 @@ std::vector<std::string> DriveReport::failures() const {
   if (!not_run.empty()) return {not_run};
   std::vector<std::string> found = log.violations;
   const bool touches = arrangement == Arrangement::trainee_lifts;  // the hand, what it lifts
-  if (log.contacts > 0 && !touches) found.push_back(std::to_string(log.contacts) + " contacts with what was shown");
+  if (log.contacts > 0 && !touches)
+    found.push_back(std::to_string(log.contacts) + " contacts with what was shown");
   if (log.nearest_shown <= 0) found.emplace_back("something shown is inside the robot's outline");
   if (bumps > 0) found.push_back(std::to_string(bumps) + " contacts with the building");
   if (log.scans == 0) found.emplace_back("no scan in the log");

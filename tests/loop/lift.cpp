@@ -23,62 +23,62 @@ constexpr std::int64_t kBegin = 1'700'000'000'000'000;  // us
 constexpr std::int64_t kTick = 10'000;                  // us
 constexpr double kLate = 0.08;                          // s: an event may be this late, or kEarly early
 constexpr double kEarly = 0.03;
-constexpr double kLongest = 60;                         // s
+constexpr double kLongest = 60;  // s
 
 using Payloads = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
 
 /// What is to be lifted, and where everything is.
-struct Lesson {
+struct LiftTask {
   Pose2 base;
   Eigen::Vector2d thing, tub;  // base_link
   double width = 0, height = 0, mass = 0;
   bool round = false;
-  double thing_yaw = 0, tub_yaw = 0;  // rad, base_link
-  Eigen::Vector3d tub_size;
+  double thing_yaw = 0, container_yaw = 0;  // rad, base_link
+  Eigen::Vector3d container_size;
 };
 
 Eigen::Vector2d polar(double range, double angle) {
   return {range * std::cos(angle), range * std::sin(angle)};
 }
 
-Lesson draw_lesson(std::uint64_t seed) {
+LiftTask draw_task(std::uint64_t seed) {
   Draw draw(seed * 7919 + 3);
-  Lesson lesson;
-  lesson.base = {draw.within(-2, 2), draw.within(-2, 2), draw.within(-3, 3)};
+  LiftTask task;
+  task.base = {draw.within(-2, 2), draw.within(-2, 2), draw.within(-3, 3)};
   const double at = draw.within(-0.6, 0.6), apart = draw.within(1.2, 1.8);
-  lesson.thing = polar(draw.within(0.54, 0.62), at);
-  lesson.tub = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
-  lesson.round = draw.chance(0.4);
-  lesson.width = draw.within(0.04, 0.085);
-  lesson.height = draw.within(0.42, 0.50);
-  lesson.mass = draw.within(0.2, 1.9);
-  lesson.thing_yaw = at + draw.within(-0.06, 0.06);
-  lesson.tub_yaw = draw.within(-3, 3);
-  lesson.tub_size = {draw.within(0.40, 0.45), draw.within(0.40, 0.45), draw.within(0.28, 0.31)};
-  return lesson;
+  task.thing = polar(draw.within(0.54, 0.62), at);
+  task.tub = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
+  task.round = draw.chance(0.4);
+  task.width = draw.within(0.04, 0.085);
+  task.height = draw.within(0.42, 0.50);
+  task.mass = draw.within(0.2, 1.9);
+  task.thing_yaw = at + draw.within(-0.06, 0.06);
+  task.container_yaw = draw.within(-3, 3);
+  task.container_size = {draw.within(0.40, 0.45), draw.within(0.40, 0.45), draw.within(0.28, 0.31)};
+  return task;
 }
 
-Transform<Map, Base> in_map(const Lesson& lesson, const Eigen::Vector2d& p, double yaw) {
-  return Transform<Map, Base>::planar(lesson.base.x, lesson.base.y, lesson.base.yaw) *
+Transform<Map, Base> in_map(const LiftTask& task, const Eigen::Vector2d& p, double yaw) {
+  return Transform<Map, Base>::planar(task.base.x, task.base.y, task.base.yaw) *
          Transform<Base, Base>::planar(p.x(), p.y(), yaw);
 }
 
-AgentDefinition thing_of(const Lesson& lesson) {
+AgentDefinition thing_of(const LiftTask& task) {
   AgentDefinition thing;
   thing.name = "part_1";
-  thing.kind = lesson.round ? AgentKind::barrel : AgentKind::box;
-  thing.size = {lesson.width, lesson.width, lesson.height};
-  thing.mass = lesson.mass;
-  thing.T_map_base = in_map(lesson, lesson.thing, lesson.thing_yaw);
+  thing.kind = task.round ? AgentKind::barrel : AgentKind::box;
+  thing.size = {task.width, task.width, task.height};
+  thing.mass = task.mass;
+  thing.T_map_base = in_map(task, task.thing, task.thing_yaw);
   return thing;
 }
 
-AgentDefinition tub_of(const Lesson& lesson) {
+AgentDefinition container_of(const LiftTask& task) {
   AgentDefinition tub;
   tub.name = "tub_1";
   tub.kind = AgentKind::container;
-  tub.size = lesson.tub_size;
-  tub.T_map_base = in_map(lesson, lesson.tub, lesson.tub_yaw);
+  tub.size = task.container_size;
+  tub.T_map_base = in_map(task, task.tub, task.container_yaw);
   return tub;
 }
 
@@ -123,7 +123,7 @@ SemanticModel hall() {
 }
 
 tick::Configuration configuration_of(std::uint64_t seed, LiftBy by) {
-  const Lesson lesson = draw_lesson(seed);
+  const LiftTask task = draw_task(seed);
   const std::string folder = std::string(PARHELION_SOURCE_DIR) + "/examples/robot/";
   auto model = simulation::load_robot_model(folder + "body.yaml");
   auto description = load_robot_description(folder + "robot.yaml");
@@ -133,12 +133,12 @@ tick::Configuration configuration_of(std::uint64_t seed, LiftBy by) {
   Scenario scenario;
   scenario.name = "lift and place";
   scenario.seed = seed + 1;
-  scenario.agents = {thing_of(lesson), tub_of(lesson)};
+  scenario.agents = {thing_of(task), container_of(task)};
   if (by == LiftBy::robot) {
     AgentDefinition driven;
     driven.name = "robot_1", driven.kind = AgentKind::robot, driven.laser = "utm-30lx";
     driven.behaviour.kind = BehaviourKind::teleop;
-    driven.T_map_base = Transform<Map, Base>::planar(lesson.base.x > 0 ? -4 : 4, 3.5, 0);
+    driven.T_map_base = Transform<Map, Base>::planar(task.base.x > 0 ? -4 : 4, 3.5, 0);
     scenario.agents.push_back(driven);
   }
   scenario.training = training(description->name);
@@ -158,7 +158,7 @@ double pads_of(const ::robot::ArmPosture& arm) {
 class Lift {
  public:
   Lift(std::uint64_t seed, LiftBy by, int threads)
-      : by_(by), lesson_(draw_lesson(seed)), configuration_(configuration_of(seed, by)), seed_(seed) {
+      : by_(by), task_(draw_task(seed)), configuration_(configuration_of(seed, by)), seed_(seed) {
     auto made = tick::make_state(configuration_, ArrivalTime::from_utime(kBegin - 2000),
                                  std::make_unique<runtime::ThreadPool>(threads));
     if (!made) throw std::runtime_error(made.error().message);
@@ -166,10 +166,10 @@ class Lift {
     grader_.emplace(*configuration_.scenario.training, configuration_.model, configuration_.robot,
                     configuration_.robot.name, state_->simulation.now());
     ::robot::ArmTask::Plan plan;
-    plan.thing = {lesson_.thing.x(), lesson_.thing.y()};
-    plan.tub = {lesson_.tub.x(), lesson_.tub.y()};
-    plan.thing_height = lesson_.height;
-    plan.closed = by == LiftBy::robot ? lesson_.width / 2 - 0.001 : 0;
+    plan.thing = {task_.thing.x(), task_.thing.y()};
+    plan.tub = {task_.tub.x(), task_.tub.y()};
+    plan.thing_height = task_.height;
+    plan.closed = by == LiftBy::robot ? task_.width / 2 - 0.001 : 0;
     task_.emplace(plan);
   }
 
@@ -182,8 +182,9 @@ class Lift {
     }
     report_.phase = task_->phase();
     char text[160];
-    std::snprintf(text, sizeof text, "%s of %.0f mm, %.2f m, %.1f kg at %.2f m", lesson_.round ? "barrel" : "box",
-                  1e3 * lesson_.width, lesson_.height, lesson_.mass, lesson_.thing.norm());
+    std::snprintf(text, sizeof text, "%s of %.0f mm, %.2f m, %.1f kg at %.2f m",
+                  task_.round ? "barrel" : "box", 1e3 * task_.width, task_.height, task_.mass,
+                  task_.thing.norm());
     report_.thing = text;
     report_.live = state_->grading->graders.front().grade();
     report_.from_log = grader_->grade();
@@ -208,9 +209,10 @@ class Lift {
   void step() {
     arm_.step(1e-6 * kTick, now_);
     const auto n = (now_ - kBegin) / kTick;
-    const auto T_map_base = in_map(lesson_, {0, 0}, 0);
+    const auto T_map_base = in_map(task_, {0, 0}, 0);
     if (n % 5 == 0) {
-      add(channel::kOdometry, now_ + 2000, Odometry{SensorTime::from_utime(now_), T_map_base.as<Odom, Base>()});
+      add(channel::kOdometry, now_ + 2000,
+          Odometry{SensorTime::from_utime(now_), T_map_base.as<Odom, Base>()});
       send_joints();
       command();
     }
@@ -249,16 +251,17 @@ class Lift {
     if (by_ == LiftBy::trainee) {
       add(channel::kJointCmd, now_ + 3000, joints);
     } else {
-      obey(joints);
+      process_command(joints);
       add("MR_AGENT_robot_1_TELEOP", now_ + 3000,
           TwistCommand{SensorTime::from_utime(now_), {0.3, 0, std::sin(t() / 3)}});
     }
   }
 
-  void obey(const Joints& joints) {
+  void process_command(const Joints& joints) {
     parhelion::joints_t command{};
     command.utime = joints.stamp.utime();
-    command.names = joints.names, command.positions = joints.positions, command.velocities = joints.velocities;
+    command.names = joints.names, command.positions = joints.positions,
+    command.velocities = joints.velocities;
     command.njoints = static_cast<std::int32_t>(joints.names.size());
     command.npositions = static_cast<std::int32_t>(joints.positions.size());
     command.nvelocities = static_cast<std::int32_t>(joints.velocities.size());
@@ -274,7 +277,7 @@ class Lift {
     scan.angle_increment = static_cast<float>(2 * std::numbers::pi / beams);
     const std::vector<float> time(beams, 0.0F);
     std::vector<scan::RangeHit> hits(beams);
-    const auto T_map_laser = in_map(lesson_, {0, 0}, 0) * laser.T_base_laser;
+    const auto T_map_laser = in_map(task_, {0, 0}, 0) * laser.T_base_laser;
     scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
                               configuration_.model, 25, hits);
     for (const scan::RangeHit& hit : hits)
@@ -305,9 +308,9 @@ class Lift {
   void handle(const tick::Outputs::Entry& entry) {
     if (entry.channel == channel::kMrJointCmd) {
       Joints joints;
-      if (decode(entry.channel, entry.payload, joints)) obey(joints);
+      if (decode(entry.channel, entry.payload, joints)) process_command(joints);
     } else if (entry.channel == channel::kMrEvents) {
-      take_event(entry);
+      handle_event(entry);
     } else if (entry.channel == channel::kMrWorld) {
       WorldMessage world;
       if (decode(entry.channel, entry.payload, world)) grader_->take(world);
@@ -316,11 +319,12 @@ class Lift {
       if (!decode(entry.channel, entry.payload, info)) return;
       const auto part = std::find(info.agents.begin(), info.agents.end(), "part_1");
       const auto index = part - info.agents.begin();
-      for (const auto agent : info.beam_agent) report_.beams_of_thing += part != info.agents.end() && agent == index;
+      for (const auto agent : info.beam_agent)
+        report_.beams_of_thing += part != info.agents.end() && agent == index;
     }
   }
 
-  void take_event(const tick::Outputs::Entry& entry) {
+  void handle_event(const tick::Outputs::Entry& entry) {
     Event event;
     if (!decode(entry.channel, entry.payload, event)) return;
     grader_->take(event);
@@ -343,12 +347,12 @@ class Lift {
   void watch() {
     const ::robot::ArmPosture arm = arm_.posture();
     const bool closes = task_->phase() == "closes";
-    if (!gripped_ && closes && 2 * arm.gripper <= lesson_.width + simulation::RealGrip::kTouch) {
+    if (!gripped_ && closes && 2 * arm.gripper <= task_.width + simulation::RealGrip::kTouch) {
       gripped_ = t();
       pads_ = pads_of(arm);
     }
     if (gripped_ && !lifted_ && pads_of(arm) > pads_ + simulation::GripperWatch::kLift) lifted_ = t();
-    if (lifted_ && !opened_ && task_->phase() == "opens" && 2 * arm.gripper > lesson_.width) opened_ = t();
+    if (lifted_ && !opened_ && task_->phase() == "opens" && 2 * arm.gripper > task_.width) opened_ = t();
   }
 
   void expect(EventKind kind, const std::optional<double>& truth, double late) {
@@ -371,13 +375,15 @@ class Lift {
     expect(EventKind::lifted, lifted_, kLate);
     expect(EventKind::placed, opened_, 4);
     for (const Event& event : report_.events)
-      if (event.kind != EventKind::gripped && event.kind != EventKind::lifted && event.kind != EventKind::placed)
+      if (event.kind != EventKind::gripped && event.kind != EventKind::lifted &&
+          event.kind != EventKind::placed)
         report_.failures.push_back(std::string("event ") + to_string(event.kind) + " " + event.object + " " +
                                    event.text);
     const auto part = state_->simulation.pose_of("part_1");
-    const Eigen::Vector2d off = part->translation().head<2>() -
-                                in_map(lesson_, lesson_.tub, 0).translation().head<2>();
-    if (off.norm() > 0.32 || part->translation().z() > 0.3) report_.failures.emplace_back("it is not in the tub");
+    const Eigen::Vector2d off =
+        part->translation().head<2>() - in_map(task_, task_.tub, 0).translation().head<2>();
+    if (off.norm() > 0.32 || part->translation().z() > 0.3)
+      report_.failures.emplace_back("it is not in the tub");
     if (!report_.live.passed || report_.live.score != 100)
       report_.failures.push_back("score " + std::to_string(report_.live.score));
     if (report_.live.score != report_.from_log.score || report_.live.grade != report_.from_log.grade)
@@ -386,7 +392,7 @@ class Lift {
   }
 
   const LiftBy by_;
-  const Lesson lesson_;
+  const LiftTask task_;
   const tick::Configuration configuration_;
   const std::uint64_t seed_;
   std::unique_ptr<tick::State> state_;
@@ -406,7 +412,9 @@ class Lift {
 
 }  // namespace
 
-LiftReport lift_and_place(std::uint64_t seed, LiftBy by, int threads) { return Lift(seed, by, threads).run(); }
+LiftReport lift_and_place(std::uint64_t seed, LiftBy by, int threads) {
+  return Lift(seed, by, threads).run();
+}
 
 Payloads lift_again(std::uint64_t seed, LiftBy by, const LiftReport& report, int threads) {
   return Lift(seed, by, threads).feed_all(report.inputs);

@@ -1,4 +1,5 @@
-// Lift and place at level 3 with the example robot's arm and gripper, by script, in a server without a network.
+// Lift and place at level 3 with the example robot's arm and gripper, by script, in a server without a
+// network.
 #pragma once
 
 #include <cstdint>

@@ -40,7 +40,7 @@ class Casting {
     return place(
         [&] { return Eigen::Vector2d(draw_.within(from, to), draw_.within(0.7, site_.width - 0.7)); });
   }
-  /// Beside the way from a to b, where a robot that drives straight on would touch it.
+  /// Beside the path from a to b, where a robot that drives straight on would touch it.
   Eigen::Vector2d beside(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return place([&] {
       const Eigen::Vector2d along = (b - a).normalized(), across(-along.y(), along.x());
@@ -106,9 +106,9 @@ void add_lift(const Site& site, Scenario& scenario) {
   const LiftPlaces places = lift_places(site);
   AgentDefinition part, tub;
   part.name = "part_1", part.kind = AgentKind::box, part.size = {0.06, 0.06, places.height}, part.mass = 0.8;
-  const Eigen::Vector2d way = places.thing - site.start.position();
-  part.T_map_base =
-      Transform<Map, Base>::planar(places.thing.x(), places.thing.y(), std::atan2(way.y(), way.x()));
+  const Eigen::Vector2d direction = places.thing - site.start.position();
+  part.T_map_base = Transform<Map, Base>::planar(places.thing.x(), places.thing.y(),
+                                                 std::atan2(direction.y(), direction.x()));
   tub.name = "tub_1", tub.kind = AgentKind::container, tub.size = {0.44, 0.44, 0.3};
   tub.T_map_base = Transform<Map, Base>::planar(places.tub.x(), places.tub.y(), site.start.yaw);
   scenario.agents = {part, tub};

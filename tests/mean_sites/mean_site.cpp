@@ -229,8 +229,8 @@ MeanSite office(SitePen& pen) {
 }
 
 /// Oddments in the corners and along the walls of a room.
-void litter(SitePen& pen, double x0, double y0, double x1, double y1, int most) {
-  for (int k = pen.whole(most / 2, most); k > 0; --k) {
+void litter(SitePen& pen, double x0, double y0, double x1, double y1, int max_count) {
+  for (int k = pen.whole(max_count / 2, max_count); k > 0; --k) {
     const bool along_x = pen.chance(0.5);
     const double off = pen.range(0.2, 0.45);
     const double x = along_x ? pen.range(x0 + 0.5, x1 - 0.5) : pen.chance(0.5) ? x0 + off : x1 - off;

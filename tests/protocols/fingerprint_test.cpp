@@ -31,9 +31,9 @@
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/script_start_t.hpp"
-#include "parhelion/training_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
+#include "parhelion/training_start_t.hpp"
 #include "parhelion/twist2D_t.hpp"
 #include "parhelion/world_t.hpp"
 

@@ -28,7 +28,7 @@ ModelRemarks remarks() {
 
 std::string yaml_of(const ModelRemarks& r) {
   SemanticModel model;
-  model.entities = {model_box("wall 3", EntityLabel::wall, {0, 0, 1}, {3, 0.1, 2})};
+  model.entities = {test::model_box("wall 3", EntityLabel::wall, {0, 0, 1}, {3, 0.1, 2})};
   return to_yaml(model) + to_yaml(r);
 }
 

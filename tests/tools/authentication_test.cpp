@@ -171,7 +171,8 @@ TEST_F(AuthenticationTest, AStrangerMovesNothingAndIsNamedOnce) {
   for (const auto& [text, count] : refusals_) EXPECT_EQ(count, 1) << text;
   EXPECT_TRUE(refusals_.contains("a message on TELEOP was not signed: refused, and counted from now on"));
   EXPECT_TRUE(
-      refusals_.contains("a message on TELEOP was received before, or overtaken by a newer one: refused, and counted from now on") ||
+      refusals_.contains("a message on TELEOP was received before, or overtaken by a newer one: refused, and "
+                         "counted from now on") ||
       refusals_.contains("a message on TELEOP was signed too long ago, or with another clock: refused, and "
                          "counted from now on"));
   server.signal(SIGTERM);

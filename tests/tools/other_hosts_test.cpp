@@ -188,7 +188,7 @@ class Motor {
   Motor& operator=(const Motor&) = delete;
 
   /// Datagrams with this word, until none has come for 100 ms.
-  int heard(const std::string& word) const {
+  int received(const std::string& word) const {
     int count = 0;
     char bytes[65536];
     pollfd waiting{file_, POLLIN, 0};
@@ -219,7 +219,7 @@ TEST_F(OtherHostsTest, WithARelayNoOtherMachineReachesAMotorOnTheRobotsOwnBus) {
   {
     const Motor motor(kRobot);
     attack("BEFORE");
-    EXPECT_GT(motor.heard("BEFORE"), 0) << "the attack itself works";
+    EXPECT_GT(motor.received("BEFORE"), 0) << "the attack itself works";
     EXPECT_NE(open_group(kRobot).find("ip route add 239.255.76.68/32 dev lo"), std::string::npos);
   }
   ASSERT_TRUE(ip("route add 239.255.76.68/32 dev lo src 127.0.0.1"));
@@ -236,9 +236,9 @@ TEST_F(OtherHostsTest, WithARelayNoOtherMachineReachesAMotorOnTheRobotsOwnBus) {
        ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   attack("AFTER");
-  EXPECT_EQ(motor.heard("AFTER"), 0) << test::text_of(folder_ / "relay.txt");
+  EXPECT_EQ(motor.received("AFTER"), 0) << test::text_of(folder_ / "relay.txt");
   test::RawSender(kRobot).send(test::short_message({"OWN", {}, {1}}));
-  EXPECT_EQ(motor.heard("OWN"), 1) << "the robot's own programs";
+  EXPECT_EQ(motor.received("OWN"), 1) << "the robot's own programs";
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std:
 }
 
 bool PlayedBus::is_command(const std::string& channel) const {
-  return commands_.count(channel) > 0 || (channel.starts_with("MR_AGENT_") && (channel.ends_with("_TELEOP") || channel.ends_with("_JOINT_CMD")));
+  return commands_.count(channel) > 0 || (channel.starts_with("MR_AGENT_") &&
+                                          (channel.ends_with("_TELEOP") || channel.ends_with("_JOINT_CMD")));
 }
 
 Status PlayedBus::publish(const Message& message) {

@@ -58,10 +58,9 @@ void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& 
 }
 
 void paint_doubts(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLegend& legend) {
-  constexpr double kLeast = 0.3;  // m
+  constexpr double kMin = 0.3;  // m
   for (const ModelDoubt& doubt : remarks.doubts) {
-    const Eigen::Vector2d half =
-        Eigen::Vector2d::Constant(0.5 * std::max(kLeast, std::min(doubt.extent, 1.2)));
+    const Eigen::Vector2d half = Eigen::Vector2d::Constant(0.5 * std::max(kMin, std::min(doubt.extent, 1.2)));
     hatch(canvas, {doubt.place.head<2>() - half, doubt.place.head<2>() + half}, kDoubtColour, 7);
   }
   if (!remarks.doubts.empty()) legend.add({"doubtful", kDoubtColour, LegendEntry::Mark::area});

@@ -70,8 +70,8 @@ class VideoFeed {
   /// One round: waits at most `timeout` for a picture, and sends due pictures.
   void turn(Duration timeout);
 
-  /// Robots that may have a camera: the trainee's and agents. `for_trainees`: those whose pictures trainees may
-  /// see; of the others they learn nothing here.
+  /// Robots that may have a camera: the trainee's and agents. `for_trainees`: those whose pictures trainees
+  /// may see; of the others they learn nothing here.
   void set_robots(std::vector<std::string> robots, std::set<std::string> for_trainees = {});
   /// The faults camera_delay (s, 0..0.5) and camera_loss (fraction, 0..1).
   void impair(double delay, double loss);

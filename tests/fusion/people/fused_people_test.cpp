@@ -33,7 +33,7 @@ std::set<std::uint32_t> ids(const FusedPeople& fused) {
 /// Robot 0 sees x < `left_until`, robot 1 sees x > `right_from`; somebody walks along x at 1 m/s from -4
 /// to 4. The identities that he had.
 std::set<std::uint32_t> walk_through(double left_until, double right_from, std::uint32_t seed,
-                                     double offset = 0, std::size_t* most = nullptr) {
+                                     double offset = 0, std::size_t* max = nullptr) {
   FusedPeople fused;
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 0.05);
@@ -49,16 +49,16 @@ std::set<std::uint32_t> walk_through(double left_until, double right_from, std::
     }
     fused.set(robot, movers, at(t));
     had.merge(ids(fused));
-    if (most != nullptr) *most = std::max(*most, fused.persons().size());
+    if (max != nullptr) *max = std::max(*max, fused.persons().size());
   }
   return had;
 }
 
 TEST(FusedPeople, somebody_seen_by_two_robots_is_one_person) {
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {
-    std::size_t most = 0;
-    EXPECT_EQ(walk_through(2, -2, seed, 0.08, &most).size(), 1U) << seed;
-    EXPECT_EQ(most, 1U) << seed;
+    std::size_t max = 0;
+    EXPECT_EQ(walk_through(2, -2, seed, 0.08, &max).size(), 1U) << seed;
+    EXPECT_EQ(max, 1U) << seed;
   }
 }
 

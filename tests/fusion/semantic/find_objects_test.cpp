@@ -44,7 +44,7 @@ void add_chair(cloud::PointCloud<Map>& cloud, double x, double y) {
 }
 
 std::vector<ModelEntity> floor_of() {
-  return {model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1})};
+  return {test::model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1})};
 }
 
 FoundObjects found_in(const cloud::PointCloud<Map>& cloud) {
@@ -81,7 +81,7 @@ TEST(FindObjects, ThingsInARowPartWhereTheirHeightChanges) {
   EXPECT_EQ(count(found, ObjectKind::cupboard), 1);
 }
 
-TEST(FindObjects, WhatStandsOnATableIsSaidToStandThere) {
+TEST(FindObjects, WhatStandsOnATableIsOnIt) {
   cloud::PointCloud<Map> cloud;
   add_table(cloud, 0, 0);
   add_box(cloud, {-0.2, -0.2, 0.75}, {0.15, 0.15, 1.0});

@@ -1,8 +1,9 @@
-// What trainees may be told, by what their robots have sensed.
+// What trainees may be named, by what their robots have sensed.
 #include "server/runtime/trainee_view.hpp"
 
 #include <gmock/gmock.h>
 
+#include "server/simulation/simulation.hpp"
 #include "tests/model_box.hpp"
 #include "tests/server/tick/synthetic.hpp"
 
@@ -27,12 +28,12 @@ class TraineeViewTest : public ::testing::Test {
     task.done.target = "barrel_1";
     training.tasks = {task};
     scenario.training = training;
-    Zone told, hidden;
-    told.name = "far mark";
+    Zone named, hidden;
+    named.name = "far mark";
     hidden.name = "ambush";
-    scenario.zones = {told, hidden};
+    scenario.zones = {named, hidden};
     SemanticModel model;
-    model.entities.push_back(model_box("wall 1", EntityLabel::wall, {3, 1, 1.25}, {4, 0.1, 2.5}));
+    model.entities.push_back(test::model_box("wall 1", EntityLabel::wall, {3, 1, 1.25}, {4, 0.1, 2.5}));
     RobotDescription robot = test::robot();
     robot.camera.emplace();
     robot.camera->intrinsics.width = robot.camera->intrinsics.height = 200;
@@ -82,7 +83,7 @@ class TraineeViewTest : public ::testing::Test {
     for (const std::string& name : met)
       info.beam_agent.push_back(static_cast<std::int16_t>(
           std::find(info.agents.begin(), info.agents.end(), name) - info.agents.begin()));
-    knowledge_->take_scan(info, 0, world_);
+    knowledge_->handle_scan(info, 0, world_);
   }
   TraineeView view() const { return TraineeView(configuration_, *knowledge_, {robot_}); }
   std::vector<std::string> shown() const {
@@ -130,20 +131,20 @@ TEST_F(TraineeViewTest, WhatIsRemovedOutOfSightStays) {
 
 TEST_F(TraineeViewTest, ThePictureShowsWhatIsInViewAndNotHidden) {
   put("crate_1", 4, 0);
-  put("barrel_1", 3, 2);     // behind the wall
-  put("person_1", -3, 0);    // behind the robot
-  knowledge_->take_picture(0, world_);
+  put("barrel_1", 3, 2);   // behind the wall
+  put("person_1", -3, 0);  // behind the robot
+  knowledge_->handle_picture(0, world_);
   EXPECT_THAT(shown(), ElementsAre(robot_, "object 1"));
-  put("barrel_1", 7, 0.2);   // past the crate, which is lower
+  put("barrel_1", 7, 0.2);  // past the crate, which is lower
   put("person_1", 3, -0.5);
-  knowledge_->take_picture(0, world_);
+  knowledge_->handle_picture(0, world_);
   EXPECT_THAT(shown(), ::testing::UnorderedElementsAre(robot_, "object 1", "object 2", "person_1"));
 }
 
 TEST_F(TraineeViewTest, WhatIsHiddenBehindAnotherAgentIsNotSeen) {
   put("person_1", 2, 0);
   put("crate_1", 4, 0);
-  knowledge_->take_picture(0, world_);
+  knowledge_->handle_picture(0, world_);
   EXPECT_THAT(shown(), ElementsAre(robot_, "person_1"));
 }
 
@@ -169,7 +170,7 @@ TEST_F(TraineeViewTest, WhomTheBriefingNamesIsNamedOnceSensed) {
   EXPECT_EQ(view().name_of("person_1"), "person_1");
 }
 
-TEST_F(TraineeViewTest, EventsOfWhatIsNotKnownAreNotTold) {
+TEST_F(TraineeViewTest, EventsOfWhatIsNotKnownAreLeftOut) {
   put("crate_1", 4, 0);
   Event near;
   near.kind = EventKind::near_miss;
@@ -205,7 +206,8 @@ TEST_F(TraineeViewTest, TextsNameThingsAsHeKnowsThem) {
   EXPECT_EQ(view().text("speed limited by crate_1"), "speed limited by something");
   EXPECT_EQ(view().text("crate_12 is another"), "crate_12 is another");
   scan({"crate_1"});
-  EXPECT_EQ(view().text("contact_started " + robot_ + " - crate_1"), "contact_started " + robot_ + " - object 1");
+  EXPECT_EQ(view().text("contact_started " + robot_ + " - crate_1"),
+            "contact_started " + robot_ + " - object 1");
 }
 
 TEST_F(TraineeViewTest, OnlyZonesOfTheBriefingAreDrawn) {
@@ -213,12 +215,13 @@ TEST_F(TraineeViewTest, OnlyZonesOfTheBriefingAreDrawn) {
   EXPECT_EQ(view().zones().front().name, "far mark");
 }
 
-TEST_F(TraineeViewTest, TraineesOfOneRobotShareWhatItSensedAndNoOther) {
+TEST_F(TraineeViewTest, WhatARobotSensedIsKnownToItsTraineesAlone) {
   put("crate_1", 2, 0);
   scan({"crate_1"});
   const TraineeView other(configuration_, *knowledge_, {"another robot"});
   EXPECT_THAT(other.name_of("crate_1"), IsEmpty());
-  EXPECT_EQ(TraineeView(configuration_, *knowledge_, {"another robot", robot_}).name_of("crate_1"), "object 1");
+  EXPECT_EQ(TraineeView(configuration_, *knowledge_, {"another robot", robot_}).name_of("crate_1"),
+            "object 1");
 }
 
 }  // namespace

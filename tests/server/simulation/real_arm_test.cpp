@@ -8,7 +8,7 @@ using namespace test;
 
 using Names = std::vector<std::string>;
 
-TEST_F(RealArmWorld, ItsLinksAreWhereTheEncodersSay) {
+TEST_F(RealArmWorld, ItsLinksAreWhereTheEncodersAre) {
   start();
   move(hand_at(0.55, 0.5, 0.7, 0.06), 1);
   const BodyState left = body(*simulation_, "example_robot", "left_finger");

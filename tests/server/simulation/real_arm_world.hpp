@@ -15,8 +15,7 @@ namespace parhelion::test {
 
 inline std::shared_ptr<const simulation::RobotModel> example_model() {
   static const std::shared_ptr<const simulation::RobotModel> model = [] {
-    auto read =
-        simulation::load_robot_model(std::string(PARHELION_SOURCE_DIR) + "/examples/robot/body.yaml");
+    auto read = simulation::load_robot_model(std::string(PARHELION_SOURCE_DIR) + "/examples/robot/body.yaml");
     EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
     return std::make_shared<const simulation::RobotModel>(std::move(read).value());
   }();
@@ -83,8 +82,10 @@ class RealArmWorld : public testing::Test {
     simulation::JointPosture encoders{std::vector<double>(joints.size(), 0),
                                       std::vector<double>(joints.size(), 0)};
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      if (const auto at = posture_.find(joints[i].name); at != posture_.end()) encoders.positions[i] = at->second;
-      if (const auto at = speeds.find(joints[i].name); at != speeds.end()) encoders.velocities[i] = at->second;
+      if (const auto at = posture_.find(joints[i].name); at != posture_.end())
+        encoders.positions[i] = at->second;
+      if (const auto at = speeds.find(joints[i].name); at != speeds.end())
+        encoders.velocities[i] = at->second;
     }
     simulation_->set_encoders(encoders, fresh_);
     const Pose2 moved = simulation::advance(planar(real_.T_map_base), twist, kStep);

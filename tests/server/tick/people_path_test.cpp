@@ -165,10 +165,10 @@ std::vector<Message> between_two_robots(double duration, Walk walk, Sees sees, d
       test::of_robot(test::standing(duration, reported, scans(1, second)), test::kRover2));
 }
 
-/// Identities near the walker, and the most persons there at once, over a session.
+/// Identities near the walker, and the max persons there at once, over a session.
 struct WhoWasThere {
   std::set<std::uint32_t> ids;
-  std::size_t most = 0, seen = 0;
+  std::size_t max = 0, seen = 0;
 };
 
 class PeopleOfSeveralRobots : public test::TickTest {
@@ -188,7 +188,7 @@ class PeopleOfSeveralRobots : public test::TickTest {
         ++now;
       }
       all.seen += now > 0 ? 1 : 0;
-      all.most = std::max(all.most, now);
+      all.max = std::max(all.max, now);
     }
     return all;
   }
@@ -199,7 +199,7 @@ TEST_F(PeopleOfSeveralRobots, one_person_seen_by_both_is_one) {
   const auto both = [](std::size_t, double) { return true; };
   const WhoWasThere who = run(between_two_robots(8, walk, both), walk);
   EXPECT_GT(who.seen, 100U);
-  EXPECT_EQ(who.most, 1U);
+  EXPECT_EQ(who.max, 1U);
   EXPECT_EQ(who.ids.size(), 1U);
 }
 
@@ -208,7 +208,7 @@ TEST_F(PeopleOfSeveralRobots, an_identity_is_kept_from_one_robots_view_to_the_ot
   const auto in_turn = [](std::size_t robot, double t) { return robot == 0 ? t < 4.2 : t > 3.4; };
   const WhoWasThere who = run(between_two_robots(8, walk, in_turn), walk);
   EXPECT_GT(who.seen, 100U);
-  EXPECT_EQ(who.most, 1U);
+  EXPECT_EQ(who.max, 1U);
   EXPECT_EQ(who.ids.size(), 1U);
 }
 

@@ -76,7 +76,7 @@ TEST_F(RealArmTick, EncodersThatComeAreNoEvent) {
   EXPECT_TRUE(state_->robots.front().encoders.fresh);
 }
 
-TEST_F(RealArmTick, WithoutJointStateTheReasonIsSaidOnce) {
+TEST_F(RealArmTick, WithoutJointStateTheReasonIsReportedOnce) {
   begin();
   run(2, true);
   const auto lost = events(EventKind::encoders_lost);
@@ -149,7 +149,7 @@ TEST_F(RealArmTick, AMessageThatIsNotFiniteIsNotBelieved) {
   EXPECT_NE(lost.front().text.find("positions"), std::string::npos) << lost.front().text;
 }
 
-TEST_F(RealArmTick, AJointThatTheModelHasNotIsSaidOnceAndChangesNothing) {
+TEST_F(RealArmTick, AJointThatTheModelHasNotIsReportedOnceAndChangesNothing) {
   begin();
   posture_["tail"] = 1;
   run(2);

@@ -250,6 +250,7 @@ export const strings = {
     done: (what: string) => `${what} reported`,
   },
   events: {
+    mark: "Mark",
     groups: { contact: "Contact", motion: "Motion", task: "Tasks", robot: "Robot", session: "Session", agent: "Agents" },
     filter: "Filter",
     search: "Search in events",
@@ -361,9 +362,9 @@ export const strings = {
     task_failed: "Task failed", points_deducted: "Points deducted", score_changed: "Score changed", grading_ended: "Grading ended", object_reported: "Object reported",
     command_accepted: "Command accepted", command_refused: "Command refused", dead_man_pressed: "Dead-man pressed", dead_man_released: "Dead-man released",
     injection_suspended: "Injection suspended", injection_active: "Injection active", localization_lost: "Localization lost", localized: "Localized",
-    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", person_touched: "Drove into a person", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
+    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", person_touched: "Person touched", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started", training_started: "Training started",
     agent_hidden: "Agent hidden", agent_shown: "Agent shown", payload_exceeded: "Payload exceeded", joint_limited: "Joint limited",
-    joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back", mark: "Mark",
+    joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back",
   } as Record<string, string>,
 };

@@ -4,6 +4,7 @@ import { groupOf } from "./kinds";
 import { strings } from "../strings.en";
 
 export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
+  if (event.kind === "mark") return strings.events.mark;  // an instructor's, of the page alone
   return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
 }
 

@@ -26,13 +26,13 @@ export function drawPeople(g: CanvasRenderingContext2D, c: Camera, people: RealP
 }
 
 function arrow(g: CanvasRenderingContext2D, ax: number, ay: number, bx: number, by: number) {
-  const way = Math.atan2(by - ay, bx - ax);
+  const heading = Math.atan2(by - ay, bx - ax);
   g.beginPath();
   g.moveTo(ax, ay);
   g.lineTo(bx, by);
   for (const side of [2.6, -2.6]) {
     g.moveTo(bx, by);
-    g.lineTo(bx + 8 * Math.cos(way + side), by + 8 * Math.sin(way + side));
+    g.lineTo(bx + 8 * Math.cos(heading + side), by + 8 * Math.sin(heading + side));
   }
   g.stroke();
 }

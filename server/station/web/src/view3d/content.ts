@@ -135,9 +135,9 @@ export class Content {
       const z = pose.z + ZONE_Z, [vx, vy] = person.velocity, speed = Math.hypot(vx, vy);
       this.#lines.ellipse(pose.x, pose.y, z, ...ringOf(person), person.ellipse[2], ink);
       if (speed < WALKS) continue;
-      const bx = pose.x + vx, by = pose.y + vy, way = Math.atan2(vy, vx);
+      const bx = pose.x + vx, by = pose.y + vy, heading = Math.atan2(vy, vx);
       this.#lines.segment(pose.x, pose.y, z, bx, by, z, ink);
-      for (const side of [2.6, -2.6]) this.#lines.segment(bx, by, z, bx + 0.2 * Math.cos(way + side), by + 0.2 * Math.sin(way + side), z, ink);
+      for (const side of [2.6, -2.6]) this.#lines.segment(bx, by, z, bx + 0.2 * Math.cos(heading + side), by + 0.2 * Math.sin(heading + side), z, ink);
     }
   }
 }
