@@ -3,6 +3,7 @@
 // amount of content.
 (() => {
   const options = { role: "instructor", agents: 12, beams: 361, scan_hz: 20, world_hz: 30, rooms: 3, ...globalThis.fakeStation };
+  for (const [key, value] of Object.entries(options.stored ?? {})) localStorage.setItem(key, JSON.stringify(value));
   const received = (globalThis.fakeStationReceived = []);
   const room = 8, width = options.rooms * room;
 
@@ -25,6 +26,7 @@
     for (let i = 0; i < 5; ++i) elements.push(element(`step ${i + 1}`, "stairs", 1.2 + 0.29 * i, 5.5, 0.085 * (i + 1), [0.29, 1.4, 0.17 * (i + 1)]));
     elements.push(element("platform 1", "floor", 3.6, 5.5, 0.42, [2, 1.4, 0.84]));
     for (let i = 0; i < options.rooms; ++i) elements.push(element(`desk ${i + 1}`, "unknown", i * room + 1.2, 1.1, 0.37, [1.4, 0.7, 0.74]), element(`pillar ${i + 1}`, "pillar", i * room + 6, 2.2, 1.25, [0.35, 0.35, 2.5]));
+    for (const [name, label, x, y, z, size] of options.virtual ?? []) elements.push({ ...element(name, label, x, y, z, size), virtual: true });
     return { version: 1, map_id: "fake", elements, meshes: [] };
   }
 
@@ -44,7 +46,17 @@
     const [kind, form] = options.agents > 100 ? kinds[i % 2] : kinds[i % 4];
     entities.push({ id: i, name: `${kind} ${i}`, owner: "agent", kind, robot_model: "", parts: [{ id: i, name: "base", form }] });
   }
+  const doors = options.doors ? model().elements.filter((each) => each.label === "door") : [];
+  forms.push([shape("box", [0.94, 0.05, 2.05], [0.47, 0, 0], [0.4, 0.25, 0.1])]);
+  for (const { name } of doors) entities.push({ id: entities.length, name, owner: "building", kind: "door", robot_model: "", parts: [{ id: entities.length, name: "leaf", form: forms.length - 1 }] });
+  /** A leaf turns about one of its edges by `fakeDoors[name]`, rad. */
+  const doorPlace = ({ name, at: [x, y], turn }) => {
+    const closed = 2 * Math.atan2(turn[2], turn[3]);
+    return [x - 0.47 * Math.cos(closed), y - 0.47 * Math.sin(closed), closed + (globalThis.fakeDoors?.[name] ?? 0)];
+  };
   const place = (i, t) => {
+    if (i > options.agents) return doorPlace(doors[i - options.agents - 1]);
+    if (options.places?.[i]) return options.places[i];
     if (i === 0) return [4.6 + 1.9 * Math.cos(t * 0.25), 3.1 + 1.4 * Math.sin(t * 0.25), t * 0.25 + Math.PI / 2];
     const cells = Math.ceil(Math.sqrt(options.agents)), gap = (width - 1.6) / cells;
     const x = 0.8 + (((i - 1) % cells) + 0.5) * gap, y = 0.8 + (Math.floor((i - 1) / cells) + 0.5) * gap, turn = t * 0.6 + i;
@@ -63,7 +75,7 @@
     entities.forEach((_, i) => {
       const [x, y, yaw] = place(i, options.still ? 0 : t), at = 16 + 32 * i;
       view.setUint16(at, i, true);
-      [x, y, 0, 0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)].forEach((value, k) => view.setFloat32(at + 4 + 4 * k, value, true));
+      [x, y, i > options.agents ? 1.05 : 0, 0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)].forEach((value, k) => view.setFloat32(at + 4 + 4 * k, value, true));
     });
     return view.buffer;
   }

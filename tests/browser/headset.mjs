@@ -17,7 +17,7 @@ try {
   const state = () => page.evaluate(() => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), headset = ground.headset();
     const { map, renderer } = ground.stage, at = (x, y, z) => map.localToWorld(new map.position.constructor(x, y, z)).toArray();
-    return { presenting: renderer.xr.isPresenting, calibrated: headset?.calibrated, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], building: map.getObjectByName("model")?.visible, drawn: renderer.info.render.frame };
+    return { presenting: renderer.xr.isPresenting, calibrated: headset?.aligning.aligned, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], building: map.getObjectByName("building")?.visible, drawn: renderer.info.render.frame };
   });
   const until = async (what, found) => {
     for (let i = 0; i < 600; ++i) {
@@ -125,7 +125,7 @@ try {
     await closed.getByRole("button", { name: "Enter headset", exact: true }).click();
     const seen = () => closed.evaluate(() => {
       const { map, renderer } = [...document.querySelectorAll(".ground")].find((each) => each.stage).stage;
-      return { mode: renderer.xr.getSession()?.environmentBlendMode, building: map.getObjectByName("model")?.visible, drawn: renderer.info.render.triangles };
+      return { mode: renderer.xr.getSession()?.environmentBlendMode, building: map.getObjectByName("building")?.visible, drawn: renderer.info.render.triangles };
     });
     let now = await seen();
     for (let i = 0; i < 600 && !(now.mode && now.building && now.drawn > 0); ++i) {

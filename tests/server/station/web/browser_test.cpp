@@ -1,4 +1,4 @@
-// The built page in a real browser; the checks are in tests/browser/headset.mjs.
+// The built page in a real browser; the checks are in tests/browser/headset.mjs and headset_walls.mjs.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,17 +11,26 @@ namespace {
 
 const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-TEST(BrowserTest, HeadsetShowsVirtualObjectsWhereTheControllerPlacedThem) {
+/// Runs a program of tests/browser with the emulated headset; `last`: what it reports at its end.
+void run_with_headset(const std::string& program, const std::string& last) {
   if (!std::filesystem::exists(kBrowserFolder + "/node_modules/iwer")) {
     // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
     GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;
   }
   const std::string pictures = testing::TempDir();
-  const auto ran =
-      test::run({kBrowserFolder + "/headset.mjs", pictures}, pictures + "headset.txt", "/usr/bin/node");
+  const auto ran = test::run({kBrowserFolder + "/" + program + ".mjs", pictures}, pictures + program + ".txt",
+                             "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
-  EXPECT_NE(ran.output.find("ok  pictures go on while it is worn"), std::string::npos) << ran.output;
+  EXPECT_NE(ran.output.find(last), std::string::npos) << ran.output;
+}
+
+TEST(BrowserTest, HeadsetShowsVirtualObjectsWhereTheControllerPlacedThem) {
+  run_with_headset("headset", "ok  pictures go on while it is worn");
+}
+
+TEST(BrowserTest, RealWallsHideVirtualPersonsInAnAlignedHeadset) {
+  run_with_headset("headset_walls", "ok  a tracked marker aligns the map");
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ export interface Element {
 }
 /** Triangles in map; three floats per vertex, three indices per triangle. */
 export interface Mesh { name: string; vertices: number[]; triangles: number[] }
-export interface Model { version: number | string; elements: Element[]; meshes: Mesh[] }
+export interface Model { version: number | string; map_id?: string; elements: Element[]; meshes: Mesh[] }
 /** Lower left corner of the picture in map, m; metres per pixel. */
 export interface MapPicture { image: ImageBitmap; x: number; y: number; resolution: number }
 export interface CameraInfo { at: Triple; turn: Quaternion; width: number; height: number; fx: number; fy: number; cx: number; cy: number }

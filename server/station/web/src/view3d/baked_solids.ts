@@ -1,6 +1,6 @@
 /** Many solids as one mesh of the faces turned to the eye, transformed and lit on the CPU: a software renderer
  * (SwiftShader) handles each instance as a draw call of its own, which takes ten times as long. */
-import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Mesh } from "three";
+import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Mesh, type ShaderMaterial } from "three";
 import type { SolidKind } from "./forms";
 import { light, solidMaterial } from "./solids";
 import type { Solids } from "./crowd";
@@ -15,14 +15,15 @@ const THIN = 1e-12;
 
 export class BakedSolids implements Solids {
   readonly group = new Group();
-  #mesh = new Mesh(new BufferGeometry(), solidMaterial({ lit: true }));
+  readonly #mesh: Mesh;
   #lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0xffffff }));
   #positions = new Float32Array(0);
   #colours = new Uint8Array(0);
   #faces = 0;
   #eye: [number, number, number] = [0, 0, 0];
 
-  constructor() {
+  constructor(material: ShaderMaterial = solidMaterial({ lit: true })) {
+    this.#mesh = new Mesh(new BufferGeometry(), material);
     this.#mesh.frustumCulled = this.#lines.frustumCulled = this.#lines.visible = false;
     this.group.add(this.#mesh, this.#lines);
     this.#room(8192);

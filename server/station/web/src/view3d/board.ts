@@ -28,25 +28,43 @@ export class Board {
     this.mesh.rotation.set(0, Math.atan2(eye.x - this.mesh.position.x, eye.z - this.mesh.position.z), 0);
   }
 
+  /** Nothing hides it: an instrument, not a part of the scene. */
+  overAll() {
+    (this.mesh.material as MeshBasicMaterial).depthTest = false;
+    this.mesh.renderOrder = 1;
+  }
+
   dispose() {
     this.#texture.dispose();
     this.mesh.geometry.dispose();
   }
 }
 
-export function wordsBoard(lines: string[]): Board {
-  const board = new Board(1.1, 0.1 + 0.09 * lines.length, [1100, 100 + 90 * lines.length]);
-  (board.mesh.material as MeshBasicMaterial).depthTest = false;
-  board.mesh.renderOrder = 1;
-  board.draw((g, width, height) => {
-    g.fillStyle = "#10161ee6";
-    g.fillRect(0, 0, width, height);
-    g.fillStyle = "#fff";
-    g.font = "46px system-ui, sans-serif";
-    g.textAlign = "center";
-    lines.forEach((line, i) => g.fillText(line, width / 2, 100 + 90 * i, width - 60));
-  });
-  return board;
+/** Lines of text. */
+export class TextBoard extends Board {
+  #shown = "";
+
+  constructor(name: string, private readonly count: number, lines: string[] = []) {
+    super(1.1, 0.1 + 0.09 * count, [1100, 100 + 90 * count]);
+    this.mesh.name = name;
+    this.overAll();
+    this.show(lines);
+  }
+
+  /** At most the number of lines that it was made for. */
+  show(lines: string[]) {
+    if (this.#shown === lines.join("\n")) return;
+    this.#shown = this.mesh.userData.text = lines.join("\n");
+    this.draw((g, width, height) => {
+      g.clearRect(0, 0, width, height);
+      g.fillStyle = "#10161ee6";
+      g.fillRect(0, 0, width, 100 + 90 * lines.length);
+      g.fillStyle = "#fff";
+      g.font = "46px system-ui, sans-serif";
+      g.textAlign = "center";
+      lines.slice(0, this.count).forEach((line, i) => g.fillText(line, width / 2, 100 + 90 * i, width - 60));
+    });
+  }
 }
 
 /** The video of one robot; stale video is labelled as on the flat page. */

@@ -6,6 +6,7 @@ import { ringOf, WALKS } from "../plan/draw_people";
 import { plan } from "../plan/tool.svelte";
 import { drawsBySoftware } from "../parts/graphics";
 import { poseOf } from "../session/poses";
+import type { Entity } from "../session/protocol";
 import { selection } from "../session/selection.svelte";
 import { session } from "../session/session.svelte";
 import { site } from "../session/site.svelte";
@@ -13,7 +14,7 @@ import type { Trails } from "../session/trails";
 import { colours } from "../theme/theme.svelte";
 import { Crowd } from "./crowd";
 import { Lines } from "./lines";
-import { modelMeshes, type ModelMeshes } from "./model_mesh";
+import { buildingOccluder, modelMeshes, type ModelMeshes } from "./model_mesh";
 import { Returns, type Shades } from "./returns";
 
 const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "person", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
@@ -24,6 +25,10 @@ const MAP_Z = 0.01, ZONE_Z = 0.02, PATH_Z = 0.04;
 /** Height in m at which walls are cut when the view looks over them. */
 export const CUT_M = 1.1;
 
+/** Of building and real robots: `drawn`; `unseen`, because the wearer sees them through glass; `occluding`: unseen, and
+ * they hide what is behind them. Robots are drawn unless they occlude. */
+export type RealThings = "drawn" | "unseen" | "occluding";
+
 export class Content {
   readonly group = new Group();
   readonly crowd = new Crowd();
@@ -33,6 +38,8 @@ export class Content {
   #cloud = new Returns(18, drawsBySoftware() ? 40_000 : Infinity);
   #model: ModelMeshes | null = null;
   #modelOf = "";
+  #occluder: Group | null = null;
+  #virtual: ReadonlySet<string> = new Set();
   /** Height of the lowest floor, m: lower parts are shown on it. */
   #lowest = 0;
   #map: Mesh | null = null;
@@ -56,12 +63,12 @@ export class Content {
   }
 
   /** Called before each frame; `pixels`: size of a metre at a distance of a metre. */
-  update(camera: Camera, pixels: number, robot: string, layers: Layers, cut: boolean) {
-    this.#standing(layers, cut);
+  update(camera: Camera, pixels: number, robot: string, layers: Layers, cut: boolean, things: RealThings = "drawn") {
+    this.#standing(layers, cut, things);
     const { world, entities } = session;
     this.crowd.group.visible = layers.has("robots") && world !== null;
     this.crowd.showCollision(layers.has("collision"));
-    if (world && this.crowd.group.visible) this.crowd.update(entities, world, session.forms, (part) => session.shapesOf(part), camera, pixels);
+    if (world && this.crowd.group.visible) this.crowd.update(entities, world, session.forms, (part) => session.shapesOf(part), camera, pixels, things === "occluding" ? this.#isReal : () => false);
     const now = session.now(), real = session.scans["0"] ?? session.scans["1"], mixed = session.scans["1"];
     const fresh = (scan: typeof real) => (scan && scanStrength(scan, now) > 0 ? scan : null);
     const laser = site.robots[0]?.laser?.at[2] ?? 0.3;
@@ -72,12 +79,13 @@ export class Content {
     this.#draw(layers, robot);
   }
 
-  #standing(layers: Layers, cut: boolean) {
+  #standing(layers: Layers, cut: boolean, real: RealThings) {
     const doors = session.world ? session.entities.filter((each) => each.owner === "building").map((each) => each.name) : [];
     const wanted = site.model ? `${site.model.version} ${doors.length}` : "";
     if (site.model && wanted !== this.#modelOf) {
       this.#modelOf = wanted;
-      if (this.#model) this.group.remove(this.#model.group);
+      this.#forget();
+      this.#virtual = new Set(site.model.elements.filter((each) => each.virtual).map((each) => each.name));
       this.#model = modelMeshes(site.model, new Set(doors), this.#css);
       this.#model.group.name = "model";
       this.group.add(this.#model.group);
@@ -86,10 +94,12 @@ export class Content {
     }
     if (this.#model) {
       this.#model.group.visible = layers.has("model");
-      this.#model.above.visible = !cut;
+      this.#model.real.visible = real === "drawn";
+      for (const each of this.#model.above) each.visible = !cut;
       this.#model.walls.uniforms.cut!.value = cut ? CUT_M : 1e6;
       this.#model.edges.visible = layers.has("collision");
     }
+    this.#occlude(real === "occluding", doors);
     if (site.map && !this.#map) {
       const { image, x, y, resolution } = site.map;
       const texture = new CanvasTexture(image);
@@ -100,6 +110,31 @@ export class Content {
       this.group.add(this.#map);
     }
     if (this.#map) this.#map.visible = layers.has("map");
+  }
+
+  /** `doors`: those with an angle of their own. */
+  #occlude(on: boolean, doors: string[]) {
+    if (on && site.model && !this.#occluder) {
+      this.#occluder = buildingOccluder(site.model, new Set(doors));
+      this.#occluder.name = "occluder";
+      this.group.add(this.#occluder);
+    }
+    if (this.#occluder) this.#occluder.visible = on;
+  }
+
+  /** Stands in the room itself: real persons and doors, and robots unless they are simulated. */
+  #isReal = ({ name, owner }: Entity): boolean => {
+    if (owner === "robot") return !session.hello?.session.simulated;
+    return owner === "real_person" || (owner === "building" && !this.#virtual.has(name));
+  };
+
+  /** Of the model that was. */
+  #forget() {
+    for (const group of [this.#model?.group, this.#occluder]) {
+      group?.traverse((each) => { if (each instanceof Mesh) each.geometry.dispose(); });
+      group?.removeFromParent();
+    }
+    this.#occluder = null;
   }
 
   #draw(layers: Layers, robot: string) {

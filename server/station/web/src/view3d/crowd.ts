@@ -8,6 +8,7 @@ import { BakedSolids } from "./baked_solids";
 import { formOf, type Form, type Piece, type SolidKind } from "./forms";
 import { InstancedSolids } from "./instanced_solids";
 import { RobotMeshes } from "./robot_meshes";
+import { depthMaterial, drawnFirst } from "./solids";
 
 /** Receives the unit solids of one frame, between begin and end. `m`: columns of a 3x4 matrix to map; colours
  * linear. */
@@ -27,12 +28,14 @@ const bySoftware: Detail = { fullPx: 14, boxesPx: 8, full: 16, boxes: 120 };
 const byCard: Detail = { fullPx: 12, boxesPx: 4, full: 1200, boxes: 4000 };
 
 export interface CrowdInk { virtual: string; robot: string; door: string; person: string }
+interface Drawn { solids: Solids; meshes: RobotMeshes }
 interface Seen { form: Form; entity: Entity; row: number; px: number }
 
 export class Crowd {
   readonly group = new Group();
-  readonly #meshes = new RobotMeshes();
-  readonly #solids: Solids = drawsBySoftware() ? new BakedSolids() : new InstancedSolids();
+  readonly #shown: Drawn = { solids: drawsBySoftware() ? new BakedSolids() : new InstancedSolids(), meshes: new RobotMeshes() };
+  /** What is seen itself, through glass. */
+  #occluders: Drawn | null = null;
   readonly #detail = drawsBySoftware() ? bySoftware : byCard;
   #forms: Form[] = [];
   #of: Shape[][] | null = null;
@@ -45,7 +48,8 @@ export class Crowd {
   #tints: Record<Entity["owner"], Color> = { agent: new Color(), robot: new Color(), building: new Color(), real_person: new Color() };
 
   constructor() {
-    this.group.add(this.#solids.group, this.#meshes.group);
+    this.#shown.solids.group.name = "solids";
+    this.group.add(this.#shown.solids.group, this.#shown.meshes.group);
   }
 
   setInk(ink: CrowdInk) {
@@ -53,11 +57,11 @@ export class Crowd {
   }
 
   showCollision(on: boolean) {
-    this.#solids.outline(on);
+    this.#shown.solids.outline(on);
   }
 
-  /** `pixels`: size of a metre at a distance of a metre. */
-  update(entities: Entity[], world: WorldFrame, forms: Shape[][], shapesOf: (part: Part) => Shape[], camera: Camera, pixels: number) {
+  /** `pixels`: size of a metre at a distance of a metre. `occludes`: the entity only hides what is behind it. */
+  update(entities: Entity[], world: WorldFrame, forms: Shape[][], shapesOf: (part: Part) => Shape[], camera: Camera, pixels: number, occludes: (entity: Entity) => boolean) {
     if (this.#of !== forms) {
       this.#of = forms;
       this.#forms = forms.map(formOf);
@@ -67,15 +71,30 @@ export class Crowd {
     this.group.worldToLocal(camera.getWorldPosition(this.#eye));
     this.#toClip.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).multiply(this.group.matrixWorld);
     this.#frustum.setFromProjectionMatrix(this.#toClip);
-    this.#solids.begin(this.#eye);
-    this.#meshes.begin();
+    this.#shown.solids.begin(this.#eye);
+    this.#shown.meshes.begin();
+    this.#occluders?.solids.begin(this.#eye);
+    this.#occluders?.meshes.begin();
     let { full, boxes } = this.#detail;
     for (const { form, entity, row, px } of this.#nearestFirst(entities, world, this.#unknown, pixels)) {
       const pieces = px > this.#detail.fullPx && full-- > 0 ? form.full : px > this.#detail.boxesPx && boxes-- > 0 ? form.boxes : [form.one];
-      for (const piece of pieces) this.#put(piece, world.poses, row * 7, this.#tints[entity.owner], entity.owner === "robot" || entity.owner === "building" ? 0.3 : 0.5);
+      const drawn = occludes(entity) ? this.#startedOccluders() : this.#shown;
+      for (const piece of pieces) this.#put(drawn, piece, world.poses, row * 7, this.#tints[entity.owner], entity.owner === "robot" || entity.owner === "building" ? 0.3 : 0.5);
     }
-    this.#solids.end();
-    this.#meshes.end();
+    this.#shown.solids.end();
+    this.#shown.meshes.end();
+    this.#occluders?.solids.end();
+    this.#occluders?.meshes.end();
+  }
+
+  #startedOccluders(): Drawn {
+    if (this.#occluders) return this.#occluders;
+    const solids = drawsBySoftware() ? new BakedSolids(depthMaterial()) : new InstancedSolids(depthMaterial);
+    this.#occluders = { solids, meshes: new RobotMeshes(depthMaterial) };
+    for (const { group } of [solids, this.#occluders.meshes]) this.group.add(drawnFirst(group));
+    solids.group.name = "occluders";
+    solids.begin(this.#eye);
+    return this.#occluders;
   }
 
   #nearestFirst(entities: Entity[], world: WorldFrame, unknown: Form, pixels: number): Seen[] {
@@ -92,8 +111,8 @@ export class Crowd {
     return list.sort((a, b) => b.px - a.px);
   }
 
-  #put(piece: Piece, poses: Float32Array, k: number, tint: Color, fraction: number) {
-    const mesh = piece.mesh && this.#meshes.has(piece.mesh.id) ? piece.mesh : null;
+  #put(drawn: Drawn, piece: Piece, poses: Float32Array, k: number, tint: Color, fraction: number) {
+    const mesh = piece.mesh && drawn.meshes.has(piece.mesh.id) ? piece.mesh : null;
     const out = this.#placed, m = mesh?.matrix ?? piece.matrix;
     const x = poses[k + 3] as number, y = poses[k + 4] as number, z = poses[k + 5] as number, w = poses[k + 6] as number;
     const r00 = 1 - 2 * (y * y + z * z), r01 = 2 * (x * y - w * z), r02 = 2 * (x * z + w * y);
@@ -108,7 +127,7 @@ export class Crowd {
     for (let axis = 0; axis < 3; ++axis) (out[9 + axis] as number) += poses[k + axis] as number;
     const [red, green, blue] = piece.colour;
     const shade = [red + (tint.r - red) * fraction, green + (tint.g - green) * fraction, blue + (tint.b - blue) * fraction] as const;
-    if (mesh) this.#meshes.put(mesh.id, out, ...shade);
-    else this.#solids.put(piece.kind, out, ...shade);
+    if (mesh) drawn.meshes.put(mesh.id, out, ...shade);
+    else drawn.solids.put(piece.kind, out, ...shade);
   }
 }

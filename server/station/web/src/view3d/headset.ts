@@ -1,12 +1,16 @@
 /** The site in a headset (WebXR): virtual objects appear at their positions in the real environment, the video hangs
- * over the robot. */
-import { Color, Vector3, type XRTargetRaySpace } from "three";
-import { emergencyStop, stopState } from "../drive/stop.svelte";
+ * over the robot. Through glass the real building is not drawn; once aligned, it hides what is behind it. */
+import { Vector3, type Color, type XRTargetRaySpace } from "three";
+import { emergencyStop } from "../drive/stop.svelte";
 import { layerNames, type LayerName } from "../layout/layers";
+import { view } from "../layout/view.svelte";
 import { session } from "../session/session.svelte";
-import { strings } from "../strings.en";
-import { VideoBoard, wordsBoard, type Board } from "./board";
-import { assumed, calibrated, type SiteInHeadset } from "./calibration";
+import { Aligning } from "./aligning.svelte";
+import type { RealThings } from "./content";
+import { HeadsetBoards } from "./headset_boards";
+import { markerSight, trackedMarker, tracksImages } from "./image_tracking";
+import { references } from "./references.svelte";
+import { RoomAnchor } from "./room_anchor";
 import type { Stage } from "./stage";
 
 export type HeadsetMode = "immersive-ar" | "immersive-vr";
@@ -18,107 +22,121 @@ export async function headsetMode(): Promise<HeadsetMode | null> {
   return null;
 }
 
-/** Layers hidden in see-through mode, because the real building is visible. */
-const hiddenThroughGlass: LayerName[] = ["model", "labels", "map", "collision"];
+/** Layers hidden in see-through mode, because the real building is visible. The model's virtual parts are drawn. */
+const hiddenThroughGlass: LayerName[] = ["labels", "map", "collision"];
 export const headsetLayers = (mode: HeadsetMode, layers: ReadonlySet<LayerName>): ReadonlySet<LayerName> =>
   new Set(layerNames.filter((name) => layers.has(name) && !(mode === "immersive-ar" && hiddenThroughGlass.includes(name))));
 
-const VIDEO_HEIGHT_M = 1.55;
-const AGAIN_MS = 1500;  // trigger held for this long: the site is to be placed again
+const AGAIN_MS = 1500;  // trigger held for this long: the site is to be aligned again
 
 export class Headset {
-  /** True after a calibration; until then the site's pose is assumed. */
-  calibrated = false;
-  place: SiteInHeadset;
-  #video: VideoBoard;
-  #words: Board;
-  #stopped: Board;
-  #unheard: Board;
+  readonly aligning: Aligning;
+  readonly #anchor: RoomAnchor;
+  readonly #boards: HeadsetBoards;
+  #tracks = false;
   #pulled = 0;
-  #session: XRSession | null = null;
+  #whole = false;
   #background: Color | null;
   #hands: XRTargetRaySpace[];
+  #wrist: XRTargetRaySpace;
   #eye = new Vector3();
+  #ahead = new Vector3();
 
-  private constructor(private readonly stage: Stage, private readonly robot: string, private readonly left: () => void) {
-    const pose = session.poseOf(robot);
-    this.place = assumed(pose ?? { x: 0, y: 0, yaw: 0 });
+  private constructor(private readonly stage: Stage, private readonly opened: XRSession, private readonly mode: HeadsetMode, private readonly robot: string, private readonly left: () => void) {
+    this.aligning = new Aligning(robot);
+    this.#anchor = new RoomAnchor(opened, this.aligning);
+    this.#boards = new HeadsetBoards(stage.scene, robot, mode === "immersive-ar");
     this.#background = stage.scene.background as Color | null;
-    this.#video = new VideoBoard(robot);
-    this.#words = wordsBoard(strings.headset.how);
-    this.#stopped = wordsBoard(strings.headset.stopped);
-    this.#stopped.mesh.name = "stopped";
-    this.#unheard = wordsBoard(strings.headset.unheard);
-    this.#unheard.mesh.name = "unheard";
-    for (const { mesh } of [this.#stopped, this.#unheard]) mesh.visible = false;
     this.#hands = [0, 1].map((i) => stage.renderer.xr.getController(i));
-    stage.scene.add(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, this.#unheard.mesh, ...this.#hands);
+    this.#wrist = this.#hands[0] as XRTargetRaySpace;
+    stage.scene.add(...this.#hands);
     for (const hand of this.#hands) {
+      hand.addEventListener("connected", this.#connected);
       hand.addEventListener("selectstart", this.#pull);
-      hand.addEventListener("select", this.#point);
+      hand.addEventListener("select", this.#selected);
+      hand.addEventListener("selectend", this.#point);
       hand.addEventListener("squeezestart", this.#stop);
     }
   }
 
   /** Must be called in a user gesture. Throws if the headset refuses. */
-  static async enter(stage: Stage, mode: HeadsetMode, robot: string, frame: () => void, left: () => void): Promise<Headset> {
-    const xr = stage.renderer.xr;
-    const opened = await (navigator.xr as XRSystem).requestSession(mode, { requiredFeatures: ["local-floor"] });
-    const headset = new Headset(stage, robot, left);
-    headset.#session = opened;
+  static async enter(stage: Stage, mode: HeadsetMode, robot: string, frame: (real: RealThings) => void, left: () => void): Promise<Headset> {
+    const xr = stage.renderer.xr, marker = references.method === "marker" ? references.marker : null;
+    const options = { requiredFeatures: ["local-floor"], optionalFeatures: ["anchors", ...(marker ? ["image-tracking"] : [])], ...(marker && (await trackedMarker(marker.width_m))) };
+    const opened = await (navigator.xr as XRSystem).requestSession(mode, options);
+    const headset = new Headset(stage, opened, mode, robot, left);
     opened.addEventListener("end", () => headset.#end());
     xr.enabled = true;
     xr.setReferenceSpaceType("local-floor");
     if (mode === "immersive-ar") stage.scene.background = null;
     stage.renderer.setAnimationLoop(() => {
-      frame();
-      headset.#frame();
+      headset.#align();
+      frame(headset.#realThings);
+      headset.#draw();
     });
     await xr.setSession(opened);
+    xr.getReferenceSpace()?.addEventListener("reset", headset.#spaceReset);
+    void headset.#anchor.restore();
+    void tracksImages(opened).then((tracks) => { headset.#tracks = tracks; });
     return headset;
   }
 
   leave() {
-    void this.#session?.end();
+    void this.opened.end();
   }
 
-  #frame() {
-    const { stage } = this;
-    stage.map.rotation.set(-Math.PI / 2, 0, this.place.turn);
-    stage.map.position.set(this.place.x, 0, this.place.z);
+  alignAgain() {
+    this.aligning.restart();
+    this.#anchor.release();
+  }
+
+  /** Before an alignment a building that hides things would hide the wrong ones. Without the layer of the model nothing
+   * is hidden, and the drawn robot shows by eye how well the map is aligned. */
+  get #realThings(): RealThings {
+    return this.mode === "immersive-vr" ? "drawn" : this.aligning.aligned && view.layers.has("model") ? "occluding" : "unseen";
+  }
+
+  #align() {
+    const { stage, aligning } = this, { xr } = stage.renderer;
+    const frame = xr.getFrame(), space = xr.getReferenceSpace();
+    if (frame && space) {
+      const sight = references.method === "marker" ? markerSight(frame, space) : null;
+      if (sight) aligning.sight(sight);
+      this.#anchor.follow(frame, space, this.#eye);
+    }
+    stage.map.rotation.set(-Math.PI / 2, 0, aligning.place.turn);
+    stage.map.position.set(aligning.place.x, aligning.place.y, aligning.place.z);
     stage.map.updateMatrixWorld();
-    stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
-    const pose = session.poseOf(this.robot);
-    this.#video.mesh.visible = pose !== null;
-    if (pose) {
-      this.#video.mesh.position.copy(stage.map.localToWorld(new Vector3(pose.x, pose.y, pose.z + VIDEO_HEIGHT_M)));
-      this.#video.face(this.#eye);
-      this.#video.refresh();
-    }
-    this.#words.mesh.visible = !this.calibrated;
-    this.#words.mesh.position.set(this.#eye.x, 1.2, this.#eye.z - 1.4);
-    this.#words.face(this.#eye);
-    this.#stopped.mesh.visible = stopState.latched && !stopState.failed;
-    this.#unheard.mesh.visible = stopState.failed;
-    for (const board of [this.#stopped, this.#unheard]) {
-      stage.renderer.xr.getCamera().getWorldDirection(board.mesh.position).multiplyScalar(1.2).add(this.#eye);
-      board.face(this.#eye);
-    }
+  }
+
+  #draw() {
+    const { stage } = this, camera = stage.renderer.xr.getCamera(), pose = session.poseOf(this.robot);
+    camera.getWorldPosition(this.#eye);
+    camera.getWorldDirection(this.#ahead);
+    this.#boards.update(this.#eye, this.#ahead, pose && stage.map.localToWorld(new Vector3(pose.x, pose.y, pose.z)), this.#wrist, this.aligning, this.#tracks);
     stage.renderer.render(stage.scene, stage.camera);
   }
+
+  #connected = ({ target, data }: { target: XRTargetRaySpace; data: XRInputSource }) => {
+    if (data.handedness === "left") this.#wrist = target;
+  };
 
   #pull = () => {
     this.#pulled = performance.now();
   };
 
+  /** Not told of a pull that was broken off, unlike its end. */
+  #selected = () => {
+    this.#whole = true;
+  };
+
   #point = ({ target }: { target: XRTargetRaySpace }) => {
-    if (performance.now() - this.#pulled > AGAIN_MS) this.calibrated = false;
-    const pose = session.poseOf(this.robot);
-    if (this.calibrated || !pose) return;
-    const found = calibrated(target.getWorldPosition(new Vector3()), target.getWorldDirection(new Vector3()).negate(), pose);
-    if (!found) return;
-    this.place = found;
-    this.calibrated = true;
+    if (!this.#whole) return;
+    this.#whole = false;
+    const held = performance.now() - this.#pulled > AGAIN_MS;
+    if (held) this.alignAgain();
+    if (held && references.method !== "robot") return;
+    this.aligning.touch(target.getWorldPosition(new Vector3()), target.getWorldDirection(new Vector3()).negate(), this.#eye.clone());
   };
 
   /** The wearer sees no button: a closed hand is the stop. */
@@ -126,20 +144,23 @@ export class Headset {
     if (session.mayDrive) emergencyStop();
   };
 
+  #spaceReset = () => {
+    if (this.aligning.aligned && !this.#anchor.holds) this.aligning.reset();
+  };
+
   #end() {
     const { stage } = this;
     stage.renderer.setAnimationLoop(null);
     stage.renderer.xr.enabled = false;
     for (const hand of this.#hands) {
+      hand.removeEventListener("connected", this.#connected);
       hand.removeEventListener("selectstart", this.#pull);
-      hand.removeEventListener("select", this.#point);
+      hand.removeEventListener("select", this.#selected);
+      hand.removeEventListener("selectend", this.#point);
       hand.removeEventListener("squeezestart", this.#stop);
     }
-    stage.scene.remove(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, this.#unheard.mesh, ...this.#hands);
-    this.#video.dispose();
-    this.#words.dispose();
-    this.#stopped.dispose();
-    this.#unheard.dispose();
+    stage.scene.remove(...this.#hands);
+    this.#boards.dispose();
     stage.scene.background = this.#background;
     stage.map.rotation.set(0, 0, 0);
     stage.map.position.set(0, 0, 0);

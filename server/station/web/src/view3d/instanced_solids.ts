@@ -1,5 +1,5 @@
 /** Many solids in three draw calls, one for each kind: for a graphics card. */
-import { DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedMesh, type BufferGeometry } from "three";
+import { DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedMesh, type BufferGeometry, type ShaderMaterial } from "three";
 import type { SolidKind } from "./forms";
 import { solidMaterial, unitSolid } from "./solids";
 import type { Solids } from "./crowd";
@@ -9,12 +9,14 @@ const FIRST_ROOM = { box: 4096, cylinder: 1024, sphere: 512 };
 
 export class InstancedSolids implements Solids {
   readonly group = new Group();
+  readonly #material: () => ShaderMaterial;
   #meshes: Record<SolidKind, InstancedMesh>;
   #wires: Record<SolidKind, InstancedMesh> | null = null;
   #counts: Record<SolidKind, number> = { box: 0, cylinder: 0, sphere: 0 };
 
-  constructor() {
-    this.#meshes = { box: made("box", FIRST_ROOM.box), cylinder: made("cylinder", FIRST_ROOM.cylinder), sphere: made("sphere", FIRST_ROOM.sphere) };
+  constructor(material: () => ShaderMaterial = solidMaterial) {
+    this.#material = material;
+    this.#meshes = { box: made("box", FIRST_ROOM.box, material()), cylinder: made("cylinder", FIRST_ROOM.cylinder, material()), sphere: made("sphere", FIRST_ROOM.sphere, material()) };
     this.group.add(...Object.values(this.#meshes));
   }
 
@@ -23,7 +25,7 @@ export class InstancedSolids implements Solids {
       for (const mesh of Object.values(this.#wires ?? {})) this.group.remove(mesh);
       this.#wires = null;
     } else if (!this.#wires) {
-      this.#wires = { box: made("box", 1, true), cylinder: made("cylinder", 1, true), sphere: made("sphere", 1, true) };
+      this.#wires = { box: wire("box"), cylinder: wire("cylinder"), sphere: wire("sphere") };
       this.group.add(...Object.values(this.#wires));
     }
   }
@@ -48,7 +50,8 @@ export class InstancedSolids implements Solids {
   }
 
   #longer(kind: SolidKind): InstancedMesh {
-    const before = this.#meshes[kind], after = made(kind, before.instanceMatrix.count * 2);
+    const before = this.#meshes[kind], after = made(kind, before.instanceMatrix.count * 2, this.#material());
+    after.renderOrder = before.renderOrder;
     (after.instanceMatrix.array as Float32Array).set(before.instanceMatrix.array);
     ((after.instanceColor as InstancedBufferAttribute).array as Float32Array).set((before.instanceColor as InstancedBufferAttribute).array);
     this.group.remove(before);
@@ -85,13 +88,19 @@ export function showInstances(mesh: InstancedMesh, count: number) {
 }
 
 /** Room for `room` instances of a geometry. */
-export function instances(geometry: BufferGeometry, room: number, wireframe = false): InstancedMesh {
-  const mesh = new InstancedMesh(geometry, solidMaterial({ wireframe }), room);
+export function instances(geometry: BufferGeometry, room: number, material: ShaderMaterial): InstancedMesh {
+  const mesh = empty(geometry, room, material);
+  mesh.instanceColor = new InstancedBufferAttribute(new Float32Array(room * 3), 3);
+  mesh.instanceColor.setUsage(DynamicDrawUsage);
+  return mesh;
+}
+
+const made = (kind: SolidKind, room: number, material: ShaderMaterial) => instances(unitSolid(kind), room, material);
+const wire = (kind: SolidKind) => empty(unitSolid(kind), 1, solidMaterial({ wireframe: true }));
+
+function empty(geometry: BufferGeometry, room: number, material: ShaderMaterial): InstancedMesh {
+  const mesh = new InstancedMesh(geometry, material, room);
   mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-  if (!wireframe) {
-    mesh.instanceColor = new InstancedBufferAttribute(new Float32Array(room * 3), 3);
-    mesh.instanceColor.setUsage(DynamicDrawUsage);
-  }
   mesh.count = 0;
   mesh.frustumCulled = false;
   return mesh;
@@ -102,5 +111,3 @@ function changed(attribute: InstancedBufferAttribute, numbers: number) {
   attribute.addUpdateRange(0, numbers);
   attribute.needsUpdate = true;
 }
-
-const made = (kind: SolidKind, room: number, wireframe = false) => instances(unitSolid(kind), room, wireframe);

@@ -1,8 +1,9 @@
-/** The semantic model as a few meshes: one for low parts, one for walls (which can be cut), one for overhead parts. */
-import { BufferAttribute, BufferGeometry, Color, Group, LineBasicMaterial, LineSegments, Mesh, type ShaderMaterial } from "three";
+/** The semantic model as a few meshes: one for low parts, one for walls (which can be cut), one for overhead parts; each
+ * of real and of virtual parts. */
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, type ShaderMaterial } from "three";
 import { turned } from "../plan/outline";
 import type { Element, Model } from "../session/site.svelte";
-import { solidMaterial, unitSolid } from "./solids";
+import { depthMaterial, drawnFirst, solidMaterial, unitSolid } from "./solids";
 
 export interface ModelInk { floor: string; wall: string; thing: string; door: string; stairs: string; zone: string; virtual: string; canvas: string }
 type Layer = "low" | "walls" | "above";
@@ -16,7 +17,8 @@ function layerOf({ label, at, size }: Element): Layer | null {
   return ["wall", "pillar", "window"].includes(label) || (label === "unknown" && at[2] + size[2] / 2 > TALL_M) ? "walls" : "low";
 }
 
-export interface ModelMeshes { group: Group; walls: ShaderMaterial; above: Group; edges: LineSegments }
+/** `real`: what stands in the building itself. */
+export interface ModelMeshes { group: Group; real: Group; walls: ShaderMaterial; above: Mesh[]; edges: LineSegments }
 
 /** `without`: names of doors that are drawn at their measured angle. */
 export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: ModelInk): ModelMeshes {
@@ -25,23 +27,38 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
     stairs: new Color(ink.stairs), window: new Color(ink.zone), ceiling: new Color(ink.thing), unknown: new Color(ink.thing),
   };
   const virtual = new Color(ink.virtual);
-  const parts: Record<Layer, Element[]> = { low: [], walls: [], above: [] };
-  for (const element of model.elements) {
-    const layer = layerOf(element);
-    if (layer && !without.has(element.name)) parts[layer].push(element);
-  }
+  const shown = model.elements.filter((each) => layerOf(each) && !without.has(each.name));
   const colourOf = (element: Element) => (element.virtual ? virtual : (colours[element.label] ?? colours.unknown)) as Color;
-  const walls = solidMaterial({ colours: true });
-  const group = new Group(), above = new Group();
-  const plain = solidMaterial({ colours: true });
-  group.add(new Mesh(mergedBoxes(parts.low, colourOf), plain), new Mesh(mergedBoxes(parts.walls, colourOf), walls), above);
-  // A ceiling would hide everything; parts above a door belong to its wall.
-  above.add(new Mesh(mergedBoxes(parts.above.filter((each) => each.label !== "ceiling"), colourOf), plain));
-  for (const mesh of model.meshes) group.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
-  const edges = new LineSegments(boxEdges([...parts.low.filter((each) => each.label !== "floor"), ...parts.walls]), new LineBasicMaterial({ color: ink.canvas }));
+  const walls = solidMaterial({ colours: true }), plain = solidMaterial({ colours: true });
+  const group = new Group(), real = new Group(), above: Mesh[] = [];
+  for (const [place, elements] of [[real, shown.filter((each) => !each.virtual)], [group, shown.filter((each) => each.virtual)]] as const) {
+    const add = (layer: Layer, material: ShaderMaterial) => {
+      // A ceiling would hide everything; parts above a door belong to its wall.
+      const boxes = elements.filter((each) => layerOf(each) === layer && each.label !== "ceiling");
+      const mesh = new Mesh(mergedBoxes(boxes, colourOf), material);
+      if (boxes.length) place.add(mesh);
+      return mesh;
+    };
+    add("low", plain);
+    add("walls", walls);
+    above.push(add("above", plain));
+  }
+  for (const mesh of model.meshes) real.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
+  const edges = new LineSegments(boxEdges(shown.filter((each) => each.label !== "floor" && layerOf(each) !== "above")), new LineBasicMaterial({ color: ink.canvas }));
   edges.visible = false;
-  group.add(edges);
-  return { group, walls, above, edges };
+  real.name = "building";
+  group.add(real, edges);
+  return { group, real, walls, above, edges };
+}
+
+/** The real building, drawn for its depth alone; also its ceilings, which hide another storey. */
+export function buildingOccluder(model: Model, without: ReadonlySet<string>): Group {
+  const elements = model.elements.filter((each) => layerOf(each) && !each.virtual && !without.has(each.name));
+  const black = new Color(0, 0, 0), group = new Group();
+  group.add(new Mesh(mergedBoxes(elements, () => black), depthMaterial()));
+  const open = depthMaterial(DoubleSide);
+  for (const mesh of model.meshes) group.add(new Mesh(triangles(mesh.vertices, mesh.triangles, black), open));
+  return drawnFirst(group);
 }
 
 const unit = unitSolid("box");

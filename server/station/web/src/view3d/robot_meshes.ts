@@ -1,7 +1,8 @@
 /** Robots' meshes, one draw call each: fetched from the server when they are first needed. */
-import { BufferAttribute, BufferGeometry, Group, type InstancedMesh } from "three";
+import { BufferAttribute, BufferGeometry, Group, type InstancedMesh, type ShaderMaterial } from "three";
 import { json } from "../session/site.svelte";
 import { instances, putInstance, showInstances } from "./instanced_solids";
+import { solidMaterial } from "./solids";
 
 interface MeshContent { vertices: number[]; triangles: number[] }
 /** null: on its way, or there is none. */
@@ -12,6 +13,8 @@ const FIRST_ROOM = 8;
 export class RobotMeshes {
   readonly group = new Group();
   #known = new Map<string, Known>();
+
+  constructor(private readonly material: () => ShaderMaterial = solidMaterial) {}
 
   /** False: the mesh is not here yet; it is asked for. */
   has(id: string): boolean {
@@ -38,22 +41,33 @@ export class RobotMeshes {
   }
 
   async #fetch(id: string) {
-    const content = await json<MeshContent>(`api/v1/mesh?${id}`);
-    const known = this.#known.get(id);
-    if (content && known) this.#show(known, facets(content), FIRST_ROOM);
+    const geometry = await geometryOf(id), known = this.#known.get(id);
+    if (geometry && known) this.#show(known, geometry, FIRST_ROOM);
   }
 
   #show(known: Known, geometry: BufferGeometry, room: number) {
-    const after = instances(geometry, room), before = known.mesh;
+    const after = instances(geometry, room, this.material()), before = known.mesh;
     if (before) {
       (after.instanceMatrix.array as Float32Array).set(before.instanceMatrix.array);
       (after.instanceColor!.array as Float32Array).set(before.instanceColor!.array);
       this.group.remove(before);
       before.dispose();
     }
+    after.renderOrder = this.group.renderOrder;
     this.group.add(after);
     known.mesh = after;
   }
+}
+
+const geometries = new Map<string, Promise<BufferGeometry | null>>();
+
+function geometryOf(id: string): Promise<BufferGeometry | null> {
+  let found = geometries.get(id);
+  if (!found) {
+    found = json<MeshContent>(`api/v1/mesh?${id}`).then((content) => (content ? facets(content) : null));
+    geometries.set(id, found);
+  }
+  return found;
 }
 
 /** Each triangle with corners of its own, so that it has its own normal. */

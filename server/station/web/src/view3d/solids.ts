@@ -1,5 +1,5 @@
 /** Unit solids and their common material: lighting by face direction, computed at the corners. */
-import { BoxGeometry, BufferGeometry, CylinderGeometry, IcosahedronGeometry, ShaderMaterial } from "three";
+import { BoxGeometry, BufferGeometry, CylinderGeometry, FrontSide, IcosahedronGeometry, ShaderMaterial, type Object3D, type Side } from "three";
 import type { SolidKind } from "./forms";
 
 /** All with full lengths 1 along x, y, z, z up. */
@@ -32,13 +32,17 @@ const vertexShader = /* glsl */ `
   }
   void main() {
     vec3 p = position;
-    #ifdef LIT
+    #ifdef USE_INSTANCING
+      p = (instanceMatrix * vec4(p, 1.0)).xyz;
+    #endif
+    #if defined(DEPTH_ONLY)
+      shade = vec3(0.0);
+    #elif defined(LIT)
       shade = color.rgb;
     #else
       vec3 n = normal;
       vec3 base = vec3(1.0);
       #ifdef USE_INSTANCING
-        p = (instanceMatrix * vec4(p, 1.0)).xyz;
         n = normalize((instanceMatrix * vec4(n, 0.0)).xyz);
       #endif
       #ifdef USE_COLOR
@@ -50,7 +54,11 @@ const vertexShader = /* glsl */ `
       shade = screenColour(base * lightOf(n));
     #endif
     p.z = min(p.z, cut);
-    gl_Position = projectionMatrix * modelViewMatrix * vec4(p, 1.0);
+    vec4 seen = modelViewMatrix * vec4(p, 1.0);
+    #ifdef DEPTH_ONLY
+      seen.xyz *= BEHIND;
+    #endif
+    gl_Position = projectionMatrix * seen;
   }`;
 
 /** Draws each pixel in the colour that the vertex shader gave, `shade`. */
@@ -66,4 +74,20 @@ export function solidMaterial(options: { colours?: boolean; lit?: boolean; wiref
     vertexShader, fragmentShader, vertexColors: Boolean(options.colours || options.lit), wireframe: options.wireframe ?? false,
     defines: options.lit ? { LIT: "" } : {}, uniforms: { cut: { value: 1e6 } },
   });
+}
+
+/** Real surfaces are set back by this factor, so that what lies on them (returns of a laser, lines on the floor) stays
+ * visible: 5 cm at 10 m, less than a wall is thick. Scaled about the eye, so that outlines stay. */
+const BEHIND = "1.005";
+/** Before everything that is drawn in colour. */
+const FIRST = -1;
+
+/** Draws no colour, only depth: through glass, a real thing then hides what is behind it and is itself seen. */
+export function depthMaterial(side: Side = FrontSide): ShaderMaterial {
+  return new ShaderMaterial({ vertexShader, fragmentShader, side, colorWrite: false, defines: { DEPTH_ONLY: "", BEHIND }, uniforms: { cut: { value: 1e6 } } });
+}
+
+export function drawnFirst<T extends Object3D>(object: T): T {
+  object.traverse((each) => { each.renderOrder = FIRST; });
+  return object;
 }
