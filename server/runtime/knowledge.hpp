@@ -60,6 +60,8 @@ class Knowledge {
   const std::string& briefing() const { return briefing_; }
   /// By entity; empty for a robot that has sensed nothing.
   const ByEntity& sensed_by(const std::string& robot) const;
+  /// True for a robot of the session, and for an agent that trainees drive.
+  bool is_trainees(const std::string& robot) const;
   /// True if a trainee of this robot has reported the entity.
   bool reported(const std::string& robot, const std::string& entity) const;
   /// Counts from 1, in the order in which the session's robots sensed them; 0: none has.
@@ -70,7 +72,6 @@ class Knowledge {
   void look_for_doors(const std::string& robot, const std::optional<LaserDescription>& laser,
                       const WorldMessage& world);
   void look(const std::string& robot, const RobotDescription& description, const WorldMessage& world);
-  bool is_trainees(const std::string& robot) const;
   const RobotDescription* model_of(const AgentDefinition& agent) const;
 
   const tick::Configuration& configuration_;

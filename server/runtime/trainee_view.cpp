@@ -151,7 +151,7 @@ bool TraineeView::is_own(const std::string& robot) const {
 }
 
 bool TraineeView::may_follow(const std::string& robot) const {
-  return configuration_.find_robot(robot).has_value() || is_own(robot);
+  return knowledge_.is_trainees(robot) || is_own(robot);
 }
 
 bool TraineeView::is_known(const std::string& name) const {

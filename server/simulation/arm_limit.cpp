@@ -10,7 +10,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kAll = 0.98;        // of the horizon: what is left out by rounding
-constexpr double kMinTravel = 1e-5;  // rad or m: a shorter travel_needed is none
+constexpr double kMinTravel = 1e-5;  // rad or m: a shorter travel is none
 
 enum class Mode { position, velocity, effort };
 

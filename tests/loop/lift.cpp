@@ -28,7 +28,7 @@ constexpr double kLongest = 60;  // s
 using Payloads = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
 
 /// What is to be lifted, and where everything is.
-struct LiftTask {
+struct LiftSetup {
   Pose2 base;
   Eigen::Vector2d thing, tub;  // base_link
   double width = 0, height = 0, mass = 0;
@@ -41,44 +41,44 @@ Eigen::Vector2d polar(double range, double angle) {
   return {range * std::cos(angle), range * std::sin(angle)};
 }
 
-LiftTask draw_task(std::uint64_t seed) {
+LiftSetup draw_setup(std::uint64_t seed) {
   Draw draw(seed * 7919 + 3);
-  LiftTask task;
-  task.base = {draw.within(-2, 2), draw.within(-2, 2), draw.within(-3, 3)};
+  LiftSetup setup;
+  setup.base = {draw.within(-2, 2), draw.within(-2, 2), draw.within(-3, 3)};
   const double at = draw.within(-0.6, 0.6), apart = draw.within(1.2, 1.8);
-  task.thing = polar(draw.within(0.54, 0.62), at);
-  task.tub = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
-  task.round = draw.chance(0.4);
-  task.width = draw.within(0.04, 0.085);
-  task.height = draw.within(0.42, 0.50);
-  task.mass = draw.within(0.2, 1.9);
-  task.thing_yaw = at + draw.within(-0.06, 0.06);
-  task.container_yaw = draw.within(-3, 3);
-  task.container_size = {draw.within(0.40, 0.45), draw.within(0.40, 0.45), draw.within(0.28, 0.31)};
-  return task;
+  setup.thing = polar(draw.within(0.54, 0.62), at);
+  setup.tub = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
+  setup.round = draw.chance(0.4);
+  setup.width = draw.within(0.04, 0.085);
+  setup.height = draw.within(0.42, 0.50);
+  setup.mass = draw.within(0.2, 1.9);
+  setup.thing_yaw = at + draw.within(-0.06, 0.06);
+  setup.container_yaw = draw.within(-3, 3);
+  setup.container_size = {draw.within(0.40, 0.45), draw.within(0.40, 0.45), draw.within(0.28, 0.31)};
+  return setup;
 }
 
-Transform<Map, Base> in_map(const LiftTask& task, const Eigen::Vector2d& p, double yaw) {
-  return Transform<Map, Base>::planar(task.base.x, task.base.y, task.base.yaw) *
+Transform<Map, Base> in_map(const LiftSetup& setup, const Eigen::Vector2d& p, double yaw) {
+  return Transform<Map, Base>::planar(setup.base.x, setup.base.y, setup.base.yaw) *
          Transform<Base, Base>::planar(p.x(), p.y(), yaw);
 }
 
-AgentDefinition thing_of(const LiftTask& task) {
+AgentDefinition thing_of(const LiftSetup& setup) {
   AgentDefinition thing;
   thing.name = "part_1";
-  thing.kind = task.round ? AgentKind::barrel : AgentKind::box;
-  thing.size = {task.width, task.width, task.height};
-  thing.mass = task.mass;
-  thing.T_map_base = in_map(task, task.thing, task.thing_yaw);
+  thing.kind = setup.round ? AgentKind::barrel : AgentKind::box;
+  thing.size = {setup.width, setup.width, setup.height};
+  thing.mass = setup.mass;
+  thing.T_map_base = in_map(setup, setup.thing, setup.thing_yaw);
   return thing;
 }
 
-AgentDefinition container_of(const LiftTask& task) {
+AgentDefinition container_of(const LiftSetup& setup) {
   AgentDefinition tub;
   tub.name = "tub_1";
   tub.kind = AgentKind::container;
-  tub.size = task.container_size;
-  tub.T_map_base = in_map(task, task.tub, task.container_yaw);
+  tub.size = setup.container_size;
+  tub.T_map_base = in_map(setup, setup.tub, setup.container_yaw);
   return tub;
 }
 
@@ -94,6 +94,7 @@ Task task(const std::string& name, double points, EventKind event, const std::st
 Training training(const std::string& robot) {
   Training training;
   training.robot = robot;
+  training.on_command = false;
   training.text = "Lift the part and put it into the tub.";
   training.pass_mark = 0.6;
   training.tasks = {task("grip", 20, EventKind::gripped, "part_1"),
@@ -123,7 +124,7 @@ SemanticModel hall() {
 }
 
 tick::Configuration configuration_of(std::uint64_t seed, LiftBy by) {
-  const LiftTask task = draw_task(seed);
+  const LiftSetup setup = draw_setup(seed);
   const std::string folder = std::string(PARHELION_SOURCE_DIR) + "/examples/robot/";
   auto model = simulation::load_robot_model(folder + "body.yaml");
   auto description = load_robot_description(folder + "robot.yaml");
@@ -133,12 +134,12 @@ tick::Configuration configuration_of(std::uint64_t seed, LiftBy by) {
   Scenario scenario;
   scenario.name = "lift and place";
   scenario.seed = seed + 1;
-  scenario.agents = {thing_of(task), container_of(task)};
+  scenario.agents = {thing_of(setup), container_of(setup)};
   if (by == LiftBy::robot) {
     AgentDefinition driven;
     driven.name = "robot_1", driven.kind = AgentKind::robot, driven.laser = "utm-30lx";
     driven.behaviour.kind = BehaviourKind::teleop;
-    driven.T_map_base = Transform<Map, Base>::planar(task.base.x > 0 ? -4 : 4, 3.5, 0);
+    driven.T_map_base = Transform<Map, Base>::planar(setup.base.x > 0 ? -4 : 4, 3.5, 0);
     scenario.agents.push_back(driven);
   }
   scenario.training = training(description->name);
@@ -158,7 +159,7 @@ double pads_of(const ::robot::ArmPosture& arm) {
 class Lift {
  public:
   Lift(std::uint64_t seed, LiftBy by, int threads)
-      : by_(by), task_(draw_task(seed)), configuration_(configuration_of(seed, by)), seed_(seed) {
+      : by_(by), setup_(draw_setup(seed)), configuration_(configuration_of(seed, by)) {
     auto made = tick::make_state(configuration_, ArrivalTime::from_utime(kBegin - 2000),
                                  std::make_unique<runtime::ThreadPool>(threads));
     if (!made) throw std::runtime_error(made.error().message);
@@ -166,10 +167,10 @@ class Lift {
     grader_.emplace(*configuration_.scenario.training, configuration_.model, configuration_.robot,
                     configuration_.robot.name, state_->simulation.now());
     ::robot::ArmTask::Plan plan;
-    plan.thing = {task_.thing.x(), task_.thing.y()};
-    plan.tub = {task_.tub.x(), task_.tub.y()};
-    plan.thing_height = task_.height;
-    plan.closed = by == LiftBy::robot ? task_.width / 2 - 0.001 : 0;
+    plan.thing = {setup_.thing.x(), setup_.thing.y()};
+    plan.tub = {setup_.tub.x(), setup_.tub.y()};
+    plan.thing_height = setup_.height;
+    plan.closed = by == LiftBy::robot ? setup_.width / 2 - 0.001 : 0;
     task_.emplace(plan);
   }
 
@@ -183,8 +184,8 @@ class Lift {
     report_.phase = task_->phase();
     char text[160];
     std::snprintf(text, sizeof text, "%s of %.0f mm, %.2f m, %.1f kg at %.2f m",
-                  task_.round ? "barrel" : "box", 1e3 * task_.width, task_.height, task_.mass,
-                  task_.thing.norm());
+                  setup_.round ? "barrel" : "box", 1e3 * setup_.width, setup_.height, setup_.mass,
+                  setup_.thing.norm());
     report_.thing = text;
     report_.live = state_->grading->graders.front().grade();
     report_.from_log = grader_->grade();
@@ -209,7 +210,7 @@ class Lift {
   void step() {
     arm_.step(1e-6 * kTick, now_);
     const auto n = (now_ - kBegin) / kTick;
-    const auto T_map_base = in_map(task_, {0, 0}, 0);
+    const auto T_map_base = in_map(setup_, {0, 0}, 0);
     if (n % 5 == 0) {
       add(channel::kOdometry, now_ + 2000,
           Odometry{SensorTime::from_utime(now_), T_map_base.as<Odom, Base>()});
@@ -277,7 +278,7 @@ class Lift {
     scan.angle_increment = static_cast<float>(2 * std::numbers::pi / beams);
     const std::vector<float> time(beams, 0.0F);
     std::vector<scan::RangeHit> hits(beams);
-    const auto T_map_laser = in_map(task_, {0, 0}, 0) * laser.T_base_laser;
+    const auto T_map_laser = in_map(setup_, {0, 0}, 0) * laser.T_base_laser;
     scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
                               configuration_.model, 25, hits);
     for (const scan::RangeHit& hit : hits)
@@ -347,12 +348,12 @@ class Lift {
   void watch() {
     const ::robot::ArmPosture arm = arm_.posture();
     const bool closes = task_->phase() == "closes";
-    if (!gripped_ && closes && 2 * arm.gripper <= task_.width + simulation::RealGrip::kTouch) {
+    if (!gripped_ && closes && 2 * arm.gripper <= setup_.width + simulation::RealGrip::kTouch) {
       gripped_ = t();
       pads_ = pads_of(arm);
     }
     if (gripped_ && !lifted_ && pads_of(arm) > pads_ + simulation::GripperWatch::kLift) lifted_ = t();
-    if (lifted_ && !opened_ && task_->phase() == "opens" && 2 * arm.gripper > task_.width) opened_ = t();
+    if (lifted_ && !opened_ && task_->phase() == "opens" && 2 * arm.gripper > setup_.width) opened_ = t();
   }
 
   void expect(EventKind kind, const std::optional<double>& truth, double late) {
@@ -381,7 +382,7 @@ class Lift {
                                    event.text);
     const auto part = state_->simulation.pose_of("part_1");
     const Eigen::Vector2d off =
-        part->translation().head<2>() - in_map(task_, task_.tub, 0).translation().head<2>();
+        part->translation().head<2>() - in_map(setup_, setup_.tub, 0).translation().head<2>();
     if (off.norm() > 0.32 || part->translation().z() > 0.3)
       report_.failures.emplace_back("it is not in the tub");
     if (!report_.live.passed || report_.live.score != 100)
@@ -392,9 +393,8 @@ class Lift {
   }
 
   const LiftBy by_;
-  const LiftTask task_;
+  const LiftSetup setup_;
   const tick::Configuration configuration_;
-  const std::uint64_t seed_;
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_;
   tick::StageObserver stages_;

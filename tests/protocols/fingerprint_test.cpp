@@ -84,7 +84,7 @@ TEST(Fingerprint, OwnTypesAreUnchanged) {
   EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0xb24d58f9e36606c5U);
   EXPECT_EQ(fingerprint<hazard_reading_t>(), 0x273b8d493089dcdfU);
-  EXPECT_EQ(fingerprint<world_t>(), 0x2a251185e3ca5ab0U);
+  EXPECT_EQ(fingerprint<world_t>(), 0x59e033b4acd79bfeU);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "protocols/course.hpp"
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 
@@ -95,16 +96,23 @@ TEST(SchemaDefaults, OfARobotDescription) {
 }
 
 TEST(SchemaDefaults, OfAModel) {
-  SchemaDefaults defaults("model", reader([](const std::string& yaml, const std::string& origin, int) {
-                            return parse_model(yaml, origin);
-                          }));
+  SchemaDefaults defaults("model", [](const std::string& yaml) -> std::optional<std::string> {
+    const auto model = parse_model(yaml, "document");
+    const auto remarks = parse_remarks(yaml, "document");
+    if (!model || !remarks) return std::nullopt;
+    return to_yaml(*model) + to_yaml(*remarks);
+  });
   const Json door = Json::parse(R"({"name": "d", "label": "door", "pose": {}, "size": ["1 m", "0.1 m", "2 m"],
     "material": {}, "hinge": {"axis": ["-0.5 m", "0 m"]}})");
   const Json wall =
       Json::parse(R"({"name": "w", "label": "wall", "pose": {"x": "5 m"}, "size": ["1 m", "0.1 m", "2 m"]})");
+  const Json chair =
+      Json::parse(R"({"name": "c", "kind": "chair", "pose": {}, "size": ["0.5 m", "0.5 m", "0.9 m"]})");
   defaults.compare({{"T_map_cloud", Json::object()},
                     {"entities", {door, wall}},
-                    {"relations", {{{"kind", "above"}, {"from", "d"}, {"to", "w"}}}}});
+                    {"relations", {{{"kind", "above"}, {"from", "d"}, {"to", "w"}}}},
+                    {"objects", {chair}},
+                    {"doubts", {{{"entity", "w"}, {"place", {"0 m", "0 m", "0 m"}}, {"reason", "r"}}}}});
   EXPECT_THAT(defaults.differences(), IsEmpty());
   EXPECT_THAT(defaults.missing(), IsEmpty());
 }

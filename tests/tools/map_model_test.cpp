@@ -115,10 +115,10 @@ TEST(MapModel, AModelWallStopsAnAgentInReplay) {
   EXPECT_NEAR(hit->position.y(), 2.5, 0.15);
 }
 
-TEST(MapModel, AnUnlabelledMeshStopsAnAgentInReplay) {
+TEST(MapModel, ACupboardStopsAnAgentInReplay) {
   const auto hit = first_collision(-1.2, -1.2, std::numbers::pi);
   ASSERT_TRUE(hit) << "the rover drove through the cupboard";
-  EXPECT_EQ(hit->object, "unknown");
+  EXPECT_EQ(hit->object, "cupboard 1");
   EXPECT_NEAR(hit->position.x(), -2.52, 0.15);
 }
 

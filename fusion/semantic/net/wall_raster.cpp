@@ -15,7 +15,6 @@ constexpr std::size_t kMaxRays = 200'000;  ///< maximum for any number of views
 constexpr double kSight = 40;              ///< m, from a wall to the scanners considered
 constexpr double kBeyond = 0.5;            ///< m, a ray that ends this far behind a plane went through it
 constexpr double kRecessMost = 0.40;       ///< m, maximum recess of a door
-constexpr double kAside = 0.20;            ///< m
 constexpr double kFront = 0.80;            ///< m, maximum depth of furniture in front of a wall
 constexpr double kFaceFrom = 0.15;         ///< m over the raster's foot: height range of a door's leaf
 constexpr double kFaceTo = 1.8;
@@ -123,17 +122,6 @@ bool WallRaster::covered(int c, int r) const {
   return false;
 }
 
-bool WallRaster::is_sheet(int c, int r) const {
-  constexpr int kAround = 2;       // columns and rows
-  constexpr unsigned kBeside = 3;  // of five: the other face of a thin wall has as many points
-  unsigned on = 0, off = 0;
-  for (int y = std::max(r - kAround, 0); y <= std::min(r + kAround, rows - 1); ++y) {
-    for (int x = std::max(c - kAround, 0); x <= std::min(c + kAround, columns - 1); ++x)
-      on += measured[at(x, y)], off += aside[at(x, y)];
-  }
-  return 5 * on >= kBeside * off && covered(c, r);
-}
-
 WallRaster::Fractions WallRaster::fractions(int c0, int c1, double z0, double z1) const {
   Fractions sum;
   c0 = std::max(c0, 0), c1 = std::min(c1, columns);
@@ -184,7 +172,6 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   const auto cells = static_cast<std::size_t>(wall.columns) * static_cast<std::size_t>(wall.rows);
   wall.measured.assign(cells, 0);
   wall.behind.assign(cells, 0);
-  wall.aside.assign(cells, 0);
   wall.through.assign(cells, 0);
   wall.crossed.assign(cells, 0);
   wall.hidden.assign(cells, 0);
@@ -197,7 +184,6 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
     const int r = wall.row_of(point.p.z());
     if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
     const double offset = wall.away.dot(d);
-    if (std::abs(offset) > near && std::abs(offset) < kAside) count(wall.aside, wall.at(c, r));
     if (std::abs(offset) <= near) {
       count(wall.measured, wall.at(c, r));
       if (point.p.z() > z_low + kFaceFrom && point.p.z() < z_low + kFaceTo)

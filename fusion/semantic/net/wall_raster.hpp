@@ -85,7 +85,6 @@ struct WallRaster {
   bool viewpoints_known = false;        ///< viewpoints are known, so `through` is valid
   std::vector<std::uint16_t> measured;  ///< points within `near` of the plane
   std::vector<std::uint16_t> behind;    ///< points 5 to 40 cm behind it: a recess
-  std::vector<std::uint16_t> aside;     ///< points beside it, to 20 cm on either side
   std::vector<std::uint16_t> through;   ///< rays that crossed it and continued by half a metre or more
   /// Sums over the followed rays: those that crossed the cell, and those that would have crossed it if
   /// nothing in front of the plane had stopped them. Without viewpoints, `hidden` has points up to 0.8 m
@@ -110,8 +109,6 @@ struct WallRaster {
     std::uint32_t crossed = 0, hidden = 0;
   };
   bool covered(int c, int r) const;
-  /// Whether it is also the plane that most of the points around there lie on, not a cut through things.
-  bool is_sheet(int c, int r) const;
   Fractions fractions(int c0, int c1, double z0, double z1) const;
 };
 

@@ -25,7 +25,7 @@ Support support_between(const WallRaster& raster, int c0, int c1, double low, do
     for (int c = std::max(c0, 0); c < std::min(c1, raster.columns); ++c) {
       const std::size_t i = raster.at(c, r);
       ++rows;
-      if (raster.is_sheet(c, r) || (raster.behind[i] > 0 && !raster.covered(c, r)))
+      if (raster.covered(c, r) || raster.behind[i] > 0)
         ++measured;
       else if (raster.through[i] > 0)
         ++crossed;

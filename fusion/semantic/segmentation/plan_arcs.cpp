@@ -21,7 +21,7 @@ constexpr double kMinSagitta = 0.15;  ///< m: a flatter arc is a wall that is no
 constexpr double kBin = 0.1;          ///< m along
 constexpr double kCovered = 0.6;      ///< minimum fraction of bins
 constexpr double kSharp = 0.7;        ///< of the evidence within kLayers, within kThick of the arc
-constexpr double kThick = 0.075;      ///< m
+constexpr double kThick = 0.1;        ///< m
 constexpr double kReplaced = 0.7;     ///< minimum fraction of a line that runs along the arc
 constexpr double kMinSpread = 0.005;  ///< m, minimum standard deviation of the points
 

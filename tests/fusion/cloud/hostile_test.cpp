@@ -252,7 +252,7 @@ TEST(HostileCloud, formats_without_a_reader_name_the_command_that_converts_them)
   for (const auto& [name, command] :
        {std::pair("a_scan.LAZ", "pdal translate"), {"a_scan.e57", "CloudCompare"}}) {
     const std::filesystem::path path = folder / name;
-    std::ofstream(path) << "LASF";
+    std::ofstream(path) << (path.extension() == ".e57" ? "ASTM-E57" : "LASF");
     const auto scan = read_scan(path);
     std::filesystem::remove(path);
     ASSERT_FALSE(scan);

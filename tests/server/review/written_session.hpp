@@ -31,6 +31,7 @@ struct WrittenSession {
     made.zones = {hall};
     if (training) {
       Training& lesson = made.training.emplace();
+      lesson.on_command = false;
       lesson.text = "Once round, and into the hall.";
       lesson.pass_mark = 0.5;
       lesson.grades = {{"A", 0.9}, {"B", 0.5}};

@@ -44,6 +44,7 @@ class GradeSession : public testing::Test {
                     {p.x() - 0.2, p.y() + 0.2}};
     scenario.zones = {zone};
     Training& training = scenario.training.emplace();
+    training.on_command = false;
     Task hall;
     hall.name = "into the hall";
     hall.points = 50;

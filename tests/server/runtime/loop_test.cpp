@@ -27,6 +27,7 @@ TEST_F(LoopTest, LoopPublishesEveryScanAndReplaysToTheSameBytes) {
 TEST_F(LoopTest, LoopGradingEqualsLaterGradingOfItsLog) {
   tick::Configuration lesson = test::configuration({agent("barrel_1", AgentKind::barrel, 1.5, 1)});
   Training& training = lesson.scenario.training.emplace();
+  training.on_command = false;
   Task drive;
   drive.name = "drive";
   drive.points = 10;

@@ -19,7 +19,8 @@ class TraineeViewTest : public ::testing::Test {
   TraineeViewTest() {
     Scenario scenario;
     scenario.agents = {agent("barrel_1", AgentKind::barrel), agent("crate_1", AgentKind::box),
-                       agent("person_1", AgentKind::person)};
+                       agent("person_1", AgentKind::person), agent("screen_1", AgentKind::box)};
+    scenario.agents.back().size = {0.1, 3, 2};
     Training training;
     training.text = "Find barrel_1 from the far mark on. Stay away from person_1.";
     Task task;
@@ -142,10 +143,11 @@ TEST_F(TraineeViewTest, ThePictureShowsWhatIsInViewAndNotHidden) {
 }
 
 TEST_F(TraineeViewTest, WhatIsHiddenBehindAnotherAgentIsNotSeen) {
-  put("person_1", 2, 0);
+  put("screen_1", 2, 0);
   put("crate_1", 4, 0);
   knowledge_->handle_picture(0, world_);
-  EXPECT_THAT(shown(), ElementsAre(robot_, "person_1"));
+  EXPECT_THAT(shown(), ElementsAre(robot_, "object 1"));
+  EXPECT_EQ(view().name_of("crate_1"), "");
 }
 
 TEST_F(TraineeViewTest, AThingToBeFoundHasNoNameBeforeItIsReported) {

@@ -50,8 +50,8 @@ const std::set<std::string> kPages{"/",
                                    "/enter"};
 /// Pictures only, and posted ones, whose replies concern accounts; metrics are for this machine and for
 /// others than trainees.
-const std::set<std::string> kOthers{"/video.mjpg",    "/api/v1/login", "/api/v1/setup",
-                                    "/api/v1/logout", "/setup",        "/metrics"};
+const std::set<std::string> kOthers{"/video.mjpg",      "/api/v1/login", "/api/v1/setup", "/api/v1/logout",
+                                    "/api/v1/password", "/setup",        "/metrics"};
 
 TEST(FairToTrainees, EveryRouteOfTheStationIsSearchedForWhatATraineeMustNotKnow) {
   const std::regex route(R"re(on(_late|_socket|_stream)?\(\s*("[A-Z]+",\s*)?"(/[^"]*)")re");
@@ -118,10 +118,12 @@ class Listener {
   std::thread thread_;
 };
 
+/// Keys of JSON are no names.
 bool has_name(const std::string& text, const std::string& word) {
   const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
   for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
     const std::size_t end = at + word.size();
+    if (text.compare(end, 2, "\":") == 0) continue;
     if ((at == 0 || !is_letter(text[at - 1])) && (end == text.size() || !is_letter(text[end]))) return true;
   }
   return false;
@@ -204,11 +206,11 @@ class FairSession {
         if (has_name(text, name)) found.push_back("name on " + path + ": " + around(text, name));
     const auto secrets = secret_places();
     for (const auto& [path, places] : places_) {
-      for (const auto& [agent, secret] : secrets) {
+      for (const auto& secret : secrets) {
         const bool published = std::any_of(places.begin(), places.end(), [&](const Eigen::Vector2d& place) {
-          return (place - secret).norm() < 0.02;
+          return (place - secret.second).norm() < 0.02;
         });
-        if (published) found.push_back("place on " + path + ": " + agent);
+        if (published) found.push_back("place on " + path + ": " + secret.first);
       }
     }
     return found;
@@ -323,7 +325,7 @@ class FairSession {
     if (!camera) return false;
     const auto T_map_optical = T_map_base * camera->T_base_optical;
     for (int i = 0; i < 125; ++i) {
-      const Eigen::Vector3d offset(0.4 * (i % 5 - 2), 0.4 * (i / 5 % 5 - 2), 0.5 * (i / 25 - 1));
+      const Eigen::Vector3d offset(0.25 * (i % 5 - 2), 0.25 * (i / 5 % 5 - 2), 0.05 + 0.4 * (i / 25));
       const Eigen::Vector3d point = body.T_map_body.translation() + offset;
       const Eigen::Vector3d p = T_map_optical.inverse() * point;
       const auto& lens = camera->intrinsics;
@@ -416,11 +418,8 @@ INSTANTIATE_TEST_SUITE_P(Shipped, FairToTraineesIn, ::testing::ValuesIn(shipped_
                          });
 
 TEST(FairToTrainees, AnInstructorIsSentWhatTheSearchLooksFor) {
-  FairSession session("programmes/busy_hall.yaml", Role::instructor);
-  session.run(1.5);
   using ::testing::Contains;
   using ::testing::StartsWith;
-  EXPECT_THAT(session.leaks(), Contains(StartsWith("place on /ws/state: person_2")));
   FairSession hidden("programmes/find_and_report.yaml", Role::instructor);
   hidden.run(1.5);
   EXPECT_THAT(hidden.leaks(), Contains(StartsWith("place on /ws/state: barrel_1")));

@@ -223,7 +223,7 @@ TEST_F(InstructorServiceTest, MessagesReachTheirRecipientsAndAreKeptBesideTheSes
   ListeningClient later(4, station::Role::trainee, "tim");
   service_->greet(later);
   EXPECT_EQ(later.messages_of_type("chat").size(), 1U);
-  EXPECT_EQ(later.messages_of_type("mark").size(), 1U);
+  EXPECT_TRUE(later.messages_of_type("mark").empty()) << "they are the instructor's";
 
   std::ifstream file(folder_ / "notes.jsonl");
   std::string line;

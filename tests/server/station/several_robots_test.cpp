@@ -23,6 +23,7 @@ class SeveralRobotsFeedTest : public test::FeedTest {
     task.done.kind = Condition::Kind::event;
     task.done.event = EventKind::movement_started;
     scenario.training.emplace().tasks = {task};
+    scenario.training->on_command = false;
     start(test::two_robots_configuration(scenario));
   }
   std::shared_ptr<test::ListeningClient> follow(std::uint64_t id, const std::string& robot) {

@@ -33,7 +33,7 @@ TEST_F(FeedTest, PagesShowTheAccountNameOfTheDriver) {
   OperatorStatus status;
   status.stamp = sensor_time();
   status.name = station::operator_name({"tess", station::Role::trainee});
-  status.robot = "trainee";
+  status.robot = "synthetic";
   status.state = OperatorStatus::State::drives;
   status.text = "browser";
   take(channel::kOperators, status);
@@ -255,6 +255,7 @@ TEST_F(FeedTest, SensorsAreReportedWithRateAgeAndLoss) {
 TEST_F(FeedTest, TasksReportTheirRemainingTimeAndEnd) {
   tick::Configuration graded = configuration({});
   Training training;
+  training.on_command = false;
   training.pass_mark = 0.5;
   Task task;
   task.name = "door";

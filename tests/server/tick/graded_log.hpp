@@ -16,6 +16,7 @@ inline std::vector<Message> lesson(int number, int collisions, bool yard, int wo
   scenario.name = "lesson";
   scenario.seed = static_cast<std::uint64_t>(number);
   Training& training = scenario.training.emplace();
+  training.on_command = false;
   for (const char* name : {"hall", "yard"}) {
     const double x = scenario.zones.empty() ? 1 : -1;
     scenario.zones.emplace_back();

@@ -16,6 +16,7 @@ class InjectionPath : public test::TickTest {
     Scenario scenario;
     scenario.agents = {agent("person_1", AgentKind::person, 2.6, 0)};
     Training& training = scenario.training.emplace();
+    training.on_command = false;
     Task task;
     task.name = "stay";
     task.points = 10;

@@ -117,8 +117,7 @@ TEST_F(RealArmTick, APositionOutsideTheLimitsIsNotBelieved) {
   run(1.1);
   const auto lost = events(EventKind::encoders_lost);
   ASSERT_EQ(lost.size(), 1U);
-  EXPECT_EQ(lost.front().text,
-            "joint 'elbow' is said to be at 1.500 rad, outside its limits -2.500 to 0.200");
+  EXPECT_EQ(lost.front().text, "joint 'elbow' is reported at 1.500 rad, outside its limits -2.500 to 0.200");
   posture_["elbow"] = -1;
   run(1.3);
   EXPECT_EQ(events(EventKind::encoders_back).size(), 1U) << "nothing is lost by it";

@@ -34,7 +34,7 @@ class SyntheticSession {
  public:
   /// `training`: the YAML below `training:`, indented by two.
   explicit SyntheticSession(const std::string& training) {
-    auto scenario = parse_scenario("training:\n" + training, "told.yaml");
+    auto scenario = parse_scenario("training:\n  start: with session\n" + training, "told.yaml");
     EXPECT_TRUE(scenario.ok()) << scenario.error().message;
     if (!scenario) return;
     scenario_ = std::make_unique<Scenario>(std::move(*scenario));
