@@ -8,11 +8,14 @@ import { launch, openPage } from "./built_page.mjs";
 const folder = process.argv[2] ?? ".";
 const emulator = fileURLToPath(new URL("node_modules/iwer/build/iwer.min.js", import.meta.url));
 const install = fileURLToPath(new URL("install_headset.js", import.meta.url));
+/** A machine that builds something else meanwhile is slow. */
+const PATIENCE_MS = 180_000;
 const browser = await launch(), wrong = [];
 const step = async (name, run) => { await run(); console.log(`ok  ${name}`); };
 
 try {
   const page = await openPage(browser, { station: { agents: 6, still: true }, hash: "#instructor/scene", scripts: [emulator, install], wrong });
+  page.setDefaultTimeout(PATIENCE_MS);
   const button = page.getByRole("button", { name: "Enter headset", exact: true });
   const state = () => page.evaluate(() => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), headset = ground.headset();
@@ -122,6 +125,7 @@ try {
     await page.close();
     const options = { station: { agents: 2, still: true, headset: { supportedSessionModes: ["inline", "immersive-vr"] } }, hash: "#instructor/scene", scripts: [emulator, install], wrong };
     const closed = await openPage(browser, options);
+    closed.setDefaultTimeout(PATIENCE_MS);
     await closed.getByRole("button", { name: "Enter headset", exact: true }).click();
     const seen = () => closed.evaluate(() => {
       const { map, renderer } = [...document.querySelectorAll(".ground")].find((each) => each.stage).stage;

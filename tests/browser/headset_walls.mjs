@@ -8,6 +8,8 @@ import { launch, openPage } from "./built_page.mjs";
 const folder = process.argv[2] ?? ".";
 const emulator = fileURLToPath(new URL("node_modules/iwer/build/iwer.min.js", import.meta.url));
 const install = fileURLToPath(new URL("install_headset.js", import.meta.url));
+/** A machine that builds something else meanwhile is slow. */
+const PATIENCE_MS = 180_000;
 const browser = await launch(), wrong = [];
 const step = async (name, run) => { await run(); console.log(`ok  ${name}`); };
 
@@ -21,6 +23,7 @@ const toHeadset = ({ turn, x, y, z }, p, height) => [x + Math.cos(turn) * p.x - 
 async function opened({ points = corners.slice(0, 2), method = "points", marker = null, headset = {}, scripts = [], ...station } = {}) {
   const options = { rooms: 2, agents: 1, still: true, doors: true, places: { 0: [3, 1.5, 0], 1: [10, 4, 0] }, stored: { "parhelion.headset.references.workshop.fake": { method, points, marker } }, headset, ...station };
   const page = await openPage(browser, { station: options, hash: "#instructor/scene", scripts: [emulator, ...scripts, install], width: 1000, height: 600, wrong });
+  page.setDefaultTimeout(PATIENCE_MS);
   await page.evaluate(() => {
     const stage = () => [...document.querySelectorAll(".ground")].find((each) => each.stage)?.stage;
     globalThis.worn = () => [...document.querySelectorAll(".ground")].find((each) => each.stage)?.headset();
@@ -55,10 +58,7 @@ async function opened({ points = corners.slice(0, 2), method = "points", marker 
 }
 
 const until = async (page, what, found, given) => {
-  for (let i = 0; i < 400; ++i) {
-    if (await page.evaluate(found, given)) return;
-    await page.waitForTimeout(50);
-  }
+  for (const end = Date.now() + PATIENCE_MS; Date.now() < end; await page.waitForTimeout(50)) if (await page.evaluate(found, given)) return;
   assert.fail(`never: ${what}: ${JSON.stringify(await page.evaluate(() => globalThis.worn?.() && { ...globalThis.worn().aligning.place, state: globalThis.worn().aligning.state, refusal: globalThis.worn().aligning.refusal }))}`);
 };
 const frames = (page, count = 3) => page.evaluate((n) => globalThis.nextFrames(n), count);
@@ -113,6 +113,11 @@ try {
       }, [x, y]);
       await flat.mouse.click(px, py);
     };
+    // The view is fitted again when the robot's pose arrives.
+    await until(flat, "a view that stands still", () => new Promise((resolve) => {
+      const { stage } = [...document.querySelectorAll(".ground")].find((each) => each.stage) ?? {}, before = stage?.camera.position.clone();
+      setTimeout(() => resolve(before?.equals(stage.camera.position) && stage.map.getObjectByName("solids").children[0].geometry.drawRange.count < Infinity), 1000);
+    }));
     const chosen = () => flat.evaluate(() => JSON.parse(localStorage.getItem("parhelion.headset.references.workshop.fake")));
     const menu = flat.getByRole("button", { name: "Alignment", exact: true });
     await menu.press("Enter");

@@ -1,5 +1,5 @@
-// Scripted lifts by the example robot's arm at level 3: parhelion_lift [COUNT [FIRST SEED]]. One line a lift, with
-// what was not as it must be; the last line counts those without.
+// Scripted lifts by the example robot's arm at level 3: parhelion_lift [COUNT [FIRST SEED]]. One line a lift,
+// with what was not as it must be; the last line counts those without.
 #include <cstdio>
 #include <cstdlib>
 
