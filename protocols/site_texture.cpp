@@ -1,0 +1,198 @@
+#include "protocols/site_texture.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace parhelion {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x31544850;  // "PHT1"
+constexpr int kMaxPatch = 64;
+constexpr float kExtent = 1e6F;  ///< m
+static_assert(std::endian::native == std::endian::little);
+
+class Packer {
+ public:
+  template <class T>
+  void number(const T& value) {
+    const auto* first = reinterpret_cast<const std::uint8_t*>(&value);
+    bytes_.insert(bytes_.end(), first, first + sizeof value);
+  }
+  void count(std::size_t size) { number(static_cast<std::uint32_t>(size)); }
+  void text(const std::string& text) {
+    count(text.size());
+    bytes_.insert(bytes_.end(), text.begin(), text.end());
+  }
+  void vector(const Eigen::Vector3f& value) {
+    for (const float each : value) number(each);
+  }
+  void all(const std::vector<std::uint8_t>& more) {
+    count(more.size());
+    bytes_.insert(bytes_.end(), more.begin(), more.end());
+  }
+  std::vector<std::uint8_t> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+/// Takes values from bytes; once there are too few it stays failed.
+class Taker {
+ public:
+  explicit Taker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  bool failed() const { return failed_; }
+  bool finished() const { return !failed_ && bytes_.empty(); }
+
+  template <class T>
+  T number() {
+    T value{};
+    if (!has(1, sizeof value)) return value;
+    std::memcpy(&value, bytes_.data(), sizeof value);
+    bytes_ = bytes_.subspan(sizeof value);
+    return value;
+  }
+  /// A count of values of this size that do remain; 0 else.
+  std::size_t count(std::size_t size) {
+    const auto count = number<std::uint32_t>();
+    return has(count, size) ? count : 0;
+  }
+  std::string text() {
+    const std::span<const std::uint8_t> taken = some(count(1));
+    return {taken.begin(), taken.end()};
+  }
+  Eigen::Vector3f vector() {
+    const auto x = number<float>(), y = number<float>(), z = number<float>();
+    return {x, y, z};
+  }
+  std::span<const std::uint8_t> some(std::size_t count) {
+    const auto taken = bytes_.first(count);
+    bytes_ = bytes_.subspan(count);
+    return taken;
+  }
+
+ private:
+  bool has(std::uint64_t count, std::uint64_t size) {
+    failed_ = failed_ || count > bytes_.size() / size;
+    return !failed_;
+  }
+  std::span<const std::uint8_t> bytes_;
+  bool failed_ = false;
+};
+
+AutoExposure take_exposure(Taker& from) {
+  AutoExposure exposure;
+  exposure.gain = from.vector();
+  exposure.slope = from.number<float>();
+  exposure.luminance = from.number<float>();
+  return exposure;
+}
+
+bool is_valid(const AutoExposure& exposure) {
+  return exposure.gain.allFinite() && exposure.gain.cwiseAbs().maxCoeff() < 5 && exposure.slope >= 0 &&
+         exposure.slope <= 1 && std::isfinite(exposure.luminance);
+}
+
+const char* fault_of(const SiteTexture& texture) {
+  if (texture.quads.size() > kMaxTextureQuads) return "it has more than a million pieces";
+  if (texture.patch < 2 || texture.patch > kMaxPatch || texture.patches_per_row < 1 ||
+      texture.patches_per_row > kMaxTextureSide / texture.patch ||
+      texture.rows() > kMaxTextureSide / texture.patch)
+    return "its picture is too large";
+  for (const Eigen::Vector3f& vertex : texture.vertices)
+    if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > kExtent) return "a vertex is not finite";
+  for (const SiteTexture::Quad& quad : texture.quads)
+    for (const std::uint32_t corner : quad)
+      if (corner >= texture.vertices.size()) return "a piece has a corner that is not there";
+  for (const QuadLook look : texture.looks)
+    if (look > QuadLook::unseen) return "a piece has an unknown look";
+  return is_valid(texture.exposure) ? nullptr : "its exposure is out of range";
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> pack_site_texture(const SiteTexture& texture) {
+  Packer to;
+  to.number(kMagic);
+  to.text(texture.map_id);
+  to.text(texture.source);
+  to.number(static_cast<std::uint32_t>(texture.patch));
+  to.number(static_cast<std::uint32_t>(texture.patches_per_row));
+  to.vector(texture.exposure.gain);
+  to.number(texture.exposure.slope);
+  to.number(texture.exposure.luminance);
+  to.count(texture.vertices.size());
+  for (const Eigen::Vector3f& vertex : texture.vertices) to.vector(vertex);
+  to.count(texture.quads.size());
+  for (const SiteTexture::Quad& quad : texture.quads) to.number(quad);
+  for (const QuadLook look : texture.looks) to.number(look);
+  to.all(texture.jpeg);
+  return to.take();
+}
+
+Result<SiteTexture> unpack_site_texture(std::span<const std::uint8_t> bytes) {
+  Taker from(bytes);
+  if (from.number<std::uint32_t>() != kMagic)
+    return Error{"not a site's texture, which `parhelion map texture` writes"};
+  SiteTexture texture;
+  texture.map_id = from.text();
+  texture.source = from.text();
+  texture.patch = static_cast<int>(from.number<std::uint32_t>());
+  texture.patches_per_row = static_cast<int>(from.number<std::uint32_t>());
+  texture.exposure = take_exposure(from);
+  texture.vertices.resize(from.count(3 * sizeof(float)));
+  for (Eigen::Vector3f& vertex : texture.vertices) vertex = from.vector();
+  // Each quad has four corners and a look.
+  texture.quads.resize(from.count(sizeof(SiteTexture::Quad) + 1));
+  for (SiteTexture::Quad& quad : texture.quads) quad = from.number<SiteTexture::Quad>();
+  texture.looks.resize(texture.quads.size());
+  for (QuadLook& look : texture.looks) look = from.number<QuadLook>();
+  const auto jpeg = from.some(from.count(1));
+  texture.jpeg.assign(jpeg.begin(), jpeg.end());
+  if (!from.finished()) return Error{"the site's texture is damaged: it has another length than it says"};
+  if (const char* fault = fault_of(texture))
+    return Error{std::string("the site's texture is damaged: ") + fault};
+  return texture;
+}
+
+Result<SiteTexture> load_site_texture(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return Error{path + ": cannot be read"};
+  const std::vector<char> bytes((std::istreambuf_iterator<char>(stream)), {});
+  auto texture = unpack_site_texture({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  if (!texture) return Error{path + ": " + texture.error().message};
+  return texture;
+}
+
+Status write_site_texture(const std::string& path, const SiteTexture& texture) {
+  const std::vector<std::uint8_t> bytes = pack_site_texture(texture);
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) return Error{path + ": cannot be written"};
+  return {};
+}
+
+std::string texture_beside(const std::string& model_path) {
+  return std::filesystem::path(model_path).replace_extension(".texture").string();
+}
+
+Result<std::shared_ptr<const SiteTexture>> load_texture_of(const std::string& model_path,
+                                                           const std::string& map_id) {
+  const std::string path = texture_beside(model_path);
+  std::error_code ignored;
+  if (model_path.empty() || !std::filesystem::exists(path, ignored))
+    return std::shared_ptr<const SiteTexture>();
+  auto texture = load_site_texture(path);
+  if (!texture) return texture.error();
+  if (texture->map_id != map_id) {
+    return Error{path + ": is of map '" + texture->map_id + "', the model " + model_path + " of '" + map_id +
+                 "'; make it anew with `parhelion map texture`, or move it away"};
+  }
+  return std::make_shared<const SiteTexture>(std::move(*texture));
+}
+
+}  // namespace parhelion
