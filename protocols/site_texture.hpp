@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion {
@@ -48,6 +49,12 @@ struct SiteTexture {
     return static_cast<int>((quads.size() + per_row - 1) / per_row);
   }
 };
+
+/// Whether an entity is no part of a texture because it moves by itself (a door on its hinge): it is drawn
+/// where it is.
+inline bool is_left_out_of_texture(const ModelEntity& entity) {
+  return entity.label == EntityLabel::door && entity.hinge.has_value();
+}
 
 /// The longest side of the picture, pixels, and how many quads that allows.
 inline constexpr int kMaxTextureSide = 8192;

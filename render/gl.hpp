@@ -13,6 +13,7 @@ namespace parhelion::render {
   X(BindBuffer, PFNGLBINDBUFFERPROC)                                         \
   X(BindFramebuffer, PFNGLBINDFRAMEBUFFERPROC)                               \
   X(BindRenderbuffer, PFNGLBINDRENDERBUFFERPROC)                             \
+  X(BindTexture, PFNGLBINDTEXTUREPROC)                                       \
   X(BindVertexArray, PFNGLBINDVERTEXARRAYPROC)                               \
   X(BlendEquation, PFNGLBLENDEQUATIONPROC)                                   \
   X(BlendFunc, PFNGLBLENDFUNCPROC)                                           \
@@ -32,6 +33,7 @@ namespace parhelion::render {
   X(DeleteProgram, PFNGLDELETEPROGRAMPROC)                                   \
   X(DeleteRenderbuffers, PFNGLDELETERENDERBUFFERSPROC)                       \
   X(DeleteShader, PFNGLDELETESHADERPROC)                                     \
+  X(DeleteTextures, PFNGLDELETETEXTURESPROC)                                 \
   X(DeleteVertexArrays, PFNGLDELETEVERTEXARRAYSPROC)                         \
   X(DepthFunc, PFNGLDEPTHFUNCPROC)                                           \
   X(DepthMask, PFNGLDEPTHMASKPROC)                                           \
@@ -47,6 +49,7 @@ namespace parhelion::render {
   X(GenBuffers, PFNGLGENBUFFERSPROC)                                         \
   X(GenFramebuffers, PFNGLGENFRAMEBUFFERSPROC)                               \
   X(GenRenderbuffers, PFNGLGENRENDERBUFFERSPROC)                             \
+  X(GenTextures, PFNGLGENTEXTURESPROC)                                       \
   X(GenVertexArrays, PFNGLGENVERTEXARRAYSPROC)                               \
   X(GetError, PFNGLGETERRORPROC)                                             \
   X(GetIntegerv, PFNGLGETINTEGERVPROC)                                       \
@@ -63,6 +66,8 @@ namespace parhelion::render {
   X(RenderbufferStorageMultisample, PFNGLRENDERBUFFERSTORAGEMULTISAMPLEPROC) \
   X(Scissor, PFNGLSCISSORPROC)                                               \
   X(ShaderSource, PFNGLSHADERSOURCEPROC)                                     \
+  X(TexImage2D, PFNGLTEXIMAGE2DPROC)                                         \
+  X(TexParameteri, PFNGLTEXPARAMETERIPROC)                                   \
   X(Uniform1f, PFNGLUNIFORM1FPROC)                                           \
   X(Uniform3f, PFNGLUNIFORM3FPROC)                                           \
   X(Uniform4f, PFNGLUNIFORM4FPROC)                                           \

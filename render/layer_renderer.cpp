@@ -177,7 +177,7 @@ void LayerRenderer::draw(const CameraProjection& projection, const DrawList& lis
   view_pixels_.resize(views);
   refused_ = {};
   multisampling_ = affords_multisampling(list);
-  scenery_drawn_ = scenery != nullptr;
+  filters_scenery_ = scenery != nullptr && !scenery->recorded;
   for (std::size_t v = 0; v < views; ++v) {
     const PinholeView& view = projection.views()[v];
     ViewPixels& pixels = view_pixels_[v];
@@ -238,7 +238,7 @@ Status LayerRenderer::read(const CameraProjection& projection, const DrawList& l
   } else {
     warp(projection, true, layer);
   }
-  if (!multisampling_) smooth_edges(layer, scenery_drawn_);
+  if (!multisampling_) smooth_edges(layer, filters_scenery_);
   return {};
 }
 

@@ -9,6 +9,7 @@
 
 #include "render/draw_list.hpp"
 #include "render/egl_context.hpp"
+#include "render/site_surface.hpp"
 
 namespace parhelion::render {
 
@@ -41,7 +42,19 @@ struct Scenery {
   Instance mesh{};
   std::vector<ShadowVertex> shadows;  ///< of the building on its floor
   Transform<Map, CameraOptical> T_map_optical;
-  double floor_z = 0;  ///< m, map
+  double floor_z = 0;                      ///< m, map
+  bool recorded = false;                   ///< the site is drawn as recorded, before neutral stripes
+  std::vector<std::uint32_t> site_chunks;  ///< of the recorded surface
+};
+
+/// Alpha of pixels that show the recorded surface, in a layer with a recorded site; where nothing was
+/// recorded it is less.
+inline constexpr std::uint8_t kRecordedAlpha = 255;
+
+/// The picture of a site's texture.
+struct SitePicture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
 };
 
 /// The meshes, shader programs and frame buffers of one context.
@@ -52,6 +65,9 @@ class LayerRenderer {
 
   /// Sets the mesh that the chunks of later lists refer to; in the map frame.
   void set_mesh(const BuildingMesh& mesh);
+
+  /// Sets the recorded surface that the chunks of later scenery refer to.
+  void set_site(const SiteSurface& surface, const SitePicture& picture);
 
   /// Starts drawing; the driver may continue asynchronously. `R_optical_map` rotates the lights.
   void draw(const CameraProjection& projection, const DrawList& list, const Eigen::Matrix3d& R_optical_map,
@@ -97,6 +113,10 @@ class LayerRenderer {
                  const Eigen::Matrix3d& R_optical_map, bool use_occluders, const Scenery* scenery);
   void read_view(GLuint framebuffer, const PixelRect& rect, bool colour, std::vector<std::uint8_t>& rgba,
                  std::vector<std::uint32_t>& depth_id);
+  void draw_site(const std::vector<std::uint32_t>& chunks);
+  void release_site();
+  void draw_backdrop(const PinholeView& view, const Scenery& scenery, const Eigen::Matrix3d& R_optical_map);
+  void place(const Program& program, const Scenery& scenery, const Eigen::Matrix3d& R);
   void draw_scenery(const PinholeView& view, const Scenery& scenery, double far,
                     const Eigen::Matrix3d& R_optical_map);
   void resolve(const PixelRect& rect);
@@ -107,8 +127,8 @@ class LayerRenderer {
   const Gl& gl_;
   int samples_ = 4;
   Status refused_;  ///< first error since draw()
-  bool software_ = true, multisampling_ = true, scenery_drawn_ = false;
-  Program lit_, depth_, shadow_, backdrop_, scenery_;
+  bool software_ = true, multisampling_ = true, filters_scenery_ = false;
+  Program lit_, depth_, shadow_, backdrop_, scenery_, site_, unrecorded_;
   struct MeshRange {
     GLsizei count = 0;
     std::size_t offset = 0;  ///< bytes into the index buffer
@@ -118,7 +138,9 @@ class LayerRenderer {
   GLuint vertex_buffer_ = 0, index_buffer_ = 0, instance_buffer_ = 0, shadow_buffer_ = 0;
   GLuint shape_array_ = 0, shadow_array_ = 0, empty_array_ = 0;
   GLuint mesh_array_ = 0, mesh_buffer_ = 0;
-  std::vector<MeshChunk> mesh_chunks_;
+  std::vector<MeshChunk> mesh_chunks_, site_chunks_;
+  GLuint site_array_ = 0, site_texture_ = 0;
+  GLuint site_buffers_[2] = {0, 0};
   struct UploadedMesh {
     std::shared_ptr<const ShapeMesh> mesh;  ///< kept, so that its address stays its own
     GLuint array = 0, buffer = 0;

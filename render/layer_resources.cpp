@@ -41,7 +41,9 @@ Result<std::unique_ptr<LayerRenderer>> LayerRenderer::create(EglContext& context
         make(renderer->depth_, kShapeVertex, {kDepthIdFunction, kDepthFragment}),
         make(renderer->shadow_, kShadowVertex, {kShadowFragment}),
         make(renderer->backdrop_, kBackdropVertex, {kLitFunction, kSceneryFunction, kBackdropFragment}),
-        make(renderer->scenery_, kShapeVertex, {kLitFunction, kSceneryFunction, kSceneryFragment})})
+        make(renderer->scenery_, kShapeVertex, {kLitFunction, kSceneryFunction, kSceneryFragment}),
+        make(renderer->site_, kSiteVertex, {kUnrecordedFunction, kSiteFragment}),
+        make(renderer->unrecorded_, kBackdropVertex, {kUnrecordedFunction, kUnrecordedFragment})})
     if (!status) return status.error();
   renderer->make_meshes();
   renderer->make_instance_array();
@@ -55,11 +57,12 @@ LayerRenderer::~LayerRenderer() {
   gl_.DeleteBuffers(5, buffers);
   const GLuint arrays[] = {shape_array_, shadow_array_, empty_array_, mesh_array_};
   gl_.DeleteVertexArrays(4, arrays);
+  release_site();
   for (const auto& [mesh, uploaded] : shape_meshes_) {
     gl_.DeleteBuffers(1, &uploaded.buffer);
     gl_.DeleteVertexArrays(1, &uploaded.array);
   }
-  for (const Program* program : {&lit_, &depth_, &shadow_, &backdrop_, &scenery_})
+  for (const Program* program : {&lit_, &depth_, &shadow_, &backdrop_, &scenery_, &site_, &unrecorded_})
     gl_.DeleteProgram(program->id);
 }
 

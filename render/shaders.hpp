@@ -205,4 +205,56 @@ void main() {
 }
 )";
 
+/// The recorded surface, as bright as it was recorded. In neutral stripes, with less alpha, what no image
+/// shows: nothing is invented there.
+inline constexpr const char* kSiteVertex = R"(#version 310 es
+layout(location = 0) in vec3 position;       // map
+layout(location = 1) in vec2 place_in;
+layout(location = 2) in float recorded_in;
+uniform mat3 R_view_optical;
+uniform vec4 pinhole;
+uniform vec4 depth_range;
+uniform mat3 R_map_view;                     // R_map_optical here
+uniform vec4 camera;
+out vec2 place;
+out vec3 p_map;
+flat out float recorded;
+void main() {
+  place = place_in;
+  p_map = position;
+  recorded = recorded_in;
+  vec3 p = R_view_optical * ((position - camera.xyz) * R_map_view);
+  gl_Position = vec4(pinhole.x * p.x + pinhole.y * p.z, pinhole.z * p.y + pinhole.w * p.z,
+                     depth_range.x * p.z + depth_range.y, p.z);
+}
+)";
+
+inline constexpr const char* kUnrecordedFunction = R"(
+vec4 unrecorded(float along) { return vec4(vec3(fract(along) < 0.5 ? 0.40 : 0.46), 0.5); }
+)";
+
+inline constexpr const char* kSiteFragment = R"(
+uniform sampler2D picture;
+in vec2 place;
+in vec3 p_map;
+flat in float recorded;
+layout(location = 0) out vec4 colour;
+void main() {
+  colour = recorded > 0.5 && gl_FrontFacing ? vec4(texture(picture, place).rgb, 1.0)
+                                            : unrecorded(5.0 * (p_map.x + p_map.y + p_map.z));
+}
+)";
+
+inline constexpr const char* kUnrecordedFragment = R"(
+uniform mat3 R_map_view;
+uniform vec4 inverse_pinhole;
+layout(location = 0) out vec4 colour;
+void main() {
+  vec2 pixel = gl_FragCoord.xy - 0.5;
+  vec3 ray = normalize(R_map_view * vec3((pixel.x - inverse_pinhole.y) * inverse_pinhole.x,
+                                         (pixel.y - inverse_pinhole.w) * inverse_pinhole.z, 1.0));
+  colour = unrecorded(12.0 * (ray.x + ray.y + ray.z));
+}
+)";
+
 }  // namespace parhelion::render::shaders

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <list>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -10,12 +12,14 @@
 #include "render/layer_renderer.hpp"
 #include "render/occluders.hpp"
 #include "render/pixel_noise.hpp"
+#include "render/textured_camera.hpp"
 
 namespace parhelion::render {
 namespace {
 
-constexpr double kSight = 120;  ///< m, walls beyond are in the haze
-constexpr int kQuality = 88;    ///< of the JPEG
+constexpr double kSight = 120;   ///< m, walls beyond are in the haze
+constexpr int kQuality = 88;     ///< of the JPEG
+constexpr double kMoved = 0.02;  ///< m and rad: from its place in the model, and therefore in the texture
 
 /// Linear RGB of the building's materials, by label.
 Eigen::Vector3f colour_of(EntityLabel label) {
@@ -47,11 +51,33 @@ struct BuildingPart {
   EntityLabel label;
   Transform<Map, ShapeFrame> T_map_box;
   Shape shape;
+  bool in_texture = false;  ///< shown by the recorded surface as long as it stands in its place
 };
+
+bool is_at(const Transform<Map, ShapeFrame>& place, const Transform<Map, ShapeFrame>& now) {
+  const Transform<ShapeFrame, ShapeFrame> between = place.inverse() * now;
+  return between.translation().norm() < kMoved && Eigen::AngleAxisd(between.rotation()).angle() < kMoved;
+}
+
+/// The picture of a texture. Error: damaged, or of another size than its patches need.
+Result<SitePicture> decode_picture(const SiteTexture& texture) {
+  JpegCodec codec;
+  std::vector<std::uint8_t> bgr;
+  const auto format = codec.decode(texture.jpeg, bgr);
+  if (!format) return Error{"the site's texture: its picture is damaged: " + format.error().message};
+  if (format->width != texture.patches_per_row * texture.patch ||
+      format->height != texture.rows() * texture.patch)
+    return Error{"the site's texture: its picture has another size than its pieces need"};
+  SitePicture picture{format->width, format->height, std::vector<std::uint8_t>(bgr.size() / 3 * 4, 255)};
+  for (std::size_t i = 0; i < bgr.size() / 3; ++i)
+    for (std::size_t c = 0; c < 3; ++c) picture.rgba[4 * i + c] = bgr[3 * i + 2 - c];
+  return picture;
+}
 
 class EglVirtualCamera : public VirtualCamera {
  public:
-  static Result<std::unique_ptr<VirtualCamera>> make(const SemanticModel& building) {
+  static Result<std::unique_ptr<VirtualCamera>> make(const SemanticModel& building,
+                                                     const SiteTexture* texture) {
     auto context = EglContext::create();
     if (!context) return context.error();
     auto camera = std::make_unique<EglVirtualCamera>();
@@ -66,9 +92,14 @@ class EglVirtualCamera : public VirtualCamera {
       BuildingPart part{entity.name, entity.label, T_map_box(entity), {}};
       part.shape.size = entity.size;
       part.shape.material.albedo = colour_of(entity.label);
+      part.in_texture = texture != nullptr && !is_left_out_of_texture(entity);
       camera->parts_.push_back(std::move(part));
     }
     camera->floor_z_ = floor_of(building);
+    if (texture != nullptr) {
+      if (const Status status = camera->set_texture(*texture); !status) return status.error();
+      return std::unique_ptr<VirtualCamera>(std::move(camera));
+    }
     camera->mesh_ = building_mesh(building);
     camera->renderer_->set_mesh(camera->mesh_);
     camera->mesh_.vertices = {};  // already uploaded to the driver
@@ -80,7 +111,10 @@ class EglVirtualCamera : public VirtualCamera {
                const Exposure& exposure) override;
 
  private:
+  Status set_texture(const SiteTexture& texture);
   void list_scenery(const CameraProjection& projection, const WorldSnapshot& world);
+  Eigen::Vector3f factors() const;
+  void copy_picture(int width);
   void add_part(const CameraProjection& projection, const Shape& shape,
                 const Transform<Map, ShapeFrame>& T_map_shape, EntityLabel label);
   const CameraProjection& projection(const CameraIntrinsics& intrinsics);
@@ -89,6 +123,8 @@ class EglVirtualCamera : public VirtualCamera {
   std::unique_ptr<LayerRenderer> renderer_;
   std::vector<BuildingPart> parts_;
   BuildingMesh mesh_;
+  BuildingMesh site_;  ///< only chunks: of the recorded surface
+  std::optional<AutoExposure> recorded_;
   double floor_z_ = 0;
   std::list<CameraProjection> projections_;
   JpegCodec codec_;
@@ -109,6 +145,49 @@ const CameraProjection& EglVirtualCamera::projection(const CameraIntrinsics& c) 
   if (projections_.size() >= 4) projections_.pop_back();
   projections_.emplace_front(c);
   return projections_.front();
+}
+
+Status EglVirtualCamera::set_texture(const SiteTexture& texture) {
+  const auto picture = decode_picture(texture);
+  if (!picture) return picture.error();
+  SiteSurface surface = site_surface(texture);
+  renderer_->set_site(surface, *picture);
+  site_ = std::move(surface.mesh);
+  recorded_ = texture.exposure;
+  scenery_.recorded = true;
+  return {};
+}
+
+/// Of the exposure, from what of the recorded surface is in view.
+Eigen::Vector3f EglVirtualCamera::factors() const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (std::size_t i = 0; i < layer_.depth_id.size(); ++i) {
+    const std::uint8_t* p = &layer_.rgba[4 * i];
+    if (p[3] != kRecordedAlpha || layer_.depth_id[i] != 0) continue;
+    sum += Eigen::Vector3d(p[0], p[1], p[2]);
+    count += 1;
+  }
+  if (count == 0) return Eigen::Vector3f::Ones();
+  return exposure_factors(*recorded_, (sum / count).cast<float>());
+}
+
+/// To BGR; with a recorded site as bright as its camera would have shown it.
+void EglVirtualCamera::copy_picture(int width) {
+  std::array<std::array<std::uint8_t, 256>, 3> exposed;
+  const Eigen::Vector3f factor = recorded_ ? factors() : Eigen::Vector3f::Ones();
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t value = 0; value < 256; ++value)
+      exposed[c][value] = static_cast<std::uint8_t>(
+          std::lround(std::min(255.F, factor[static_cast<Eigen::Index>(c)] * static_cast<float>(value))));
+  for (int y = layer_.rect.y0; y < layer_.rect.y1; ++y) {
+    for (int x = layer_.rect.x0; x < layer_.rect.x1; ++x) {
+      const std::uint8_t* in = &layer_.rgba[4 * layer_.at(x, y)];
+      std::uint8_t* out = &bgr_[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                     static_cast<std::size_t>(x))];
+      out[0] = exposed[2][in[2]], out[1] = exposed[1][in[1]], out[2] = exposed[0][in[0]];
+    }
+  }
 }
 
 void EglVirtualCamera::add_part(const CameraProjection& camera, const Shape& shape,
@@ -142,13 +221,16 @@ void EglVirtualCamera::list_scenery(const CameraProjection& camera, const WorldS
     const auto part =
         std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.name == body.entity; });
     const EntityLabel label = part == parts_.end() ? EntityLabel::unknown : part->label;
+    if (part != parts_.end() && part->in_texture && !body.shapes.empty() &&
+        is_at(part->T_map_box, state.T_map_body * body.shapes.front().T_body_shape))
+      return;
     for (Shape shape : body.shapes) {
       shape.material.albedo = colour_of(label);
       add_part(camera, shape, state.T_map_body * shape.T_body_shape, label);
     }
   });
   for (const BuildingPart& part : parts_)
-    if (!moved.count(part.name)) add_part(camera, part.shape, part.T_map_box, part.label);
+    if (!part.in_texture && !moved.count(part.name)) add_part(camera, part.shape, part.T_map_box, part.label);
 }
 
 void write_notice(cv::Mat& picture) {
@@ -203,20 +285,13 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   scenery_.mesh = mesh_instance(T_map_optical, material);
   scenery_.mesh.metallic = 1;  // opaque
   scenery_.mesh_chunks = seen_chunks(camera, T_map_optical, mesh_, list_.view_rects, kSight);
+  if (recorded_) scenery_.site_chunks = seen_chunks(camera, T_map_optical, site_, list_.view_rects, kSight);
   renderer_->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
   if (!renderer_->read(camera, list_, layer_)) return image;
 
   bgr_.assign(3 * static_cast<std::size_t>(intrinsics->width) * static_cast<std::size_t>(intrinsics->height),
               0);
-  for (int y = layer_.rect.y0; y < layer_.rect.y1; ++y) {
-    for (int x = layer_.rect.x0; x < layer_.rect.x1; ++x) {
-      const std::uint8_t* in = &layer_.rgba[4 * layer_.at(x, y)];
-      std::uint8_t* out =
-          &bgr_[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(intrinsics->width) +
-                     static_cast<std::size_t>(x))];
-      out[0] = in[2], out[1] = in[1], out[2] = in[0];
-    }
-  }
+  copy_picture(intrinsics->width);
   if (exposure.noise > 0) {
     if (!noise_ || noise_->sigma() != exposure.noise) noise_.emplace(exposure.noise);
     noise_->add(exposure.seed, exposure.sequence, bgr_);
@@ -237,7 +312,12 @@ Image EglVirtualCamera::render(const CameraDescription& description,
 }  // namespace
 
 Result<std::unique_ptr<VirtualCamera>> VirtualCamera::create(const SemanticModel& building) {
-  return EglVirtualCamera::make(building);
+  return create_virtual_camera(building, nullptr);
+}
+
+Result<std::unique_ptr<VirtualCamera>> create_virtual_camera(const SemanticModel& building,
+                                                             const SiteTexture* texture) {
+  return EglVirtualCamera::make(building, texture);
 }
 
 }  // namespace parhelion::render

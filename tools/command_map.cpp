@@ -10,6 +10,7 @@ void add_map(CLI::App& app, Exit& exit) {
   command->require_subcommand(1);
   add_map_register(*command, exit);
   add_map_model(*command, exit);
+  add_map_texture(*command, exit);
   add_map_view(*command, exit);
   add_map_extrude(*command, exit);
 }

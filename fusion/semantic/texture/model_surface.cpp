@@ -5,6 +5,7 @@
 #include <set>
 
 #include "fusion/cloud/parallel.hpp"
+#include "protocols/site_texture.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -120,13 +121,11 @@ QuadSurface filtered(const QuadSurface& surface, int threads, const Keep& keep) 
 
 }  // namespace
 
-bool moves(const ModelEntity& entity) { return entity.label == EntityLabel::door && entity.hinge; }
-
 QuadSurface surface_of(const SemanticModel& model, double cell) {
   QuadSurface surface;
   for (const ModelEntity& entity : model.entities) {
-    if (is_solid(entity) && !entity.is_virtual && entity.label != EntityLabel::window && !moves(entity) &&
-        is_usable(entity))
+    if (is_solid(entity) && !entity.is_virtual && entity.label != EntityLabel::window &&
+        !is_left_out_of_texture(entity) && is_usable(entity))
       add_box(entity, cell, surface);
   }
   for (const ModelMesh& mesh : model.meshes) {
@@ -150,7 +149,7 @@ QuadSurface unmeasured(const QuadSurface& model, const QuadSurface& measured,
 QuadSurface without_moving(const QuadSurface& surface, const SemanticModel& model) {
   std::vector<const ModelEntity*> moving;
   for (const ModelEntity& entity : model.entities)
-    if (moves(entity) && !entity.deleted && is_usable(entity)) moving.push_back(&entity);
+    if (is_left_out_of_texture(entity) && !entity.deleted && is_usable(entity)) moving.push_back(&entity);
   if (moving.empty()) return surface;
   return filtered(surface, 0, [&](const Eigen::Vector3f& middle) {
     return std::none_of(moving.begin(), moving.end(), [&](const ModelEntity* entity) {

@@ -9,9 +9,6 @@
 
 namespace parhelion::semantic {
 
-/// Whether an entity moves by itself in the simulated site: it is drawn where it is now, not in the texture.
-bool moves(const ModelEntity& entity);
-
 /// Faces of the model's boxes in cells of about `cell` (m), and its meshes; without virtual entities, windows
 /// and what moves.
 QuadSurface surface_of(const SemanticModel& model, double cell);

@@ -1,0 +1,44 @@
+// Values over time, read from a log.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "protocols/time.hpp"
+
+namespace parhelion::tools {
+
+/// Interpolated between two samples at most `kFarthest` apart. Sort before the first look.
+template <class Value>
+class Track {
+ public:
+  static constexpr Duration kFarthest = milliseconds(1000);
+
+  void add(SensorTime stamp, Value value) { samples_.push_back({stamp, value}); }
+  bool empty() const { return samples_.empty(); }
+  void sort() {
+    std::stable_sort(samples_.begin(), samples_.end(),
+                     [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
+  }
+  template <class Between>
+  std::optional<Value> at(SensorTime t, Between between) const {
+    const auto after = std::lower_bound(samples_.begin(), samples_.end(), t,
+                                        [](const Sample& s, SensorTime stamp) { return s.stamp < stamp; });
+    if (after == samples_.end()) return std::nullopt;
+    if (after->stamp == t) return after->value;
+    if (after == samples_.begin() || after->stamp - (after - 1)->stamp > kFarthest) return std::nullopt;
+    const Sample& before = *(after - 1);
+    return between(before.value, after->value,
+                   (t - before.stamp).seconds() / (after->stamp - before.stamp).seconds());
+  }
+
+ private:
+  struct Sample {
+    SensorTime stamp;
+    Value value;
+  };
+  std::vector<Sample> samples_;
+};
+
+}  // namespace parhelion::tools
