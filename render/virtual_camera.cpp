@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "protocols/sha256.hpp"
 #include "render/compositor.hpp"
 #include "render/egl_context.hpp"
 #include "render/jpeg.hpp"
@@ -125,6 +126,7 @@ class EglVirtualCamera : public VirtualCamera {
   BuildingMesh mesh_;
   BuildingMesh site_;  ///< only chunks: of the recorded surface
   std::optional<AutoExposure> recorded_;
+  std::string texture_id_;
   double floor_z_ = 0;
   std::list<CameraProjection> projections_;
   JpegCodec codec_;
@@ -154,6 +156,9 @@ Status EglVirtualCamera::set_texture(const SiteTexture& texture) {
   renderer_->set_site(surface, *picture);
   site_ = std::move(surface.mesh);
   recorded_ = texture.exposure;
+  Sha256 hash;
+  hash.add(texture.jpeg);
+  texture_id_ = hash.hex().substr(0, 16);
   scenery_.recorded = true;
   return {};
 }
@@ -301,6 +306,7 @@ Image EglVirtualCamera::render(const CameraDescription& description,
     write_notice(picture);
     image.metadata.push_back({"stand-in", {stand_in.begin(), stand_in.end()}});
   }
+  if (recorded_) image.metadata.push_back({"texture", {texture_id_.begin(), texture_id_.end()}});
   auto jpeg =
       codec_.encode(bgr_, {intrinsics->width, intrinsics->height, kQuality, JpegFormat::Subsampling::yuv420});
   if (!jpeg) return image;

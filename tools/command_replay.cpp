@@ -14,7 +14,7 @@ namespace {
 
 struct Arguments {
   runtime::ReplayOptions options;
-  std::string scenario, robot, report;
+  std::string scenario, robot, report, texture;
   BusOptions bus;
   std::uint64_t seed = 0;
   bool publish = false;
@@ -34,6 +34,7 @@ Exit run(Arguments& arguments, const CLI::App& command) {
   }
   if (!arguments.scenario.empty()) options.scenario = arguments.scenario;
   if (!arguments.robot.empty()) options.robot = arguments.robot;
+  if (!arguments.texture.empty()) options.texture = arguments.texture;
   if (command.count("--seed") > 0) options.seed = arguments.seed;
   std::unique_ptr<Bus> bus;
   if (arguments.publish || !arguments.bus.url.empty()) {
@@ -70,6 +71,8 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("log", arguments->options.log, "LCM log with inputs, or a session log")->required();
   command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
   command->add_option("--robot", arguments->robot, "Robot description; overrides the ROBOT channel");
+  command->add_option("--texture", arguments->texture,
+                      "Texture that simulated cameras show (map texture); a session log does not hold it");
   command->add_option("-o,--output", arguments->options.session, "Session log to write (inputs and outputs)");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--seed", arguments->seed, "Overrides the scenario's seed");

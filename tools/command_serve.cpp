@@ -165,6 +165,9 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   report_state(options, manager);
   const auto files = load_files(arguments);
   if (!files) return fail(files.error().message);
+  options.texture = files->texture;
+  if (files->texture)
+    options.notify("simulated cameras show the site as recorded: " + texture_beside(files->scenario.model));
   runtime::RefusedMessages refused;
   if (!arguments.bus.keys.empty()) options.refused = &refused;
   runtime::RefusedHosts refused_hosts;

@@ -45,8 +45,9 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       log_watch_(options.session),
       guards_(make_guards()),
       inbox_(bus, configuration.channels, guards(), options.inbox, &sent_, options.clock),
-      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
-                [this] { inbox_.wake(); }),
+      renderer_(
+          configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
+          [this] { inbox_.wake(); }, options.texture),
       stages_(configuration.robot_count()),
       in_to_out_us_(configuration.robot_count()),
       robot_stopped_(configuration.robot_count()),

@@ -19,7 +19,8 @@ void LiveSession::send_frames() {
   for (tick::Outputs::Frame& frame : outputs_.frames()) {
     const bool agents = !frame.agent.empty();
     if (agents && !agents_renderer_)
-      agents_renderer_.emplace(configuration_.model, true, kAgentsNice, [this] { inbox_.wake(); });
+      agents_renderer_.emplace(
+          configuration_.model, true, kAgentsNice, [this] { inbox_.wake(); }, options_.texture);
     const auto dropped = (agents ? *agents_renderer_ : renderer_).submit_newest(std::move(frame));
     if (!dropped) continue;
     ++(agents ? agent_frames_dropped_ : frames_dropped_);

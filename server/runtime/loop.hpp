@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/site_texture.hpp"
 #include "protocols/status.hpp"
 #include "server/runtime/inbox.hpp"
 #include "server/runtime/refused_hosts.hpp"
@@ -35,8 +36,9 @@ struct ServeOptions {
   InboxLimits inbox;
   RealTime real_time =
       RealTime::off;  ///< for the threads that scans wait for: receiving, the tick, the guard
-  std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only with a simulated robot
-  UpdateSite update_site;                     ///< for scenarios with mapping: true; empty: no mapping
+  std::shared_ptr<const SiteTexture> texture;  ///< how simulated cameras show the site; may be null
+  std::shared_ptr<const SessionClock> clock;   ///< none: real time. Only with a simulated robot
+  UpdateSite update_site;                      ///< for scenarios with mapping: true; empty: no mapping
   /// Names of the robots whose emergency stop was active when the previous server ended: it applies from the
   /// start.
   std::vector<std::string> stopped_robots;

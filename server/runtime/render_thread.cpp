@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "render/textured_camera.hpp"
 #include "render/virtual_depth.hpp"
 #include "server/runtime/thread_priority.hpp"
 #include "server/runtime/wall_clock.hpp"
@@ -31,9 +32,10 @@ render::RenderAnswer original(render::RenderJob job, const std::string& reason) 
 /// Renders a building's frames: a compositor, or a simulated robot's cameras. The building must outlive it.
 class FrameRenderer {
  public:
-  FrameRenderer(const SemanticModel& building, bool simulates) : building_(building) {
+  FrameRenderer(const SemanticModel& building, bool simulates, const SiteTexture* texture)
+      : building_(building) {
     if (simulates) {
-      take(render::VirtualCamera::create(building), camera_);
+      take(render::create_virtual_camera(building, texture), camera_);
     } else {
       take(render::Compositor::create(building), compositor_);
     }
@@ -94,8 +96,9 @@ class FrameRenderer {
 };
 
 RenderThread::RenderThread(const SemanticModel& building, bool simulates, int nice,
-                           std::function<void()> finished)
+                           std::function<void()> finished, std::shared_ptr<const SiteTexture> texture)
     : finished_(std::move(finished)),
+      texture_(std::move(texture)),
       thread_([this, &building, simulates, nice] { run(building, simulates, nice); }) {}
 
 RenderThread::~RenderThread() {
@@ -161,7 +164,7 @@ void RenderThread::note_fault(const FrameRenderer& renderer) {
 
 void RenderThread::run(const SemanticModel& building, bool simulates, int nice) {
   lower_priority(nice);
-  auto renderer = std::make_unique<FrameRenderer>(building, simulates);
+  auto renderer = std::make_unique<FrameRenderer>(building, simulates, texture_.get());
   note_fault(*renderer);
   std::shared_ptr<const SemanticModel> model;
   std::unique_lock lock(mutex_);
@@ -175,7 +178,7 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
     if (frame.model != nullptr && frame.model != model) {
       model = frame.model;
       renderer.reset();  // destroy its EGL context before creating another one
-      renderer = std::make_unique<FrameRenderer>(*model, simulates);
+      renderer = std::make_unique<FrameRenderer>(*model, simulates, texture_.get());
       note_fault(*renderer);
     }
     tick::FrameAnswer done{

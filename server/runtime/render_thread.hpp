@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
 #include "protocols/model.hpp"
+#include "protocols/site_texture.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/tick/frame_path.hpp"
 #include "server/tick/outputs.hpp"
@@ -24,7 +26,9 @@ class RenderThread {
   /// `building` is that of the session's start, and must outlive this; a frame can name another one.
   /// `simulates`: all frames are of a simulated camera, otherwise none. `nice`: the thread's niceness
   /// relative to the tick. `finished`: called on the thread when a result can be taken; may be empty.
-  RenderThread(const SemanticModel& building, bool simulates, int nice, std::function<void()> finished = {});
+  /// `texture`: how simulated cameras show the site; may be null.
+  RenderThread(const SemanticModel& building, bool simulates, int nice, std::function<void()> finished = {},
+               std::shared_ptr<const SiteTexture> texture = nullptr);
   ~RenderThread();
 
   /// Live: keeps the newest waiting job of each camera and serves the cameras in turn; returns the sequence
@@ -55,6 +59,7 @@ class RenderThread {
   std::deque<tick::FrameAnswer> answers_;
   std::string fault_;
   const std::function<void()> finished_;
+  const std::shared_ptr<const SiteTexture> texture_;
   std::thread thread_;
 };
 

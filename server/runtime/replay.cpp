@@ -19,9 +19,14 @@ namespace {
 class Run : private tick::ScanSink {
  public:
   Run(const ReplayOptions& options, const Preview& preview, const tick::Configuration& configuration,
-      Outbox& outbox)
-      : options_(options), preview_(preview), configuration_(configuration), outbox_(outbox) {
-    robots_.renderer.emplace(configuration.model, tick::simulates_trainee(configuration.scenario), 0);
+      std::shared_ptr<const SiteTexture> texture, Outbox& outbox)
+      : options_(options),
+        preview_(preview),
+        configuration_(configuration),
+        texture_(std::move(texture)),
+        outbox_(outbox) {
+    robots_.renderer.emplace(configuration.model, tick::simulates_trainee(configuration.scenario), 0, nullptr,
+                             texture_);
   }
 
   Result<Report> operator()();
@@ -51,6 +56,7 @@ class Run : private tick::ScanSink {
   const ReplayOptions& options_;
   const Preview& preview_;
   const tick::Configuration& configuration_;
+  const std::shared_ptr<const SiteTexture> texture_;
   Outbox& outbox_;
   RenderSlot robots_, agents_;  // agents_: its renderer is created at the first image of an agent's camera
   std::unique_ptr<tick::State> state_;
@@ -137,7 +143,7 @@ void Run::render_frames() {
       ++(agents ? report_.agent_frames_dropped : report_.frames_dropped);
       continue;
     }
-    if (!slot.renderer) slot.renderer.emplace(configuration_.model, true, 0);
+    if (!slot.renderer) slot.renderer.emplace(configuration_.model, true, 0, nullptr, texture_);
     slot.renderer->submit(std::move(frame));
     slot.busy = true;
     if (options_.threads == 1) slot.renderer->wait();
@@ -226,6 +232,19 @@ Result<Report> Run::operator()() {
   return report_;
 }
 
+/// The texture that was chosen, or the one beside the model of the scenario that replaces the session's.
+Result<std::shared_ptr<const SiteTexture>> choose_texture(const ReplayOptions& options,
+                                                          const std::string& map_id) {
+  if (options.texture) {
+    auto texture = load_site_texture(*options.texture);
+    if (!texture) return texture.error();
+    return std::make_shared<const SiteTexture>(std::move(*texture));
+  }
+  if (!options.scenario) return std::shared_ptr<const SiteTexture>();
+  const auto scenario = load_scenario(*options.scenario);
+  return scenario ? load_texture_of(scenario->model, map_id) : scenario.error();
+}
+
 }  // namespace
 
 Result<Report> replay(const ReplayOptions& options) {
@@ -236,6 +255,8 @@ Result<Report> replay(const ReplayOptions& options) {
   if (!preview) return preview.error();
   const auto configuration = choose_configuration(options, *preview);
   if (!configuration) return configuration.error();
+  auto texture = choose_texture(options, configuration->model.map_id);
+  if (!texture) return texture.error();
   std::optional<LogWriter> log;
   if (!options.session.empty()) {
     auto created = LogWriter::create(options.session, options.overwrite);
@@ -243,7 +264,7 @@ Result<Report> replay(const ReplayOptions& options) {
     log = std::move(*created);
   }
   Outbox outbox(options.bus, std::move(log));
-  return Run(options, *preview, *configuration, outbox)();
+  return Run(options, *preview, *configuration, std::move(*texture), outbox)();
 }
 
 }  // namespace parhelion::runtime

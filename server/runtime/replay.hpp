@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "protocols/site_texture.hpp"
 #include "protocols/status.hpp"
 #include "server/runtime/report.hpp"
 #include "server/tick/configuration.hpp"
@@ -25,7 +26,10 @@ struct ReplayOptions {
   std::optional<std::string> scenario;  ///< path; otherwise the session's own
   std::optional<std::string> robot;     ///< path; overrides the ROBOT channel
   std::optional<std::uint64_t> seed;    ///< overrides the scenario's
-  std::string session;                  ///< path of the session log to write; empty: none
+  /// Path of the texture that simulated cameras show. A session log does not contain it: without it a
+  /// replay draws the building in the colours of its labels. With a scenario, the one beside its model.
+  std::optional<std::string> texture;
+  std::string session;  ///< path of the session log to write; empty: none
   bool overwrite = false;
   double rate = 0;     ///< times real time; 0: as fast as possible
   Bus* bus = nullptr;  ///< publishes the outputs if given

@@ -159,6 +159,9 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     auto model = load_model(files.scenario.model);
     if (!model) return model.error();
     files.model = std::move(*model);
+    auto texture = load_texture_of(files.scenario.model, files.model.map_id);
+    if (!texture) return texture.error();
+    files.texture = std::move(*texture);
   }
   if (const Status loaded = load_map(path, files); !loaded) return loaded.error();
   if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();

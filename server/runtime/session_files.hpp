@@ -5,14 +5,16 @@
 #include <optional>
 #include <string>
 
+#include "protocols/site_texture.hpp"
 #include "server/tick/configuration.hpp"
 
 namespace parhelion::runtime {
 
 struct SessionFiles {
   Scenario scenario;
-  SemanticModel model;                    ///< empty if the scenario names none
-  std::optional<RobotDescription> robot;  ///< the first; none: to come from the ROBOT channel
+  SemanticModel model;                         ///< empty if the scenario names none
+  std::shared_ptr<const SiteTexture> texture;  ///< beside the model; null: there is none
+  std::optional<RobotDescription> robot;       ///< the first; none: to come from the ROBOT channel
   /// All robots in the scenario's order, at least one; none: to come from its ROBOT channel.
   std::vector<std::optional<RobotDescription>> robots;
   std::shared_ptr<const pose::MatchingMap> map;  ///< null: scans are not matched
