@@ -1,5 +1,6 @@
 #include "tools/image_frames.hpp"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -57,7 +58,7 @@ class Reader {
     if (const Status status = check(); !status) return status.error();
     // Once to count, as images are large.
     double scale = 1;
-    while (count(scale) > options_.most) scale *= 1.5;
+    while (count(scale) > most()) scale *= 1.5;
     colour_selection_ = Selection(scale), depth_selection_ = Selection(0.5 * scale);
     if (const Status status = each_event([this](const Message& event) { return take_image(event); }); !status)
       return status.error();
@@ -69,6 +70,14 @@ class Reader {
   }
 
  private:
+  std::size_t most() const {
+    constexpr double kUsual = 640 * 480;
+    const double pixels = std::max(
+        kUsual, static_cast<double>(robot_->camera->intrinsics.width) * robot_->camera->intrinsics.height);
+    return std::max<std::size_t>(
+        1, static_cast<std::size_t>(static_cast<double>(options_.most) * kUsual / pixels));
+  }
+
   template <class Take>
   Status each_event(Take take) {
     auto reader = LogReader::open(name_);

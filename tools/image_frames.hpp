@@ -18,7 +18,8 @@ struct ImageFrameOptions {
   /// last; of depth images half as much is enough.
   double distance = 0.05;                     ///< m
   double angle = 3 * std::numbers::pi / 180;  ///< rad
-  std::size_t most = 400;                     ///< images of a kind; with more, distance and angle grow
+  /// Images of a kind, of 640x480 pixels; of larger ones fewer. With more, distance and angle grow.
+  std::size_t most = 400;
   /// Whether an image taken from this pose is used; empty: all are.
   std::function<bool(const Eigen::Isometry3d& T_map_optical)> wanted;
 };

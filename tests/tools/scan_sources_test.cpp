@@ -13,11 +13,13 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/process.hpp"
+#include "tests/tools/robot_log.hpp"
 #include "tools/scan_guess.hpp"
 
 namespace parhelion::tools {
 namespace {
 
+using test::RobotLog;
 using test::TemporaryFolder;
 
 /// Median of the heights in the densest layer of 4 cm, in the cloud's frame.
@@ -58,24 +60,6 @@ TEST(ScanSources, folders_of_3dtk_are_read_by_name_with_poses) {
   EXPECT_NEAR(opened->scans[1].guess.translation().x(), 1.569, 0.001);
   EXPECT_NEAR(opened->scans[2].guess.translation().x(), 3.380, 0.001);
 }
-
-/// A log that starts with the description of its robot. Each message arrives 1 us after the one before.
-class RobotLog {
- public:
-  RobotLog(const std::string& path, const RobotDescription& robot) : writer_(LogWriter::create(path, true)) {
-    write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
-  }
-  void write(const char* channel, const auto& message) {
-    ASSERT_TRUE(writer_.ok()) << writer_.error().message;
-    std::vector<std::uint8_t> bytes;
-    encode(message, bytes);
-    ASSERT_TRUE(writer_->write(channel, ArrivalTime::from_utime(++arrival_), bytes).ok());
-  }
-
- private:
-  Result<LogWriter> writer_;
-  std::int64_t arrival_ = 1'000'000;
-};
 
 /// A robot with a laser that looks across its way, driving 10 m down a corridor 2 m wide and 2.5 m high.
 void write_corridor_log(const std::string& path) {

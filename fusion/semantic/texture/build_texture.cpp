@@ -39,7 +39,7 @@ class Builder {
       : model_(model), views_(std::move(views)), depth_(depth), options_(options), progress_(progress) {}
 
   Result<BuiltTexture> build() {
-    make_surface();
+    if (const Status made = make_surface(); !made) return made.error();
     if (surface_.empty())
       return Error{
           "nothing to texture: the model is empty, and there is no depth image that measured anything"};
@@ -57,7 +57,7 @@ class Builder {
   }
 
   /// Coarser where a site is too large for one picture.
-  void make_surface() {
+  Status make_surface() {
     stage("surface");
     const std::size_t side = kMaxTextureSide / static_cast<std::size_t>(options_.bake.patch) - 1;
     const std::size_t limit = std::min(kMaxTextureQuads, side * side);
@@ -67,7 +67,9 @@ class Builder {
       measured_ = surface_.quads.size();
       const double cell = depth_.empty() ? options_.cell_no_depth : options_.cell;
       append(surface_, unmeasured(surface_of(model_, cell), surface_, depth_, options_.threads));
-      if (surface_.quads.size() <= limit || options_.volume.voxel > kCoarsest) return;
+      if (surface_.quads.size() <= limit) return {};
+      if (options_.volume.voxel > kCoarsest)
+        return Error{"the site is too large for one texture; give parts of the log, or a part of the model"};
     }
   }
 
