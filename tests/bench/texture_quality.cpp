@@ -4,6 +4,7 @@
 // For each of COUNT images, those go into the texture that were taken at least 0.3 m or 15 degrees from it.
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
@@ -92,7 +93,8 @@ CameraDescription describe(const semantic::Pinhole& c) {
 }
 
 struct Figures {
-  double psnr = 0, ssim = 0, drawn = 0, seen = 0, rate = 0, built = 0;
+  double psnr = 0, ssim = 0, seen = 0, built = 0;
+  double rate = 0, cpu = 0;  ///< pictures/s; s of CPU a picture, of all threads
 };
 
 class Quality {
@@ -117,7 +119,7 @@ class Quality {
     const auto start = Clock::now();
     semantic::BuiltTexture built = must(semantic::build_texture(model_, frames.colour, frames.depth));
     figures.built = seconds_since(start);
-    const cv::Mat drawn = draw(built, held, figures.rate);
+    const cv::Mat drawn = draw(built, held, figures);
     const cv::Mat real = bgr_of(held);
     const cv::Mat seen = seen_pixels(held, all_.depth[index], frames.depth);
     figures.seen = cv::mean(seen)[0] / 255;
@@ -126,15 +128,15 @@ class Quality {
     write(index, real, drawn, seen);
     std::printf(
         "image %3zu: %zu images, %zu depth images, %zu pieces | seen %.2f of the picture, PSNR %.2f dB, "
-        "SSIM %.3f | %.1f pictures/s, built in %.1f s\n",
+        "SSIM %.3f | %.1f pictures/s, %.1f ms of CPU each, built in %.1f s\n",
         index, frames.colour.size(), frames.depth.size(), built.texture.quads.size(), figures.seen,
-        figures.psnr, figures.ssim, figures.rate, figures.built);
+        figures.psnr, figures.ssim, figures.rate, 1000 * figures.cpu, figures.built);
     std::fflush(stdout);
     return figures;
   }
 
  private:
-  cv::Mat draw(semantic::BuiltTexture& built, const semantic::ColourView& held, double& rate) const {
+  cv::Mat draw(semantic::BuiltTexture& built, const semantic::ColourView& held, Figures& figures) const {
     std::vector<std::uint8_t> bgr = built.rgb;
     for (std::size_t i = 0; i + 2 < bgr.size(); i += 3) std::swap(bgr[i], bgr[i + 2]);
     render::JpegCodec codec;
@@ -143,10 +145,12 @@ class Quality {
     const auto camera = must(render::create_virtual_camera(model_, &built.texture));
     Image image;
     (void)camera->render(describe(held.camera), held.T_map_optical, {}, {}, "");
+    const std::clock_t busy = std::clock();
     const auto start = Clock::now();
     for (int i = 0; i < kPictures; ++i)
       image = camera->render(describe(held.camera), held.T_map_optical, {}, {}, "");
-    rate = kPictures / seconds_since(start);
+    figures.rate = kPictures / seconds_since(start);
+    figures.cpu = static_cast<double>(std::clock() - busy) / CLOCKS_PER_SEC / kPictures;
     return cv::imdecode(image.bytes, cv::IMREAD_COLOR);
   }
 
@@ -178,12 +182,13 @@ int run(int count, char** words) {
   for (std::size_t i = 0; i < wanted; ++i) {
     const Figures figures =
         quality.measure(i * (quality.images() - 1) / std::max<std::size_t>(1, wanted - 1));
-    sum.psnr += figures.psnr, sum.ssim += figures.ssim, sum.rate += figures.rate;
+    sum.psnr += figures.psnr, sum.ssim += figures.ssim, sum.rate += figures.rate, sum.cpu += figures.cpu;
     worst.psnr = std::min(worst.psnr, figures.psnr), worst.ssim = std::min(worst.ssim, figures.ssim);
   }
   const auto n = static_cast<double>(wanted);
-  std::printf("mean: PSNR %.2f dB, SSIM %.3f, %.1f pictures/s; worst: PSNR %.2f dB, SSIM %.3f\n",
-              sum.psnr / n, sum.ssim / n, sum.rate / n, worst.psnr, worst.ssim);
+  std::printf(
+      "mean: PSNR %.2f dB, SSIM %.3f, %.1f pictures/s, %.1f ms of CPU each; worst: PSNR %.2f dB, SSIM %.3f\n",
+      sum.psnr / n, sum.ssim / n, sum.rate / n, 1000 * sum.cpu / n, worst.psnr, worst.ssim);
   return 0;
 }
 
