@@ -7,6 +7,7 @@
 
 #include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
+#include "protocols/site_texture.hpp"
 #include "server/runtime/preview.hpp"
 #include "server/runtime/render_thread.hpp"
 #include "server/runtime/session_state.hpp"

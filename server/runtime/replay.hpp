@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "protocols/site_texture.hpp"
 #include "protocols/status.hpp"
 #include "server/runtime/report.hpp"
 #include "server/tick/configuration.hpp"
