@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "render/colour_image.hpp"
 #include "render/site_surface.hpp"
@@ -146,7 +148,8 @@ TEST(ColourImage, ALensIsTakenOut) {
   const Unwarp straight = unwarp(lens);
   ASSERT_EQ(straight.source.size(), 160U * 120U);
   const Lens model(lens);
-  for (const auto& [x, y] : {std::pair{0, 0}, {159, 0}, {80, 60}, {20, 100}, {159, 119}}) {
+  for (const auto& [x, y] :
+       std::vector<std::pair<int, int>>{{0, 0}, {159, 0}, {80, 60}, {20, 100}, {159, 119}}) {
     const auto pixel = model.project(
         {(x - straight.view.cx) / straight.view.fx, (y - straight.view.cy) / straight.view.fy, 1});
     ASSERT_TRUE(pixel.has_value());
