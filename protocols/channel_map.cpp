@@ -10,6 +10,9 @@
 namespace parhelion {
 namespace {
 
+constexpr char kSensorSeparator = '_';
+constexpr std::size_t kMaxSensorName = 16;  // so that MR_SCAN_INFO_<name>.<robot> fits a channel's name
+
 std::string name_fault(std::string_view name, std::size_t longest, std::string_view others) {
   const bool good = std::all_of(name.begin(), name.end(), [&](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || others.find(c) != std::string_view::npos;
@@ -51,7 +54,51 @@ std::span<const char* const> robot_channels() {
 
 bool is_robot_channel(std::string_view canonical) {
   const auto names = robot_channels();
-  return std::find(names.begin(), names.end(), canonical) != names.end();
+  return std::find(names.begin(), names.end(), parse_sensor_channel(canonical).canonical) != names.end();
+}
+
+std::span<const char* const> laser_channels() {
+  static constexpr const char* names[] = {channel::kScan, channel::kMrScan, channel::kMrScanInfo};
+  return names;
+}
+
+std::span<const char* const> camera_channels() {
+  static constexpr const char* names[] = {channel::kCamera, channel::kDepth, channel::kMrCamera,
+                                          channel::kMrDepth};
+  return names;
+}
+
+std::string sensor_channel(std::string_view canonical, std::string_view sensor) {
+  std::string name(canonical);
+  if (!sensor.empty()) name.append(1, kSensorSeparator).append(sensor);
+  return name;
+}
+
+SensorChannel parse_sensor_channel(std::string_view name) {
+  for (const auto names : {laser_channels(), camera_channels()}) {
+    for (const std::string_view canonical : names) {
+      if (!name.starts_with(canonical) || name.size() <= canonical.size() + 1 ||
+          name[canonical.size()] != kSensorSeparator)
+        continue;
+      const std::string_view sensor = name.substr(canonical.size() + 1);
+      if (sensor_name_fault(sensor).empty()) return {canonical, sensor};
+    }
+  }
+  return {name, {}};
+}
+
+std::string without_sensor(std::string_view name) {
+  const auto parts = parse_robot_channel(name);
+  if (!parts) return std::string(name);
+  return robot_channel(parse_sensor_channel(parts->canonical).canonical, parts->robot);
+}
+
+std::string sensor_channel_pattern(std::string_view canonical) {
+  for (const auto names : {laser_channels(), camera_channels()}) {
+    if (std::find(names.begin(), names.end(), canonical) != names.end())
+      return std::string(canonical) + kSensorSeparator + "[A-Za-z0-9_]+(\\..+)?";
+  }
+  return {};
 }
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents,
@@ -114,8 +161,37 @@ std::optional<RobotChannel> parse_robot_channel(std::string_view name) {
   return parts;
 }
 
+std::vector<ChannelMeeting> find_meetings(const std::map<std::string, std::string>& channels,
+                                          const std::vector<std::string>& inputs,
+                                          const std::vector<std::string>& outputs) {
+  std::vector<ChannelMeeting> meetings;
+  std::map<std::string, std::string> taken;  // name on the bus -> canonical
+  for (const auto* side : {&inputs, &outputs}) {
+    for (const std::string& canonical : *side) {
+      const std::string name = bus_name(channels, canonical);
+      const auto [other, inserted] = taken.emplace(name, canonical);
+      if (inserted) continue;
+      const bool other_is_input = std::find(inputs.begin(), inputs.end(), other->second) != inputs.end();
+      const std::string what = side == &outputs && other_is_input
+                                   ? "the output " + canonical + " and the input " + other->second
+                                   : canonical + " and " + other->second;
+      meetings.push_back({canonical, other->second,
+                          "'channels': " + what + " would both be named '" + name +
+                              "' on the bus: give one of them another name"});
+    }
+  }
+  return meetings;
+}
+
 std::string channel_name_fault(std::string_view name) { return name_fault(name, 63, "_-./"); }
 std::string agent_name_fault(std::string_view name) { return name_fault(name, kMaxRobotName, "_-"); }
 std::string robot_name_fault(std::string_view name) { return agent_name_fault(name); }
+
+std::string sensor_name_fault(std::string_view name) {
+  if (name == "INFO" || name.starts_with("INFO_") || name == "RATE")
+    return "'" + std::string(name) +
+           "' would give names that MR_SCAN_INFO or MR_CAMERA_RATE has; choose another";
+  return name_fault(name, kMaxSensorName, "_");
+}
 
 }  // namespace parhelion

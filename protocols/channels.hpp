@@ -88,6 +88,17 @@ inline constexpr const char* kMrCmd = "MR_CMD";
 /// joints_t, out: joint command to the real robot.
 inline constexpr const char* kMrJointCmd = "MR_JOINT_CMD";
 
+// One of each for every planar laser of a robot after its first (see channel_map.hpp):
+/// SCAN_<name>: planar_lidar_t or lidar_t, in or out: scans of the laser of that name.
+/// MR_SCAN_<name>: planar_lidar_t or lidar_t, out: SCAN_<name> with the virtual objects in it.
+/// MR_SCAN_INFO_<name>: scan_info_t, out: as MR_SCAN_INFO, of MR_SCAN_<name>.
+
+// One of each for every entry of a robot's cameras after the first (see channel_map.hpp):
+/// CAMERA_<name>: image_t, in or out: images of the camera of that name.
+/// DEPTH_<name>: image_t, in or out: images of the depth camera of that name.
+/// MR_CAMERA_<name>: image_t, out: CAMERA_<name> with the virtual objects in it.
+/// MR_DEPTH_<name>: image_t, out: DEPTH_<name> with the virtual objects in it.
+
 // One of each for every agent (see channel_map.hpp):
 /// MR_AGENT_<name>_TELEOP: twist2D_t, in: velocity command to a virtual robot that an operator drives.
 /// MR_AGENT_<name>_JOINT_CMD: joints_t, in: joint motion of a virtual robot that has a robot model.

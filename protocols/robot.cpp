@@ -171,14 +171,79 @@ void write_attitude(yaml::Writer& writer, const AttitudeLimits& limits) {
   writer.close();
 }
 
+/// Of a laser that is fixed to the base.
+LaserDescription read_fixed_laser(const Node& node, yaml::Problems& problems) {
+  if (const Node* head = node.find("head"))
+    problems.add(head->line, "the lasers of SCAN are fixed to the base; joints turn 'line_laser' only");
+  return yaml::read_laser(node, problems);
+}
+
+void refuse_name(const Node& laser, yaml::Problems& problems) {
+  if (const Node* name = laser.find("name"))
+    problems.add(name->line, "only the further lasers in 'lasers' have names");
+}
+
+/// Of a sensor after the first of its `kind`, "laser" or "camera".
+void read_sensor_name(const Node& node, const Node& list, const std::string& kind, std::string& name,
+                      yaml::Problems& problems) {
+  const Node* text = node.find("name");
+  if (text == nullptr)
+    return problems.add(node.line, "key 'name' is missing in a " + kind + " of '" + kind + "s'");
+  name = text->text;
+  if (const std::string fault = sensor_name_fault(name); !fault.empty())
+    problems.add(text->line, "'name' of a " + kind + ", part of channel names: " + fault);
+  for (const Node& other : list.items) {
+    if (&other == &node) return;
+    const Node* taken = other.find("name");
+    if (taken == nullptr || taken->text != name) continue;
+    return problems.add(text->line, "name '" + yaml::printable(name) + "' is taken by the " + kind +
+                                        " in line " + std::to_string(taken->line) + ": names must be unique");
+  }
+}
+
+void read_further_cameras(const Node& list, RobotDescription& robot, yaml::Problems& problems) {
+  for (const Node& item : list.items) {
+    NamedCameras& cameras = robot.further_cameras.emplace_back();
+    read_sensor_name(item, list, "camera", cameras.name, problems);
+    if (const Node* camera = item.find("camera")) cameras.camera = read_camera(*camera, problems);
+    if (const Node* depth = item.find("depth")) cameras.depth = read_depth(*depth, problems);
+    if (!cameras.camera && !cameras.depth)
+      problems.add(item.line, "expected 'camera', 'depth' or both in an entry of 'cameras'");
+  }
+}
+
+void read_further_lasers(const Node& list, RobotDescription& robot, yaml::Problems& problems) {
+  if (!robot.laser && !list.items.empty())
+    problems.add(list.line, "'lasers' are further ones: the first, whose scans are on SCAN, is 'laser'");
+  for (const Node& item : list.items) {
+    NamedLaser& laser = robot.further_lasers.emplace_back();
+    read_sensor_name(item, list, "laser", laser.name, problems);
+    laser.laser = read_fixed_laser(item, problems);
+  }
+}
+
 void read_lasers(const Node& node, RobotDescription& robot, yaml::Problems& problems) {
   if (const Node* laser = node.find("laser")) {
-    robot.laser = yaml::read_laser(*laser, problems);
-    if (const Node* head = laser->find("head"))
-      problems.add(head->line, "the laser of SCAN is fixed to the base; joints turn 'line_laser' only");
+    robot.laser = read_fixed_laser(*laser, problems);
+    refuse_name(*laser, problems);
   }
-  if (const Node* laser = node.find("line_laser"))
+  if (const Node* lasers = node.find("lasers")) read_further_lasers(*lasers, robot, problems);
+  if (const Node* laser = node.find("line_laser")) {
     robot.line_laser = {yaml::read_laser(*laser, problems), yaml::read_head(*laser, problems)};
+    refuse_name(*laser, problems);
+  }
+}
+
+void write_further_lasers(yaml::Writer& writer, const std::vector<NamedLaser>& lasers) {
+  if (lasers.empty()) return;
+  writer.open("lasers");
+  for (const NamedLaser& each : lasers) {
+    writer.begin_item();
+    writer.text("name", each.name);
+    yaml::write_laser(writer, each.laser);
+    writer.end_item();
+  }
+  writer.close();
 }
 
 void write_lasers(yaml::Writer& writer, const RobotDescription& robot) {
@@ -187,6 +252,7 @@ void write_lasers(yaml::Writer& writer, const RobotDescription& robot) {
     yaml::write_laser(writer, *robot.laser);
     writer.close();
   }
+  write_further_lasers(writer, robot.further_lasers);
   if (robot.line_laser) {
     writer.open("line_laser");
     yaml::write_laser(writer, robot.line_laser->laser);
@@ -214,6 +280,7 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   read_lasers(node, robot, problems);
   if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
   if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);
+  if (const Node* cameras = node.find("cameras")) read_further_cameras(*cameras, robot, problems);
   if (const Node* imu = node.find("imu")) {
     yaml::read(*imu, "pose", robot.imu.emplace().T_base_imu, problems);
     yaml::read(*imu, "time_offset", robot.imu->time_offset);
@@ -246,31 +313,44 @@ void write_any_camera(yaml::Writer& writer, const auto& camera) {
   write_intrinsics(writer, camera.intrinsics);
 }
 
+void write_camera(yaml::Writer& writer, const CameraDescription& camera) {
+  writer.open("camera");
+  write_any_camera(writer, camera);
+  writer.quantity("readout", camera.readout, Quantity::time);
+  if (camera.time_offset != 0) writer.quantity("time_offset", camera.time_offset, Quantity::time);
+  writer.quantity("rate", camera.rate, Quantity::rate);
+  writer.quantity("noise", camera.noise, Quantity::digital_number);
+  writer.text("source", camera.source);
+  writer.close();
+}
+
+void write_depth(yaml::Writer& writer, const DepthCameraDescription& depth) {
+  writer.open("depth");
+  write_any_camera(writer, depth);
+  writer.quantity("range_min", depth.range_min, Quantity::length);
+  writer.quantity("range_max", depth.range_max, Quantity::length);
+  writer.quantity("rate", depth.rate, Quantity::rate);
+  writer.quantity("noise", depth.noise, Quantity::length);
+  writer.quantity("baseline", depth.baseline, Quantity::length);
+  writer.quantity("disparity_noise", depth.disparity_noise, Quantity::pixels);
+  writer.quantity("disparity_step", depth.disparity_step, Quantity::pixels);
+  writer.text("source", depth.source);
+  writer.close();
+}
+
 void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
-  if (robot.camera) {
-    writer.open("camera");
-    write_any_camera(writer, *robot.camera);
-    writer.quantity("readout", robot.camera->readout, Quantity::time);
-    if (robot.camera->time_offset != 0)
-      writer.quantity("time_offset", robot.camera->time_offset, Quantity::time);
-    writer.quantity("rate", robot.camera->rate, Quantity::rate);
-    writer.quantity("noise", robot.camera->noise, Quantity::digital_number);
-    writer.text("source", robot.camera->source);
-    writer.close();
+  if (robot.camera) write_camera(writer, *robot.camera);
+  if (robot.depth) write_depth(writer, *robot.depth);
+  if (robot.further_cameras.empty()) return;
+  writer.open("cameras");
+  for (const NamedCameras& each : robot.further_cameras) {
+    writer.begin_item();
+    writer.text("name", each.name);
+    if (each.camera) write_camera(writer, *each.camera);
+    if (each.depth) write_depth(writer, *each.depth);
+    writer.end_item();
   }
-  if (robot.depth) {
-    writer.open("depth");
-    write_any_camera(writer, *robot.depth);
-    writer.quantity("range_min", robot.depth->range_min, Quantity::length);
-    writer.quantity("range_max", robot.depth->range_max, Quantity::length);
-    writer.quantity("rate", robot.depth->rate, Quantity::rate);
-    writer.quantity("noise", robot.depth->noise, Quantity::length);
-    writer.quantity("baseline", robot.depth->baseline, Quantity::length);
-    writer.quantity("disparity_noise", robot.depth->disparity_noise, Quantity::pixels);
-    writer.quantity("disparity_step", robot.depth->disparity_step, Quantity::pixels);
-    writer.text("source", robot.depth->source);
-    writer.close();
-  }
+  writer.close();
 }
 
 std::vector<std::string> preset_names() {

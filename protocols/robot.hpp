@@ -49,14 +49,30 @@ struct OdometryCorrection {
   bool operator==(const OdometryCorrection&) const = default;
 };
 
+/// A planar laser after the first, with its own channels: SCAN_<name>, MR_SCAN_<name>, MR_SCAN_INFO_<name>.
+struct NamedLaser {
+  std::string name;  ///< see sensor_name_fault()
+  LaserDescription laser;
+};
+
+/// A camera after the first, a depth camera, or one of each whose images belong together, with channels of
+/// their own: CAMERA_<name>, DEPTH_<name>, MR_CAMERA_<name>, MR_DEPTH_<name>.
+struct NamedCameras {
+  std::string name;  ///< see sensor_name_fault()
+  std::optional<CameraDescription> camera;
+  std::optional<DepthCameraDescription> depth;
+};
+
 struct RobotDescription {
   enum class VelocityFrame { body, local };  ///< frame of pose_t.vel
 
   std::string name = "robot";
   std::optional<LaserDescription> laser;
+  std::vector<NamedLaser> further_lasers;  ///< empty where there is no `laser`
   std::optional<LineLaserDescription> line_laser;
   std::optional<CameraDescription> camera;
   std::optional<DepthCameraDescription> depth;
+  std::vector<NamedCameras> further_cameras;
   std::optional<ImuDescription> imu;       ///< none: no attitude, and IMU is ignored
   std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link
   double height = 0.5;                     ///< m, top of the body over the floor
@@ -74,6 +90,18 @@ struct RobotDescription {
   double odometry_error_rotation = 0.05;
   OdometryCorrection odometry;
   std::string source;  ///< origin of an imported description
+
+  /// Planar lasers, counted from the first: 0 is `laser`, which must be there, the others are further ones.
+  const LaserDescription& laser_at(std::size_t index) const {
+    return index == 0 ? *laser : further_lasers[index - 1].laser;
+  }
+  /// Cameras, counted in the same way: 0 is `camera`, the others are of further_cameras.
+  const std::optional<CameraDescription>& camera_at(std::size_t index) const {
+    return index == 0 ? camera : further_cameras[index - 1].camera;
+  }
+  const std::optional<DepthCameraDescription>& depth_at(std::size_t index) const {
+    return index == 0 ? depth : further_cameras[index - 1].depth;
+  }
 };
 
 /// Reads YAML (schema robot.schema.json). `origin` names the file or channel in errors.

@@ -98,29 +98,15 @@ int line_of_channel(const Node& document, const std::string& canonical) {
   return 0;
 }
 
-/// Two canonical channels must not have one name on the bus: an output that is an input would feed the server
-/// its own messages.
-void check_meetings(const Scenario& scenario, const Node& document, const std::vector<std::string>& inputs,
-                    const std::vector<std::string>& outputs, yaml::Problems& problems) {
-  std::map<std::string, std::string> taken;  // name on the bus -> canonical
-  const auto line_of = [&](const std::string& canonical) { return line_of_channel(document, canonical); };
-  for (const auto* side : {&inputs, &outputs}) {
-    for (const std::string& canonical : *side) {
-      const std::string name = bus_name(scenario.channels, canonical);
-      const auto [other, inserted] = taken.emplace(name, canonical);
-      if (inserted) continue;
-      const bool output = side == &outputs;
-      const bool other_is_input = std::find(inputs.begin(), inputs.end(), other->second) != inputs.end();
-      const std::string what = output && other_is_input
-                                   ? "the output " + canonical + " and the input " + other->second
-                                   : canonical + " and " + other->second;
-      problems.add(std::max(line_of(canonical), line_of(other->second)),
-                   std::string("'channels': ")
-                       .append(what)
-                       .append(" would both be named '")
-                       .append(name)
-                       .append("' on the bus: give one of them another name"));
-    }
+/// Adds channels of sensors after the first of their kind that the scenario renames: which there are, the
+/// robots' descriptions say.
+void add_further_sensors(const Scenario& scenario, std::vector<std::string>& inputs,
+                         std::vector<std::string>& outputs) {
+  for (const auto& [canonical, renamed] : scenario.channels) {
+    const std::string of_first = without_sensor(canonical);
+    if (of_first == canonical) continue;
+    const bool input = std::find(inputs.begin(), inputs.end(), of_first) != inputs.end();
+    (input ? inputs : outputs).push_back(canonical);
   }
 }
 
@@ -128,14 +114,14 @@ void read_channels(const Node& document, Scenario& scenario, yaml::Problems& pro
   std::vector<std::string> agents;
   for (const AgentDefinition& agent : scenario.agents) agents.push_back(agent.name);
   const std::vector<std::string> robots = robots_in_channels(scenario);
-  const auto inputs = input_channels(agents, robots);
-  const auto outputs = output_channels(agents, robots);
+  auto inputs = input_channels(agents, robots);
+  auto outputs = output_channels(agents, robots);
   std::vector<std::string> known = inputs;
   known.insert(known.end(), outputs.begin(), outputs.end());
   const Node* node = document.find("channels");
   for (std::size_t i = 0; node != nullptr && i < node->keys.size(); ++i) {
     const std::string& canonical = node->keys[i];
-    if (std::find(known.begin(), known.end(), canonical) == known.end()) {
+    if (std::find(known.begin(), known.end(), without_sensor(canonical)) == known.end()) {
       problems.add(node->key_lines[i],
                    "unknown channel '" + yaml::printable(canonical) + "'" + suggestion(canonical, known));
     }
@@ -144,7 +130,12 @@ void read_channels(const Node& document, Scenario& scenario, yaml::Problems& pro
     }
     scenario.channels[canonical] = node->items[i].text;
   }
-  if (problems.empty()) check_meetings(scenario, document, inputs, outputs, problems);
+  if (!problems.empty()) return;
+  add_further_sensors(scenario, inputs, outputs);
+  for (const ChannelMeeting& meeting : find_meetings(scenario.channels, inputs, outputs)) {
+    const auto line_of = [&](const std::string& canonical) { return line_of_channel(document, canonical); };
+    problems.add(std::max(line_of(meeting.channel), line_of(meeting.other)), meeting.text);
+  }
 }
 
 void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& problems) {

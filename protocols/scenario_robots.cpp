@@ -42,7 +42,7 @@ void read_own_channels(const yaml::Node& node, const std::string& robot, Scenari
   const std::vector<std::string> known = bare_robot_channels();
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& canonical = node.keys[i];
-    if (std::find(known.begin(), known.end(), canonical) == known.end()) {
+    if (std::find(known.begin(), known.end(), without_sensor(canonical)) == known.end()) {
       problems.add(node.key_lines[i], "'" + yaml::printable(canonical) + "' is no channel of a robot" +
                                           suggestion(canonical, known));
     }

@@ -1,5 +1,6 @@
 #include "tools/validate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -28,11 +29,31 @@ std::string count(std::size_t n, const char* one, const char* many) {
   return std::to_string(n) + ' ' + (n == 1 ? one : many);
 }
 
-/// For a scenario whose robot is defined by ROBOT: a minimal robot, so that everything else can be checked.
-RobotDescription any_robot() {
+/// Adds one of this name where there is none.
+template <class Sensor>
+void add_named(const std::string& name, std::vector<Sensor>& sensors) {
+  const auto known =
+      std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& each) { return each.name == name; });
+  if (known == sensors.end()) sensors.emplace_back().name = name;
+}
+
+/// For a scenario whose robot is defined by ROBOT: a minimal robot with the sensors that the scenario names,
+/// so that everything else can be checked. `in_channels`: its name there.
+RobotDescription any_robot(const Scenario& scenario, std::string_view in_channels) {
   RobotDescription robot;
   robot.laser.emplace();
   robot.footprint = {{-0.3, -0.3}, {0.3, -0.3}, {0.3, 0.3}, {-0.3, 0.3}};
+  for (const auto& [canonical, renamed] : scenario.channels) {
+    const auto parts = parse_robot_channel(canonical);
+    if (!parts || parts->robot != in_channels) continue;
+    const SensorChannel sensor = parse_sensor_channel(parts->canonical);
+    if (sensor.sensor.empty()) continue;
+    const auto of_lasers = laser_channels();
+    if (std::find(of_lasers.begin(), of_lasers.end(), sensor.canonical) != of_lasers.end())
+      add_named(std::string(sensor.sensor), robot.further_lasers);
+    else
+      add_named(std::string(sensor.sensor), robot.further_cameras);
+  }
   return robot;
 }
 
@@ -51,10 +72,11 @@ Validation validate_scenario(const std::string& path) {
   std::vector<RobotDescription> robots;
   const std::vector<std::string> names = robots_in_channels(files->scenario);
   for (std::size_t i = 0; i < files->robots.size(); ++i) {
-    robots.push_back(files->robots[i].value_or(any_robot()));
+    const std::string in_channels = names.empty() ? "" : names[i];
+    robots.push_back(files->robots[i].value_or(any_robot(files->scenario, in_channels)));
     if (!files->robots[i])
       validation.notes.push_back("names no robot description: serve and replay use the one on channel " +
-                                 robot_channel(channel::kRobot, names.empty() ? "" : names[i]));
+                                 robot_channel(channel::kRobot, in_channels));
   }
   const auto configuration =
       tick::configure_robots(files->scenario, std::move(robots), files->model, files->robot_models);
@@ -107,7 +129,12 @@ Validation validate_robot(const std::string& path) {
   Validation validation;
   std::string parts;
   if (robot->laser) parts += ", laser";
+  for (const NamedLaser& laser : robot->further_lasers) parts += ", laser '" + laser.name + "'";
   if (robot->camera) parts += ", camera";
+  for (const NamedCameras& each : robot->further_cameras) {
+    if (each.camera) parts += ", camera '" + each.name + "'";
+    if (each.depth) parts += ", depth camera '" + each.name + "'";
+  }
   if (robot->depth) parts += ", depth camera";
   validation.summary = "robot description '" + robot->name + "'" + parts;
   const auto usable = runtime::load_usable_robot(path);

@@ -180,7 +180,8 @@ class LogCheck {
     ++count.messages;
     const std::string type = type_name(message.payload);
     const auto parts = parse_robot_channel(message.channel);
-    const auto expected = kTypesByChannel.find(parts ? parts->canonical : std::string_view(message.channel));
+    const auto expected = kTypesByChannel.find(parts ? parse_sensor_channel(parts->canonical).canonical
+                                                     : std::string_view(message.channel));
     if (count.type.empty()) count.type = type;
     if (expected != kTypesByChannel.end() && !takes(expected->second, type)) {
       refuse(count, "is of type " + type + ", expected " + expected->second);

@@ -46,6 +46,7 @@ std::vector<ChannelPattern> patterns_of(const Sender& sender) {
     for (const std::string& channel : channels_of_role(role).value_or(std::vector<std::string>())) {
       texts.push_back(channel);
       if (is_robot_channel(channel)) texts.push_back(channel + "\\..+");  // of each of several robots
+      if (std::string each = sensor_channel_pattern(channel); !each.empty()) texts.push_back(std::move(each));
     }
   }
   std::vector<ChannelPattern> patterns;
@@ -74,7 +75,9 @@ bool must_be_in_order(std::string_view channel) {
     return names;
   }();
   const auto parts = parse_robot_channel(channel);
-  return !parts || std::find(any_order.begin(), any_order.end(), parts->canonical) == any_order.end();
+  if (!parts) return true;
+  const std::string_view of_first = parse_sensor_channel(parts->canonical).canonical;
+  return std::find(any_order.begin(), any_order.end(), of_first) == any_order.end();
 }
 
 const char* to_string(SignatureFault fault) {

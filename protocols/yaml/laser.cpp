@@ -121,7 +121,7 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
 }  // namespace
 
 LaserDescription read_preset(const Node& map, Problems& problems) {
-  for (const char* key : {"pose", "head", "preset"}) {
+  for (const char* key : {"name", "pose", "head", "preset"}) {
     if (const Node* node = map.find(key)) {
       problems.add(node->line,
                    std::string("a preset has no '") + key + "': it belongs in the robot description");

@@ -40,6 +40,7 @@ class Gathering {
   Status world(Message& message);
   Status scan(Message& message);
   Status scan_info(Message& message);
+  Status further_scan_info(Message& message);
   Status asked(Message& message);
   Status given(Message& message);
   Status picture(Message& message);
@@ -141,6 +142,9 @@ Status Gathering::begin(const Message& message) {
     nearest_.emplace(configuration_->robot);
     listen(channel::kMrScan, &Gathering::scan);
     listen(channel::kMrScanInfo, &Gathering::scan_info);
+    for (std::size_t i = 1; i <= configuration_->robot.further_lasers.size(); ++i)
+      handlers_[configuration_->channels.robots_bus(channel::kMrScanInfo, 0, i)] =
+          &Gathering::further_scan_info;
     listen(channel::kTeleop, &Gathering::asked);
     listen(channel::kMrCmd, &Gathering::given);
   } else {
@@ -248,6 +252,14 @@ Status Gathering::scan_info(Message& message) {
   if (for_trainee() && info_.live)
     knowledge_->handle_scan(info_, configuration_->find_robot(review_.robot).value_or(0), world_);
   measure_nearest();
+  return {};
+}
+
+/// Of a laser after the first.
+Status Gathering::further_scan_info(Message& message) {
+  ScanInfo info;
+  if (const Status read = decode(message.channel, message.payload, info); !read) return read;
+  if (for_trainee() && info.live) knowledge_->handle_scan(info, 0, world_);
   return {};
 }
 

@@ -27,7 +27,7 @@ bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
 
 }  // namespace
 
-Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, std::vector<Guard*> guards, InboxLimits limits,
+Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, Guards guards, InboxLimits limits,
              const SentMessages* sent, std::shared_ptr<const SessionClock> clock)
     : bus_(bus),
       channels_(channels),
@@ -75,11 +75,11 @@ Inbox::Queue& Inbox::queue_of(tick::InputKind kind, std::string_view channel, st
 void Inbox::push(Message message) {
   Arrived arrived;
   arrived.received = steady_now();
-  const tick::InputKind kind = channels_.kind(message.channel, nullptr, &arrived.robot);
+  const tick::InputKind kind = channels_.kind(message.channel, nullptr, &arrived.robot, &arrived.sensor);
   if (kind == tick::InputKind::none) return note_foreign(message);
   // Messages that are not scans are not forwarded as one.
   if (kind == tick::InputKind::scan && has_form_of_scan(message.payload))
-    arrived.ticket = guards_[arrived.robot]->watch(message.payload);
+    arrived.ticket = guards_[arrived.robot][arrived.sensor]->watch(message.payload);
   arrived.message = std::move(message);
   {
     const std::lock_guard lock(mutex_);
@@ -118,7 +118,7 @@ bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived
       return false;
     }
     if (scan->ticket != 0) {
-      guards_[scan->robot]->give_up(scan->ticket);
+      guards_[scan->robot][scan->sensor]->give_up(scan->ticket);
       ++given_up_;
     }
     drop(queue, scan);

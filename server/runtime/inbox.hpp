@@ -24,10 +24,13 @@ namespace parhelion::runtime {
 struct Arrived {
   Message message;
   std::size_t robot = 0;     ///< whose input it is; 0 for those of the session
-  std::uint64_t ticket = 0;  ///< of the robot's guard, for scans
+  std::size_t sensor = 0;    ///< of that robot: the laser of a scan, the camera of an image
+  std::uint64_t ticket = 0;  ///< of the laser's guard, for scans
   WallTime received;         ///< steady clock, at receipt
   Duration age;              ///< since its receipt by the kernel, when it was taken
 };
+
+using Guards = std::vector<std::vector<Guard*>>;
 
 /// Limits of a robot's queue. Scans and commands are limited by size: enough for an hour of ten scans of 361
 /// beams a second.
@@ -45,8 +48,8 @@ class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
   /// its own.
-  /// `guards`: one for each robot.
-  Inbox(Bus& bus, const tick::ChannelMap& channels, std::vector<Guard*> guards, InboxLimits limits = {},
+  /// `guards`: by robot, one for each of its lasers.
+  Inbox(Bus& bus, const tick::ChannelMap& channels, Guards guards, InboxLimits limits = {},
         const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr);
   ~Inbox();
 
@@ -86,7 +89,7 @@ class Inbox {
 
   Bus& bus_;
   const tick::ChannelMap& channels_;
-  const std::vector<Guard*> guards_;
+  const Guards guards_;
   const InboxLimits limits_;
   const SentMessages* sent_;
   mutable std::mutex mutex_;

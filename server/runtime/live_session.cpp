@@ -56,20 +56,24 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
     views_.emplace(options.update_site, configuration, kMappingNice);
 }
 
-std::vector<std::unique_ptr<Guard>> LiveSession::make_guards() {
-  std::vector<std::unique_ptr<Guard>> made;
-  for (std::size_t i = 0; i < configuration_.robot_count(); ++i) {
-    const std::string& mr_scan = configuration_.channels.robots_bus(channel::kMrScan, i);
-    made.push_back(std::make_unique<Guard>(
-        options_.guard,
-        [this, &mr_scan](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan, scan); }));
+std::vector<std::vector<std::unique_ptr<Guard>>> LiveSession::make_guards() {
+  std::vector<std::vector<std::unique_ptr<Guard>>> made(configuration_.robot_count());
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    for (std::size_t laser = 0; laser <= configuration_.robot_at(i).further_lasers.size(); ++laser) {
+      const std::string& mr_scan = configuration_.channels.robots_bus(channel::kMrScan, i, laser);
+      made[i].push_back(std::make_unique<Guard>(
+          options_.guard,
+          [this, &mr_scan](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan, scan); }));
+    }
   }
   return made;
 }
 
-std::vector<Guard*> LiveSession::guards() const {
-  std::vector<Guard*> all;
-  for (const auto& each : guards_) all.push_back(each.get());
+Guards LiveSession::guards() const {
+  Guards all(guards_.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const auto& each : guards_[i]) all[i].push_back(each.get());
+  }
   return all;
 }
 
@@ -233,7 +237,8 @@ void LiveSession::handle(Arrived arrived) {
   report_commanded(arrived.robot);
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
-  if (views_) views_->offer(configuration_.channels.kind(message.channel), state_->robots.front());
+  if (views_ && arrived.sensor == 0)
+    views_->offer(configuration_.channels.kind(message.channel), state_->robots.front());
 }
 
 bool LiveSession::is_stale_command(const Arrived& arrived) const {
@@ -265,7 +270,7 @@ bool LiveSession::refuse_unwritable(const Message& message) {
 /// gets what the guard published.
 tick::ScanSink::Receipt LiveSession::publish(std::uint64_t number, std::span<const std::uint8_t> mr_scan) {
   const std::size_t robot = scan_->arrived.robot;
-  const bool in_time = guards_[robot]->answer(scan_->arrived.ticket, mr_scan);
+  const bool in_time = guard_of(scan_->arrived).answer(scan_->arrived.ticket, mr_scan);
   in_to_out_us_[robot].add((steady_now() - scan_->arrived.received).microseconds());
   scan_->number = number;
   scan_->receipt = {.sent = true, .raw = !in_time};
@@ -278,14 +283,14 @@ void LiveSession::handle_scan(const Arrived& arrived) {
   scan_.emplace(ScanInWork{arrived, std::nullopt});
   tick::tick(configuration_, arrived.message, *state_, outputs_, stages_, *this);
   if (!scan_->receipt)
-    guards_[arrived.robot]->give_up(
+    guard_of(arrived).give_up(
         arrived.ticket);  // not a scan, or a fault of the tick: the robot still gets the raw scan
   std::optional<Message> fired;
   if (scan_->receipt && scan_->receipt->raw) fired = note(LoopDecision::Kind::guard_fired, scan_->number);
   scan_.reset();
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, fired ? &*fired : nullptr);
   send_frames();
-  if (views_) views_->offer(tick::InputKind::scan, state_->robots.front());
+  if (views_ && arrived.sensor == 0) views_->offer(tick::InputKind::scan, state_->robots.front());
 }
 
 /// Real time until the next step, if that is soon.

@@ -27,8 +27,9 @@ class LiveSession : private tick::ScanSink {
   Result<Report> operator()();
 
  private:
-  std::vector<std::unique_ptr<Guard>> make_guards();
-  std::vector<Guard*> guards() const;
+  std::vector<std::vector<std::unique_ptr<Guard>>> make_guards();
+  Guards guards() const;
+  Guard& guard_of(const Arrived& scan) { return *guards_[scan.robot][scan.sensor]; }
   Status start();
   std::string run_until_stopped();
   void end();
@@ -67,7 +68,7 @@ class LiveSession : private tick::ScanSink {
   SentMessages sent_;
   Outbox outbox_;
   const LogWatch log_watch_;
-  std::vector<std::unique_ptr<Guard>> guards_;  // by robot: one that is late delays no other
+  std::vector<std::vector<std::unique_ptr<Guard>>> guards_;  // by robot and laser: a late one delays no other
   Inbox inbox_;
   RenderThread renderer_;
   std::optional<RenderThread> agents_renderer_;  // from the first image of an agent's camera on

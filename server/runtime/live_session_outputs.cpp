@@ -150,10 +150,14 @@ Report LiveSession::report() {
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   report_completeness(outbox_, report);
   report_robots(state_->robots, stages_, report);
+  auto laser = report.lasers.begin();
   for (std::size_t i = 0; i < guards_.size(); ++i) {
-    report.guard_fired += guards_[i]->fired();
+    std::uint64_t fired = guards_[i].front()->fired();
+    for (std::size_t k = 1; k < guards_[i].size(); ++k)
+      fired += (laser++)->guard_fired = guards_[i][k]->fired();
+    report.guard_fired += fired;
     if (report.robots.empty()) continue;
-    report.robots[i].guard_fired = guards_[i]->fired();
+    report.robots[i].guard_fired = fired;
     report.robots[i].scan_in_to_out_us = in_to_out_us_[i];
   }
   if (options_.refused != nullptr) report.messages_refused = options_.refused->count();

@@ -114,7 +114,8 @@ std::optional<std::uint64_t> RenderThread::submit_newest(tick::Outputs::Frame fr
   const std::lock_guard lock(mutex_);
   std::optional<std::uint64_t> dropped;
   auto place = std::find_if(waiting_.begin(), waiting_.end(), [&](const Waiting& each) {
-    return each.frame.agent == frame.agent && each.frame.robot == frame.robot;
+    return each.frame.agent == frame.agent && each.frame.robot == frame.robot &&
+           each.frame.camera == frame.camera;
   });
   if (place == waiting_.end() && waiting_.size() == kMaxWaiting) {
     dropped = waiting_.front().frame.sequence;
@@ -181,8 +182,13 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
       renderer = std::make_unique<FrameRenderer>(*model, simulates, texture_.get());
       note_fault(*renderer);
     }
-    tick::FrameAnswer done{
-        frame.agent, frame.robot, frame.sequence, frame.exposure.has_value(), renderer->answer(frame), {}};
+    tick::FrameAnswer done{frame.agent,
+                           frame.robot,
+                           frame.camera,
+                           frame.sequence,
+                           frame.exposure.has_value(),
+                           renderer->answer(frame),
+                           {}};
     done.latency = steady_now() - since;
     lock.lock();
     busy_ = false;

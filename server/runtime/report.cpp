@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "protocols/channel_map.hpp"
 #include "server/tick/grading_path.hpp"
 #include "server/tick/state.hpp"
 
@@ -58,6 +59,12 @@ void report_completeness(const Outbox& outbox, Report& report) {
 }
 
 void report_robots(const std::vector<tick::RobotState>& robots, const StageClock& stages, Report& report) {
+  report.lasers.clear();
+  for (const tick::RobotState& robot : robots) {
+    for (const tick::FurtherLaser& laser : robot.further_lasers)
+      report.lasers.push_back({robots.size() < 2 ? "" : robot.name, laser.injection.laser,
+                               laser.scan.sequence, laser.scan.degraded});
+  }
   if (robots.size() < 2) return;
   report.robots.clear();
   for (const tick::RobotState& robot : robots) {
@@ -65,6 +72,10 @@ void report_robots(const std::vector<tick::RobotState>& robots, const StageClock
     own.name = robot.name;
     own.scans_in = robot.scan.sequence;
     own.scans_degraded = robot.scan.degraded;
+    for (const tick::FurtherLaser& laser : robot.further_lasers) {
+      own.scans_in += laser.scan.sequence;
+      own.scans_degraded += laser.scan.degraded;
+    }
     own.scan_us = stages.robots_scan_us[robot.index];
     report.robots.push_back(std::move(own));
   }
@@ -72,7 +83,7 @@ void report_robots(const std::vector<tick::RobotState>& robots, const StageClock
 
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
   if (!render_fault.empty()) report.notes["render"] = render_fault;
-  if (report.tally.frames_in > 0 && !robot.camera && !robot.depth) {
+  if (report.tally.frames_in > 0 && !robot.camera && !robot.depth && robot.further_cameras.empty()) {
     report.notes["calibration"] =
         "robot description '" + robot.name + "' has no 'camera' section: images are published unchanged";
   }
@@ -118,6 +129,14 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
     add("scan_us_p50", robot.scan_us.at(0.5));
     add("scan_us_p99", robot.scan_us.at(0.99));
     add("guard_fired", number(robot.guard_fired));
+  }
+  for (const LaserReport& laser : report.lasers) {
+    const auto add = [&](const char* key, std::uint64_t value) {
+      status.values.emplace_back(robot_channel(sensor_channel(key, laser.name), laser.robot), number(value));
+    };
+    add("scans_in", laser.scans_in);
+    add("scans_degraded", laser.scans_degraded);
+    add("guard_fired", laser.guard_fired);
   }
   if (report.messages_refused)
     status.values.emplace_back("messages_refused", number(*report.messages_refused));
@@ -179,6 +198,11 @@ std::string to_json(const Report& report) {
         {"latency_us",
          {{"scan", percentiles(robot.scan_us)}, {"scan_in_to_out", percentiles(robot.scan_in_to_out_us)}}}};
   }
+  for (const LaserReport& laser : report.lasers) {
+    json["lasers"][robot_channel(laser.name, laser.robot)] = {
+        {"scans", {{"in", laser.scans_in}, {"degraded", laser.scans_degraded}}},
+        {"guard_fired", laser.guard_fired}};
+  }
   json["events"] = events;
   json["inputs"] = {{"refused", tally.refused_inputs},
                     {"last_refusal", tally.last_refusal},
@@ -225,6 +249,13 @@ std::string summary(const Report& report) {
                   robot.name.c_str(), static_cast<unsigned long long>(robot.scans_in),
                   static_cast<unsigned long long>(robot.scans_degraded), robot.scan_us.at(0.5),
                   robot.scan_us.at(0.99));
+    text += line;
+  }
+  for (const LaserReport& laser : report.lasers) {
+    std::snprintf(line, sizeof line, "laser   %s: %llu scans, %llu degraded\n",
+                  robot_channel(laser.name, laser.robot).c_str(),
+                  static_cast<unsigned long long>(laser.scans_in),
+                  static_cast<unsigned long long>(laser.scans_degraded));
     text += line;
   }
   if (tally.agent_frames_in > 0)

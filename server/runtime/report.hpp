@@ -46,6 +46,13 @@ struct RobotReport {
   tick::Percentiles scan_us, scan_in_to_out_us;  ///< as in Report
 };
 
+/// Counts of a planar laser after its robot's first; the robot's counts include them.
+struct LaserReport {
+  std::string robot;  ///< empty: there is one
+  std::string name;
+  std::uint64_t scans_in = 0, scans_degraded = 0, guard_fired = 0;
+};
+
 /// Contents of --report. Times in microseconds, from the wall clock; everything else is the same for the same
 /// log.
 struct Report {
@@ -61,6 +68,7 @@ struct Report {
       scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, including the wait in the inbox
   tick::Percentiles scan_us, frame_us, agent_frame_us, physics_step_us, physics_wait_us;
   std::vector<RobotReport> robots;  ///< empty: there is one robot
+  std::vector<LaserReport> lasers;  ///< of all robots, those after the first
   double log_seconds = 0, wall_seconds = 0;
   bool complete = true;
   std::string incomplete_because;
@@ -72,7 +80,7 @@ struct Report {
 
 /// Sets `complete` and the reason if not: a write failed, or published scans are missing in the log.
 void report_completeness(const Outbox& outbox, Report& report);
-/// Fills Report::robots, if there are several.
+/// Fills Report::robots, if there are several, and Report::lasers.
 void report_robots(const std::vector<tick::RobotState>& robots, const StageClock& stages, Report& report);
 /// Adds a note if the robot description or the renderer prevents augmentation of images.
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);

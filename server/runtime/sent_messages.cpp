@@ -28,6 +28,11 @@ SentMessages::SentMessages(const tick::Configuration& configuration) {
     channels_.push_back(bus);
     indices_.push_back(static_cast<std::int64_t>(k));
   }
+  auto index = static_cast<std::int64_t>(configuration.robot_count() * names.size());
+  for (tick::LaserOutput& own : tick::further_laser_outputs(configuration)) {
+    channels_.push_back(std::move(own.bus));
+    indices_.push_back(index++);
+  }
 }
 
 std::optional<std::size_t> SentMessages::find(std::string_view channel) const {

@@ -18,13 +18,15 @@ namespace parhelion::runtime {
 /// Remembers hashes of the newest few thousand messages: some seconds of all sensors. Thread-safe.
 class SentMessages {
  public:
-  /// Watches the channels of tick::own_channels() that are outputs of this session.
+  /// Watches the channels of tick::own_channels() that are outputs of this session, and
+  /// tick::further_laser_outputs().
   explicit SentMessages(const tick::Configuration& configuration);
 
   const std::vector<std::string>& channels() const { return channels_; }  ///< names on the bus
   /// Call before publishing; other channels are ignored.
   void add(std::string_view channel, std::span<const std::uint8_t> payload);
-  /// A message of another publisher: the index of its channel in tick::own_channels(). nullopt: our own
+  /// A message of another publisher: the index of its channel as in
+  /// tick::report_foreign_message(). nullopt: our own
   /// message, or another channel.
   std::optional<std::int64_t> foreign(std::string_view channel, std::span<const std::uint8_t> payload) const;
 

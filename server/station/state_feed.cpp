@@ -58,6 +58,7 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
     add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
   add(channel::kMrModel, Kind::model, 2, std::nullopt);
   add(channel::kOperators, Kind::operators, 64, std::nullopt);
+  for (std::size_t i = 0; i < robots_.size(); ++i) add_further_sensors(i);
   channels_[channel::kMrSession] = {Kind::session, channel::kMrSession, 2, 0};  // never renamed
 }
 
@@ -67,6 +68,29 @@ void StateFeed::add(const char* canonical, Kind kind, int capacity,
     if (i == 0 || is_robot_channel(canonical))
       channels_[configuration_->channels.bus(canonical, i)] = {kind, canonical, capacity, i};
     if (watched) robots_[i].sensors.watch(canonical, *watched);
+  }
+}
+
+void StateFeed::add_further_sensors(std::size_t robot) {
+  const RobotDescription& description = configuration_->robot_at(robot);
+  const auto watch = [&](const char* canonical, const std::string& name, std::size_t index) {
+    const bool info = std::string_view(canonical) == channel::kMrScanInfo;
+    const std::string own = sensor_channel(canonical, name);
+    channels_[configuration_->channels.robots_bus(canonical, robot, index)] = {
+        info ? Kind::further_scan_info : Kind::watched, own, 4, robot};
+    if (!info) robots_[robot].sensors.watch(own, SensorWatch::Clock::robot);
+  };
+  for (std::size_t i = 0; i < description.further_lasers.size(); ++i) {
+    for (const char* canonical : laser_channels())
+      watch(canonical, description.further_lasers[i].name, i + 1);
+  }
+  for (std::size_t i = 0; i < description.further_cameras.size(); ++i) {
+    const NamedCameras& cameras = description.further_cameras[i];
+    for (const char* canonical : camera_channels()) {
+      const bool of_depth = std::string_view(canonical).ends_with(channel::kDepth);
+      if (of_depth ? cameras.depth.has_value() : cameras.camera.has_value())
+        watch(canonical, cameras.name, i + 1);
+    }
   }
 }
 
@@ -99,6 +123,8 @@ void StateFeed::take(const Message& message, WallTime now) {
       return handle_scan(message, channel.robot, ScanFrame::Source::mixed);
     case Kind::scan_info:
       return handle_scan_info(message, channel.robot);
+    case Kind::further_scan_info:
+      return handle_further_scan_info(message, channel.robot);
     case Kind::odometry:
       if (Odometry odometry; read(odometry)) robot.place.take(odometry);
       return;
@@ -249,6 +275,12 @@ void StateFeed::handle_scan_info(const Message& message, std::size_t index) {
   robot.injection_changed = robot.injection_changed || live != info.live || reason != info.reason;
   if (info.live && read_world()) knowledge_.handle_scan(info, index, world_);
   if (robot.mixed_scan && robot.mixed_scan->stamp == info.stamp) send_mixed_scan(index, &info);
+}
+
+void StateFeed::handle_further_scan_info(const Message& message, std::size_t index) {
+  ScanInfo info;
+  if (!decode(message.channel, message.payload, info)) return;
+  if (info.live && read_world()) knowledge_.handle_scan(info, index, world_);
 }
 
 /// What a picture shows is looked for ten times a second at most.

@@ -79,6 +79,7 @@ class StateFeed {
     scan,
     mr_scan,
     scan_info,
+    further_scan_info,  ///< of a laser after the first, which pages do not draw
     odometry,
     pose_cov,
     pose,
@@ -99,6 +100,7 @@ class StateFeed {
     int capacity = 1;
     std::size_t robot = 0;  ///< whose it is; 0 for those of the session
   };
+  void add_further_sensors(std::size_t robot);
   void add(const char* canonical, Kind kind, int capacity, std::optional<SensorWatch::Clock> watched);
   void record(const Channel& channel, SensorTime stamp);
 
@@ -110,6 +112,7 @@ class StateFeed {
   void handle_event(const Message& message);
   void handle_scan(const Message& message, std::size_t robot, ScanFrame::Source source);
   void handle_scan_info(const Message& message, std::size_t robot);
+  void handle_further_scan_info(const Message& message, std::size_t robot);
   void handle_picture(std::size_t robot, WallTime now);
   void look_from_agents(WallTime now);
   void handle_agent_scan(const Message& message);

@@ -14,37 +14,63 @@ constexpr Duration kSameMoment = milliseconds(5);          // shorter than the i
 constexpr Duration kLongestWait = milliseconds(50);        // for the depth image of the same moment
 constexpr Duration kLongestDepthWait = milliseconds(110);  // for an image: its own wait included
 
+const std::optional<CameraDescription>& camera_of(const TickContext& context, const CameraPath& path) {
+  return context.robot().camera_at(path.camera.index);
+}
+
+const std::optional<DepthCameraDescription>& depth_of(const TickContext& context, const CameraPath& path) {
+  return context.robot().depth_at(path.camera.index);
+}
+
+/// Only the first camera helps to find the robot's clock: another whose stamps are wrong harms itself alone.
+bool is_on_robots_clock(const Message& input, SensorTime stamp, const CameraPath& path) {
+  return path.camera.index == 0 ? path.pose.clock.add(input.arrival, stamp)
+                                : path.pose.clock.agrees(input.arrival, stamp);
+}
+
+/// A job of this camera.
+Outputs::Frame frame_of(const TickContext& context, const CameraPath& path, render::RenderJob job,
+                        std::uint64_t sequence) {
+  Outputs::Frame frame;
+  frame.job = std::move(job);
+  frame.sequence = record_number(context.robot_index, sequence, path.camera.index);
+  frame.robot = context.robot_index;
+  frame.camera = path.camera.index;
+  return frame;
+}
+
 /// Passed through the render thread like all images, so that no original overtakes an earlier image in
 /// rendering.
-Outputs::Frame original(const TickContext& context, Image image, std::uint64_t sequence,
-                        const std::string& reason) {
-  Outputs::Frame frame;
-  frame.job.image = std::move(image);
-  frame.sequence = record_number(context.robot_index, sequence);
-  frame.robot = context.robot_index;
+Outputs::Frame original(const TickContext& context, const CameraPath& path, Image image,
+                        std::uint64_t sequence, const std::string& reason) {
+  render::RenderJob job;
+  job.image = std::move(image);
+  Outputs::Frame frame = frame_of(context, path, std::move(job), sequence);
   frame.reason = reason;
   return frame;
 }
 
 /// Adds the depth image at its sensor's pose. False: the pose is not known.
-bool add_depth(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
+bool add_depth(const DepthCameraDescription& camera, const CameraPath& path, render::RenderJob& job) {
   const Image& depth = *path.camera.depth;
   // By the stamps as they are: one driver gives both.
   const auto pose = robot_pose(path.pose, depth.stamp);
-  const auto turn = pose::head_turn(robot.depth->head, path.pose.joints, depth.stamp);
+  const auto turn = pose::head_turn(camera.head, path.pose.joints, depth.stamp);
   if (!pose || !turn) return false;
   job.depth = depth;
-  job.depth_camera = *robot.depth;
-  job.T_map_depth = pose->T_map_base * *turn * robot.depth->T_base_optical;
+  job.depth_camera = camera;
+  job.T_map_depth = pose->T_map_base * *turn * camera.T_base_optical;
   job.depth_answered = std::exchange(path.camera.depth_answered, true);
   return true;
 }
 
 /// Adds the occluders: depth image and current scan, each at its own sensor pose.
-void add_occluders(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
+void add_occluders(const TickContext& context, const CameraPath& path, render::RenderJob& job) {
+  const RobotDescription& robot = context.robot();
   const std::optional<Image>& depth = path.camera.depth;
-  if (depth && robot.depth && std::abs((job.image.stamp - depth->stamp).ns) <= kDepthPartner.ns)
-    (void)add_depth(robot, path, job);
+  const auto& depth_camera = depth_of(context, path);
+  if (depth && depth_camera && std::abs((job.image.stamp - depth->stamp).ns) <= kDepthPartner.ns)
+    (void)add_depth(*depth_camera, path, job);
   if (!path.scan.have_real || !robot.laser) return;
   const auto pose = robot_pose(path.pose, path.scan.real.stamp);
   if (!pose) return;
@@ -136,9 +162,9 @@ Outputs::Frame make_frame(const TickContext& context, WaitingImage waiting, cons
   render::RenderJob job;
   job.image = std::move(waiting.image);
   const auto unchanged = [&](const std::string& reason) {
-    return original(context, std::move(job.image), waiting.sequence, reason);
+    return original(context, path, std::move(job.image), waiting.sequence, reason);
   };
-  job.camera = *context.robot().camera;
+  job.camera = *camera_of(context, path);
   const SensorTime taken = job.image.stamp + seconds(job.camera.time_offset);
   pose::NoPose why{};
   const auto pose = robot_pose(path.pose, taken, &why);
@@ -151,34 +177,36 @@ Outputs::Frame make_frame(const TickContext& context, WaitingImage waiting, cons
   job.T_map_optical = pose->T_map_base * *turn * job.camera.T_base_optical;
   show_at_their_rows(job.camera, path, taken, job);
   job.floor_z = 0;
-  add_occluders(context.robot(), path, job);
-  const std::uint64_t number = record_number(context.robot_index, waiting.sequence);
-  return {std::move(job), number, path.site.model, "", {}, {}, context.robot_index};
+  add_occluders(context, path, job);
+  Outputs::Frame frame = frame_of(context, path, std::move(job), waiting.sequence);
+  frame.model = path.site.model;
+  return frame;
 }
 
 /// A job for a depth image alone: one that no image of the camera was answered with.
 Outputs::Frame make_depth_frame(const TickContext& context, std::uint64_t sequence, const CameraPath& path) {
-  const RobotDescription& robot = context.robot();
+  const auto& camera = depth_of(context, path);
   render::RenderJob job;
   job.image.stamp = path.camera.depth->stamp;
   const auto unchanged = [&](const std::string& reason) {
     render::RenderJob raw;
     raw.depth = *path.camera.depth;
     path.camera.depth_answered = true;
-    return Outputs::Frame{
-        std::move(raw),     record_number(context.robot_index, sequence), nullptr, reason, {}, {},
-        context.robot_index};
+    Outputs::Frame frame = frame_of(context, path, std::move(raw), sequence);
+    frame.reason = reason;
+    return frame;
   };
-  if (!robot.depth) return unchanged("the robot description has no depth camera");
+  if (!camera) return unchanged("the robot description has no depth camera");
   pose::NoPose why{};
   const auto pose = robot_pose(path.pose, job.image.stamp, &why);
   if (!pose) return unchanged(std::string("no pose: ") + to_string(why));
   if (!path.simulation.at(path.pose.clock.to_server(job.image.stamp), job.world))
     return unchanged("the world at the depth image's stamp is not known");
   leave_out_uncertain(context, *pose, job.image.stamp, path, job.world);
-  if (!add_depth(robot, path, job)) return unchanged("the joints of the depth camera's head are not known");
-  return {std::move(job),     record_number(context.robot_index, sequence), path.site.model, "", {}, {},
-          context.robot_index};
+  if (!add_depth(*camera, path, job)) return unchanged("the joints of the depth camera's head are not known");
+  Outputs::Frame frame = frame_of(context, path, std::move(job), sequence);
+  frame.model = path.site.model;
+  return frame;
 }
 
 /// The depth image of the image's own instant, or a later one, has arrived.
@@ -213,7 +241,6 @@ void answer_overdue_images(const TickContext& context, const CameraPath& path) {
 }
 
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path) {
-  const RobotDescription& robot = context.robot();
   Image image;
   if (const Status read = decode(input.channel, input.payload, image); !read)
     return refuse(context, read.error());
@@ -221,12 +248,12 @@ void handle_image(const TickContext& context, const Message& input, const Camera
   const std::uint64_t sequence = ++path.camera.sequence;
   answer_waiting_image(context, path);
   const auto pass = [&](const std::string& reason) {
-    context.outputs.add_frame(original(context, std::move(image), sequence, reason));
+    context.outputs.add_frame(original(context, path, std::move(image), sequence, reason));
   };
-  if (!robot.camera) return pass("the robot description has no camera calibration");
-  if (!path.pose.clock.add(input.arrival, image.stamp)) return pass("the stamp is off the robot's clock");
+  if (!camera_of(context, path)) return pass("the robot description has no camera calibration");
+  if (!is_on_robots_clock(input, image.stamp, path)) return pass("the stamp is off the robot's clock");
   path.camera.waiting = WaitingImage{std::move(image), sequence, context.now};
-  if (!robot.depth || depth_is_there(path.camera)) answer_waiting_image(context, path);
+  if (!depth_of(context, path) || depth_is_there(path.camera)) answer_waiting_image(context, path);
 }
 
 void handle_depth(const TickContext& context, const Message& input, const CameraPath& path) {
@@ -239,7 +266,7 @@ void handle_depth(const TickContext& context, const Message& input, const Camera
   camera.depth_arrival = context.now;
   camera.depth_answered = false;
   if (camera.waiting && depth_is_there(camera)) answer_waiting_image(context, path);
-  if (!context.robot().camera) answer_waiting_depth(context, path);
+  if (!camera_of(context, path)) answer_waiting_depth(context, path);
 }
 
 }  // namespace parhelion::tick

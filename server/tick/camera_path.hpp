@@ -24,7 +24,9 @@ struct WaitingImage {
   SimulationTime arrival;
 };
 
+/// Of a camera and the depth camera that belongs to it.
 struct CameraState {
+  std::size_t index = 0;  ///< in the robot, see RobotDescription::camera_at()
   std::uint64_t sequence = 0;
   std::optional<WaitingImage> waiting;
   std::optional<Image> depth;  ///< the newest

@@ -10,6 +10,10 @@ bool near(Duration a, Duration b, Duration limit) { return std::llabs(a.ns - b.n
 
 }  // namespace
 
+bool ClockOffset::agrees(ArrivalTime arrival, SensorTime measured) const {
+  return offset_ && near(Duration{arrival.ns - measured.ns}, *offset_, kStep);
+}
+
 bool ClockOffset::add(ArrivalTime arrival, SensorTime measured) {
   const Duration sample{arrival.ns - measured.ns};
   if (!offset_) {

@@ -18,6 +18,8 @@ class ClockOffset {
   /// `measured`: the last instant that the message covers (a scan's last beam), so that the offset is never
   /// late. False: an outlier; the message's stamp is not to be trusted.
   bool add(ArrivalTime arrival, SensorTime measured);
+  /// The same, without learning from it. False, too, if the offset is not known yet.
+  bool agrees(ArrivalTime arrival, SensorTime measured) const;
   bool known() const { return offset_.has_value(); }
   /// On the server's clock. Requires known().
   SimulationTime to_server(SensorTime t) const { return {t.ns + offset_->ns}; }

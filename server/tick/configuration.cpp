@@ -7,6 +7,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/scenario_robots.hpp"
 #include "server/tick/robot_descriptions.hpp"
+#include "server/tick/sensor_channels.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -22,12 +23,19 @@ Status check_map(const Scenario& scenario, const SemanticModel& model, const pos
                "; give the map that the model was made from, or make " + "the model again"};
 }
 
+/// What a sensor sends on one of its channels; none: the server's answer.
+InputKind input_of_sensor(std::string_view canonical) {
+  if (canonical == channel::kScan) return InputKind::scan;
+  if (canonical == channel::kCamera) return InputKind::camera;
+  return canonical == channel::kDepth ? InputKind::depth : InputKind::none;
+}
+
 /// The last part of a path.
 std::string file_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 }  // namespace
 
-ChannelMap::ChannelMap(const Scenario& scenario)
+ChannelMap::ChannelMap(const Scenario& scenario, const SensorNames& sensors)
     : renamed_(scenario.channels.begin(), scenario.channels.end()), robots_(robots_in_channels(scenario)) {
   std::vector<std::pair<const char*, InputKind>> known = {
       {channel::kTeleop, InputKind::teleop},       {channel::kJointCmd, InputKind::joint_command},
@@ -66,6 +74,23 @@ ChannelMap::ChannelMap(const Scenario& scenario)
     for (std::size_t robot = 0; robot < robots; ++robot)
       of_robots_.push_back({canonical, robot, bus(canonical, robot)});
   }
+  for (std::size_t robot = 0; robot < std::min(robots, sensors.size()); ++robot) {
+    add_sensors(robot, laser_channels(), sensors[robot].lasers, simulated);
+    add_sensors(robot, camera_channels(), sensors[robot].cameras, simulated);
+  }
+}
+
+void ChannelMap::add_sensors(std::size_t robot, std::span<const char* const> channels,
+                             const std::vector<std::string>& names, bool simulated) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (const char* canonical : channels) {
+      const std::string own = sensor_channel(canonical, names[i]);
+      of_robots_.push_back({canonical, robot, bus(own, robot), i + 1});
+      const InputKind input = input_of_sensor(canonical);
+      if (!simulated && input != InputKind::none)
+        inputs_.push_back({own, input, robot, bus(own, robot), i + 1});
+    }
+  }
 }
 
 std::string ChannelMap::bus(std::string_view canonical, std::size_t robot) const {
@@ -77,19 +102,23 @@ std::string ChannelMap::bus(std::string_view canonical, std::size_t robot) const
   return whole;
 }
 
-const std::string& ChannelMap::robots_bus(std::string_view canonical, std::size_t robot) const {
+const std::string& ChannelMap::robots_bus(std::string_view canonical, std::size_t robot,
+                                          std::size_t sensor) const {
   const auto found = std::find_if(of_robots_.begin(), of_robots_.end(), [&](const RobotsChannel& each) {
-    return each.robot == robot && each.canonical == canonical;
+    return each.robot == robot && each.sensor == sensor && each.canonical == canonical;
   });
   assert(found != of_robots_.end());
   return found->bus;
 }
 
-InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent, std::size_t* robot) const {
+InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent, std::size_t* robot,
+                           std::size_t* sensor) const {
   if (robot != nullptr) *robot = 0;
+  if (sensor != nullptr) *sensor = 0;
   for (const Entry& entry : inputs_) {
     if (entry.bus != bus_name) continue;
     if (robot != nullptr) *robot = entry.robot;
+    if (sensor != nullptr) *sensor = entry.sensor;
     return entry.kind;
   }
   for (const auto& [suffix, kind] : {std::pair(kTeleopSuffix, InputKind::agent_teleop),
@@ -166,6 +195,8 @@ Result<RobotDescription> trainee_description(const Scenario& scenario, const Rob
     description.model.clear();
     // All rows of a camera are rendered at one instant, and simulated stamps are those of the scans' clock.
     if (description.camera) description.camera->readout = description.camera->time_offset = 0;
+    for (NamedCameras& each : description.further_cameras)
+      if (each.camera) each.camera->readout = each.camera->time_offset = 0;
     if (description.imu) description.imu->time_offset = 0;
     return description;
   }
@@ -186,9 +217,12 @@ Status check_robot(const RobotDescription& robot) {
   return {};
 }
 
-Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model, RobotModels robot_models,
-                                std::shared_ptr<const pose::MatchingMap> map) {
+namespace {
+
+/// What configure() returns, before further sensors have their channels.
+Result<Configuration> configure_first(const Scenario& scenario, const RobotDescription& robot,
+                                      const SemanticModel& model, RobotModels robot_models,
+                                      std::shared_ptr<const pose::MatchingMap> map) {
   if (const Status level = check_level(scenario); !level) return level.error();
   if (const Status same = check_map(scenario, model, map.get()); !same) return same.error();
   Configuration configuration{scenario,      robot, model, ChannelMap(scenario), std::move(robot_models),
@@ -202,17 +236,48 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
   return configuration;
 }
 
+/// Gives each further sensor its channels.
+Result<Configuration> with_sensors(Configuration configuration) {
+  const SensorNames sensors = further_sensors(configuration);
+  if (const Status free = check_sensor_channels(configuration.scenario, sensors); !free) return free.error();
+  if (std::any_of(sensors.begin(), sensors.end(),
+                  [](const FurtherSensors& each) { return !each.lasers.empty() || !each.cameras.empty(); }))
+    configuration.channels = ChannelMap(configuration.scenario, sensors);
+  return configuration;
+}
+
+}  // namespace
+
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
+                                const SemanticModel& model, RobotModels robot_models,
+                                std::shared_ptr<const pose::MatchingMap> map) {
+  auto configuration = configure_first(scenario, robot, model, std::move(robot_models), std::move(map));
+  if (!configuration) return configuration;
+  return with_sensors(std::move(*configuration));
+}
+
 Result<Configuration> configure_robots(const Scenario& scenario, std::vector<RobotDescription> robots,
                                        const SemanticModel& model, RobotModels robot_models,
                                        std::shared_ptr<const pose::MatchingMap> map) {
   if (const Status named = name_robots(scenario, robots); !named) return named.error();
-  auto configuration = configure(scenario, robots.front(), model, std::move(robot_models), std::move(map));
+  auto configuration =
+      configure_first(scenario, robots.front(), model, std::move(robot_models), std::move(map));
   if (!configuration) return configuration;
   for (std::size_t i = 1; i < robots.size(); ++i) {
     if (const Status usable = check_robot(robots[i]); !usable) return usable.error();
     configuration->other_robots.push_back(std::move(robots[i]));
   }
-  return configuration;
+  return with_sensors(std::move(*configuration));
+}
+
+SensorNames further_sensors(const Configuration& configuration) {
+  SensorNames names(configuration.robot_count());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const RobotDescription& robot = configuration.robot_at(i);
+    for (const NamedLaser& laser : robot.further_lasers) names[i].lasers.push_back(laser.name);
+    for (const NamedCameras& cameras : robot.further_cameras) names[i].cameras.push_back(cameras.name);
+  }
+  return names;
 }
 
 std::vector<std::string> known_names(const Configuration& configuration) {

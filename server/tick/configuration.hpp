@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,19 +43,28 @@ enum class InputKind : std::uint8_t {
   operators,  ///< which operator drives which robot
 };
 
+/// Names of a robot's sensors after the first of each kind.
+struct FurtherSensors {
+  std::vector<std::string> lasers, cameras;
+};
+using SensorNames = std::vector<FurtherSensors>;  ///< by robot
+
 /// Maps canonical channel names to those on the bus, and back. Of several robots each has its own channels; a
-/// robot is given by its index in the session, and canonical names are bare.
+/// robot is given by its index in the session, and canonical names are bare. So has each of a robot's lasers
+/// and cameras, given by its index in the robot (RobotDescription::laser_at(), camera_at()).
 class ChannelMap {
  public:
-  explicit ChannelMap(const Scenario& scenario);
+  explicit ChannelMap(const Scenario& scenario, const SensorNames& sensors = {});
   /// Name on the bus. `robot`: counts for channels of which each robot has its own.
   std::string bus(std::string_view canonical, std::size_t robot = 0) const;
   /// The same for a channel of which each robot has its own, without allocation; valid as long as this.
-  const std::string& robots_bus(std::string_view canonical, std::size_t robot) const;
+  /// `sensor`: counts for channels of which each laser or each camera has its own.
+  const std::string& robots_bus(std::string_view canonical, std::size_t robot, std::size_t sensor = 0) const;
   /// The kind of a message on this bus channel; for those of agents, `agent` is the name between MR_AGENT_
-  /// and _TELEOP or _JOINT_CMD; `robot`: the one whose channel it is, 0 for the session's channels.
-  InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr,
-                 std::size_t* robot = nullptr) const;
+  /// and _TELEOP or _JOINT_CMD; `robot`: the one whose channel it is, 0 for the session's channels; `sensor`:
+  /// the laser or camera of that robot whose scans or images it has.
+  InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr, std::size_t* robot = nullptr,
+                 std::size_t* sensor = nullptr) const;
   /// Canonical name of the input on this bus channel; empty: not an input, or an agent's.
   std::string_view canonical(std::string_view bus_name) const;
   /// Bus names to subscribe to; the last two are patterns (of agents).
@@ -62,16 +72,20 @@ class ChannelMap {
 
  private:
   struct Entry {
-    const char* canonical;
+    std::string canonical;
     InputKind kind;
     std::size_t robot;
     std::string bus;
+    std::size_t sensor = 0;
   };
   struct RobotsChannel {
     std::string_view canonical;  ///< a constant of protocols/channels.hpp
     std::size_t robot;
     std::string bus;
+    std::size_t sensor = 0;
   };
+  void add_sensors(std::size_t robot, std::span<const char* const> channels,
+                   const std::vector<std::string>& names, bool simulated);
   std::vector<Entry> inputs_;
   std::vector<RobotsChannel> of_robots_;
   std::vector<std::pair<std::string, std::string>> renamed_;
@@ -121,13 +135,16 @@ Result<Configuration> configure_robots(const Scenario& scenario, std::vector<Rob
                                        const SemanticModel& model, RobotModels robot_models = {},
                                        std::shared_ptr<const pose::MatchingMap> map = nullptr);
 
+/// Names of each robot's sensors after the first.
+SensorNames further_sensors(const Configuration& configuration);
+
 /// Names of the robots that are graded, each by itself: the one that the training names, or all of the
 /// session; without a training those that would be.
 std::vector<std::string> graded_robots(const Configuration& configuration);
 /// The first of them.
 std::string graded_robot(const Configuration& configuration);
 
-/// All names that an event can refer to, except joints, operators and channels.
+/// All names that an event can refer to, except joints, sensors, operators and channels.
 std::vector<std::string> known_names(const Configuration& configuration);
 
 /// Converts a configuration to MR_SESSION, and back. File locations are not included.

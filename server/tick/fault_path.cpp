@@ -107,13 +107,13 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
   return {};
 }
 
-void drop_beams(const Configuration& configuration, const FaultState& faults, std::uint64_t sequence,
-                Scan& scan, std::span<scan::RangeHit> body_hits) {
+void drop_beams(const Configuration& configuration, const FaultState& faults, const LaserDescription& laser,
+                std::uint64_t sequence, Scan& scan, std::span<scan::RangeHit> body_hits) {
   double kept = 1;
   for (const Fault* fault : active_faults(faults, Fault::Kind::laser_dropouts)) kept *= 1 - fault->amount;
   if (kept == 1) return;
   const scan::NoiseKey key{configuration.scenario.seed ^ kDropoutsSeed, sequence};
-  const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
+  const auto nothing = laser.convention.no_return_sentinel();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double drawn = 0.5 * std::erfc(-scan::standard_normal(key, i) / std::sqrt(2.0));  // uniform, 0 to 1
     if (drawn >= 1 - kept) continue;

@@ -30,8 +30,8 @@ void update_faults(const TickContext& context, FaultState& faults, simulation::S
 /// fault that only simulated robots can have.
 Status process_fault_command(const TickContext& context, const FaultCommand& command, FaultState& faults);
 /// Laser dropout: removes returns of the trainee's simulated laser, and their body hits. `sequence`: of the
-/// previous scan.
-void drop_beams(const Configuration& configuration, const FaultState& faults, std::uint64_t sequence,
-                Scan& scan, std::span<scan::RangeHit> body_hits);
+/// previous scan, see record_number().
+void drop_beams(const Configuration& configuration, const FaultState& faults, const LaserDescription& laser,
+                std::uint64_t sequence, Scan& scan, std::span<scan::RangeHit> body_hits);
 
 }  // namespace parhelion::tick

@@ -16,6 +16,7 @@ std::vector<std::string> reported_channels(const Configuration& configuration) {
   for (std::size_t robot = 0; robot < configuration.robot_count(); ++robot) {
     for (const std::string& own : own_channels()) names.push_back(configuration.channels.bus(own, robot));
   }
+  for (const LaserOutput& own : further_laser_outputs(configuration)) names.push_back(own.bus);
   return names;
 }
 
@@ -41,6 +42,21 @@ const std::vector<std::string>& own_channels() {
   return names;
 }
 
+std::vector<LaserOutput> further_laser_outputs(const Configuration& configuration) {
+  const bool simulated = simulates_trainee(configuration.scenario);
+  std::vector<LaserOutput> all;
+  for (std::size_t robot = 0; robot < configuration.robot_count(); ++robot) {
+    for (std::size_t laser = 1; laser <= configuration.robot_at(robot).further_lasers.size(); ++laser) {
+      const auto bus = [&](const char* canonical) {
+        return configuration.channels.robots_bus(canonical, robot, laser);
+      };
+      all.push_back({robot, bus(channel::kMrScan)});
+      if (simulated) all.push_back({robot, bus(channel::kScan), true});
+    }
+  }
+  return all;
+}
+
 std::int64_t status_channel_index() { return static_cast<std::int64_t>(sensor_channels().size()); }
 
 std::int64_t refused_message_count(const Configuration& configuration, SignatureFault fault,
@@ -50,22 +66,39 @@ std::int64_t refused_message_count(const Configuration& configuration, Signature
   return index * kFaults + static_cast<std::int64_t>(fault);
 }
 
+namespace {
+
+void report_foreign_on(const TickContext& context, const std::string& name, bool simulated_sensor) {
+  publish(context, name,
+          "another publisher uses " + name +
+              (simulated_sensor
+                   ? ", a channel of the simulated robot's sensors; its messages are ignored"
+                   : ", on which only this server may publish: the robot may act on it; authentication "
+                     "(docs/security.md) keeps it out"));
+}
+
+void report_foreign_laser(const TickContext& context, std::size_t index) {
+  const std::vector<LaserOutput> outputs = further_laser_outputs(context.configuration);
+  if (index >= outputs.size()) return;
+  const LaserOutput& output = outputs[index];
+  report_foreign_on(context.of_robot(output.robot), output.bus, output.simulated_sensor);
+}
+
+}  // namespace
+
 void report_foreign_message(const TickContext& context, std::int64_t channel) {
   const auto& names = own_channels();
   const auto count = static_cast<std::int64_t>(names.size());
-  if (channel < 0 || channel / count >= static_cast<std::int64_t>(context.configuration.robot_count()))
-    return;
+  if (channel < 0) return;
   const auto robot = static_cast<std::size_t>(channel / count);
+  if (robot >= context.configuration.robot_count())
+    return report_foreign_laser(
+        context, static_cast<std::size_t>(channel) - names.size() * context.configuration.robot_count());
   channel %= count;
   const std::string name =
       context.configuration.channels.bus(names[static_cast<std::size_t>(channel)], robot);
   if (channel == status_channel_index()) return publish(context, name, kOtherServerText);
-  publish(context.of_robot(robot), name,
-          "another publisher uses " + name +
-              (channel < status_channel_index()
-                   ? ", a channel of the simulated robot's sensors; its messages are ignored"
-                   : ", on which only this server may publish: the robot may act on it; authentication "
-                     "(docs/security.md) keeps it out"));
+  report_foreign_on(context.of_robot(robot), name, channel < status_channel_index());
 }
 
 void report_refused_message(const TickContext& context, std::int64_t count) {

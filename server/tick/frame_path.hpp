@@ -17,6 +17,7 @@ namespace parhelion::tick {
 struct FrameAnswer {
   std::string agent;  ///< owner of the camera; empty: the robot of this index
   std::size_t robot = 0;
+  std::size_t camera = 0;  ///< of that robot
   std::uint64_t sequence = 0;
   bool simulated = false;  ///< an image of a simulated camera, which already shows all bodies
   render::RenderAnswer answer;

@@ -7,7 +7,7 @@ constexpr Duration kScanSilence =
     milliseconds(500);  // without a scan for longer, injection counts as degraded
 
 void publish_injection_event(const TickContext& context, const std::string& reason,
-                             InjectionState& injection) {
+                             ScanInjection& injection) {
   const bool live = reason.empty();
   if (live == injection.reported_live) return;
   injection.reported_live = live;
@@ -15,9 +15,12 @@ void publish_injection_event(const TickContext& context, const std::string& reas
   event.stamp = context.now;
   event.kind = live ? EventKind::injection_active : EventKind::injection_suspended;
   event.subject = context.robot().name;
+  event.object = injection.laser;
   event.text = reason;
   publish_event(context, event);
 }
+
+}  // namespace
 
 void report_gate_changes(const TickContext& context, InjectionGate& gate) {
   for (const InjectionGate::Change& change : gate.take_changes()) {
@@ -30,19 +33,16 @@ void report_gate_changes(const TickContext& context, InjectionGate& gate) {
   }
 }
 
-}  // namespace
-
-void report_injection(const TickContext& context, const std::string& reason, InjectionState& injection) {
+void report_injection(const TickContext& context, const std::string& reason, ScanInjection& injection) {
   injection.live = reason.empty();
   publish_injection_event(context, reason, injection);
 }
 
-bool injection_is_live(const InjectionState& injection, SimulationTime now) {
+bool injection_is_live(const ScanInjection& injection, SimulationTime now) {
   return injection.live && now - injection.last_scan < kScanSilence;
 }
 
-void watch_injection(const TickContext& context, InjectionState& injection) {
-  report_gate_changes(context, injection.gate);
+void watch_injection(const TickContext& context, ScanInjection& injection) {
   if (simulates_trainee(context.configuration.scenario) || context.now - injection.last_scan < kScanSilence)
     return;
   const bool none_yet = injection.last_scan == SimulationTime{};

@@ -37,9 +37,10 @@ class StageObserver {
 };
 
 /// The number of a scan or an image in records of a session (LoopDecision, noise): `sequence`, its number
-/// among those of its robot, from 1, with the robot's index above. For the first robot it is `sequence`.
-constexpr std::uint64_t record_number(std::size_t robot, std::uint64_t sequence) {
-  return std::uint64_t{robot} << 48 | sequence;
+/// among those of its robot and sensor, from 1, with their indices above. For the first laser or camera of
+/// the first robot it is `sequence`.
+constexpr std::uint64_t record_number(std::size_t robot, std::uint64_t sequence, std::size_t sensor = 0) {
+  return std::uint64_t{sensor} << 56 | std::uint64_t{robot} << 48 | sequence;
 }
 
 /// Receives MR_SCAN as soon as it is computed, in the middle of the tick: the robot does not wait for the
@@ -79,6 +80,7 @@ class Outputs {
     std::optional<render::Exposure> exposure;
     std::string agent;  ///< owner of the camera; empty: the robot of this index
     std::size_t robot = 0;
+    std::size_t camera = 0;  ///< of that robot, see RobotDescription::camera_at()
   };
 
   void clear() {

@@ -66,8 +66,11 @@ void step_physics(const TickContext& context, State& state) {
 /// What time alone brings about for one robot.
 void watch_robot(const TickContext& context, RobotState& robot, State& state) {
   watch_silence(context, state.command_path(robot));
+  report_gate_changes(context, robot.injection.gate);
   watch_injection(context, robot.injection);
-  answer_overdue_images(context, state.camera_path(robot));
+  for (FurtherLaser& laser : robot.further_lasers) watch_injection(context, laser.injection);
+  for (std::size_t i = 0; i <= robot.further_cameras.size(); ++i)
+    answer_overdue_images(context, state.camera_path(robot, i));
 }
 
 void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& stages) {

@@ -20,6 +20,10 @@ std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
   std::vector<std::vector<HeadJoint>> all;
   if (robot.camera) all.push_back(robot.camera->head);
   if (robot.depth) all.push_back(robot.depth->head);
+  for (const NamedCameras& each : robot.further_cameras) {
+    if (each.camera) all.push_back(each.camera->head);
+    if (each.depth) all.push_back(each.depth->head);
+  }
   if (robot.line_laser) all.push_back(robot.line_laser->head);
   return all;
 }

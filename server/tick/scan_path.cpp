@@ -28,6 +28,21 @@ struct SweepPoses {
   scan::LaserMotion laser;
 };
 
+const LaserDescription& laser_of(const TickContext& context, const ScanState& scan) {
+  return context.robot().laser_at(scan.laser);
+}
+
+/// Only the first laser helps to find the robot's clock: another whose stamps are wrong harms itself alone.
+bool is_on_robots_clock(const Message& input, SensorTime last, const ScanPath& path) {
+  return path.scan.laser == 0 ? path.pose.clock.add(input.arrival, last)
+                              : path.pose.clock.agrees(input.arrival, last);
+}
+
+/// Only the first laser is matched to the map.
+pose::RefinedPose match_first_laser(const ScanPath& path) {
+  return path.scan.laser == 0 ? match_scan(path.scan.real, path.pose) : pose::RefinedPose();
+}
+
 Outcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
 
 /// To MR_SCAN_INFO and the report.
@@ -41,15 +56,15 @@ void report_match(const pose::RefinedPose& refined, Tally& tally, ScanInfo& info
 
 Outcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
                          SweepPoses& poses) {
-  const LaserDescription& laser = *context.robot().laser;
   ScanState& scan = path.scan;
+  const LaserDescription& laser = laser_of(context, scan);
   const scan::Sweep sweep = scan::beam_times(laser, scan.real, scan.beam_time);
   const SensorTime first = scan.real.stamp + sweep.start;
   const SensorTime last = scan.real.stamp + sweep.end;
-  if (!path.pose.clock.add(input.arrival, last)) {
+  if (!is_on_robots_clock(input, last, path)) {
     return {Degraded::clock, "the stamp is more than a second off the robot's clock"};
   }
-  const pose::RefinedPose refined = match_scan(scan.real, path.pose);
+  const pose::RefinedPose refined = match_first_laser(path);
   report_match(refined, context.tally, scan.info);
   pose::NoPose why{};
   const auto start = robot_pose(path.pose, first, &why);
@@ -80,7 +95,7 @@ double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMo
 Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const ScanPath& path) {
   const Configuration& configuration = context.configuration;
   ScanState& scan = path.scan;
-  const double range_max = context.robot().laser->convention.range_max;
+  const double range_max = laser_of(context, scan).convention.range_max;
   const Eigen::Vector3d laser_origin = poses.laser.T_map_laser_end.translation();
   const auto distance = [&](const Transform<Map, Body>& T_map_body) {
     return (T_map_body.translation() - laser_origin).norm();
@@ -108,8 +123,8 @@ Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const
       nearest = distance(agent->T_map_body_end);
       scan.info.predicted_error = error;
     }
-    const bool shown = path.injection.gate.admit(agent->body->entity, error, scan.world_start.stamp,
-                                                 configuration.scenario.injection, path.simulation);
+    const bool shown = path.gate.admit(agent->body->entity, error, scan.world_start.stamp,
+                                       configuration.scenario.injection, path.simulation);
     kept = shown ? std::copy(agent, end, kept) : kept;
     left_out = left_out || !shown;
     agent = end;
@@ -172,13 +187,13 @@ Outcome inject(const TickContext& context, const Message& input, const ScanPath&
   stages.ended(Stage::world);
   if (selected.cause != Degraded::none) return selected;
 
-  cast(context.robot().laser->convention, poses, scan, path.site.caster);
+  const LaserDescription& laser = laser_of(context, scan);
+  cast(laser.convention, poses, scan, path.site.caster);
   stages.ended(Stage::cast);
   const scan::NoiseKey key{context.configuration.scenario.seed,
-                           record_number(context.robot_index, scan.sequence)};
-  context.tally.beams_replaced +=
-      scan::augment_scan(scan.real, *context.robot().laser, key, scan.virtual_hits, scan.building_hits,
-                         scan.out, scan.beam_body);
+                           record_number(context.robot_index, scan.sequence, scan.laser)};
+  context.tally.beams_replaced += scan::augment_scan(scan.real, laser, key, scan.virtual_hits,
+                                                     scan.building_hits, scan.out, scan.beam_body);
   stages.ended(Stage::augment);
   return {};
 }
@@ -249,16 +264,16 @@ Outcome compute_scan(const TickContext& context, const Message& input, const Sca
 void publish_scan(const TickContext& context, const Message& input, const Outcome& outcome, ScanState& scan,
                   ScanSink& sink) {
   const ScanSink::Receipt receipt =
-      sink.publish(record_number(context.robot_index, scan.sequence), scan.mr_scan);
+      sink.publish(record_number(context.robot_index, scan.sequence, scan.laser), scan.mr_scan);
   if (receipt.raw) {
     pass_raw_scan(input, "guard: no answer in time", scan);
     if (outcome.cause == Degraded::none) count_degraded(context, Degraded::guard, scan);
   } else if (outcome.cause == Degraded::none) {
     name_agents(scan);  // not before: the robot waits for MR_SCAN
   }
-  context.outputs.add(context.channel(channel::kMrScan), receipt.sent)
+  context.outputs.add(context.channel(channel::kMrScan, scan.laser), receipt.sent)
       .assign(scan.mr_scan.begin(), scan.mr_scan.end());
-  encode(scan.info, context.outputs.add(context.channel(channel::kMrScanInfo)));
+  encode(scan.info, context.outputs.add(context.channel(channel::kMrScanInfo, scan.laser)));
 }
 
 /// Real returns that the model does not explain become obstacles for agents, such as people.
@@ -288,6 +303,7 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
 void learn_from_scan(const TickContext& context, const Outcome& outcome, const SweepPoses& poses,
                      const ScanPath& path) {
   report_injection(context, outcome.text, path.injection);
+  if (path.scan.laser != 0) return;
   // The pose may be known although no agent can be injected.
   if (outcome.cause != Degraded::none && outcome.cause != Degraded::error) return;
   const double sigma = pose::predicted_error(poses.end, poses.laser.T_map_laser_end.translation());
@@ -301,7 +317,7 @@ void learn_from_scan(const TickContext& context, const Outcome& outcome, const S
 /// A message of another type on SCAN, or not as long as it declares, is not forwarded: receivers of MR_SCAN
 /// could not decode it, and a real laser on the channel gets its own results. MR_SCAN_INFO reports it, with
 /// the arrival as its stamp.
-void report_foreign(const TickContext& context, const Message& input) {
+void report_foreign(const TickContext& context, const Message& input, std::size_t laser) {
   ++context.tally.foreign_scans;
   const Error error{
       input.channel + ": found " + std::to_string(input.payload.size()) + " bytes of " +
@@ -313,14 +329,14 @@ void report_foreign(const TickContext& context, const Message& input) {
   info.stamp = {input.arrival.ns};
   info.reason = error.message;
   info.predicted_error = std::numeric_limits<double>::infinity();
-  encode(info, context.outputs.add(context.channel(channel::kMrScanInfo)));
+  encode(info, context.outputs.add(context.channel(channel::kMrScanInfo, laser)));
 }
 
 }  // namespace
 
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages) {
-  if (!has_form_of_scan(input.payload)) return report_foreign(context, input);
+  if (!has_form_of_scan(input.payload)) return report_foreign(context, input, path.scan.laser);
   ++path.scan.sequence;
   ++context.tally.scans_in;
   path.injection.last_scan = context.now;

@@ -24,8 +24,9 @@
 
 namespace parhelion::tick {
 
-/// The newest scan and its result. The buffers keep their capacity after the first scans.
+/// The newest scan of one laser and its result. The buffers keep their capacity after the first scans.
 struct ScanState {
+  std::size_t laser = 0;  ///< index in the robot, see RobotDescription::laser_at()
   std::uint64_t sequence = 0;
   std::uint64_t degraded = 0;  ///< scans published unchanged
   Scan real, out;
@@ -55,11 +56,19 @@ struct ScanState {
   std::optional<Scan> line;  ///< the newest of LINES
 };
 
+/// A planar laser of a robot after its first. Its scans are answered like those of the first, with the
+/// robot's pose, clock and gate, but nothing is learned from them.
+struct FurtherLaser {
+  ScanState scan;
+  ScanInjection injection;
+};
+
 /// Dependencies of the scan path.
 struct ScanPath {
   PoseState& pose;
   ScanState& scan;
-  InjectionState& injection;
+  ScanInjection& injection;
+  InjectionGate& gate;
   SiteState& site;
   PeoplePath people;
   DoorTracker& doors;
@@ -67,8 +76,8 @@ struct ScanPath {
   const RealRobots& real;
 };
 
-/// Computes MR_SCAN, passes it to the sink, and then uses the scan for the server's own state (obstacles
-/// missing in the model, door angles), in this order.
+/// Computes MR_SCAN, passes it to the sink, and then uses a scan of the first laser for the server's own
+/// state (obstacles missing in the model, door angles), in this order.
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages);
 

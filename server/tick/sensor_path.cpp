@@ -27,9 +27,10 @@ constexpr double kExactPosition = 1e-3;  // m
 constexpr double kExactAngle = 1e-4;     // rad
 
 /// Also publishes the payload of sensors.message on channel `name`.
-const Message& publish_again(const TickContext& context, const char* name, SimulatedSensors& sensors) {
+const Message& publish_again(const TickContext& context, const char* name, SimulatedSensors& sensors,
+                             std::size_t laser = 0) {
   Message& message = sensors.message;
-  message.channel = context.configuration.channels.bus(name);
+  message.channel = context.channel(name, laser);
   context.outputs.add(message.channel).assign(message.payload.begin(), message.payload.end());
   return message;
 }
@@ -37,10 +38,10 @@ const Message& publish_again(const TickContext& context, const char* name, Simul
 /// Encodes and publishes a message; the result is to be handled as if a real robot had sent it, if the server
 /// takes such messages as input.
 template <class T>
-const Message& publish(const TickContext& context, const char* name, const T& item,
-                       SimulatedSensors& sensors) {
+const Message& publish(const TickContext& context, const char* name, const T& item, SimulatedSensors& sensors,
+                       std::size_t laser = 0) {
   encode(item, sensors.message.payload);
-  return publish_again(context, name, sensors);
+  return publish_again(context, name, sensors, laser);
 }
 
 void publish_imu(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
@@ -122,36 +123,73 @@ void name_hits(const LaserState& lasers, ScanInfo& info) {
 }
 
 /// A simulated laser measures the agents directly: nothing is injected, and MR_SCAN is SCAN.
-void publish_scan(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
-  SimulatedSensors& sensors = path.sensors;
-  sensors.laser.stamp = context.now;
-  sensors.laser.T_map_laser = motion.T_map_base * sensors.laser.laser.T_base_laser;
-  Scan& scan = path.scan.real;
-  if (!simulate_laser(context.configuration, sensors.laser, path.simulation, path.site.caster, path.lasers,
-                      scan))
+void publish_scan(const TickContext& context, const simulation::RobotMotion& motion, SimulatedLaser& laser,
+                  ScanState& state, ScanInjection& injection, const SensorPath& path) {
+  simulation::LaserRequest& request = laser.request;
+  request.stamp = context.now;
+  request.T_map_laser = motion.T_map_base * request.laser.T_base_laser;
+  Scan& scan = state.real;
+  if (!simulate_laser(context.configuration, request, path.simulation, path.site.caster, path.lasers, scan))
     return;
-  drop_beams(context.configuration, path.faults, path.scan.sequence, scan,
+  drop_beams(context.configuration, path.faults, request.laser,
+             record_number(context.robot_index, state.sequence, state.laser), scan,
              path.lasers.scratch.front().body_hits);
-  publish(context, channel::kScan, scan, sensors);
-  publish_again(context, channel::kMrScan, sensors);
-  path.scan.have_real = true;
-  path.injection.last_scan = context.now;
-  ++path.scan.sequence;
+  publish(context, channel::kScan, scan, path.sensors, state.laser);
+  publish_again(context, channel::kMrScan, path.sensors, state.laser);
+  state.have_real = true;
+  injection.last_scan = context.now;
+  ++state.sequence;
   ++context.tally.scans_in;
   ++context.tally.scans_out;
   context.tally.beams_total += scan.ranges.size();
-  ScanInfo& info = path.scan.info;
+  ScanInfo& info = state.info;
   info.stamp = scan.stamp;
   info.live = true;
   info.reason.clear();
   info.predicted_error = 0;
   name_hits(path.lasers, info);
-  encode(info, context.outputs.add(context.configuration.channels.bus(channel::kMrScanInfo)));
-  report_injection(context, {}, path.injection);
+  encode(info, context.outputs.add(context.channel(channel::kMrScanInfo, state.laser)));
+  report_injection(context, {}, injection);
+}
+
+void publish_scans(const TickContext& context, const simulation::RobotMotion& motion, Duration running,
+                   const SensorPath& path) {
+  for (std::size_t i = 0; i < path.sensors.lasers.size(); ++i) {
+    SimulatedLaser& laser = path.sensors.lasers[i];
+    if (!laser.clock.due(running)) continue;
+    if (i == 0) {
+      publish_scan(context, motion, laser, path.scan, path.injection, path);
+    } else {
+      FurtherLaser& further = path.further_lasers[i - 1];
+      publish_scan(context, motion, laser, further.scan, further.injection, path);
+    }
+  }
 }
 
 double rate_of(const LaserDescription& laser) {
   return laser.scan_period > 0 ? 1 / laser.scan_period : kScanRate;
+}
+
+SimulatedCameras clocks_of(const std::optional<CameraDescription>& camera,
+                           const std::optional<DepthCameraDescription>& depth) {
+  SimulatedCameras clocks;
+  const auto set = [](const auto& described, std::optional<Cadence>& clock) {
+    if (described) clock.emplace(described->rate > 0 ? described->rate : kCameraRate);
+  };
+  set(depth, clocks.depth_clock);
+  set(depth, clocks.camera_clock);
+  set(camera, clocks.camera_clock);
+  return clocks;
+}
+
+void capture_due_images(const TickContext& context, const simulation::RobotMotion& motion, Duration running,
+                        const SensorPath& path) {
+  for (std::size_t i = 0; i < path.sensors.cameras.size(); ++i) {
+    SimulatedCameras& cameras = path.sensors.cameras[i];
+    if (cameras.camera_clock && cameras.camera_clock->due(running))
+      capture_images(context, motion, path.simulation, path.site, path.sensors,
+                     i == 0 ? path.camera : path.further_cameras[i - 1]);
+  }
 }
 
 }  // namespace
@@ -165,7 +203,6 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const sim
       bumper_clock(kBumperRate),
       odometry_clock(kOdometryRate),
       pose_clock(kPoseRate),
-      scan_clock(rate_of(*configuration.robot.laser)),
       odometry(model.drive.track,
                draw_wheel_errors(configuration.scenario.seed, configuration.robot.odometry_error_translation,
                                  configuration.robot.odometry_error_rotation, model.drive.track),
@@ -173,14 +210,14 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const sim
       bumpers(model.bumpers) {
   if (configuration.robot.imu)
     imu.emplace(*configuration.robot.imu, ImuErrors{}, configuration.scenario.seed);
-  const auto set = [](const auto& camera, std::optional<Cadence>& clock) {
-    if (camera) clock.emplace(camera->rate > 0 ? camera->rate : kCameraRate);
-  };
-  set(configuration.robot.depth, depth_clock);
-  set(configuration.robot.depth, camera_clock);
-  set(configuration.robot.camera, camera_clock);
-  laser.agent = configuration.robot.name;
-  laser.laser = *configuration.robot.laser;
+  for (std::size_t i = 0; i <= configuration.robot.further_cameras.size(); ++i)
+    cameras.push_back(clocks_of(configuration.robot.camera_at(i), configuration.robot.depth_at(i)));
+  for (std::size_t i = 0; i <= configuration.robot.further_lasers.size(); ++i) {
+    const LaserDescription& laser = configuration.robot.laser_at(i);
+    lasers.push_back({Cadence(rate_of(laser)), {}});
+    lasers.back().request.agent = configuration.robot.name;
+    lasers.back().request.laser = laser;
+  }
 }
 
 Result<std::unique_ptr<SimulatedSensors>> spawn_trainee(const Configuration& configuration,
@@ -199,7 +236,8 @@ Result<std::unique_ptr<SimulatedSensors>> spawn_trainee(const Configuration& con
                                   [&](const auto& each) { return each->name == trainee.model; });
   auto sensors = std::make_unique<SimulatedSensors>(configuration, **model, simulation.now());
   for (const auto& body : simulation.scene()->bodies) {
-    if (body->id > others) sensors->laser.own_bodies.push_back(body->id);
+    if (body->id <= others) continue;
+    for (SimulatedLaser& laser : sensors->lasers) laser.request.own_bodies.push_back(body->id);
   }
   return sensors;
 }
@@ -222,7 +260,7 @@ void check_slam_estimate(const Configuration& configuration, const SiteState& si
                          PoseEstimate& estimate) {
   if (estimate.map_id.empty()) estimate.map_id = current_model(configuration, site).map_id;
   if (!simulation.at(SimulationTime{estimate.stamp.ns}, sensors.truth)) return;
-  const BodyId base = sensors.laser.own_bodies.front();
+  const BodyId base = sensors.lasers.front().request.own_bodies.front();
   for (const BodyState& body : sensors.truth.bodies) {
     if (body.id != base) continue;
     const Eigen::Vector3d off = estimate.T_map_base.translation() - body.T_map_body.translation();
@@ -257,9 +295,8 @@ void publish_sensors(const TickContext& context, const SensorPath& path) {
   if (sensors.odometry_clock.due(running)) publish_odometry(context, *motion, path);
   if (!configuration.scenario.trainee->slam && sensors.pose_clock.due(running))
     publish_pose(context, *motion, path);
-  if (sensors.scan_clock.due(running)) publish_scan(context, *motion, path);
-  if (sensors.camera_clock && sensors.camera_clock->due(running))
-    capture_images(context, *motion, path.simulation, path.site, sensors, path.camera);
+  publish_scans(context, *motion, running, path);
+  capture_due_images(context, *motion, running, path);
 }
 
 }  // namespace parhelion::tick

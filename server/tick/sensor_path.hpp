@@ -22,30 +22,42 @@ namespace parhelion::tick {
 
 struct CameraState;
 struct FaultState;
+struct FurtherLaser;
 struct InjectionState;
 struct LaserState;
 struct PoseState;
 struct ScanState;
 struct SiteState;
 
+/// A planar laser of the simulated robot.
+struct SimulatedLaser {
+  Cadence clock;
+  simulation::LaserRequest request;  ///< the part that is constant from scan to scan
+};
+
+/// A camera of the simulated robot, and the depth camera that belongs to it.
+struct SimulatedCameras {
+  std::optional<Cadence> camera_clock;  ///< of either kind; none: there is no camera
+  std::optional<Cadence> depth_clock;   ///< none: there is no depth camera
+};
+
 struct SimulatedSensors {
   SimulatedSensors(const Configuration& configuration, const simulation::RobotModel& model,
                    SimulationTime start);
 
   SimulationTime start;
-  Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock, scan_clock;
-  std::optional<Cadence> camera_clock;  ///< of either kind of camera; none: it has no camera
-  std::optional<Cadence> depth_clock;   ///< none: it has no depth camera
+  Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock;
+  std::vector<SimulatedCameras> cameras;  ///< the first, then further ones
   WheelOdometry odometry;
   std::optional<ImuModel> imu;
   std::uint32_t imu_epoch = 0;
-  std::vector<std::string> bumpers;   ///< links, in the model's order
-  std::vector<std::string> touching;  ///< in the last BUMPER
-  simulation::LaserRequest laser;     ///< the part that is constant from scan to scan
-  Percentiles slam_error_um;          ///< of POSE_COV in the plane, against the true position
-  Joints joints;                      // scratch
-  WorldSnapshot truth;                // scratch
-  Message message;                    // scratch: the newest published
+  std::vector<std::string> bumpers;    ///< links, in the model's order
+  std::vector<std::string> touching;   ///< in the last BUMPER
+  std::vector<SimulatedLaser> lasers;  ///< the first, then further ones
+  Percentiles slam_error_um;           ///< of POSE_COV in the plane, against the true position
+  Joints joints;                       // scratch
+  WorldSnapshot truth;                 // scratch
+  Message message;                     // scratch: the newest published
 };
 
 /// Dependencies of the simulated sensors.
@@ -54,7 +66,9 @@ struct SensorPath {
   PoseState& pose;
   ScanState& scan;
   InjectionState& injection;
+  std::vector<FurtherLaser>& further_lasers;
   CameraState& camera;
+  std::vector<CameraState>& further_cameras;
   LaserState& lasers;
   const FaultState& faults;
   const SiteState& site;

@@ -19,23 +19,26 @@ Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head,
 void capture_images(const TickContext& context, const simulation::RobotMotion& motion,
                     const simulation::Simulation& simulation, const SiteState& site,
                     SimulatedSensors& sensors, CameraState& camera) {
-  const RobotDescription& robot = context.configuration.robot;
+  const auto& described = context.configuration.robot.camera_at(camera.index);
+  const auto& described_depth = context.configuration.robot.depth_at(camera.index);
+  auto& depth_clock = sensors.cameras[camera.index].depth_clock;
   Outputs::Frame frame;
   render::RenderJob& job = frame.job;
-  if (robot.camera) {
-    const auto turn = simulated_head(robot.camera->head, motion.joints);
+  if (described) {
+    const auto turn = simulated_head(described->head, motion.joints);
     if (!turn) return refuse(context, {"simulated camera: " + turn.error().message});
-    job.camera = *robot.camera;
-    job.T_map_optical = motion.T_map_base * *turn * robot.camera->T_base_optical;
+    job.camera = *described;
+    job.T_map_optical = motion.T_map_base * *turn * described->T_base_optical;
   }
-  if (robot.depth && sensors.depth_clock->due(context.now - sensors.start)) {
-    const auto turn = simulated_head(robot.depth->head, motion.joints);
+  if (described_depth && depth_clock->due(context.now - sensors.start)) {
+    const auto turn = simulated_head(described_depth->head, motion.joints);
     if (!turn) return refuse(context, {"simulated depth camera: " + turn.error().message});
-    job.depth_camera = *robot.depth;
-    job.T_map_depth = motion.T_map_base * *turn * robot.depth->T_base_optical;
+    job.depth_camera = *described_depth;
+    job.T_map_depth = motion.T_map_base * *turn * described_depth->T_base_optical;
   }
   if (!simulation.at(context.now, job.world)) return;
-  frame.sequence = ++camera.sequence;
+  frame.sequence = record_number(context.robot_index, ++camera.sequence, camera.index);
+  frame.camera = camera.index;
   job.image.stamp = {context.now.ns};
   frame.model = site.model;
   frame.exposure = {true, job.camera.noise, context.configuration.scenario.seed, frame.sequence};

@@ -55,6 +55,13 @@ RobotState::RobotState(const Configuration& configuration, std::size_t index_)
       pose(configuration, configuration.robot_at(index_)),
       encoders(configuration, configuration.robot_at(index_)) {
   injection.gate = InjectionGate(index);
+  for (const NamedLaser& laser : configuration.robot_at(index).further_lasers) {
+    FurtherLaser& further = further_lasers.emplace_back();
+    further.scan.laser = further_lasers.size();
+    further.injection.laser = laser.name;
+  }
+  further_cameras.resize(configuration.robot_at(index).further_cameras.size());
+  for (std::size_t i = 0; i < further_cameras.size(); ++i) further_cameras[i].index = i + 1;
 }
 
 State::State(simulation::Simulation simulation_, const Configuration& configuration,
@@ -76,14 +83,24 @@ TickContext State::context(const Configuration& configuration, SimulationTime no
   return {configuration, now, outputs, {scripts, grading.get()}, tally, robot};
 }
 
-ScanPath State::scan_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection, site, people_path(robot), doors, simulation, real};
+ScanPath State::scan_path(RobotState& robot, std::size_t laser) {
+  const bool first = laser == 0;
+  return {robot.pose,
+          first ? robot.scan : robot.further_lasers[laser - 1].scan,
+          first ? robot.injection : robot.further_lasers[laser - 1].injection,
+          robot.injection.gate,
+          site,
+          people_path(robot),
+          doors,
+          simulation,
+          real};
 }
 
 PeoplePath State::people_path(RobotState& robot) { return {robot.people, bystanders, simulation}; }
 
-CameraPath State::camera_path(RobotState& robot) {
-  return {robot.pose, robot.scan, robot.injection.gate, robot.camera, site, simulation};
+CameraPath State::camera_path(RobotState& robot, std::size_t camera) {
+  CameraState& state = camera == 0 ? robot.camera : robot.further_cameras[camera - 1];
+  return {robot.pose, robot.scan, robot.injection.gate, state, site, simulation};
 }
 
 CommandPath State::command_path(RobotState& robot) {
@@ -111,8 +128,17 @@ OperatorPath State::operator_path(const TickContext& context) {
 }
 
 SensorPath State::sensor_path(RobotState& robot) {
-  return {*robot.sensors, robot.pose, robot.scan, robot.injection, robot.camera,
-          lasers,         faults,     site,       simulation};
+  return {*robot.sensors,
+          robot.pose,
+          robot.scan,
+          robot.injection,
+          robot.further_lasers,
+          robot.camera,
+          robot.further_cameras,
+          lasers,
+          faults,
+          site,
+          simulation};
 }
 
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,

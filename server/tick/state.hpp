@@ -43,10 +43,12 @@ struct RobotState {
   std::size_t index = 0;  ///< in State::robots
   PoseState pose;
   EncoderState encoders;
-  ScanState scan;
+  ScanState scan;                            ///< of the first laser
+  std::vector<FurtherLaser> further_lasers;  ///< in the order of the description
   PeopleState people;
   InjectionState injection;
-  CameraState camera;
+  CameraState camera;                        ///< the first
+  std::vector<CameraState> further_cameras;  ///< in the order of the description
   CommandState command;
   HazardMeters hazard_meters;
   std::unique_ptr<SimulatedSensors> sensors;  ///< null: a real robot
@@ -78,9 +80,9 @@ struct State {
 
   TickContext context(const Configuration& configuration, SimulationTime now, Outputs& outputs,
                       std::size_t robot = 0);
-  ScanPath scan_path(RobotState& robot);
+  ScanPath scan_path(RobotState& robot, std::size_t laser = 0);
   PeoplePath people_path(RobotState& robot);
-  CameraPath camera_path(RobotState& robot);
+  CameraPath camera_path(RobotState& robot, std::size_t camera = 0);
   CommandPath command_path(RobotState& robot);
   AgentPath agent_path();
   InstructorPath instructor_path();

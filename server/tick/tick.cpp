@@ -60,13 +60,19 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
   }
 }
 
-/// Passes the input to the path of its kind, of the context's robot. `agent`: for agent_teleop.
-void handle_input(const TickContext& context, InputKind kind, std::string_view agent, const Message& input,
+/// Whose input it is, beside the context's robot.
+struct InputSource {
+  std::string_view agent;  ///< of agent_teleop and agent_joint_command
+  std::size_t sensor = 0;  ///< of scan, camera and depth
+};
+
+/// Passes the input to the path of its kind, of the context's robot.
+void handle_input(const TickContext& context, InputKind kind, const InputSource& source, const Message& input,
                   State& state, ScanSink& sink, StageObserver& stages) {
   RobotState& robot = state.robots[context.robot_index];
   switch (kind) {
     case InputKind::scan:
-      return process_scan(context, input, state.scan_path(robot), sink, stages);
+      return process_scan(context, input, state.scan_path(robot, source.sensor), sink, stages);
     case InputKind::odometry:
       return handle_odometry(context, input, robot.pose);
     case InputKind::pose_cov:
@@ -83,9 +89,9 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::lines:
       return handle_line(context, input, robot.scan);
     case InputKind::camera:
-      return handle_image(context, input, state.camera_path(robot));
+      return handle_image(context, input, state.camera_path(robot, source.sensor));
     case InputKind::depth:
-      return handle_depth(context, input, state.camera_path(robot));
+      return handle_depth(context, input, state.camera_path(robot, source.sensor));
     case InputKind::teleop:
       start_on_command(context, kind, robot.name, input, state.start_path());
       return handle_teleop(context, input, state.command_path(robot));
@@ -98,11 +104,11 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::emergency_stop:
       return handle_instructor_command(context, input, state.instructor_path());
     case InputKind::agent_teleop:
-      start_on_command(context, kind, std::string(agent), input, state.start_path());
-      return handle_agent_teleop(context, input, agent, state.simulation);
+      start_on_command(context, kind, std::string(source.agent), input, state.start_path());
+      return handle_agent_teleop(context, input, source.agent, state.simulation);
     case InputKind::agent_joint_command:
-      start_on_command(context, kind, std::string(agent), input, state.start_path());
-      return handle_agent_joint_command(context, input, agent, state.simulation);
+      start_on_command(context, kind, std::string(source.agent), input, state.start_path());
+      return handle_agent_joint_command(context, input, source.agent, state.simulation);
     case InputKind::model:
       return handle_model(context, input, state.site, state.doors, state.simulation);
     case InputKind::robot:  // read before the session started; a change needs a new session
@@ -116,15 +122,15 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
 
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& stages, ScanSink& sink) {
-  std::string_view agent;
+  InputSource source;
   std::size_t robot = 0;
-  const InputKind kind = configuration.channels.kind(input.channel, &agent, &robot);
+  const InputKind kind = configuration.channels.kind(input.channel, &source.agent, &robot, &source.sensor);
   if (kind == InputKind::loop) return apply_loop_record(configuration, input, state, outputs, stages);
   advance(configuration, input.arrival, state, outputs, stages);
   stages.ended(Stage::physics_wait);
   const TickContext context = state.context(configuration, simulation_time(input.arrival), outputs, robot);
   try {
-    handle_input(context, kind, agent, input, state, sink, stages);
+    handle_input(context, kind, source, input, state, sink, stages);
   } catch (const std::exception& fault) {
     refuse(context, {input.channel + ": " + fault.what()});
   }
@@ -140,7 +146,8 @@ void finish(const Configuration& configuration, State& state, Outputs& outputs) 
   const TickContext context = state.context(configuration, state.simulation.now(), outputs);
   for (RobotState& robot : state.robots) {
     const TickContext own = context.of_robot(robot.index);
-    answer_waiting_images(own, state.camera_path(robot));
+    for (std::size_t i = 0; i <= robot.further_cameras.size(); ++i)
+      answer_waiting_images(own, state.camera_path(robot, i));
     stop_robot(own, state.command_path(robot));
   }
 }

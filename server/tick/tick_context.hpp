@@ -28,8 +28,8 @@ struct TickContext {
 
   const RobotDescription& robot() const { return configuration.robot_at(robot_index); }
   /// Name on the bus of the robot's channel; `canonical`: one of which each robot has its own.
-  const std::string& channel(std::string_view canonical) const {
-    return configuration.channels.robots_bus(canonical, robot_index);
+  const std::string& channel(std::string_view canonical, std::size_t sensor = 0) const {
+    return configuration.channels.robots_bus(canonical, robot_index, sensor);
   }
   /// The same for another robot.
   TickContext of_robot(std::size_t index) const {

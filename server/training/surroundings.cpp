@@ -12,6 +12,7 @@ Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& d
 
 void Surroundings::take(const Event& event) {
   if (event.subject != robot_) return;
+  const bool of_first_laser = event.object.empty();
   switch (event.kind) {
     case EventKind::zone_entered:
       zones_.insert(event.object);
@@ -26,10 +27,10 @@ void Surroundings::take(const Event& event) {
       moves_ = false;
       break;
     case EventKind::injection_suspended:
-      injection_live_ = false;
+      injection_live_ = injection_live_ && !of_first_laser;
       break;
     case EventKind::injection_active:
-      injection_live_ = true;
+      injection_live_ = injection_live_ || of_first_laser;
       break;
     case EventKind::agent_hidden:
       withheld_.insert(event.object);

@@ -289,6 +289,85 @@ TEST(Robot, RefusesInvalidValues) {
     EXPECT_THAT(robot_error(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;
 }
 
+TEST(Robot, FurtherLasersAreReadWithTheirNames) {
+  const auto robot = parse_robot_description(
+      "laser: {preset: lms-200, pose: {x: 0.2 m}}\nlasers:\n"
+      "  - {name: rear, preset: utm-30lx, pose: {x: -0.2 m, yaw: 180 deg}}\n"
+      "  - {name: left_2, preset: urg-04lx, pose: {y: 0.2 m}, range_max: 3 m}\n",
+      "r.yaml");
+  ASSERT_TRUE(robot) << robot.error().message;
+  ASSERT_EQ(robot->further_lasers.size(), 2U);
+  EXPECT_EQ(robot->further_lasers[0].name, "rear");
+  EXPECT_EQ(robot->further_lasers[1].name, "left_2");
+  EXPECT_EQ(robot->laser_at(0).preset, "lms-200");
+  EXPECT_EQ(robot->laser_at(1).preset, "utm-30lx");
+  EXPECT_EQ(robot->laser_at(2).convention.range_max, 3.F);
+}
+
+TEST(Robot, MistakesInFurtherLasersNameTheLine) {
+  const std::string first = "laser: {pose: {}, range_max: 8 m}\n";
+  const auto rear = [](const std::string& name) {
+    return "  - {name: " + name + ", pose: {}, range_max: 8 m}\n";
+  };
+  const std::pair<std::string, std::string> mistakes[] = {
+      {first + "lasers:\n" + rear("rear") + rear("rear"),
+       "r.yaml:4: name 'rear' is taken by the laser in line 3: names must be unique"},
+      {first + "lasers:\n" + rear("INFO"),
+       "r.yaml:3: 'name' of a laser, part of channel names: 'INFO' would give"},
+      {first + "lasers:\n" + rear("at-rear"),
+       "r.yaml:3: 'name' of a laser, part of channel names: expected 1 to 16 of letters, digits, '_'"},
+      {first + "lasers:\n  - {pose: {}, range_max: 8 m}",
+       "r.yaml:3: key 'name' is missing in a laser of 'lasers'"},
+      {first + "lasers:\n  - {name: rear, range_max: 8 m}", "r.yaml:3: key 'pose' is missing"},
+      {"lasers:\n" + rear("rear"), "r.yaml:2: 'lasers' are further ones: the first, whose scans are on SCAN"},
+      {"laser: {name: front, pose: {}, range_max: 8 m}",
+       "r.yaml:1: only the further lasers in 'lasers' have names"},
+      {first + "lasers:\n  - {name: rear, pose: {}, range_max: 8 m, head: [{joint: pan, axis: [0, 0, 1]}]}",
+       "r.yaml:3: the lasers of SCAN are fixed to the base"},
+  };
+  for (const auto& [yaml, words] : mistakes) EXPECT_THAT(robot_error(yaml), HasSubstr(words)) << yaml;
+}
+
+TEST(Robot, FurtherCamerasAreReadWithTheirNames) {
+  const std::string lens = "pose: {}, width: 64, height: 48, fx: 60 px, fy: 60 px, cx: 32 px, cy: 24 px}";
+  const auto robot =
+      parse_robot_description("cameras:\n  - {name: left, camera: {" + lens +
+                                  "}\n  - {name: head, camera: {" + lens + ", depth: {" + lens + "}\n",
+                              "r.yaml");
+  ASSERT_TRUE(robot) << robot.error().message;
+  ASSERT_EQ(robot->further_cameras.size(), 2U);
+  EXPECT_EQ(robot->further_cameras[0].name, "left");
+  EXPECT_FALSE(robot->depth_at(1).has_value());
+  EXPECT_TRUE(robot->camera_at(2) && robot->depth_at(2));
+  EXPECT_FALSE(robot->camera_at(0).has_value());
+  EXPECT_THAT(robot_error("cameras:\n  - {name: left}"),
+              HasSubstr("r.yaml:2: expected 'camera', 'depth' or both"));
+  EXPECT_THAT(robot_error("cameras:\n  - {name: RATE, camera: {" + lens + "}"),
+              HasSubstr("r.yaml:2: 'name' of a camera"));
+  EXPECT_THAT(
+      robot_error("cameras:\n  - {name: a, camera: {" + lens + "}\n  - {name: a, depth: {" + lens + "}"),
+      HasSubstr("r.yaml:3: name 'a' is taken by the camera in line 2"));
+}
+
+TEST(Scenario, ChannelsOfFurtherLasersCanBeRenamed) {
+  const auto scenario = parse_scenario("channels: {SCAN_rear: BACK, MR_SCAN_INFO_rear: BACK_INFO}", "s.yaml");
+  ASSERT_TRUE(scenario) << scenario.error().message;
+  EXPECT_EQ(scenario->channels.at("SCAN_rear"), "BACK");
+  const Mistake mistakes[] = {
+      {"channels:\n  SCAN_rear: BACK\n  SCAN_left: BACK\n",
+       "s.yaml:3: 'channels': SCAN_rear and SCAN_left would both be named 'BACK' on the bus"},
+      {"channels:\n  MR_SCAN_rear: SCAN\n",
+       "s.yaml:2: 'channels': the output MR_SCAN_rear and the input SCAN would both be named 'SCAN'"},
+      {"channels: {SCAN_at-rear: BACK}", "unknown channel 'SCAN_at-rear'"},
+      {"channels: {IMU_rear: BACK}", "unknown channel 'IMU_rear'"},
+  };
+  for (const Mistake& mistake : mistakes) {
+    const auto refused = parse_scenario(mistake.yaml, "s.yaml");
+    ASSERT_FALSE(refused) << mistake.yaml;
+    EXPECT_THAT(refused.error().message, HasSubstr(mistake.words));
+  }
+}
+
 TEST(YamlDocument, KindOfAFileIsGuessedFromItsKeys) {
   const auto kind = [](const std::string& yaml) {
     return yaml::guess_schema(*yaml::read_document(yaml, "f"));

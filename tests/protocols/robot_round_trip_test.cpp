@@ -87,6 +87,37 @@ bool same(const std::vector<HeadJoint>& a, const std::vector<HeadJoint>& b) {
   });
 }
 
+CameraDescription any_camera() {
+  return {any_intrinsics(), any_pose<Base, CameraOptical>(),
+          any_head(),       between(0, 60),
+          between(-10, 10), between(0, 100),
+          between(0, 50),   text()};
+}
+
+DepthCameraDescription any_depth() {
+  return {any_intrinsics(),   any_pose<Base, DepthOptical>(),
+          any_head(),         between(0, 1),
+          between(2, 9),      text(),
+          between(0, 100),    between(0, 0.1),
+          between(0.01, 0.2), between(0, 1),
+          between(0, 1)};
+}
+
+bool same(const std::optional<CameraDescription>& x, const std::optional<CameraDescription>& y) {
+  if (!x || !y) return x.has_value() == y.has_value();
+  return same(x->intrinsics, y->intrinsics) && same(x->T_base_optical, y->T_base_optical) &&
+         same(x->head, y->head) && x->readout == y->readout && x->source == y->source &&
+         x->time_offset == y->time_offset && x->rate == y->rate && x->noise == y->noise;
+}
+
+bool same(const std::optional<DepthCameraDescription>& x, const std::optional<DepthCameraDescription>& y) {
+  if (!x || !y) return x.has_value() == y.has_value();
+  return same(x->intrinsics, y->intrinsics) && same(x->T_base_optical, y->T_base_optical) &&
+         same(x->head, y->head) && x->range_min == y->range_min && x->range_max == y->range_max &&
+         x->source == y->source && x->rate == y->rate && x->noise == y->noise && x->baseline == y->baseline &&
+         x->disparity_noise == y->disparity_noise && x->disparity_step == y->disparity_step;
+}
+
 /// A part of channel names: letters, digits, '_' and '-'.
 std::string robot_name() {
   return *rc::gen::nonEmpty(rc::gen::container<std::string>(rc::gen::elementOf(std::string("abcXYZ0189_-"))));
@@ -96,20 +127,17 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RobotDescription a;
   a.name = robot_name().substr(0, 32);
   if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
+  for (int i = a.laser ? *rc::gen::inRange(0, 4) : 0; i > 0; --i)
+    a.further_lasers.push_back({"laser_" + std::to_string(i), any_laser()});
   if (*rc::gen::arbitrary<bool>()) a.line_laser = LineLaserDescription{any_laser(), any_head()};
-  if (*rc::gen::arbitrary<bool>()) {
-    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(),
-                                 any_head(),       between(0, 60),
-                                 between(-10, 10), between(0, 100),
-                                 between(0, 50),   text()};
-  }
-  if (*rc::gen::arbitrary<bool>()) {
-    a.depth = DepthCameraDescription{any_intrinsics(),   any_pose<Base, DepthOptical>(),
-                                     any_head(),         between(0, 1),
-                                     between(2, 9),      text(),
-                                     between(0, 100),    between(0, 0.1),
-                                     between(0.01, 0.2), between(0, 1),
-                                     between(0, 1)};
+  if (*rc::gen::arbitrary<bool>()) a.camera = any_camera();
+  if (*rc::gen::arbitrary<bool>()) a.depth = any_depth();
+  for (int i = *rc::gen::inRange(0, 3); i > 0; --i) {
+    NamedCameras& cameras = a.further_cameras.emplace_back();
+    cameras.name = "camera_" + std::to_string(i);
+    const int kinds = *rc::gen::inRange(1, 4);
+    if ((kinds & 1) != 0) cameras.camera = any_camera();
+    if ((kinds & 2) != 0) cameras.depth = any_depth();
   }
   if (*rc::gen::arbitrary<bool>()) a.imu = ImuDescription{any_pose<Base, Imu>(), between(-10, 10)};
   if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
@@ -127,30 +155,23 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RC_ASSERT(a.name == b->name && a.source == b->source);
   RC_ASSERT(a.laser.has_value() == b->laser.has_value());
   if (a.laser) RC_ASSERT(same(*a.laser, *b->laser));
+  RC_ASSERT(a.further_lasers.size() == b->further_lasers.size());
+  for (std::size_t i = 0; i < a.further_lasers.size(); ++i) {
+    RC_ASSERT(a.further_lasers[i].name == b->further_lasers[i].name);
+    RC_ASSERT(same(a.further_lasers[i].laser, b->further_lasers[i].laser));
+  }
   RC_ASSERT(a.line_laser.has_value() == b->line_laser.has_value());
   if (a.line_laser) {
     RC_ASSERT(same(a.line_laser->laser, b->line_laser->laser));
     RC_ASSERT(same(a.line_laser->head, b->line_laser->head));
   }
-  RC_ASSERT(a.camera.has_value() == b->camera.has_value());
-  if (a.camera) {
-    RC_ASSERT(same(a.camera->intrinsics, b->camera->intrinsics));
-    RC_ASSERT(same(a.camera->T_base_optical, b->camera->T_base_optical));
-    RC_ASSERT(same(a.camera->head, b->camera->head));
-    RC_ASSERT(a.camera->readout == b->camera->readout && a.camera->source == b->camera->source);
-    RC_ASSERT(a.camera->time_offset == b->camera->time_offset);
-    RC_ASSERT(a.camera->rate == b->camera->rate && a.camera->noise == b->camera->noise);
-  }
-  RC_ASSERT(a.depth.has_value() == b->depth.has_value());
-  if (a.depth) {
-    RC_ASSERT(same(a.depth->intrinsics, b->depth->intrinsics));
-    RC_ASSERT(same(a.depth->T_base_optical, b->depth->T_base_optical));
-    RC_ASSERT(same(a.depth->head, b->depth->head));
-    RC_ASSERT(a.depth->range_min == b->depth->range_min && a.depth->range_max == b->depth->range_max);
-    RC_ASSERT(a.depth->source == b->depth->source && a.depth->rate == b->depth->rate);
-    RC_ASSERT(a.depth->noise == b->depth->noise && a.depth->baseline == b->depth->baseline);
-    RC_ASSERT(a.depth->disparity_noise == b->depth->disparity_noise);
-    RC_ASSERT(a.depth->disparity_step == b->depth->disparity_step);
+  RC_ASSERT(same(a.camera, b->camera));
+  RC_ASSERT(same(a.depth, b->depth));
+  RC_ASSERT(a.further_cameras.size() == b->further_cameras.size());
+  for (std::size_t i = 0; i < a.further_cameras.size(); ++i) {
+    RC_ASSERT(a.further_cameras[i].name == b->further_cameras[i].name);
+    RC_ASSERT(same(a.further_cameras[i].camera, b->further_cameras[i].camera));
+    RC_ASSERT(same(a.further_cameras[i].depth, b->further_cameras[i].depth));
   }
   RC_ASSERT(a.imu.has_value() == b->imu.has_value());
   if (a.imu) {

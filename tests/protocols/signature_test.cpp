@@ -76,6 +76,16 @@ TEST_F(SignatureTest, ARolesChannelsIncludeThoseOfEachOfSeveralRobots) {
   EXPECT_EQ(fault("MR_CMD.rover_2", signed_by(*signer_, "MR_CMD.rover_2")), SignatureFault::wrong_channel);
 }
 
+TEST_F(SignatureTest, ARolesChannelsIncludeThoseOfEachFurtherLaser) {
+  for (const char* channel : {"SCAN_rear", "SCAN_rear.rover_2"})
+    EXPECT_FALSE(fault(channel, signed_by(*signer_, channel))) << channel;
+  for (const char* channel : {"MR_SCAN_rear", "MR_SCAN_INFO_rear", "SCAN_", "SCAN_a/b"})
+    EXPECT_EQ(fault(channel, signed_by(*signer_, channel)), SignatureFault::wrong_channel) << channel;
+  Signer server(server_.name, server_.secret);
+  for (const char* channel : {"MR_SCAN_rear", "MR_SCAN_INFO_rear.rover_2"})
+    EXPECT_FALSE(fault(channel, signed_by(server, channel))) << channel;
+}
+
 TEST_F(SignatureTest, OthersAreRefusedByName) {
   EXPECT_EQ(fault("SCAN", payload_), SignatureFault::not_signed);
   EXPECT_EQ(fault("SCAN", {}), SignatureFault::not_signed);

@@ -46,7 +46,7 @@ class InboxTest : public testing::Test {
 };
 
 TEST_F(InboxTest, InboxWakesUpWithoutMessages) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   const WallTime begun = steady_now();
   inbox.wake();
   EXPECT_FALSE(inbox.take(begun + seconds(60))) << "woken before it waited";
@@ -59,7 +59,7 @@ TEST_F(InboxTest, InboxWakesUpWithoutMessages) {
 }
 
 TEST_F(InboxTest, InboxStampsStrictlyIncreasing) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   for (int i = 0; i < 100; ++i) send("ODOMETRY");
   ArrivalTime last{0};
   for (int i = 0; i < 100; ++i) {
@@ -75,7 +75,7 @@ TEST_F(InboxTest, InboxStampsStrictlyIncreasing) {
 }
 
 TEST_F(InboxTest, InboxNeverDropsQueuedScansAndCommands) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   for (int i = 0; i < 400; ++i) {
     send_scan(static_cast<std::uint8_t>(i));
     send("MR_SPAWN", static_cast<std::uint8_t>(i));
@@ -104,7 +104,7 @@ TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
   encode(Scan{}, one);
   InboxLimits limits;
   limits.bytes = 10 * one.size();
-  Inbox inbox(*server_, channels_, {&guard_}, limits);
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
   for (int i = 0; i < 25; ++i) send_scan(static_cast<std::uint8_t>(i));
   const auto taken = take_all(inbox);
   const std::uint64_t given_up = inbox.take_given_up();
@@ -123,7 +123,7 @@ TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
 TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
   InboxLimits limits;
   limits.bytes = 10;
-  Inbox inbox(*server_, channels_, {&guard_}, limits);
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
   for (int i = 0; i < 25; ++i) send("MR_SPAWN", static_cast<std::uint8_t>(i));
   send_scan(77);
   const auto taken = take_all(inbox);
@@ -136,7 +136,7 @@ TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
 }
 
 TEST_F(InboxTest, InboxPassesOnlyScansToTheGuard) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   send("SCAN");
   const auto taken = take_all(inbox);
   ASSERT_EQ(taken.size(), 1U);
@@ -146,7 +146,7 @@ TEST_F(InboxTest, InboxPassesOnlyScansToTheGuard) {
 }
 
 TEST_F(InboxTest, InboxKeepsReceivedMessagesWhenItCloses) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   for (int i = 0; i < 50; ++i) send_scan(static_cast<std::uint8_t>(i));
   inbox.close();
   send_scan(50);
@@ -159,7 +159,7 @@ TEST_F(InboxTest, InboxKeepsReceivedMessagesWhenItCloses) {
 }
 
 TEST_F(InboxTest, InboxReturnsAtTheDeadlineWithoutMessages) {
-  Inbox inbox(*server_, channels_, {&guard_});
+  Inbox inbox(*server_, channels_, {{&guard_}});
   const WallTime deadline = steady_now() + milliseconds(5);
   EXPECT_FALSE(inbox.take(deadline));
   EXPECT_GE(steady_now(), deadline);
@@ -173,7 +173,7 @@ TEST_F(InboxTest, InboxReportsAForeignPublisherOnceAMinuteAndChannel) {
   simulated.scenario = scenario;
   simulated.channels = tick::ChannelMap(scenario);
   SentMessages sent(simulated);
-  Inbox inbox(*server_, simulated.channels, {&guard_}, {}, &sent);
+  Inbox inbox(*server_, simulated.channels, {{&guard_}}, {}, &sent);
   const std::uint8_t own[] = {7};
   sent.add("IMU", own);
   const WallTime start = steady_now();

@@ -207,7 +207,7 @@ TEST(SeveralRobotsInbox, ARobotThatFloodsDelaysItself) {
   ASSERT_TRUE(server->subscribe("SCAN\\..*", 10'000).ok());
   const tick::ChannelMap channels{two_robots()};
   Guard one(seconds(60), [](auto) {}), other(seconds(60), [](auto) {});
-  Inbox inbox(*server, channels, {&one, &other});
+  Inbox inbox(*server, channels, {{&one}, {&other}});
   const Message flood = message(robot_channel(channel::kScan, kRover1), 0, scan_at(0));
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(robots->publish(flood.channel, flood.payload).ok());
   for (int i = 0; i < 5; ++i)

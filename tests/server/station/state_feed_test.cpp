@@ -7,6 +7,7 @@
 #include "server/station/operator_name.hpp"
 #include "tests/number_at.hpp"
 #include "tests/server/station/feed_fixture.hpp"
+#include "tests/server/tick/several_lasers.hpp"
 
 namespace parhelion::test {
 namespace {
@@ -250,6 +251,28 @@ TEST_F(FeedTest, SensorsAreReportedWithRateAgeAndLoss) {
   EXPECT_NEAR(odometry["age_ms"].get<double>(), 1050, 60);
   EXPECT_NEAR(odometry["loss"].get<double>(), 0.25, 0.05);
   EXPECT_NEAR(odometry["rate_hz"].get<double>(), 15, 1);
+}
+
+TEST_F(FeedTest, SensorsListTheScansOfEachLaserAndTheirAnswers) {
+  start(two_lasers_configuration({}));
+  const auto client = open();
+  for (int i = 0; i < 40; ++i) {
+    pass(0.1);
+    Scan scan;
+    scan.stamp = sensor_time();
+    take(channel::kScan, scan);
+    if (i >= 20) continue;  // falls silent
+    take(kRearScan, scan);
+    take(kMrRearScan, scan);
+  }
+  pass(1.0);
+  std::map<std::string, std::string> states;
+  const auto status = client->newest("status");
+  for (const auto& sensor : status["sensors"]) states[sensor["name"]] = sensor["state"];
+  EXPECT_EQ(states["SCAN_rear"], "lost");
+  EXPECT_EQ(states["MR_SCAN_rear"], "lost");
+  EXPECT_NE(states["SCAN"], "none");
+  EXPECT_FALSE(states.contains("MR_SCAN_INFO_rear"));
 }
 
 TEST_F(FeedTest, TasksReportTheirRemainingTimeAndEnd) {
