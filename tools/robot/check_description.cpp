@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
 #include "protocols/length_text.hpp"
 
 namespace parhelion::tools {
@@ -58,19 +60,37 @@ class Checker {
   void contradicts(const std::string& what) { result_.contradictions.push_back(what); }
   void agrees(const std::string& what) { result_.agreements.push_back(what); }
 
+  /// Of the described sensors after the first of their kind.
+  std::set<std::string> further_channels() const {
+    std::set<std::string> described;
+    for (const NamedLaser& laser : robot_.further_lasers)
+      described.insert(sensor_channel(channel::kScan, laser.name));
+    for (const NamedCameras& each : robot_.further_cameras) {
+      if (each.camera) described.insert(sensor_channel(channel::kCamera, each.name));
+      if (each.depth) described.insert(sensor_channel(channel::kDepth, each.name));
+    }
+    return described;
+  }
+
   void check_presence() {
-    const auto compare = [&](const char* key, const char* channel, bool described, bool seen) {
+    const auto compare = [&](const std::string& key, const std::string& channel, bool described, bool seen) {
       if (seen && !described)
-        contradicts(std::string(key) + ": the log has messages on " + channel +
+        contradicts(key + ": the log has messages on " + channel +
                     ", but nothing describes the sensor; add '" + key + "'");
-      if (described && !seen)
-        contradicts(std::string(key) + ": is described, but the log has no messages on " + channel);
-      if (described && seen) agrees(std::string(key) + " has messages on " + channel);
+      if (described && !seen) contradicts(key + ": is described, but the log has no messages on " + channel);
+      if (described && seen) agrees(key + " has messages on " + channel);
     };
     compare("laser", "SCAN", robot_.laser.has_value(), log_.laser.has_value());
     compare("camera", "CAMERA", robot_.camera.has_value(), log_.camera.has_value());
     compare("depth", "DEPTH", robot_.depth.has_value(), log_.depth.has_value());
     compare("imu", "IMU", robot_.imu.has_value(), log_.imu);
+    const std::set<std::string> described = further_channels();
+    std::set<std::string> all = described;
+    all.insert(log_.further.begin(), log_.further.end());
+    for (const std::string& name : all) {
+      const bool of_laser = parse_sensor_channel(name).canonical == channel::kScan;
+      compare(of_laser ? "lasers" : "cameras", name, described.contains(name), log_.further.contains(name));
+    }
   }
 
   void check_form(const LaserDescription& laser, const LaserSurvey& seen) {

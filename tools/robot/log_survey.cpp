@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 
@@ -183,6 +184,7 @@ Result<LogSurvey> survey_log(const std::string& path) {
     if (name == channel::kOdometry) odometry.add(**message, survey.findings);
     if (name == channel::kCamera) camera.add(**message, survey.findings);
     if (name == channel::kDepth) depth.add(**message, survey.findings);
+    if (!name.starts_with("MR_") && !parse_sensor_channel(name).sensor.empty()) survey.further.insert(name);
     if (name == channel::kImu) imu.add(**message, survey.findings);
     if (name == channel::kJointState && decode(name, (*message)->payload, state))
       joints.insert(state.names.begin(), state.names.end());

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct LogSurvey {
   std::optional<OdometrySurvey> odometry;
   std::optional<ImageSurvey> camera, depth;
   bool imu = false;
+  std::set<std::string> further;      ///< channels of sensors after the first of their kind, as SCAN_rear
   std::vector<std::string> joints;    ///< names in JOINT_STATE
   std::string robot_yaml;             ///< the last ROBOT; empty: none
   std::vector<std::string> findings;  ///< messages that could not be decoded: the first of each channel

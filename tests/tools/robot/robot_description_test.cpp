@@ -194,6 +194,20 @@ TEST(RobotCheck, EachContradictionIsFoundAlone) {
   }
 }
 
+TEST(RobotCheck, FurtherSensorsAreComparedByTheirChannels) {
+  Made made;
+  RobotDescription robot = made.description();
+  robot.further_lasers = {{"rear", *robot.laser}, {"left", *robot.laser}};
+  made.log.further = {"SCAN_rear", "CAMERA_arm"};
+  const DescriptionCheck check = check_description(robot, made.log);
+  EXPECT_THAT(check.agreements, Contains("lasers has messages on SCAN_rear"));
+  EXPECT_THAT(
+      check.contradictions,
+      testing::UnorderedElementsAre("lasers: is described, but the log has no messages on SCAN_left",
+                                    "cameras: the log has messages on CAMERA_arm, but nothing describes the "
+                                    "sensor; add 'cameras'"));
+}
+
 TEST(RobotCheck, AValueWithoutReturnThatIsTakenForAWallIsFound) {
   Driver driver;
   driver.no_return = 81.91F;
