@@ -45,7 +45,7 @@ def read_channels():
             comment = [f"{constant[1]}: {' '.join(comment)}"]
         # Channels without a constant: those of each agent, such as "MR_AGENT_<name>_SCAN: planar_lidar_t,
         # out: ..."
-        for entry in re.split(r" (?=[A-Z_]+<\w+>[A-Z_]+: )", " ".join(comment)) if comment else []:
+        for entry in re.split(r" (?=[A-Z_]+<\w+>[A-Z_]*: )", " ".join(comment)) if comment else []:
             name, _, rest = entry.partition(": ")
             found = CHANNEL.fullmatch(rest)
             if not found:
