@@ -90,6 +90,9 @@ TEST(SchemaDefaults, OfARobotDescription) {
   document["line_laser"] = laser;
   document["camera"] = camera;
   document["depth"] = camera;
+  document["lasers"] = {laser};
+  document["lasers"][0]["name"] = "rear";
+  document["cameras"] = {{{"name", "left"}, {"camera", camera}, {"depth", camera}}};
   defaults.compare(document);
   EXPECT_THAT(defaults.differences(), IsEmpty());
   EXPECT_THAT(defaults.missing(), IsEmpty());
