@@ -51,12 +51,6 @@ struct Scenery {
 /// recorded it is less.
 inline constexpr std::uint8_t kRecordedAlpha = 255;
 
-/// The picture of a site's texture.
-struct SitePicture {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgba;
-};
-
 /// The meshes, shader programs and frame buffers of one context.
 class LayerRenderer {
  public:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/jpeg.hpp"
+
 namespace parhelion::render {
 namespace {
 
@@ -27,6 +29,20 @@ void add_quad(const SiteTexture& texture, std::size_t quad, SiteSurface& surface
 }
 
 }  // namespace
+
+Result<SitePicture> site_picture(const SiteTexture& texture) {
+  JpegCodec codec;
+  std::vector<std::uint8_t> bgr;
+  const auto format = codec.decode(texture.jpeg, bgr);
+  if (!format) return Error{"the site's texture: its picture is damaged: " + format.error().message};
+  if (format->width != texture.patches_per_row * texture.patch ||
+      format->height != texture.rows() * texture.patch)
+    return Error{"the site's texture: its picture has another size than its pieces need"};
+  SitePicture picture{format->width, format->height, std::vector<std::uint8_t>(bgr.size() / 3 * 4, 255)};
+  for (std::size_t i = 0; i < bgr.size() / 3; ++i)
+    for (std::size_t c = 0; c < 3; ++c) picture.rgba[4 * i + c] = bgr[3 * i + 2 - c];
+  return picture;
+}
 
 SiteSurface site_surface(const SiteTexture& texture) {
   SiteSurface surface;

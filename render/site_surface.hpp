@@ -22,7 +22,16 @@ struct SiteSurface {
   BuildingMesh mesh;                   ///< only its chunks: ranges of `indices`
 };
 
+/// The picture of a site's texture.
+struct SitePicture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
 SiteSurface site_surface(const SiteTexture& texture);
+
+/// The picture of a texture. Error: damaged, or of another size than its patches need.
+Result<SitePicture> site_picture(const SiteTexture& texture);
 
 /// The mean colour (sRGB, 0..255) of pixels gives the factors by which a camera that exposes by itself shows
 /// red, green and blue.

@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 #include <list>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <set>
 
@@ -11,6 +11,7 @@
 #include "render/egl_context.hpp"
 #include "render/jpeg.hpp"
 #include "render/layer_renderer.hpp"
+#include "render/notice.hpp"
 #include "render/occluders.hpp"
 #include "render/pixel_noise.hpp"
 #include "render/textured_camera.hpp"
@@ -58,21 +59,6 @@ struct BuildingPart {
 bool is_at(const Transform<Map, ShapeFrame>& place, const Transform<Map, ShapeFrame>& now) {
   const Transform<ShapeFrame, ShapeFrame> between = place.inverse() * now;
   return between.translation().norm() < kMoved && Eigen::AngleAxisd(between.rotation()).angle() < kMoved;
-}
-
-/// The picture of a texture. Error: damaged, or of another size than its patches need.
-Result<SitePicture> decode_picture(const SiteTexture& texture) {
-  JpegCodec codec;
-  std::vector<std::uint8_t> bgr;
-  const auto format = codec.decode(texture.jpeg, bgr);
-  if (!format) return Error{"the site's texture: its picture is damaged: " + format.error().message};
-  if (format->width != texture.patches_per_row * texture.patch ||
-      format->height != texture.rows() * texture.patch)
-    return Error{"the site's texture: its picture has another size than its pieces need"};
-  SitePicture picture{format->width, format->height, std::vector<std::uint8_t>(bgr.size() / 3 * 4, 255)};
-  for (std::size_t i = 0; i < bgr.size() / 3; ++i)
-    for (std::size_t c = 0; c < 3; ++c) picture.rgba[4 * i + c] = bgr[3 * i + 2 - c];
-  return picture;
 }
 
 class EglVirtualCamera : public VirtualCamera {
@@ -150,7 +136,7 @@ const CameraProjection& EglVirtualCamera::projection(const CameraIntrinsics& c) 
 }
 
 Status EglVirtualCamera::set_texture(const SiteTexture& texture) {
-  const auto picture = decode_picture(texture);
+  const auto picture = site_picture(texture);
   if (!picture) return picture.error();
   SiteSurface surface = site_surface(texture);
   renderer_->set_site(surface, *picture);
@@ -238,23 +224,6 @@ void EglVirtualCamera::list_scenery(const CameraProjection& camera, const WorldS
     if (!part.in_texture && !moved.count(part.name)) add_part(camera, part.shape, part.T_map_box, part.label);
 }
 
-void write_notice(cv::Mat& picture) {
-  const std::string notice = "STAND-IN CAMERA: rendered from the model";
-  const double scale = std::max(0.3, picture.cols / 640.0 * 0.55);
-  const int thickness = std::max(1, static_cast<int>(scale * 1.8));
-  int baseline = 0;
-  const cv::Size size = cv::getTextSize(notice, cv::FONT_HERSHEY_DUPLEX, scale, thickness, &baseline);
-  const int pad = size.height / 2;
-  // At the top: at the bottom, objects on the floor in front of the camera would cover it.
-  const cv::Rect band =
-      cv::Rect(0, 0, picture.cols, size.height + baseline + pad) & cv::Rect(0, 0, picture.cols, picture.rows);
-  if (band.empty()) return;
-  cv::Mat strip = picture(band);
-  strip.convertTo(strip, -1, 0.45);
-  cv::putText(picture, notice, {pad, size.height + pad / 2}, cv::FONT_HERSHEY_DUPLEX, scale, {235, 240, 245},
-              thickness, cv::LINE_AA);
-}
-
 Image EglVirtualCamera::render(const CameraDescription& description,
                                const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
                                SensorTime stamp, const std::string& stand_in, const Exposure& exposure) {
@@ -303,7 +272,7 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   }
   if (!stand_in.empty()) {
     cv::Mat picture(intrinsics->height, intrinsics->width, CV_8UC3, bgr_.data());
-    write_notice(picture);
+    write_notice("STAND-IN CAMERA: rendered from the model", picture);
     image.metadata.push_back({"stand-in", {stand_in.begin(), stand_in.end()}});
   }
   if (recorded_) image.metadata.push_back({"texture", {texture_id_.begin(), texture_id_.end()}});
