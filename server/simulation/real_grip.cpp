@@ -46,10 +46,11 @@ GripFrame grip_frame(const RobotTwin& twin, const std::vector<Transform<Map, Bod
   const Eigen::Vector3d a = mean(frame.corners[0]), b = mean(frame.corners[1]);
   const Eigen::Matrix3d R = T_map_part[twin.fingers().front().part].rotation();
   const Eigen::Vector3d along = (b - a).norm() > 1e-9 ? Eigen::Vector3d((b - a).normalized()) : R.col(1);
-  int other = 0;
-  for (int axis = 1; axis < 3; ++axis)
-    if (std::abs(R.col(axis).dot(along)) < std::abs(R.col(other).dot(along))) other = axis;
-  const Eigen::Vector3d y = (R.col(other) - along * along.dot(R.col(other))).normalized();
+  // The axis after the one that is most along: of the two across, neither is nearer by more than rounding.
+  Eigen::Index nearest = 0;
+  (R.transpose() * along).cwiseAbs().maxCoeff(&nearest);
+  const Eigen::Vector3d across = R.col((nearest + 1) % 3);
+  const Eigen::Vector3d y = (across - along * along.dot(across)).normalized();
   frame.T_map_grip.linear() << along, y, along.cross(y);
   frame.T_map_grip.translation() = (a + b) / 2;
   const Eigen::Isometry3d T_grip_map = frame.T_map_grip.inverse(Eigen::Isometry);
@@ -156,6 +157,7 @@ void RealGrip::release(const Agent* thing, Physics& physics) {
     if (!held_.empty()) physics.set_velocity(thing->handle, motion_.velocity, motion_.rotation_rate);
   }
   held_.clear();
+  wanted_.reset();
   too_heavy_.clear();
   overloaded_.clear();
   force_ = 0;
@@ -176,6 +178,7 @@ void RealGrip::move_held(const RobotTwin& twin, bool present, bool jumped, Agent
   if (!present) return physics.set_velocity(thing->handle, {0, 0, 0}, {0, 0, 0});
   const Transform<Map, Body> wanted = held_at(twin, poses_of(twin));
   if (jumped) {
+    wanted_ = wanted;
     physics.set_motion(thing->handle, {wanted, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
     return physics.move_held(thing->handle, Physics::Carried::held);  // a body that was put somewhere sleeps
   }
@@ -184,9 +187,12 @@ void RealGrip::move_held(const RobotTwin& twin, bool present, bool jumped, Agent
   motion_.velocity =
       finger.velocity +
       finger.rotation_rate.cross(Eigen::Vector3d(wanted.translation() - finger.T_map_body.translation()));
-  const Eigen::Vector3d lag = wanted.translation() - is.T_map_body.translation();
-  if (lag.norm() > kSlip) return release(thing, physics);
-  physics.set_velocity(thing->handle, lag / dt,
+  const Eigen::Vector3d way = wanted.translation() - is.T_map_body.translation();
+  // Behind where the gripper has been, not where new encoders put it at once.
+  const bool slips = wanted_ && (wanted_->translation() - is.T_map_body.translation()).norm() > kSlip;
+  wanted_ = wanted;
+  if (slips) return release(thing, physics);
+  physics.set_velocity(thing->handle, way / dt,
                        turn_between(is.T_map_body.rotation(), wanted.rotation()) / dt);
 }
 

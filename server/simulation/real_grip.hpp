@@ -72,8 +72,9 @@ class RealGrip {
   std::string held_;       // carried
   std::string too_heavy_;  // pressed on, not carried
   std::uint32_t epoch_ = 0;
-  double force_ = 0;   // N
-  RigidState motion_;  // of the gripper at the held thing, in the coming step
+  double force_ = 0;                            // N
+  std::optional<Transform<Map, Body>> wanted_;  // pose of the held thing after the newest step
+  RigidState motion_;                           // of the gripper at the held thing, in the coming step
   Eigen::Isometry3d T_grip_thing_ = Eigen::Isometry3d::Identity();
   std::vector<std::string> overloaded_;      // joints, as in the newest events
   std::vector<Transform<Map, Body>> poses_;  // reused memory

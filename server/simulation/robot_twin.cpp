@@ -126,6 +126,18 @@ void RobotTwin::place(const Transform<Map, Base>& T_map_base, std::span<const do
   }
 }
 
+bool RobotTwin::grips(std::size_t joint) const {
+  if (fingers_.empty()) return false;
+  const auto moves_one = [&](std::size_t i) {
+    return moves(i, fingers_[0].part) != moves(i, fingers_[1].part);
+  };
+  const auto& joints = model_->joints;
+  bool follower_moves_one = false;  // then this one moves the other
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    follower_moves_one = follower_moves_one || (joints[i].geared == joint && moves_one(i));
+  return moves_one(joint) || follower_moves_one;
+}
+
 /// Velocities from the base outwards (Featherstone, Rigid Body Dynamics Algorithms, section 5.3).
 void RobotTwin::move(Physics& physics, const RigidState& base, bool touchable) {
   place(Transform<Map, Base>(base.T_map_body.isometry()), posture_.positions, poses_);

@@ -57,6 +57,8 @@ class RobotTwin {
   /// At most the first two links of the gripper; none: it does not grip.
   const std::vector<TwinFinger>& fingers() const { return fingers_; }
   bool is_finger(std::size_t part) const;
+  /// Whether a joint moves one finger against the other.
+  bool grips(std::size_t joint) const;
 
   /// N m or N: weight of the parts and of `load` kg at `center` (m, map) that the joint bears, against
   /// gravity.

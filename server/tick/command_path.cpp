@@ -131,6 +131,19 @@ Joints known_joints(const TickContext& context, const Joints& command, const sim
   return known;
 }
 
+/// A reduction never turns a motion round: a joint that is already beyond what is left of it stays there.
+void stay_where_it_is(const Joints& asked, const EncoderState& state, Joints& allowed) {
+  for (std::size_t i = 0; i < allowed.positions.size(); ++i) {
+    if (allowed.positions[i] == asked.positions[i]) continue;
+    const auto encoder = std::find_if(state.encoders.begin(), state.encoders.end(), [&](const Encoder& each) {
+      return state.model->joints[each.joint].name == allowed.names[i];
+    });
+    if (encoder == state.encoders.end() || !encoder->newest) continue;
+    const double is = encoder->newest->position;
+    if ((allowed.positions[i] - is) * (asked.positions[i] - is) < 0) allowed.positions[i] = is;
+  }
+}
+
 /// What virtual contact leaves of a joint command; a real robot without a robot model has no such contact.
 Joints allowed_joints(const TickContext& context, const Joints& command, const CommandPath& path) {
   if (!path.encoders.exist()) return command;
@@ -139,13 +152,15 @@ Joints allowed_joints(const TickContext& context, const Joints& command, const C
     return joint_stop(context, path);
   }
   constexpr double kRepeated = 0.15;  // s until the next command
-  Joints allowed = known_joints(context, command, *path.encoders.model);
+  const Joints asked = known_joints(context, command, *path.encoders.model);
+  Joints allowed = asked;
   const double reaction = context.robot().limits.reaction_time;
   std::map<std::string, std::string> limited;
   for (auto& [joint, thing] : path.simulation.limit_joints(
            allowed, reaction + kRepeated, reaction + context.configuration.scenario.contact.silence,
            context.robot_index))
     limited[joint] = thing;
+  stay_where_it_is(asked, path.encoders, allowed);
   report_joint_limits(context, std::move(limited), path.command);
   return allowed;
 }

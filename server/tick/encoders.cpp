@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "protocols/channels.hpp"
 #include "protocols/nearest_name.hpp"
+#include "server/simulation/robot_twin.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -13,9 +15,10 @@ namespace {
 using simulation::JointKind;
 using simulation::RobotJoint;
 
-constexpr double kAhead = 0.1;             // s of extrapolation
-constexpr double kFaster = 1.5;            // times the joint's greatest velocity: plays of stamps and loads
-constexpr double kDoubt = 0.5;             // s until a jump is believed
+constexpr double kAhead = 0.1;   // s of extrapolation
+constexpr double kCatchUp = 3;   // times the joint's greatest velocity, where it follows its encoder
+constexpr double kFaster = 1.5;  // times the joint's greatest velocity: plays of stamps and loads
+constexpr double kDoubt = 0.5;   // s until a jump is believed
 constexpr double kPlay[] = {0.03, 0.003};  // rad and m beyond limits and speeds: resolution and calibration
 
 double play(const RobotJoint& joint) { return kPlay[joint.kind == JointKind::prismatic ? 1 : 0]; }
@@ -115,6 +118,16 @@ void report(const TickContext& context, EncoderState& state) {
   publish_event(context, event);
 }
 
+void extrapolate(const RobotJoint& joint, const Encoder::Sample& sample, double age, double& position,
+                 double& velocity) {
+  const double fastest = kFaster * joint.velocity;
+  velocity = std::clamp(sample.velocity, -fastest, fastest);
+  position = sample.position + velocity * std::clamp(age, 0.0, kAhead);
+  if (is_limited(joint))
+    position = std::clamp(position, joint.lower - play(joint), joint.upper + play(joint));
+  if (age >= kAhead) velocity = 0;
+}
+
 }  // namespace
 
 std::shared_ptr<const simulation::RobotModel> model_named(const Configuration& configuration,
@@ -129,6 +142,7 @@ EncoderState::EncoderState(const Configuration& configuration, const RobotDescri
   if (simulates_trainee(configuration.scenario)) return;
   model = model_named(configuration, robot.model);
   if (!model) return;
+  const simulation::RobotTwin twin(model);
   for (std::size_t i = 0; i < model->joints.size(); ++i) {
     const RobotJoint& joint = model->joints[i];
     posture.positions.push_back(joint.start);
@@ -137,6 +151,7 @@ EncoderState::EncoderState(const Configuration& configuration, const RobotDescri
     Encoder encoder;
     encoder.joint = i;
     encoder.needed = !rolls(*model, joint) && !steers(*model, i);
+    encoder.grips = twin.grips(i);
     encoders.push_back(encoder);
   }
 }
@@ -159,12 +174,14 @@ void take_encoders(const TickContext& context, const Joints& joints, EncoderStat
     const auto encoder = std::find_if(state.encoders.begin(), state.encoders.end(),
                                       [&](const Encoder& each) { return each.joint == index; });
     if (encoder == state.encoders.end()) continue;
+    // The way since the last message carries all joints on alike. Their speeds at the instant of the message
+    // do not: a servo that has just reached its target stands, while the others of the same motion run.
     Encoder::Sample sample{joints.stamp, joints.positions[i], 0};
     if (encoder->newest && sample.stamp <= encoder->newest->stamp) continue;
-    if (!joints.velocities.empty()) {
-      sample.velocity = joints.velocities[i];
-    } else if (encoder->newest) {
+    if (encoder->newest) {
       sample.velocity = velocity_between(*encoder->newest, sample);
+    } else if (!joints.velocities.empty()) {
+      sample.velocity = joints.velocities[i];
     }
     if (rolls(*state.model, *named)) {
       encoder->newest = sample;
@@ -179,19 +196,24 @@ void move_twin(const TickContext& context, const ClockOffset& clock, EncoderStat
   if (!state.exist()) return;
   if (!state.awaited_since) state.awaited_since = context.now;
   state.why = clock.known() ? why_lost(context, clock, state) : "no JOINT_STATE yet";
-  state.fresh = state.why.empty();
+  const bool was_fresh = std::exchange(state.fresh, state.why.empty());
+  const double dt = (simulation.next_step() - simulation.now()).seconds();
   for (const Encoder& encoder : state.encoders) {
     if (!encoder.newest || !clock.known()) continue;
     const RobotJoint& joint = state.model->joints[encoder.joint];
-    const double fastest = kFaster * joint.velocity;
-    const double velocity = state.fresh ? std::clamp(encoder.newest->velocity, -fastest, fastest) : 0;
-    const double age = (context.now - clock.to_server(encoder.newest->stamp)).seconds();
-    const bool moves = state.fresh && age < kAhead;
-    double position = encoder.newest->position + velocity * std::clamp(age, 0.0, kAhead);
-    if (is_limited(joint))
-      position = std::clamp(position, joint.lower - play(joint), joint.upper + play(joint));
-    if (state.fresh) state.posture.positions[encoder.joint] = position;
-    state.posture.velocities[encoder.joint] = moves ? velocity : 0;
+    double& position = state.posture.positions[encoder.joint];
+    double& velocity = state.posture.velocities[encoder.joint];
+    if (!state.fresh) {
+      velocity = 0;
+    } else if (encoder.grips && was_fresh) {
+      const double step = kCatchUp * joint.velocity * dt;
+      const double moves = std::clamp(encoder.newest->position - position, -step, step);
+      position += moves;
+      velocity = moves / dt;
+    } else {
+      const double age = (context.now - clock.to_server(encoder.newest->stamp)).seconds();
+      extrapolate(joint, *encoder.newest, encoder.grips ? 0 : age, position, velocity);
+    }
   }
   simulation.set_encoders(state.posture, state.fresh, context.robot_index);
   const bool waits = !state.fresh && (context.now - *state.awaited_since).seconds() <

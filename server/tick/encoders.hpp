@@ -18,6 +18,7 @@ namespace parhelion::tick {
 struct Encoder {
   std::size_t joint = 0;  ///< of the robot's model
   bool needed = false;    ///< without it the robot's posture is not known
+  bool grips = false;     ///< moves one finger against the other
   struct Sample {
     SensorTime stamp;
     double position = 0, velocity = 0;  ///< rad or m, and per second
@@ -53,9 +54,10 @@ void take_encoders(const TickContext& context, const Joints& joints, EncoderStat
 /// A message that could not be decoded: nothing is believed until the next one.
 void doubt_encoders(const Error& error, EncoderState& state);
 
-/// At each step: sets the posture of the robot's twin, extrapolated by at most 0.1 s; events encoders_lost
-/// and encoders_back. The posture is lost where a needed encoder has been silent for ContactLimits::silence,
-/// or was not believed.
+/// At each step: sets the posture of the robot's twin; events encoders_lost and encoders_back. Joints are
+/// extrapolated by at most 0.1 s. Those that grip follow their encoders instead: carried on while they slow
+/// down, fingers would close on a thing before they touch it, and let go of it again. The posture is lost
+/// where a needed encoder has been silent for ContactLimits::silence, or was not believed.
 void move_twin(const TickContext& context, const ClockOffset& clock, EncoderState& state,
                simulation::Simulation& simulation);
 

@@ -137,6 +137,27 @@ TEST_F(RealArmTick, AJumpIsBelievedOnlyWhenItLasts) {
   EXPECT_EQ(events(EventKind::encoders_back).size(), 1U);
 }
 
+// Fingers that touch a thing stop at once; carried on by their speed they would be in it, and let go again.
+TEST_F(RealArmTick, FingersAreNeverWhereTheirEncodersHaveNotBeen) {
+  begin();
+  run(1);
+  constexpr double open = 0.02, closed = 0.0101, per_message = 0.0025;
+  for (int i = 0; i < 8; ++i) {
+    posture_["gripper"] = std::max(closed, posture_["gripper"] - per_message);
+    run(time_ + 0.05);
+  }
+  std::vector<double> gaps;
+  for (const WorldMessage& world : decoded<WorldMessage>(channel::kMrWorld)) {
+    std::map<std::string, Eigen::Vector3d> at;
+    for (const WorldMessage::Entry& body : world.bodies) at[body.part] = body.T_map_body.translation();
+    if (at.contains("left_finger")) gaps.push_back((at["left_finger"] - at["right_finger"]).norm());
+  }
+  ASSERT_GT(gaps.size(), 10U);
+  EXPECT_NEAR(gaps.front() - gaps.back(), 2 * (open - closed), 1e-4);
+  EXPECT_GT(*std::min_element(gaps.begin(), gaps.end()), gaps.back() - 1e-4)
+      << "they closed farther than that";
+}
+
 TEST_F(RealArmTick, AMessageThatIsNotFiniteIsNotBelieved) {
   begin();
   run(1);
