@@ -16,7 +16,7 @@ namespace parhelion::tools {
 namespace {
 
 struct Arguments {
-  std::string log, against, output = "report.html", trainee, database;
+  std::string log, robot, against, output = "report.html", trainee, database;
   std::vector<std::string> earlier, group;
   bool overwrite = false;
 };
@@ -26,11 +26,12 @@ Exit fail(const std::string& what) {
   return Exit::failed;
 }
 
-Status add_session(const std::string& path, review::ReviewPage& page) {
+Status add_session(const std::string& path, const std::string& robot, review::ReviewPage& page) {
   Progress progress(path, "MB");
-  auto review = review::review_session(path, {}, [&](std::uint64_t done, std::uint64_t all) {
+  const auto show = [&](std::uint64_t done, std::uint64_t all) {
     progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
-  });
+  };
+  auto review = review::review_session(path, {}, show, review::Reader::instructor, robot);
   progress.finish();
   if (!review) return review.error();
   page.sessions.push_back(std::move(*review));
@@ -81,9 +82,10 @@ Exit run(const Arguments& arguments) {
   if (const Status writable = check_writable(arguments.output, arguments.overwrite); !writable)
     return fail(writable.error().message);
   review::ReviewPage page;
-  if (const Status added = add_session(arguments.log, page); !added) return fail(added.error().message);
-  if (!arguments.against.empty()) {
-    if (const Status added = add_session(arguments.against, page); !added) return fail(added.error().message);
+  for (const std::string& log : {arguments.log, arguments.against}) {
+    if (log.empty()) continue;
+    if (const Status added = add_session(log, arguments.robot, page); !added)
+      return fail(added.error().message);
   }
   for (const auto& [paths, scores] :
        {std::pair{&arguments.earlier, &page.earlier}, std::pair{&arguments.group, &page.group}}) {
@@ -109,6 +111,7 @@ void add_report(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("-o,--output", arguments->output, "Page to write; - for standard output");
+  command->add_option("--robot", arguments->robot, "Whose session, where several robots had trainees");
   command->add_option("--against", arguments->against,
                       "A second session to compare with, such as the same log with other agents");
   command->add_option("--earlier", arguments->earlier, "The trainee's earlier sessions");

@@ -43,7 +43,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   base.open_bus = options.open_bus;
   station::StationOptions& station = base.station;
   station.configuration = std::make_shared<const tick::Configuration>(configuration);
-  station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
+  station.notes = review::notes_path(options.session);
   station.scenarios = (base.folder / "scenarios").string();
   if (!options.cloud.empty()) {
     auto cloud = cloud_layer(options.cloud, configuration.model.T_map_cloud);
@@ -75,15 +75,22 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
 }
 
 station::SessionReport session_report(const runtime::Report& report, const std::string& log) {
-  const auto page = [&](review::Reader reader) {
-    auto review = review::review_session(log, {}, {}, reader);
+  const auto page = [&](review::Reader reader, const std::string& robot = {}) {
+    auto review = review::review_session(log, {}, {}, reader, robot);
     if (!review) return std::string();
     review::ReviewPage one;
     one.sessions.push_back(std::move(*review));
     return review::to_html(one);
   };
-  return {to_json(report), page(review::Reader::instructor), to_trainees_json(report),
-          page(review::Reader::trainee)};
+  station::SessionReport all{to_json(report),
+                             page(review::Reader::instructor),
+                             to_trainees_json(report),
+                             page(review::Reader::trainee),
+                             {}};
+  for (const runtime::RobotReport& robot : report.robots)
+    all.of_robots[robot.name] = {page(review::Reader::instructor, robot.name),
+                                 page(review::Reader::trainee, robot.name)};
+  return all;
 }
 
 void LiveStation::show_report(const runtime::Report& report) {

@@ -31,6 +31,25 @@ Json event_json(const Event& event, SimulationTime begin) {
           {"text", event.text}};
 }
 
+/// As an event of its own kind.
+Json mark_json(const Mark& mark) {
+  return {{"t", rounded(mark.t)}, {"kind", "mark"}, {"subject", mark.by},    {"object", ""},
+          {"impulse", 0},         {"value", 0},     {"undetectable", false}, {"text", mark.text}};
+}
+
+/// Events and marks, ordered by time.
+Json events_json(const SessionReview& review) {
+  Json events = Json::array();
+  auto mark = review.marks.begin();
+  for (const Event& event : review.events) {
+    const double t = (event.stamp - review.begin).seconds();
+    for (; mark != review.marks.end() && mark->t < t; ++mark) events.push_back(mark_json(*mark));
+    events.push_back(event_json(event, review.begin));
+  }
+  for (; mark != review.marks.end(); ++mark) events.push_back(mark_json(*mark));
+  return events;
+}
+
 Json seconds_after(const std::optional<SimulationTime>& at, SimulationTime begin) {
   return at ? Json(rounded((*at - begin).seconds())) : Json();
 }
@@ -162,8 +181,7 @@ Json session_json(const SessionReview& review) {
   json["path"] = trail_json(review.path);
   Json& agents = json["agents"] = Json::array();
   for (const Trail& trail : review.agents) agents.push_back(trail_json(trail));
-  Json& events = json["events"] = Json::array();
-  for (const Event& event : review.events) events.push_back(event_json(event, review.begin));
+  json["events"] = events_json(review);
   json["events_left_out"] = review.events_left_out;
   Json& all = json["series"] = Json::object();
   for (const auto& [name, series] : review.series) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/review/marks.hpp"
 #include "server/review/pictures.hpp"
 #include "server/review/plan.hpp"
 #include "server/review/series.hpp"
@@ -37,12 +38,12 @@ struct Trail {
 /// Times are in seconds after `begin`, positions in m in the map frame.
 struct SessionReview {
   std::string log;    ///< file name without its folder
-  std::string robot;  ///< the graded robot
+  std::string robot;  ///< whose session this is
   Scenario scenario;
   std::vector<Eigen::Vector2d> footprint;  ///< of the robot, if the log has its description; else empty
   SimulationTime begin;
   double duration = 0;
-  std::optional<training::Grade> grade;  ///< none: the scenario has no training section
+  std::optional<training::Grade> grade;  ///< none: no training section, or it grades another robot
   bool cut_off = false;                  ///< the log has no end record
   std::uint64_t skipped_bytes = 0;
   Plan plan;
@@ -51,6 +52,7 @@ struct SessionReview {
   std::vector<Event> events;                             ///< in the order of time, thinned
   std::map<std::string, std::uint64_t> events_left_out;  ///< by kind; repeated contact events are never
                                                          ///< listed
+  std::vector<Mark> marks;                               ///< the instructor's; not for trainees
   /// By name: speed, pitch, roll, nearest, nearest_injected, asked_forward, asked_turn, given_forward,
   /// given_turn, delay_scan, delay_camera, delay_teleop. Series without samples in the log are missing.
   std::map<std::string, Series> series;
@@ -61,10 +63,11 @@ struct SessionReview {
   std::uint64_t pictures_seen = 0, pictures_unreadable = 0;
 };
 
-/// Error: not a session log, or its training section refers to something that does not exist. `progress`:
-/// bytes done and bytes in total; may be empty.
+/// Error: not a session log, its training section refers to something that does not exist, or it has no robot
+/// of the name `robot` (empty: the first that is graded). `progress`: bytes done and bytes in total; may be
+/// empty.
 Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits = {},
                                      const std::function<void(std::uint64_t, std::uint64_t)>& progress = {},
-                                     Reader reader = Reader::instructor);
+                                     Reader reader = Reader::instructor, const std::string& robot = {});
 
 }  // namespace parhelion::review

@@ -1,5 +1,6 @@
 #include "server/runtime/grade_session.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -47,7 +48,12 @@ class SessionGrading::Reading {
   }
 
   const tick::Configuration* configuration() const { return configuration_ ? &*configuration_ : nullptr; }
-  const training::Grader* grader() const { return graders_.empty() ? nullptr : &graders_.front(); }
+  const training::Grader* grader(const std::string& robot) const {
+    if (graders_.empty()) return nullptr;
+    const std::vector<std::string> robots = tick::graded_robots(*configuration_);
+    const auto found = std::find(robots.begin(), robots.end(), robot);
+    return found == robots.end() ? nullptr : &graders_[static_cast<std::size_t>(found - robots.begin())];
+  }
   Result<std::vector<GradedSession>> results(std::uint64_t skipped_bytes) const {
     if (graders_.empty())
       return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
@@ -86,11 +92,8 @@ SessionGrading::SessionGrading(std::string path) : reading_(std::make_unique<Rea
 SessionGrading::~SessionGrading() = default;
 Status SessionGrading::take(const Message& message) { return reading_->take(message); }
 const tick::Configuration* SessionGrading::configuration() const { return reading_->configuration(); }
-const training::Grader* SessionGrading::grader() const { return reading_->grader(); }
-Result<GradedSession> SessionGrading::result(std::uint64_t skipped_bytes) const {
-  auto all = reading_->results(skipped_bytes);
-  if (!all) return all.error();
-  return std::move(all->front());
+const training::Grader* SessionGrading::grader(const std::string& robot) const {
+  return reading_->grader(robot);
 }
 Result<std::vector<GradedSession>> SessionGrading::results(std::uint64_t skipped_bytes) const {
   return reading_->results(skipped_bytes);

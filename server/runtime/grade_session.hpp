@@ -31,9 +31,8 @@ class SessionGrading {
   Status take(const Message& message);
   /// nullptr before MR_SESSION; also set where MR_SESSION is refused for lack of `training`.
   const tick::Configuration* configuration() const;
-  /// That of the first graded robot; nullptr before MR_SESSION.
-  const training::Grader* grader() const;
-  Result<GradedSession> result(std::uint64_t skipped_bytes) const;
+  /// nullptr before MR_SESSION, and where the robot is not graded.
+  const training::Grader* grader(const std::string& robot) const;
   /// Of all graded robots.
   Result<std::vector<GradedSession>> results(std::uint64_t skipped_bytes) const;
 

@@ -225,7 +225,11 @@ void Station::Running::add_report_routes(HttpServer& server) {
   server.on("GET", "/report", Access::logged_in(), [this, none](const HttpRequest& request) {
     const std::lock_guard lock(published.mutex);
     const SessionReport& report = published.report;
-    const std::string& page = is_trainee(*request.who) ? report.trainees_page : report.page;
+    const auto named = report.of_robots.find(request.query);
+    const SessionReport::Pages pages = named == report.of_robots.end()
+                                           ? SessionReport::Pages{report.page, report.trainees_page}
+                                           : named->second;
+    const std::string& page = is_trainee(*request.who) ? pages.trainees_page : pages.page;
     if (page.empty()) return none();
     // The page contains its script and its styles and requests nothing.
     HttpResponse response{200, "text/html; charset=utf-8", page};

@@ -2,6 +2,8 @@
 // to the bus. The tick does not depend on it.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +27,10 @@ struct StationMap {
 struct SessionReport {
   std::string json, page;
   std::string trainees_json, trainees_page;
+  struct Pages {
+    std::string page, trainees_page;
+  };
+  std::map<std::string, Pages, std::less<>> of_robots;  ///< of several, by name
 };
 
 struct StationOptions {
@@ -53,7 +59,8 @@ class Station {
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 
-  /// After the session has ended, for /api/v1/report and /report. Thread-safe.
+  /// After the session has ended, for /api/v1/report and /report (of one of several robots: /report?NAME).
+  /// Thread-safe.
   void set_report(SessionReport report);
   /// Metrics of MR_STATUS, and the number of pages. Thread-safe.
   void add_metrics(MetricsText& text);

@@ -53,7 +53,7 @@ function drawReasons(session) {
 
 function drawEvents(session) {
   const list = html("ol", { class: "events" });
-  for (const event of session.events) list.append(markAt(html("li", { class: event.undetectable ? "undetectable" : null }, jump(event.t, TEXT.event(event)), ` ${TEXT.event(event)}`), event.t));
+  for (const event of session.events) list.append(markAt(html("li", { class: event.undetectable ? "undetectable" : event.kind === "mark" ? "mark" : null }, jump(event.t, TEXT.event(event)), ` ${TEXT.event(event)}`), event.t));
   const left = Object.keys(session.events_left_out).length ? html("p", {}, TEXT.eventsLeftOut(session.events_left_out)) : null;
   return titled(3, TEXT.events, list, left);
 }

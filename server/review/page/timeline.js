@@ -23,7 +23,10 @@ function drawTimeline(session, letter) {
     drawing.append(svg("rect", { class: `task ${task.outcome}`, x: at(task.began), y: 2, width: Math.max(wide - 1, 1), height: 14 }, svg("title", {}, task.name)));
     if (wide > 7 * task.name.length) drawing.append(word(at(task.began) + 4, 13, task.name, { class: "task" }));
   }
-  for (const event of session.events) drawing.append(svg("path", { class: "event", d: `M${at(event.t)} 40v12` }));
+  for (const event of session.events) {
+    if (event.kind !== "mark") drawing.append(svg("path", { class: "event", d: `M${at(event.t)} 40v12` }));
+    else drawing.append(svg("path", { class: "mark", d: `M${at(event.t)} 39l6 7l-6 7l-6 -7z` }, svg("title", {}, TEXT.event(event))));
+  }
   (session.grade ? session.grade.deductions : []).forEach((deduction, i) => {
     drawing.append(svg("circle", { class: "deduction", cx: at(deduction.t), cy: 27, r: 7 }, svg("title", {}, `${i + 1}: ${deduction.rule}`)),
       word(at(deduction.t), 31, `${i + 1}`, { class: "deduction", "text-anchor": "middle" }));

@@ -51,6 +51,31 @@ TEST_F(ReviewTest, ScoreAndReasonsAreThoseOfGradeSession) {
   EXPECT_EQ(deduction["cause"]["object"], "barrel_1");
 }
 
+TEST_F(ReviewTest, TheInstructorsMarksStandAmongTheEvents) {
+  std::ofstream(notes_path(folder_ / "session.lcm"))
+      << R"({"at_us":1,"type":"mark","t":5.5,"by":"ines","text":"too fast here"})"
+      << "\n"
+      << R"({"at_us":2,"type":"chat","from":"ben","text":"hello"})"
+      << "\n"
+      << "half a li\n"
+      << R"({"at_us":3,"type":"mark","t":2,"by":"ines","text":"<b>well done</b>"})"
+      << "\n"
+      << R"({"at_us":4,"type":"mark","t":"soon","by":"ines","text":"no time"})"
+      << "\n";
+  const json events = page_of({})["sessions"][0]["events"];
+  std::vector<std::string> marks;
+  double before = 0;
+  for (const json& event : events) {
+    EXPECT_GE(event["t"], before);
+    before = event["t"];
+    if (event["kind"] == "mark") marks.push_back(event["text"]);
+  }
+  EXPECT_EQ(marks, (std::vector<std::string>{"<b>well done</b>", "too fast here"}));
+  const auto trainees = review_session(folder_ / "session.lcm", {}, {}, Reader::trainee);
+  ASSERT_TRUE(trainees.ok());
+  EXPECT_TRUE(trainees->marks.empty());
+}
+
 TEST_F(ReviewTest, ContainsTrackAndMeasurements) {
   const SessionReview made = review({});
   EXPECT_NEAR(made.duration, 20, 0.05);

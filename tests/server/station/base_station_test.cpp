@@ -237,12 +237,18 @@ TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
   const RawAnswer soon = RawClient(port_).get("/api/v1/report", admin);
   EXPECT_EQ(soon.status, 503);
   EXPECT_EQ(soon.headers.at("retry-after"), "1");
-  station_->set_report({R"({"score":1})", "<html></html>", R"({"score":2})", "<html>his</html>"});
+  station_->set_report({R"({"score":1})",
+                        "<html></html>",
+                        R"({"score":2})",
+                        "<html>his</html>",
+                        {{"rover_2", {"<html>2</html>", "<html>his 2</html>"}}}});
   EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).body, R"({"score":1})");
   EXPECT_EQ(RawClient(port_).get("/report", admin).status, 200);
   const std::string trainee = cookie("trainee");
   EXPECT_EQ(RawClient(port_).get("/api/v1/report", trainee).body, R"({"score":2})");
   EXPECT_EQ(RawClient(port_).get("/report", trainee).body, "<html>his</html>");
+  EXPECT_EQ(RawClient(port_).get("/report?rover_2", admin).body, "<html>2</html>");
+  EXPECT_EQ(RawClient(port_).get("/report?rover_2", trainee).body, "<html>his 2</html>");
 }
 
 /// MB of heap memory in use.

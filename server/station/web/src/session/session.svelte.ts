@@ -67,6 +67,8 @@ class Session {
   /** Permission to place, inject faults, pause and end. Only for the display: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
   mayDrive = $derived(this.hello !== null && this.hello.who.role !== "observer");
+  /** Where the report of one of several robots is; of the followed one without a name. */
+  reportOf(robot = this.robot): string { return this.robots.length > 1 ? `report?${encodeURIComponent(robot)}` : "report"; }
   /** The live session is over: nothing of it runs any more. */
   ended = $derived(this.hello?.session.mode === "live" && (this.control?.ended ?? false));
   silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
