@@ -82,5 +82,21 @@ TEST_F(RobotWatchTest, ReportsVideoAfterTheCameraIsRequested) {
   EXPECT_TRUE(reports_video(true));
 }
 
+TEST_F(RobotWatchTest, ARobotWithoutAPoseCanBeDriven) {
+  WorldMessage world;  // without bodies of the robot: nobody knows where it is
+  world.robot = "trainee";
+  service_->set_robots({});
+  const WallTime deadline = runtime::steady_now() + seconds(20);
+  bool offered = false;
+  while (!offered && runtime::steady_now() < deadline) {
+    publish(channel::kMrWorld, world);
+    auto client = open("ines", Role::trainee);
+    const auto words = client->texts("robots");
+    offered = !words.empty() && words.back().find(R"("name":"trainee")") != std::string::npos;
+    if (!offered) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_TRUE(offered);
+}
+
 }  // namespace
 }  // namespace parhelion::station

@@ -138,6 +138,18 @@ TEST_F(TickTest, TickPassesScansThroughUntilThereIsAPose) {
   EXPECT_FALSE(info[0].reason.empty());
 }
 
+// Consoles drive what MR_WORLD names: a robot may have to move before it can be localized.
+TEST_F(TickTest, TheWorldNamesARobotWithoutAPose) {
+  start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
+  advance_to(ArrivalTime::from_utime(test::kStartUs + 1'000'000));
+  const auto worlds = decoded<WorldMessage>(channel::kMrWorld);
+  ASSERT_FALSE(worlds.empty());
+  for (const WorldMessage& world : worlds) {
+    EXPECT_EQ(world.robot, configuration_.robot.name);
+    for (const WorldMessage::Entry& body : world.bodies) EXPECT_NE(body.owner, BodyOwner::real_robot);
+  }
+}
+
 TEST_F(TickTest, TickPublishesOneScanPerScanForAnyInput) {
   start(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
                              agent("person_1", AgentKind::person, -3, 0, BehaviourKind::wander)}));
