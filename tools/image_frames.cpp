@@ -50,7 +50,8 @@ class Reader {
   Reader(const std::string& name, const ImageFrameOptions& options) : name_(name), options_(options) {}
 
   Result<ImageFrames> read() {
-    if (const Status status = each_event([this](const Message& event) { return take_pose(event); }); !status)
+    if (const Status status = each_event([this](const Message& event) { return handle_pose(event); });
+        !status)
       return status.error();
     if (!estimates_.empty()) poses_ = std::move(estimates_);
     poses_.sort();
@@ -58,7 +59,7 @@ class Reader {
     if (const Status status = check(); !status) return status.error();
     // Once to count, as images are large.
     double scale = 1;
-    while (count(scale) > most()) scale *= 1.5;
+    while (count(scale) > max_images()) scale *= 1.5;
     colour_selection_ = Selection(scale), depth_selection_ = Selection(0.5 * scale);
     if (const Status status = each_event([this](const Message& event) { return take_image(event); }); !status)
       return status.error();
@@ -70,12 +71,12 @@ class Reader {
   }
 
  private:
-  std::size_t most() const {
+  std::size_t max_images() const {
     constexpr double kUsual = 640 * 480;
     const double pixels = std::max(
         kUsual, static_cast<double>(robot_->camera->intrinsics.width) * robot_->camera->intrinsics.height);
     return std::max<std::size_t>(
-        1, static_cast<std::size_t>(static_cast<double>(options_.most) * kUsual / pixels));
+        1, static_cast<std::size_t>(static_cast<double>(options_.max_images) * kUsual / pixels));
   }
 
   template <class Take>
@@ -94,7 +95,7 @@ class Reader {
     }
   }
 
-  Status take_pose(const Message& event) {
+  Status handle_pose(const Message& event) {
     if (event.channel == channel::kRobot && !robot_ && options_.robot.empty()) return take_robot(event);
     if (event.channel == channel::kPoseCov) {
       PoseEstimate estimate;
@@ -182,7 +183,7 @@ class Reader {
 
   Status take_image(const Message& event) {
     if (event.channel == channel::kCamera) return take_colour(event);
-    if (event.channel == channel::kDepth && depth_lens_) return take_depth(event);
+    if (event.channel == channel::kDepth && depth_lens_) return handle_depth(event);
     return {};
   }
 
@@ -209,7 +210,7 @@ class Reader {
     return {};
   }
 
-  Status take_depth(const Message& event) {
+  Status handle_depth(const Message& event) {
     Image image;
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
     const auto T_map_optical = pose_at(image.stamp, robot_->depth->head, robot_->depth->T_base_optical);

@@ -19,7 +19,7 @@ struct ImageFrameOptions {
   double distance = 0.05;                     ///< m
   double angle = 3 * std::numbers::pi / 180;  ///< rad
   /// Images of a kind, of 640x480 pixels; of larger ones fewer. With more, distance and angle grow.
-  std::size_t most = 400;
+  std::size_t max_images = 400;
   /// Whether an image taken from this pose is used; empty: all are.
   std::function<bool(const Eigen::Isometry3d& T_map_optical)> wanted;
 };

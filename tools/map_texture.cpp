@@ -110,7 +110,7 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--voxel", a.texture.volume.voxel, "Edge of the surface's pieces, m")
       ->check(CLI::Range(0.005, 0.2))
       ->capture_default_str();
-  command.add_option("--images", a.frames.most, "At most this many images of a kind")
+  command.add_option("--images", a.frames.max_images, "At most this many images of a kind")
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
   command.add_option("--threads", a.texture.threads, "Threads; 0: all; the bytes are the same")

@@ -187,12 +187,12 @@ void RealGrip::move_held(const RobotTwin& twin, bool present, bool jumped, Agent
   motion_.velocity =
       finger.velocity +
       finger.rotation_rate.cross(Eigen::Vector3d(wanted.translation() - finger.T_map_body.translation()));
-  const Eigen::Vector3d way = wanted.translation() - is.T_map_body.translation();
+  const Eigen::Vector3d travel = wanted.translation() - is.T_map_body.translation();
   // Behind where the gripper has been, not where new encoders put it at once.
   const bool slips = wanted_ && (wanted_->translation() - is.T_map_body.translation()).norm() > kSlip;
   wanted_ = wanted;
   if (slips) return release(thing, physics);
-  physics.set_velocity(thing->handle, way / dt,
+  physics.set_velocity(thing->handle, travel / dt,
                        turn_between(is.T_map_body.rotation(), wanted.rotation()) / dt);
 }
 

@@ -103,7 +103,7 @@ class Quality {
       : log_(std::move(log)), model_(model), folder_(std::move(folder)) {
     tools::ImageFrameOptions everything;
     everything.distance = everything.angle = 0;
-    everything.most = 1'000'000;
+    everything.max_images = 1'000'000;
     all_ = must(tools::read_image_frames(log_, everything));
   }
 

@@ -245,7 +245,7 @@ class Lift {
     plan.thing_height = setup_.height;
     plan.closed = by_ == LiftBy::robot ? setup_.width / 2 - 0.001 : 0;
     task_.emplace(plan);
-    tub_ = tub->second;
+    container_ = tub->second;
   }
 
   /// From the encoders, as the script knows no other posture.
@@ -399,7 +399,7 @@ class Lift {
                                    event.text);
     const auto part = state_->simulation.pose_of("part_1");
     const Eigen::Vector2d off =
-        part->translation().head<2>() - in_map(setup_, tub_, 0).translation().head<2>();
+        part->translation().head<2>() - in_map(setup_, container_, 0).translation().head<2>();
     if (off.norm() > 0.32 || part->translation().z() > 0.3)
       report_.failures.emplace_back("it is not in the tub");
     if (!report_.live.passed || report_.live.score != 100)
@@ -425,7 +425,7 @@ class Lift {
   std::optional<double> gripped_, lifted_, opened_;  // s
   double pads_ = 0;
   std::map<std::string, Eigen::Vector2d> seen_;  // by entity, base_link
-  Eigen::Vector2d tub_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d container_ = Eigen::Vector2d::Zero();
   LiftReport report_;
 };
 

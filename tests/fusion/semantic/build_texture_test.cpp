@@ -144,7 +144,7 @@ TEST(BuildTexture, DifferentExposuresLeaveNoSeams) {
   EXPECT_GT(quality(*built, elsewhere(), share), 25);
 }
 
-TEST(BuildTexture, BadInputGetsAClearWord) {
+TEST(BuildTexture, BadInputIsRefusedWithTheReason) {
   const auto fails = [](std::vector<ColourView> colour, const std::vector<DepthView>& depth,
                         const std::string& word) {
     const auto built = build_texture(PaintedRoom::model(), std::move(colour), depth);

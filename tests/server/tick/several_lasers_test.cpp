@@ -164,10 +164,10 @@ TEST_F(SeveralLasersTest, TheFirstLaserGetsTheSameBytesWithAndWithoutAnother) {
   EXPECT_EQ(out_[channel::kMrScanInfo], alone_info);
 }
 
-TEST_F(SeveralLasersTest, LasersDoNotShareTheirNoise) {
-  RobotDescription twins = robot_with_two_lasers();
-  twins.further_lasers.front().laser = *twins.laser;
-  std::vector<Message> log = two_lasers_drive(2, twins);
+TEST_F(SeveralLasersTest, EachLaserHasNoiseOfItsOwn) {
+  RobotDescription alike = robot_with_two_lasers();
+  alike.further_lasers.front().laser = *alike.laser;
+  std::vector<Message> log = two_lasers_drive(2, alike);
   std::erase_if(log, [](const Message& each) { return each.channel == kRearScan; });
   std::vector<Message> both;
   for (const Message& each : log) {
@@ -175,7 +175,7 @@ TEST_F(SeveralLasersTest, LasersDoNotShareTheirNoise) {
     if (each.channel != channel::kScan) continue;
     both.push_back({kRearScan, each.arrival + microseconds(1), each.payload});
   }
-  run_drive(both, twins);
+  run_drive(both, alike);
   const auto one = decoded<Scan>(channel::kMrScan), other = decoded<Scan>(kMrRearScan);
   const auto info = decoded<ScanInfo>(channel::kMrScanInfo);
   ASSERT_EQ(one.size(), other.size());

@@ -101,7 +101,7 @@ TEST(ImageFrames, AreFromNewPlacesOnlyAndOfTheWantedOnes) {
   record(log, poses);
   EXPECT_EQ(read_image_frames(folder / "drive.lcm")->colour.size(), 6U);
   ImageFrameOptions few;
-  few.most = 2;
+  few.max_images = 2;
   const auto two = read_image_frames(folder / "drive.lcm", few);
   ASSERT_TRUE(two.ok());
   EXPECT_LE(two->colour.size(), 2U);
@@ -135,7 +135,7 @@ TEST(ImageFrames, WhatCannotBeUsedIsLeftOutWithAWord) {
   EXPECT_NE(notes.find("1x1"), std::string::npos) << notes;
 }
 
-TEST(ImageFrames, ALogThatCannotGiveATextureSaysWhy) {
+TEST(ImageFrames, ALogThatCannotGiveATextureIsRefusedWithTheReason) {
   const TemporaryFolder folder;
   const auto fails = [&](const std::string& word, const ImageFrameOptions& options = {}) {
     const auto frames = read_image_frames(folder / "drive.lcm", options);
