@@ -95,6 +95,7 @@ void Converter::begin(const tick::Configuration& configuration, ArrivalTime arri
   if (configuration.scenario.pose) listen(channel::kPose, &Converter::plain_pose);
   mounts_sent_.reset();
   world_sent_.reset();
+  mesh_scene_ = {};
   building(configuration.model, Message{channel::kMrSession, arrival, {}});
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
+#include "server/station/foxglove/mesh_scene.hpp"
 #include "server/station/foxglove/messages.hpp"
 #include "server/station/foxglove/scene.hpp"
 #include "server/tick/configuration.hpp"
@@ -35,7 +36,8 @@ struct Converted {
 };
 
 /// Frames: `map`, `base_link` (the trainee's robot), `laser`, `camera_optical`, `depth_optical`, and an
-/// agent's name, `<name>/laser` and `<name>/camera_optical` (without a transform). Stamps are those of the
+/// agent's name, `<name>/laser` and `<name>/camera_optical` (without a transform), and `<name>/<part>` of
+/// bodies that are meshes. Stamps are those of the
 /// source messages: a sensor message has the sensor's stamp.
 class Converter {
  public:
@@ -89,6 +91,7 @@ class Converter {
   void moved(const Message& message, std::int64_t stamp, const Eigen::Isometry3d& T_map_base);
   void virtual_returns(const Message& message);
   void mounts(const Message& message, std::int64_t stamp);
+  void meshes(const Message& message, std::int64_t stamp);
   void building(const SemanticModel& model, const Message& message);
 
   std::function<void(const Converted&)> send_;
@@ -99,6 +102,7 @@ class Converter {
   std::optional<tick::Configuration> configuration_;
   std::optional<simulation::EntityShapes> shapes_;
   WorldScene world_scene_;
+  MeshScene mesh_scene_;
   std::map<std::string, LaserDescription> presets_;  ///< of agents' lasers, by name
   std::map<std::string, double> joints_;             ///< rad or m
   std::optional<ArrivalTime> mounts_sent_, world_sent_;

@@ -93,6 +93,7 @@ Status Converter::world(const Message& message) {
     world_scene_.write(world_, *shapes_, json_);
     send(to, message, stamp);
   }
+  meshes(message, stamp);
   if (const Channel& to = channel("/names", "foxglove.SceneUpdate"); wanted(to)) {
     WorldScene::write_names(world_, json_);
     send(to, message, stamp);
@@ -109,6 +110,16 @@ Status Converter::world(const Message& message) {
   write_transforms(stamp, lasers, json_);
   send(channel("/tf/agents", "foxglove.FrameTransforms"), message, stamp);
   return {};
+}
+
+void Converter::meshes(const Message& message, std::int64_t stamp) {
+  if (mesh_scene_.take(world_, *shapes_)) {
+    mesh_scene_.write(world_, *shapes_, json_);
+    send(channel("/scene/meshes", "foxglove.SceneUpdate", true), message, stamp);
+  }
+  if (mesh_scene_.frames().empty()) return;
+  write_transforms(stamp, mesh_scene_.frames(), json_);
+  send(channel("/tf/meshes", "foxglove.FrameTransforms"), message, stamp);
 }
 
 Status Converter::image(const std::string& camera, const std::string& frame, const Message& message) {

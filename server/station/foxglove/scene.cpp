@@ -8,33 +8,12 @@
 #include <numbers>
 #include <vector>
 
+#include "server/station/foxglove/scene_entity.hpp"
+
 namespace parhelion::station::foxglove {
 namespace {
 
 constexpr int kDeletionsSent = 100;  // ten seconds of /scene
-
-using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
-
-/// The fields of a scene entity after its header, by kind.
-struct Primitives {
-  JsonText cubes, spheres, cylinders, texts, triangles, arrows, lines;
-  Primitives() {
-    for (JsonText* list : {&cubes, &spheres, &cylinders, &texts, &triangles, &arrows, &lines})
-      list->open('[');
-  }
-};
-
-Colour seen(const Eigen::Vector3f& albedo) {
-  const auto gamma = [](float linear) {
-    return std::round(std::pow(static_cast<double>(linear), 1 / 2.2) * 1000) / 1000;
-  };
-  return {gamma(albedo.x()), gamma(albedo.y()), gamma(albedo.z()), 1};
-}
-
-void write_colour(const Colour& colour, JsonText& out) {
-  out.open('{').key("r").number(colour[0]).key("g").number(colour[1]);
-  out.key("b").number(colour[2]).key("a").number(colour[3]).close('}');
-}
 
 void add_solid(const Eigen::Isometry3d& T_map_solid, const Eigen::Vector3d& size, const Colour& colour,
                JsonText& list) {
@@ -57,8 +36,9 @@ void add_shape(const Shape& shape, const Eigen::Isometry3d& T_map_body, Primitiv
   const Eigen::Isometry3d T = T_map_body * shape.T_body_shape.isometry();
   const Colour colour = seen(shape.material.albedo);
   switch (shape.kind) {
-    case ShapeKind::box:
     case ShapeKind::mesh:
+      break;  // drawn by MeshScene
+    case ShapeKind::box:
       add_solid(T, shape.size, colour, to.cubes);
       to.cubes.close('}');
       break;
@@ -76,23 +56,6 @@ void add_shape(const Shape& shape, const Eigen::Isometry3d& T_map_body, Primitiv
       }
       break;
   }
-}
-
-void write_entity(std::int64_t stamp, std::string_view id,
-                  std::initializer_list<std::pair<const char*, std::string_view>> notes, Primitives& what,
-                  JsonText& out) {
-  out.open('{').key("timestamp").time(stamp).key("frame_id").unescaped("map").key("id").string(id);
-  out.key("lifetime").time(0).key("frame_locked").boolean(false).key("metadata").open('[');
-  for (const auto& [key, value] : notes)
-    out.open('{').key("key").unescaped(key).key("value").string(value).close('}');
-  out.close(']');
-  const std::pair<const char*, JsonText*> lists[] = {
-      {"cubes", &what.cubes}, {"spheres", &what.spheres},     {"cylinders", &what.cylinders},
-      {"texts", &what.texts}, {"triangles", &what.triangles}, {"arrows", &what.arrows},
-      {"lines", &what.lines}};
-  for (const auto& [name, list] : lists) out.key(name).raw(list->close(']').text());
-  out.key("models").open('[').close(']');
-  out.close('}');
 }
 
 constexpr Colour kPersonColour{1, 0.36, 0.62, 1};
@@ -195,17 +158,9 @@ bool overhead(EntityLabel label) {
 
 void write_mesh(const ModelMesh& mesh, std::int64_t stamp, JsonText& out) {
   Primitives what;
-  JsonText& list = what.triangles;
-  list.open('{').key("pose").pose(Eigen::Isometry3d::Identity()).key("points").open('[');
-  for (const Eigen::Vector3f& p : mesh.vertices)
-    list.open('{').key("x").number(p.x()).key("y").number(p.y()).key("z").number(p.z()).close('}');
-  list.close(']').key("color");
-  write_colour(building_colour(EntityLabel::unknown), list);
-  list.key("colors").open('[').close(']').key("indices").open('[');
-  for (const auto& triangle : mesh.triangles)
-    for (const std::uint32_t corner : triangle) list.integer(corner);
-  list.close(']').close('}');
-  write_entity(stamp, mesh.name, {{"label", "unknown"}}, what, out);
+  add_triangles(Eigen::Isometry3d::Identity(), mesh.vertices, mesh.triangles,
+                building_colour(EntityLabel::unknown), what.triangles);
+  write_entity(stamp, "map", mesh.name, {{"label", "unknown"}}, what, out);
 }
 
 }  // namespace
@@ -236,7 +191,8 @@ void WorldScene::write(const WorldMessage& world, const simulation::EntityShapes
     }
     if (first->owner == BodyOwner::real_person) add_person_marks(world, *first, what);
     const char* kind = first->owner == BodyOwner::building ? "door" : to_string(first->kind);
-    write_entity(world.stamp.ns, first->entity, {{"owner", word(first->owner)}, {"kind", kind}}, what, out);
+    write_entity(world.stamp.ns, "map", first->entity, {{"owner", word(first->owner)}, {"kind", kind}}, what,
+                 out);
   });
   out.close(']').close('}');
 }
@@ -255,7 +211,7 @@ void WorldScene::write_names(const WorldMessage& world, JsonText& out) {
     what.texts.key("scale_invariant").boolean(false).key("color");
     write_colour({1, 1, 1, 1}, what.texts);
     what.texts.key("text").string(first->entity).close('}');
-    write_entity(world.stamp.ns, first->entity, {}, what, out);
+    write_entity(world.stamp.ns, "map", first->entity, {}, what, out);
   });
   out.close(']').close('}');
 }
@@ -269,7 +225,7 @@ bool write_building(const SemanticModel& model, std::int64_t stamp, BuildingPart
     Primitives what;
     add_solid(entity.T_map_body.isometry(), entity.size, building_colour(entity.label), what.cubes);
     what.cubes.close('}');
-    write_entity(stamp, entity.name, {{"label", to_string(entity.label)}}, what, out);
+    write_entity(stamp, "map", entity.name, {{"label", to_string(entity.label)}}, what, out);
   }
   if (part == BuildingPart::standing) {
     for (const ModelMesh& mesh : model.meshes) {
