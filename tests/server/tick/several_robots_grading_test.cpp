@@ -62,7 +62,7 @@ TEST_F(SeveralRobotsGradingTest, ATrainingOfOneRobotGradesThatOne) {
   training.robot = kRover2;
   run(kRover2, training);
   ASSERT_EQ(state_->grading->graders.size(), 1U);
-  EXPECT_EQ(grade(0).score, 9);
+  EXPECT_EQ(grade(0).score, 10);
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ Image depth_image(const semantic::DepthView& view, SensorTime stamp) {
   image.width = view.camera.width, image.height = view.camera.height;
   image.row_stride = 2 * image.width;
   image.format = PixelFormat::depth_mm;
+  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
   for (const std::uint16_t mm : view.millimetres) {
     image.bytes.push_back(static_cast<std::uint8_t>(mm & 255));
     image.bytes.push_back(static_cast<std::uint8_t>(mm >> 8));
@@ -85,7 +86,7 @@ TEST(ImageFrames, HaveThePosesOfTheirCamerasAndTheirPixels) {
   const auto frames = read_image_frames(folder / "drive.lcm");
   ASSERT_TRUE(frames) << frames.error().message;
   ASSERT_EQ(frames->colour.size(), 6U);
-  ASSERT_EQ(frames->depth.size(), 6U);
+  ASSERT_EQ(frames->depth.size(), 6U) << testing::PrintToString(frames->notes);
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_TRUE(frames->colour[i].T_map_optical.isometry().isApprox(poses[i].isometry(), 1e-9));
     EXPECT_EQ(frames->colour[i].rgb, PaintedRoom::colour(poses[i]).rgb);
