@@ -8,7 +8,6 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr int kSide = kBlock + 1;  ///< corners along the edge of a block's cells
 
 /// The voxels at the corners of a block's cells: its own and the first ones of seven neighbours.
 class Corners {
