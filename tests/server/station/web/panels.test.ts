@@ -107,6 +107,12 @@ test("the keys of ros2 bag play", () => {
   expect(playCommand("KeyQ", false, state)).toBeUndefined();
 });
 
+test("a task's event names the robot where several have the same tasks", () => {
+  const done = { t: 1, kind: "task_done", subject: "rover_2", object: "at the barrel", impulse: 0, text: "" } as SessionEvent;
+  expect(detailOf(done)).toBe("at the barrel");
+  expect(detailOf(done, true)).toBe("rover_2 – at the barrel");
+});
+
 test("who drives is called by the role: names of pages on the bus are numbers", () => {
   const of = (subject: string) => detailOf({ t: 1, kind: "operator_switched", subject, object: "robot_1", impulse: 0, text: "browser" } as SessionEvent);
   expect(of("trainee_74142a")).toBe("Trainee – robot_1 · browser");

@@ -14,10 +14,10 @@ function personOf(name: string): string {
   return role ? strings.roles[role] : name;
 }
 
-/** Subject, object, strength and further text. */
-export function detailOf(event: SessionEvent): string {
+/** Subject, object, strength and further text. `named`: whose task it is, where several robots have the same ones. */
+export function detailOf(event: SessionEvent, named = false): string {
   const object = (strings.instruct.faultKinds as Record<string, string>)[event.object] ?? event.object;
-  const whom = (groupOf(event.kind) === "task" ? [event.object] : [personOf(event.subject), object]).filter(Boolean).join(" – ");
+  const whom = (groupOf(event.kind) === "task" && !named ? [event.object] : [personOf(event.subject), object]).filter(Boolean).join(" – ");
   const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
   // The server's text is a sentence or an identifier.
   const text = event.text?.replaceAll("_", event.kind === "speed_limited" ? " " : "_");
