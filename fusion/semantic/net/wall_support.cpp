@@ -14,8 +14,9 @@ constexpr double kOpen = 0.35, kBlank = 0.6;  ///< m, of a gap: rays crossed it;
 constexpr double kHidden = 3.0;               ///< m, of a gap behind something
 constexpr double kShortest = 0.3;             ///< m, measured, of a stretch
 
-constexpr double kOver = 0.3;                ///< m, of a wall over what hides it
-constexpr double kTall = 1.2, kUpper = 0.6;  ///< m and fraction, of a wall that begins over a head
+constexpr double kOver = 0.3;                  ///< m, of a wall over what hides it
+constexpr double kTall = 1.2, kUpper = 0.6;    ///< m and fraction, of a wall that begins over a head
+constexpr double kFront = 1.3, kPastIt = 0.5;  ///< m over the floor: a front's top; fraction of rays over it
 
 enum class Support : std::uint8_t { measured, hidden, open };
 
@@ -39,9 +40,34 @@ Support support_between(const WallRaster& raster, int c0, int c1, double low, do
   return Support::open;
 }
 
+/// A front of furniture: measured up to a low top, and rays pass over it, of a counter or a bed. Where a scan
+/// has no ceiling, half of the height that it has seen may be such a front.
+bool is_low_front(const WallRaster& raster, int c0, int c1, double floor, double high) {
+  if (!raster.viewpoints_known) return false;
+  c0 = std::max(c0, 0), c1 = std::min(c1, raster.columns);
+  const int first = std::max(raster.row_of(floor + kFrom), 0),
+            last = std::min(raster.row_of(high), raster.rows);
+  const auto count = [&](int row, auto&& is) {
+    int cells = 0;
+    for (int c = c0; c < c1; ++c) cells += is(c, row) ? 1 : 0;
+    return cells;
+  };
+  int top = first;
+  for (int r = first; r < last; ++r)
+    if (4 * count(r, [&](int c, int row) { return raster.measured[raster.at(c, row)] > 0; }) >= c1 - c0)
+      top = r + 1;
+  const bool low = top > first && raster.z_low + top * raster.row < floor + kFront;
+  if (!low || (last - top) * raster.row < kOver) return false;
+  int past = 0;
+  for (int r = top; r < last; ++r)
+    past += count(r, [&](int c, int row) { return raster.through[raster.at(c, row)] > 0; });
+  return past >= kPastIt * (last - top) * (c1 - c0);
+}
+
 /// At the height of a body; behind furniture that of the wall over it, over a landing that of a tall wall.
 Support support_of(const WallCandidate& wall, int c0, int c1) {
   const double high = wall.ceiling - 0.1, head = std::min(wall.floor + kTo, high);
+  if (is_low_front(wall.raster, c0, c1, wall.floor, head)) return Support::open;
   const Support body = support_between(wall.raster, c0, c1, wall.floor + kFrom, head);
   const bool crossed = wall.raster.viewpoints_known && body == Support::open;
   const double min_height = body == Support::hidden ? kOver : kTall;

@@ -9,8 +9,9 @@
 namespace parhelion::semantic {
 
 /// The stretches of a wall that exist: measured over its height, or hidden between measured ones; never where
-/// rays crossed its plane, or, without viewpoints, where nothing is measured and nothing stands in front.
-/// `kept`: openings that are doors and windows, or have a lintel; they do not end a wall.
+/// rays crossed its plane or pass over a low top, or, without viewpoints, where nothing is measured and
+/// nothing stands in front. `kept`: openings that are doors and windows, or have a lintel; they do not end a
+/// wall.
 std::vector<WallStretch> supported_stretches(const WallCandidate& wall, const std::vector<Opening>& kept);
 
 }  // namespace parhelion::semantic
