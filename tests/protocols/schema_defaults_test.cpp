@@ -90,9 +90,9 @@ TEST(SchemaDefaults, OfARobotDescription) {
   document["line_laser"] = laser;
   document["camera"] = camera;
   document["depth"] = camera;
-  document["lasers"] = {laser};
+  document["lasers"].push_back(laser);
   document["lasers"][0]["name"] = "rear";
-  document["cameras"] = {{{"name", "left"}, {"camera", camera}, {"depth", camera}}};
+  document["cameras"].push_back({{"name", "left"}, {"camera", camera}, {"depth", camera}});
   defaults.compare(document);
   EXPECT_THAT(defaults.differences(), IsEmpty());
   EXPECT_THAT(defaults.missing(), IsEmpty());
