@@ -1,10 +1,10 @@
 #include "protocols/site_texture.hpp"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
+
+#include "protocols/packed_bytes.hpp"
 
 namespace parhelion {
 namespace {
@@ -12,78 +12,8 @@ namespace {
 constexpr std::uint32_t kMagic = 0x31544850;  // "PHT1"
 constexpr int kMaxPatch = 64;
 constexpr float kExtent = 1e6F;  ///< m
-static_assert(std::endian::native == std::endian::little);
 
-class Packer {
- public:
-  template <class T>
-  void number(const T& value) {
-    const auto* first = reinterpret_cast<const std::uint8_t*>(&value);
-    bytes_.insert(bytes_.end(), first, first + sizeof value);
-  }
-  void count(std::size_t size) { number(static_cast<std::uint32_t>(size)); }
-  void text(const std::string& text) {
-    count(text.size());
-    bytes_.insert(bytes_.end(), text.begin(), text.end());
-  }
-  void vector(const Eigen::Vector3f& value) {
-    for (const float each : value) number(each);
-  }
-  void all(const std::vector<std::uint8_t>& more) {
-    count(more.size());
-    bytes_.insert(bytes_.end(), more.begin(), more.end());
-  }
-  std::vector<std::uint8_t> take() { return std::move(bytes_); }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-};
-
-/// Takes values from bytes; once there are too few it stays failed.
-class Taker {
- public:
-  explicit Taker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-
-  bool failed() const { return failed_; }
-  bool finished() const { return !failed_ && bytes_.empty(); }
-
-  template <class T>
-  T number() {
-    T value{};
-    if (!has(1, sizeof value)) return value;
-    std::memcpy(&value, bytes_.data(), sizeof value);
-    bytes_ = bytes_.subspan(sizeof value);
-    return value;
-  }
-  /// A count of values of this size that do remain; 0 else.
-  std::size_t count(std::size_t size) {
-    const auto count = number<std::uint32_t>();
-    return has(count, size) ? count : 0;
-  }
-  std::string text() {
-    const std::span<const std::uint8_t> taken = some(count(1));
-    return {taken.begin(), taken.end()};
-  }
-  Eigen::Vector3f vector() {
-    const auto x = number<float>(), y = number<float>(), z = number<float>();
-    return {x, y, z};
-  }
-  std::span<const std::uint8_t> some(std::size_t count) {
-    const auto taken = bytes_.first(count);
-    bytes_ = bytes_.subspan(count);
-    return taken;
-  }
-
- private:
-  bool has(std::uint64_t count, std::uint64_t size) {
-    failed_ = failed_ || count > bytes_.size() / size;
-    return !failed_;
-  }
-  std::span<const std::uint8_t> bytes_;
-  bool failed_ = false;
-};
-
-AutoExposure take_exposure(Taker& from) {
+AutoExposure take_exposure(Unpacker& from) {
   AutoExposure exposure;
   exposure.gain = from.vector();
   exposure.slope = from.number<float>();
@@ -129,12 +59,12 @@ std::vector<std::uint8_t> pack_site_texture(const SiteTexture& texture) {
   to.count(texture.quads.size());
   for (const SiteTexture::Quad& quad : texture.quads) to.number(quad);
   for (const QuadLook look : texture.looks) to.number(look);
-  to.all(texture.jpeg);
+  to.bytes(texture.jpeg);
   return to.take();
 }
 
 Result<SiteTexture> unpack_site_texture(std::span<const std::uint8_t> bytes) {
-  Taker from(bytes);
+  Unpacker from(bytes);
   if (from.number<std::uint32_t>() != kMagic)
     return Error{"not a site's texture, which `parhelion map texture` writes"};
   SiteTexture texture;
@@ -150,7 +80,7 @@ Result<SiteTexture> unpack_site_texture(std::span<const std::uint8_t> bytes) {
   for (SiteTexture::Quad& quad : texture.quads) quad = from.number<SiteTexture::Quad>();
   texture.looks.resize(texture.quads.size());
   for (QuadLook& look : texture.looks) look = from.number<QuadLook>();
-  const auto jpeg = from.some(from.count(1));
+  const auto jpeg = from.bytes();
   texture.jpeg.assign(jpeg.begin(), jpeg.end());
   if (!from.finished()) return Error{"the site's texture is damaged: it has another length than it says"};
   if (const char* fault = fault_of(texture))
