@@ -3,9 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include <fstream>
-
 #include "tests/server/runtime/loop_fixture.hpp"
+#include "tests/server/runtime/replay_fixture.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -16,16 +15,9 @@ const std::vector<AgentDefinition> kAgents{
     agent("barrel_1", AgentKind::barrel, 0, 0),
     agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander)};
 
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class SeveralLasersReplayTest : public testing::Test {
+class SeveralLasersReplayTest : public ReplayFixture {
  protected:
   void SetUp() override {
-    std::ofstream(folder_ / "model.yaml") << to_yaml(room());
-    std::ofstream(folder_ / "robot.yaml") << to_yaml(robot_with_two_lasers());
     Scenario scenario;
     scenario.name = "two lasers";
     scenario.model = folder_ / "model.yaml";
@@ -33,22 +25,8 @@ class SeveralLasersReplayTest : public testing::Test {
     scenario.agents = kAgents;
     scenario.agents.push_back(agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander));
     scenario.agents.back().laser = "lms-200";
-    std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
-    write_log(folder_ / "drive.lcm", two_lasers_drive(3));
+    write(scenario, robot_with_two_lasers(), two_lasers_drive(3));
   }
-  Report run(const ReplayOptions& options) {
-    auto report = replay(options);
-    EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-    return report.ok() ? *report : Report{};
-  }
-  ReplayOptions options(const std::string& session) {
-    ReplayOptions options;
-    options.log = folder_ / "drive.lcm";
-    options.scenario = folder_ / "scenario.yaml";
-    options.session = folder_ / session;
-    return options;
-  }
-  TemporaryFolder folder_;
 };
 
 TEST_F(SeveralLasersReplayTest, TheBytesAreTheSameForAnyThreadCount) {
@@ -56,24 +34,11 @@ TEST_F(SeveralLasersReplayTest, TheBytesAreTheSameForAnyThreadCount) {
   EXPECT_TRUE(first.hash.contains(channel::kMrScan));
   EXPECT_TRUE(first.hash.contains(kMrRearScan));
   EXPECT_GT(first.tally.beams_replaced, 0U);
-  const std::string reference = bytes_of(folder_ / "a.lcm");
-  for (const int threads : {1, 2, 8}) {
-    ReplayOptions other = options("b" + std::to_string(threads) + ".lcm");
-    other.threads = threads;
-    EXPECT_EQ(run(other).hash, first.hash) << threads;
-    EXPECT_TRUE(bytes_of(other.session) == reference) << threads << " threads";
-  }
+  expect_same_bytes_for_any_thread_count(first);
 }
 
 TEST_F(SeveralLasersReplayTest, ASessionReplaysWithoutItsFiles) {
-  const Report first = run(options("a.lcm"));
-  for (const char* file : {"model.yaml", "robot.yaml", "scenario.yaml"})
-    std::filesystem::remove(folder_ / file);
-  ReplayOptions again;
-  again.log = folder_ / "a.lcm";
-  again.session = folder_ / "b.lcm";
-  EXPECT_EQ(run(again).hash, first.hash);
-  EXPECT_TRUE(bytes_of(folder_ / "a.lcm") == bytes_of(folder_ / "b.lcm"));
+  expect_replay_without_files(run(options("a.lcm")));
 }
 
 TEST_F(SeveralLasersReplayTest, ReportAndStatusHaveTheCountsOfEachFurtherLaser) {

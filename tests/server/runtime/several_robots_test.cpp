@@ -3,19 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "tests/server/runtime/loop_fixture.hpp"
+#include "tests/server/runtime/replay_fixture.hpp"
 
 namespace parhelion::runtime {
 namespace {
 
 using namespace test;
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 constexpr int kRobots = 4;
 
@@ -44,27 +38,9 @@ Scenario four_robots(const TemporaryFolder& folder) {
   return scenario;
 }
 
-class SeveralRobotsReplayTest : public testing::Test {
+class SeveralRobotsReplayTest : public ReplayFixture {
  protected:
-  void SetUp() override {
-    std::ofstream(folder_ / "model.yaml") << to_yaml(room());
-    std::ofstream(folder_ / "robot.yaml") << to_yaml(robot());
-    std::ofstream(folder_ / "scenario.yaml") << to_yaml(four_robots(folder_));
-    write_log(folder_ / "drive.lcm", four_robots_drive(3));
-  }
-  Report run(const ReplayOptions& options) {
-    auto report = replay(options);
-    EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
-    return report.ok() ? *report : Report{};
-  }
-  ReplayOptions options(const std::string& session) {
-    ReplayOptions options;
-    options.log = folder_ / "drive.lcm";
-    options.scenario = folder_ / "scenario.yaml";
-    options.session = folder_ / session;
-    return options;
-  }
-  TemporaryFolder folder_;
+  void SetUp() override { write(four_robots(folder_), robot(), four_robots_drive(3)); }
 };
 
 TEST_F(SeveralRobotsReplayTest, TheBytesAreTheSameForAnyThreadCount) {
@@ -73,24 +49,11 @@ TEST_F(SeveralRobotsReplayTest, TheBytesAreTheSameForAnyThreadCount) {
     EXPECT_TRUE(first.hash.contains(robot_channel(channel::kMrScan, robot_name(i)))) << i;
   EXPECT_EQ(first.tally.scans_in, kRobots * 30U);
   EXPECT_GT(first.tally.beams_replaced, 0U);
-  const std::string reference = bytes_of(folder_ / "a.lcm");
-  for (const int threads : {1, 2, 8}) {
-    ReplayOptions other = options("b" + std::to_string(threads) + ".lcm");
-    other.threads = threads;
-    EXPECT_EQ(run(other).hash, first.hash) << threads;
-    EXPECT_TRUE(bytes_of(other.session) == reference) << threads << " threads";
-  }
+  expect_same_bytes_for_any_thread_count(first);
 }
 
 TEST_F(SeveralRobotsReplayTest, ASessionReplaysWithoutItsFiles) {
-  const Report first = run(options("a.lcm"));
-  for (const char* file : {"model.yaml", "robot.yaml", "scenario.yaml"})
-    std::filesystem::remove(folder_ / file);
-  ReplayOptions again;
-  again.log = folder_ / "a.lcm";
-  again.session = folder_ / "b.lcm";
-  EXPECT_EQ(run(again).hash, first.hash);
-  EXPECT_TRUE(bytes_of(folder_ / "a.lcm") == bytes_of(folder_ / "b.lcm"));
+  expect_replay_without_files(run(options("a.lcm")));
 }
 
 TEST_F(SeveralRobotsReplayTest, TheReportHasTheFiguresOfEachRobot) {
