@@ -1,17 +1,15 @@
 #include "tools/image_frames.hpp"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
-#include "fusion/pose/joint_track.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
 #include "render/colour_image.hpp"
 #include "render/depth_image.hpp"
-#include "tools/value_track.hpp"
+#include "tools/log_poses.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -53,9 +51,7 @@ class Reader {
     if (const Status status = each_event([this](const Message& event) { return handle_pose(event); });
         !status)
       return status.error();
-    if (!estimates_.empty()) poses_ = std::move(estimates_);
-    poses_.sort();
-    for (auto& [name, track] : joints_) track.sort();
+    poses_.finish();
     if (const Status status = check(); !status) return status.error();
     // Once to count, as images are large.
     double scale = 1;
@@ -96,26 +92,12 @@ class Reader {
   }
 
   Status handle_pose(const Message& event) {
-    if (event.channel == channel::kRobot && !robot_ && options_.robot.empty()) return take_robot(event);
-    if (event.channel == channel::kPoseCov) {
-      PoseEstimate estimate;
-      if (!decode(event.channel, event.payload, estimate)) return ++damaged_, Status();
-      if (estimate.state == SlamState::tracking && estimate.T_map_base.finite())
-        estimates_.add(estimate.stamp, estimate.T_map_base);
-    } else if (event.channel == channel::kPose) {
-      PoseStamped pose;
-      if (!decode(event.channel, event.payload, pose)) return ++damaged_, Status();
-      if (pose.T_map_base.finite()) poses_.add(pose.stamp, pose.T_map_base);
-    } else if (event.channel == channel::kJointState) {
-      Joints joints;
-      if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
-      for (std::size_t i = 0; i < std::min(joints.names.size(), joints.positions.size()); ++i)
-        joints_[joints.names[i]].add(joints.stamp, joints.positions[i]);
-    }
+    if (event.channel == channel::kRobot && !robot_ && options_.robot.empty()) return handle_robot(event);
+    damaged_ += poses_.handle(event) ? 0 : 1;
     return {};
   }
 
-  Status take_robot(const Message& event) {
+  Status handle_robot(const Message& event) {
     RobotMessage message;
     if (Status status = decode(event.channel, event.payload, message); !status) return status;
     auto robot = parse_robot_description(message.yaml, name_ + ", channel ROBOT");
@@ -155,13 +137,8 @@ class Reader {
   template <class Optical>
   std::optional<Transform<Map, Optical>> pose_at(SensorTime t, const std::vector<HeadJoint>& head,
                                                  const Transform<Base, Optical>& T_base_optical) const {
-    const auto T_map_base =
-        poses_.at(t, [](const auto& a, const auto& b, double s) { return interpolate(a, b, s); });
-    const auto turn = pose::head_turn(head, [&](const std::string& joint) -> std::optional<double> {
-      const auto track = joints_.find(joint);
-      if (track == joints_.end()) return std::nullopt;
-      return track->second.at(t, [](double a, double b, double s) { return a + s * (b - a); });
-    });
+    const auto T_map_base = poses_.base_at(t);
+    const auto turn = poses_.turn_at(head, t);
     if (!T_map_base || !turn) return std::nullopt;
     return *T_map_base * *turn * T_base_optical;
   }
@@ -231,8 +208,7 @@ class Reader {
   std::string name_;
   const ImageFrameOptions& options_;
   std::optional<RobotDescription> robot_;
-  Track<Transform<Map, Base>> poses_, estimates_;
-  std::map<std::string, Track<double>> joints_;  ///< of JOINT_STATE, by name
+  LogPoses poses_;
   render::Unwarp colour_lens_;
   std::optional<render::Unwarp> depth_lens_;
   Selection colour_selection_{1}, depth_selection_{0.5};

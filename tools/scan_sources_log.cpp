@@ -4,14 +4,13 @@
 #include <map>
 
 #include "fusion/cloud/sensor_cloud.hpp"
-#include "fusion/pose/joint_track.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
 #include "render/depth_image.hpp"
+#include "tools/log_poses.hpp"
 #include "tools/scan_sources.hpp"
-#include "tools/value_track.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -32,9 +31,7 @@ class LogScans {
   Status open() {
     if (Status status = each_event([this](const Message& event) { return handle_pose(event); }); !status)
       return status;
-    if (!estimates_.empty()) poses_ = std::move(estimates_);
-    poses_.sort();
-    for (auto& [name, track] : joints_) track.sort();
+    poses_.finish();
     if (Status status = check(); !status) return status;
     const std::size_t before = opened_.scans.size();
     if (Status status = each_event([this](const Message& event) { return handle_scan(event); }); !status)
@@ -65,20 +62,7 @@ class LogScans {
 
   Status handle_pose(const Message& event) {
     if (event.channel == channel::kRobot && !robot_) return handle_robot(event);
-    if (event.channel == channel::kPoseCov) {
-      PoseEstimate estimate;
-      if (!decode(event.channel, event.payload, estimate)) return ++damaged_, Status();
-      if (estimate.state == SlamState::tracking) estimates_.add(estimate.stamp, estimate.T_map_base);
-    } else if (event.channel == channel::kPose) {
-      PoseStamped pose;
-      if (!decode(event.channel, event.payload, pose)) return ++damaged_, Status();
-      poses_.add(pose.stamp, pose.T_map_base);
-    } else if (event.channel == channel::kJointState) {
-      Joints joints;
-      if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
-      for (std::size_t i = 0; i < std::min(joints.names.size(), joints.positions.size()); ++i)
-        joints_[joints.names[i]].add(joints.stamp, joints.positions[i]);
-    }
+    damaged_ += poses_.handle(event) ? 0 : 1;
     return {};
   }
 
@@ -102,7 +86,7 @@ class LogScans {
     if (poses_.empty()) {
       return Error{name_ + ": has no poses (POSE_COV or POSE); `parhelion slam --log` adds them"};
     }
-    if (!options_.tilt_joint.empty() && !joints_.contains(options_.tilt_joint)) {
+    if (!options_.tilt_joint.empty() && !poses_.has_joint(options_.tilt_joint)) {
       return Error{name_ + ": JOINT_STATE never contains the joint " + options_.tilt_joint};
     }
     find_sweeps();
@@ -123,18 +107,6 @@ class LogScans {
       sweeps_[channel::kLines] = {robot_->line_laser->laser, robot_->line_laser->head, {}, {}};
   }
 
-  std::optional<Transform<Map, Base>> base_at(SensorTime t) const {
-    return poses_.at(t, [](const auto& a, const auto& b, double s) { return interpolate(a, b, s); });
-  }
-
-  Result<Transform<Base, Base>> turn_at(const std::vector<HeadJoint>& head, SensorTime t) const {
-    return pose::head_turn(head, [&](const std::string& joint) -> std::optional<double> {
-      const auto track = joints_.find(joint);
-      if (track == joints_.end()) return std::nullopt;
-      return track->second.at(t, [](double a, double b, double s) { return a + s * (b - a); });
-    });
-  }
-
   Status handle_scan(const Message& event) {
     if (event.channel == channel::kDepth && robot_->depth) return handle_depth(event);
     const auto sweep = sweeps_.find(event.channel);
@@ -144,9 +116,9 @@ class LogScans {
   Status handle_depth(const Message& event) {
     Image image;
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
-    const auto T_map_base = base_at(image.stamp);
+    const auto T_map_base = poses_.base_at(image.stamp);
     if (!T_map_base) return ++without_pose_, Status();
-    const auto turn = turn_at(robot_->depth->head, image.stamp);
+    const auto turn = poses_.turn_at(robot_->depth->head, image.stamp);
     if (!turn) return ++without_pose_, Status();
     const Transform<Map, DepthOptical> T_map_optical = *T_map_base * *turn * robot_->depth->T_base_optical;
     if (last_image_ && !moved_enough(*last_image_, T_map_optical.isometry(), options_)) return {};
@@ -167,8 +139,8 @@ class LogScans {
   Status handle_line(Sweep& sweep, const Message& event) {
     Scan line;
     if (!decode(event.channel, event.payload, line)) return ++damaged_, Status();
-    const auto T_map_base = base_at(line.stamp);
-    const auto turn = turn_at(sweep.head, line.stamp);
+    const auto T_map_base = poses_.base_at(line.stamp);
+    const auto turn = poses_.turn_at(sweep.head, line.stamp);
     if (!T_map_base || !turn) return ++without_pose_, Status();
     const Eigen::Vector3d here = T_map_base->translation();
     if (!sweep.lines.empty() && (here - sweep.start).norm() > options_.line_distance) finish(sweep);
@@ -183,8 +155,8 @@ class LogScans {
     if (sweep.lines.empty()) return;
     const Transform<Scanner, Map> T_scanner_map(Eigen::Quaterniond::Identity(), -sweep.start);
     const auto pose_at = [&](SensorTime t) -> std::optional<Transform<Scanner, Laser>> {
-      const auto T_map_base = base_at(t);
-      const auto turn = turn_at(sweep.head, t);
+      const auto T_map_base = poses_.base_at(t);
+      const auto turn = poses_.turn_at(sweep.head, t);
       if (!T_map_base || !turn) return std::nullopt;
       return T_scanner_map * (*T_map_base * *turn * sweep.laser.T_base_laser);
     };
@@ -209,9 +181,8 @@ class LogScans {
   const ScanSourceOptions& options_;
   OpenedScans& opened_;
   std::optional<RobotDescription> robot_;
-  Track<Transform<Map, Base>> poses_, estimates_;
-  std::map<std::string, Track<double>> joints_;  ///< of JOINT_STATE, by name
-  std::map<std::string, Sweep> sweeps_;          ///< by channel
+  LogPoses poses_;
+  std::map<std::string, Sweep> sweeps_;  ///< by channel
   std::optional<Eigen::Isometry3d> last_image_;
   std::uint64_t damaged_ = 0, without_pose_ = 0;
 };
