@@ -15,7 +15,7 @@ enum class MoverClass : std::uint8_t { person, robot, other };
 const char* to_string(MoverClass kind);
 
 struct Mover {
-  std::uint32_t id = 0;  ///< kept while it is tracked, never given again
+  std::uint32_t id = 0;  ///< kept while it is tracked; given again only to a person who was lost
   MoverClass kind = MoverClass::other;
   double person = 0;                                     ///< probability that it is a person, 0..1
   Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m, map, at `stamp`; of a person between the legs

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fusion/people/track_rules.hpp"
 
@@ -15,6 +16,7 @@ constexpr std::size_t kCandidates = 8192;
 
 PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), segmented_(options.segments) {
   tracks_.reserve(options.max_tracks);
+  lost_.reserve(options.max_tracks);
   movers_.reserve(options.max_tracks);
   segment_of_slot_.reserve(2 * options.max_tracks);
   // Enough for all but the largest scans, whose first one sets the size.
@@ -37,6 +39,7 @@ std::span<const Mover> PeopleTracker::update(const LaserSweep& sweep) {
   begin_tracks(sweep);
   merge_companions();
   classify(sweep);
+  recognise();
   forget(sweep);
   report();
   seen_free_[sweep.laser].add(sweep);
@@ -179,16 +182,52 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
     const double lost = moved ? options_.not_person : options_.not_person_unmoved;
     const bool enough = track.scans >= options_.min_scans && track.companion == 0;
     track.person = !track.robot && (track.person ? track.log_odds > lost : enough && track.log_odds > limit);
+    if (track.person && track.confirmed.ns == 0) track.confirmed = sweep.stamp;
   }
 }
 
+/// A person found near where another was lost is that one: the new track gets the old identity.
+void PeopleTracker::recognise() {
+  for (Track& found : tracks_) {
+    if (!found.person || found.confirmed != newest_) continue;
+    Track* lost = lost_like(found);
+    if (lost == nullptr) continue;
+    found.id = std::exchange(lost->id, 0);
+    found.confirmed = lost->confirmed;
+  }
+  std::erase_if(tracks_, [](const Track& track) { return track.id == 0; });
+  std::erase_if(lost_,
+                [&](const Track& track) { return track.id == 0 || newest_ - track.seen > kLostMemory; });
+  std::sort(tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return a.id < b.id; });
+}
+
+/// Of the persons who are not seen now, the one who `found` most probably is, or nullptr.
+Track* PeopleTracker::lost_like(const Track& found) {
+  Track* best = nullptr;
+  double least = 1;
+  const auto consider = [&](Track& lost) {
+    if (lost.id == 0 || lost.seen == newest_ || lost.confirmed >= found.confirmed) return;
+    const double apart = separation(lost, found);
+    if (apart >= least) return;
+    least = apart;
+    best = &lost;
+  };
+  for (Track& track : tracks_)
+    if (track.person) consider(track);
+  for (Track& track : lost_) consider(track);
+  return best;
+}
+
 void PeopleTracker::forget(const LaserSweep& sweep) {
-  std::erase_if(tracks_, [&](const Track& track) {
+  const auto gone = [&](const Track& track) {
     const Duration missing = sweep.stamp - track.seen;
     if (missing.ns == 0) return false;
     if (!track.person) return missing > options_.max_thing_missed;
     return missing > (hidden(sweep, track) ? options_.max_hidden : options_.max_missed);
-  });
+  };
+  for (const Track& track : tracks_)
+    if (gone(track) && track.confirmed.ns != 0 && lost_.size() < options_.max_tracks) lost_.push_back(track);
+  std::erase_if(tracks_, gone);
 }
 
 /// Something nearer than the track's place hides it, or it is outside the field of view.

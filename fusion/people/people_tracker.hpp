@@ -65,6 +65,8 @@ class PeopleTracker {
   bool near_person(const Eigen::Vector2d& place) const;
   void merge_companions();
   void classify(const LaserSweep& sweep);
+  void recognise();
+  Track* lost_like(const Track& found);
   void forget(const LaserSweep& sweep);
   bool hidden(const LaserSweep& sweep, const Track& track) const;
   void report();
@@ -79,6 +81,7 @@ class PeopleTracker {
   std::vector<Candidate> candidates_;
   std::vector<std::int32_t> segment_of_slot_;  // two for each track
   std::vector<Track> tracks_;                  // ascending id
+  std::vector<Track> lost_;                    // ended ones of persons
   std::vector<Mover> movers_;
   SimulationTime newest_;
   double dt_ = 0;  // s between the newest scans

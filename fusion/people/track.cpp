@@ -124,6 +124,7 @@ Track begin_track(std::uint32_t id, const TrackObservation& seen, SimulationTime
   track.covariance.diagonal() << seen.sigma * seen.sigma, seen.sigma * seen.sigma, kStartSpeed * kStartSpeed,
       kStartSpeed * kStartSpeed;
   track.stamp = track.born = track.seen = track.arrival = stamp;
+  track.sight = {stamp, seen.position, Eigen::Vector2d::Zero()};
   track.scans = 1;
   using F = TrackFeature;
   at(track.features, F::leg_distance) = static_cast<float>(seen.leg_distance);
@@ -156,6 +157,9 @@ void update(Track& track, const TrackObservation& seen, SimulationTime stamp, do
   ++track.scans;
   observe_features(track, seen, dt);
   observe_motion(track, dt);
+  // Who came does not become what was there before: the track may have stayed behind at some furniture.
+  const bool doubtful = seen.before_it > 0.5 && track.feature(TrackFeature::has_moved) > 0.5F;
+  if (!doubtful) track.sight = {stamp, track.position(), track.average_velocity()};
 }
 
 void miss(Track& track, double dt) {

@@ -46,6 +46,13 @@ enum class TrackFeature : std::uint8_t {
 inline constexpr std::size_t kTrackFeatures = static_cast<std::size_t>(TrackFeature::count);
 using TrackFeatures = std::array<float, kTrackFeatures>;
 
+/// Where somebody was last seen without doubt.
+struct LastSight {
+  SimulationTime stamp;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< m/s, map: average over about the last second
+};
+
 /// One of two parts of a track.
 struct Leg {
   bool known = false;
@@ -74,11 +81,13 @@ struct Track {
   Eigen::Vector2d average_place = Eigen::Vector2d::Zero();
   Eigen::Vector2d arrival_place = Eigen::Vector2d::Zero();  ///< it has stayed about here ...
   SimulationTime arrival;                                   ///< ... since then
+  LastSight sight;
   std::array<Leg, 2> legs;
   std::uint32_t scans = 0;  ///< with returns from it
   TrackFeatures features{};
-  double log_odds = 0;          ///< that it is a person: average over a quarter of a second
-  bool person = false;          ///< confirmed
+  double log_odds = 0;          ///< that it is a person: average over 0.15 s
+  bool person = false;          ///< confirmed ...
+  SimulationTime confirmed;     ///< ... for the first time
   bool robot = false;           ///< at the place of a known robot
   std::uint32_t companion = 0;  ///< id of another track very close to it
   double companion_time = 0;    ///< s with a companion, less those without

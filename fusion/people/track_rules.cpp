@@ -23,15 +23,22 @@ Eigen::Vector2d behind(const Eigen::Vector2d& p, const Eigen::Vector2d& eye, dou
 }
 
 constexpr double kWasThereCost = 4;
+constexpr double kWalkingSpeed = 0.5;  // m/s
+// Somebody lost goes on for a while, then may have stopped, turned or gone faster.
+constexpr double kKeepsGoing = 0.7;     // s
+constexpr double kLostRadius = 0.9;     // m, at once: a pose that jumps, too ...
+constexpr double kLostSpeed = 0.8;      // m/s, by which it grows ...
+constexpr double kMaxLostRadius = 2.5;  // m
 
 bool two_legged(const Track& track) { return track.feature(TrackFeature::two_segments) > 0.2F; }
 
 /// One leg of it swings while the body goes on evenly.
 bool walks(const Track& track) { return two_legged(track) || track.feature(TrackFeature::has_moved) > 0.5F; }
 
-/// Something that has been there all along does not belong to somebody who came.
+/// Something that has been there all along does not belong to somebody who came or walks.
 double static_cost(const Track& track, const SegmentEvidence& evidence) {
-  if (track.feature(TrackFeature::has_moved) < 0.5F) return 0;
+  if (track.feature(TrackFeature::has_moved) < 0.5F && track.average_velocity().norm() < kWalkingSpeed)
+    return 0;
   return was_there_before(track, evidence, track.stamp) ? kWasThereCost : 0;
 }
 
@@ -115,6 +122,16 @@ bool belongs_to(const Track& part, const Track& whole) {
   if (!young && (whole.average_velocity() - part.average_velocity()).norm() > kCompanionSpeed) return false;
   // Two people side by side are each seen with two legs, or as a body.
   return !(complete(part) && complete(whole));
+}
+
+double separation(const Track& lost, const Track& found) {
+  // A track that began while the other was seen was a part or a neighbour then: only its place now counts.
+  const bool later = found.born > lost.sight.stamp;
+  const double t = ((later ? found.born : found.seen) - lost.sight.stamp).seconds();
+  const double going = kKeepsGoing * (1 - std::exp(-t / kKeepsGoing));
+  const Eigen::Vector2d expected = lost.sight.position + going * lost.sight.velocity;
+  return ((later ? found.birth_place : found.position()) - expected).norm() /
+         std::min(kLostRadius + kLostSpeed * t, kMaxLostRadius);
 }
 
 bool moves(const Track& track) {

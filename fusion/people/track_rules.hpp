@@ -17,7 +17,8 @@ inline constexpr Duration kYoung = seconds(0.7);
 inline constexpr double kCompanionSpeed = 0.8;  // m/s, difference of average velocities
 inline constexpr double kRobotMargin = 0.2;     // m
 inline constexpr Duration kLegMemory = seconds(0.6);
-inline constexpr double kLogOddsAveraging = 0.25;  // s
+inline constexpr double kLogOddsAveraging = 0.15;      // s
+inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised for so long
 inline constexpr Duration kMergeAfter = seconds(0.4);
 
 /// Cost of a segment as part `slot` of a track: squared distance in standard deviations, and more for what
@@ -41,6 +42,8 @@ bool pair_of_legs(const Segment& a, const SegmentEvidence& evidence_a, const Seg
 bool was_there_before(const Track& track, const SegmentEvidence& evidence, SimulationTime now);
 /// A part that is tracked by itself although it is one of `whole`, the other leg for example.
 bool belongs_to(const Track& part, const Track& whole);
+/// How far a newly found person is from where somebody lost may be by now; below 1: may be the same person.
+double separation(const Track& lost, const Track& found);
 /// Has been seen at places that were free before.
 bool moves(const Track& track);
 

@@ -115,6 +115,45 @@ struct Fixture {
   }
 };
 
+/// m along a ray from the origin to a disc; infinite beside it.
+double to_disc(double angle, const Eigen::Vector2d& center, double radius) {
+  const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
+  const double along = ray.dot(center), off2 = center.squaredNorm() - along * along;
+  return along > 0 && off2 < radius * radius ? along - std::sqrt(radius * radius - off2)
+                                             : std::numeric_limits<double>::infinity();
+}
+
+TEST(PeopleTracker, recognises_a_walker_who_comes_out_from_behind_a_board) {
+  Fixture fixture;
+  std::vector<std::uint32_t> before, after;
+  for (int k = 0; k < 100; ++k) {
+    const double y = -4 + 0.08 * k, swing = 0.2 * std::sin(0.5 * k);
+    const Scan scan = scan_of([&](double angle) {
+      if (std::abs(angle) < 0.32) return 2.0;  // hides 2 m of the way: 2.5 s
+      return std::min({to_disc(angle, {2.9, y + swing}, 0.07), to_disc(angle, {3.1, y - swing}, 0.07), 19.0});
+    });
+    for (const Mover& mover : fixture.update(scan, 0.1 * k)) {
+      if (mover.kind != MoverClass::person || mover.seen != mover.stamp) continue;
+      (k < 50 ? before : after).push_back(mover.id);
+    }
+  }
+  ASSERT_GT(before.size(), 15U);
+  ASSERT_GT(after.size(), 15U);
+  EXPECT_EQ(std::count(before.begin(), before.end(), before[0]), std::ssize(before));
+  EXPECT_EQ(std::count(after.begin(), after.end(), before[0]), std::ssize(after));
+}
+
+TEST(PeopleTracker, gives_no_identity_to_two) {
+  test::CrowdOptions options = test::random_crowd(11);
+  options.walkers = 7;
+  const test::Crowd crowd = make_crowd(options);
+  PeopleTracker tracker;
+  for (const test::CrowdScan& scan : crowd.scans) {
+    const auto movers = tracker.update(test::sweep_of(crowd, scan));
+    for (std::size_t i = 1; i < movers.size(); ++i) ASSERT_LT(movers[i - 1].id, movers[i].id);
+  }
+}
+
 TEST(PeopleTracker, takes_two_hundred_movers_in_one_scan) {
   Fixture fixture;
   for (int k = 0; k < 50; ++k) {

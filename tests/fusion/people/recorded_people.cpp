@@ -97,6 +97,37 @@ std::vector<Eigen::Vector2d> positions(std::span<const std::uint8_t> bytes) {
   return all;
 }
 
+/// The labels have no identities: who is near a person of the scan before is that person.
+class LabelIdentities {
+ public:
+  void assign(SimulationTime stamp, std::vector<KnownPerson>& people) {
+    std::vector<char> used(known_.size(), 0);
+    for (KnownPerson& person : people) {
+      std::size_t best = known_.size();
+      double nearest = kStep;
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        const double distance = (known_[i].position - person.position).norm();
+        if (used[i] != 0 || stamp - known_[i].seen > kMemory || distance >= nearest) continue;
+        nearest = distance;
+        best = i;
+      }
+      if (best == known_.size()) known_.push_back({person.position, stamp});
+      if (best < used.size()) used[best] = 1;
+      known_[best] = {person.position, stamp};
+      person.id = static_cast<int>(best);
+    }
+  }
+
+ private:
+  static constexpr double kStep = 0.7;  // m between two labels of one person
+  static constexpr Duration kMemory = seconds(2.0);
+  struct Known {
+    Eigen::Vector2d position;
+    SimulationTime seen;
+  };
+  std::vector<Known> known_;
+};
+
 Pose2 pose_at(const std::map<std::int64_t, Pose2>& poses, std::int64_t ns) {
   if (poses.empty()) return {};
   const auto after = poses.lower_bound(ns);
@@ -167,6 +198,7 @@ Recording read_legs(const std::filesystem::path& scans, const std::filesystem::p
   });
   std::map<std::int64_t, std::vector<Eigen::Vector2d>> legs;
   for (std::size_t i = 0; i < std::min(stamps.size(), clusters.size()); ++i) legs[stamps[i]] = clusters[i];
+  LabelIdentities identities;
   read_bag(scans, [&](const tools::BagMessage& message) {
     if (message.type != "sensor_msgs/LaserScan") return;
     const auto scan = tools::ros::read_laser_scan(message.bytes);
@@ -187,8 +219,9 @@ Recording read_legs(const std::filesystem::path& scans, const std::filesystem::p
           first = (first + *second) / 2;
           left.erase(second);
         }
-        out.people.push_back({static_cast<int>(out.people.size()), first, true});
+        out.people.push_back({0, first, true});
       }
+      identities.assign(out.stamp, out.people);
     }
     recording.scans.push_back(std::move(out));
   });
