@@ -204,12 +204,12 @@ void PeopleTracker::recognise() {
 /// Of the persons who are not seen now, the one who `found` most probably is, or nullptr.
 Track* PeopleTracker::lost_like(const Track& found) {
   Track* best = nullptr;
-  double least = 1;
+  double min_separation = 1;
   const auto consider = [&](Track& lost) {
     if (lost.id == 0 || lost.seen == newest_ || lost.confirmed >= found.confirmed) return;
     const double apart = separation(lost, found);
-    if (apart >= least) return;
-    least = apart;
+    if (apart >= min_separation) return;
+    min_separation = apart;
     best = &lost;
   };
   for (Track& track : tracks_)
