@@ -275,8 +275,11 @@ try {
     now = await aligning(page);
     assert.equal(now.refusal?.why, "hidden");
     assert.equal(now.aligned, false);
-    await align(page);
-    now = await aligning(page);
+    // Where two frames take over a second a touch is taken for a long pull, and counts for nothing.
+    for (let tries = 0; tries < 4 && !now.aligned; tries++) {
+      await align(page);
+      now = await aligning(page);
+    }
     assert.equal(now.refusal, null);
     assert.equal(now.aligned, true);
     await pull(page, [0, 1, -1], 1700);
