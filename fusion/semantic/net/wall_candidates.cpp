@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-#include "fusion/semantic/net/wall_support.hpp"
+#include "fusion/semantic/net/weigh_walls.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -169,73 +169,6 @@ double open_length(const WallCandidate& wall, const std::vector<Opening>& openin
   return sum / wall.length();
 }
 
-double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
-  const Eigen::Vector2d d = wall.end - wall.start;
-  const double t = std::clamp(d.dot(p - wall.start) / d.squaredNorm(), 0.0, 1.0);
-  return (wall.start + t * d - p).norm();
-}
-
-/// Walls join walls. A short piece that meets no longer one at either end is more likely an object.
-void weigh_loners(std::vector<WallCandidate>& walls) {
-  constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
-  std::vector<double> penalty;
-  for (const WallCandidate& wall : walls) {
-    const bool joins = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
-      const bool parallel = std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike;
-      return other.whole_length() > wall.whole_length() && !parallel && other.score > 0 &&
-             std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin;
-    });
-    penalty.push_back(joins || wall.whole_length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
-  }
-  for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= penalty[w];
-}
-
-/// Whether `wall` is close behind `front` over most of its length, seen from the same side: between them is
-/// no room to stand, so that the front is a cupboard's, a shelf's or a counter's.
-bool stands_behind(const WallCandidate& wall, const WallCandidate& front) {
-  constexpr double kDepthMin = 0.12, kDepthMax = 0.8, kAlike = 0.12;  // m, m, rad
-  if (std::abs(std::remainder(wall.yaw() - front.yaw(), EIGEN_PI)) > kAlike) return false;
-  if (wall.raster.away.dot(front.raster.away) < 0) return false;
-  const Eigen::Vector2d along = (wall.end - wall.start).normalized();
-  const double depth = front.raster.away.dot(0.5 * (wall.start + wall.end) - 0.5 * (front.start + front.end));
-  if (depth < kDepthMin || depth > kDepthMax) return false;
-  const auto [from, to] =
-      std::minmax({along.dot(front.start - wall.start), along.dot(front.end - wall.start)});
-  return std::min(to, wall.length()) - std::max(from, 0.0) > 0.7 * front.length();
-}
-
-void weigh_fronts(std::vector<WallCandidate>& walls) {
-  constexpr double kFront = 12, kLongest = 0.8;  // of the score; of the wall's length
-  std::vector<bool> front(walls.size());
-  for (std::size_t f = 0; f < walls.size(); ++f) {
-    front[f] =
-        walls[f].curve == kNoCurve && std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& wall) {
-          return &wall != &walls[f] && wall.score > 0 && wall.curve == kNoCurve &&
-                 walls[f].length() < kLongest * wall.length() && stands_behind(wall, walls[f]);
-        });
-  }
-  for (std::size_t f = 0; f < walls.size(); ++f) walls[f].score -= front[f] ? kFront : 0;
-}
-
-/// A stub that meets walls at one end only is more likely the side of a cupboard.
-void weigh_stubs(std::vector<WallCandidate>& walls) {
-  constexpr double kShort = 0.95, kJoin = 0.3, kAlike = 0.3, kStub = 3;  // m, m, rad, of the score
-  const auto joins = [&](const WallCandidate& wall, const Eigen::Vector2d& end) {
-    return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
-      return &other != &wall && other.score > 0 && other.whole_length() > wall.length() &&
-             std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) > kAlike &&
-             distance(end, other) < kJoin;
-    });
-  };
-  std::vector<std::size_t> stubs;
-  for (std::size_t w = 0; w < walls.size(); ++w) {
-    const bool stub = walls[w].whole_length() < kShort &&
-                      !(joins(walls[w], walls[w].start) && joins(walls[w], walls[w].end));
-    if (stub) stubs.push_back(w);
-  }
-  for (const std::size_t w : stubs) walls[w].score -= kStub;
-}
-
 std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentation) {
   std::map<std::uint32_t, double> lengths;
   for (const VerticalSurface& s : segmentation.verticals) {
@@ -273,22 +206,6 @@ void average_curve_scores(std::vector<WallCandidate>& walls) {
   }
 }
 
-/// A round wall exists where its facets are measured over their height: an arc may fit the ends of many
-/// things and cross the room between them.
-void weigh_curves(std::vector<WallCandidate>& walls) {
-  constexpr double kSupported = 0.6, kUnsupported = 20;  // of its length; of the score
-  std::map<std::uint32_t, double> supported;
-  for (const WallCandidate& wall : walls) {
-    if (wall.curve == kNoCurve) continue;
-    for (const WallStretch& stretch : supported_stretches(wall, {}))
-      supported[wall.curve] += stretch.to - stretch.from;
-  }
-  for (WallCandidate& wall : walls) {
-    if (wall.curve != kNoCurve && supported[wall.curve] < kSupported * wall.round_length)
-      wall.score -= kUnsupported;
-  }
-}
-
 }  // namespace
 
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
@@ -318,10 +235,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.walls.push_back(std::move(wall));
   }
   average_curve_scores(found.walls);
-  weigh_curves(found.walls);
-  weigh_loners(found.walls);
-  weigh_fronts(found.walls);
-  weigh_stubs(found.walls);
+  weigh_walls(found.walls);
   return found;
 }
 
