@@ -1,0 +1,61 @@
+// Furniture that looks like a wall, told by the wall behind it.
+#include "fusion/semantic/net/weigh_walls.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace parhelion::semantic {
+namespace {
+
+constexpr double kScore = 5;
+
+/// An upright surface at x, seen from x = 0 and as far as `seen` of its cells.
+WallCandidate surface(double x, double seen, double length = 3) {
+  WallCandidate wall;
+  wall.start = {x, 0}, wall.end = {x, length};
+  wall.floor = 0, wall.ceiling = 2.5, wall.score = kScore;
+  cloud::PointCloud<Map> cloud;
+  cloud.viewpoints = {{0, 1.5, 1.2}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> chance(0, 1);
+  for (double y = 0.025; y < length; y += 0.05) {
+    for (double z = 0.05; z < 2.5; z += 0.1) {
+      if (chance(random) > seen) continue;
+      cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+      cloud.scans.push_back(0);
+    }
+  }
+  wall.raster = rasterize(PlanPoints(cloud), wall.start, wall.end, 0, 2.5, 0.045);
+  return wall;
+}
+
+std::vector<double> scores(std::vector<WallCandidate> walls) {
+  weigh_walls(walls);
+  std::vector<double> all;
+  for (const WallCandidate& wall : walls) all.push_back(wall.score);
+  return all;
+}
+
+TEST(WeighWalls, ASurfaceAsLongAsTheWallCloseBehindItAndFarWorseMeasuredIsAFront) {
+  const auto all = scores({surface(2, 0.2), surface(2.15, 0.8)});
+  EXPECT_LT(all[0], 0);
+  EXPECT_EQ(all[1], kScore);
+}
+
+TEST(WeighWalls, OfTwoThatAreMeasuredAlikeNeitherIsAFront) {
+  const auto all = scores({surface(2, 0.7), surface(2.15, 0.8)});
+  EXPECT_EQ(all[0], kScore);
+  EXPECT_EQ(all[1], kScore);
+}
+
+TEST(WeighWalls, AShorterOneIsAFrontHoweverWellItIsMeasured) {
+  EXPECT_LT(scores({surface(2, 1, 2), surface(2.4, 0.6, 3)})[0], 0);
+}
+
+TEST(WeighWalls, WithRoomToStandBetweenThemBothAreWalls) {
+  EXPECT_EQ(scores({surface(2, 0.2), surface(3.2, 0.8)})[0], kScore);
+}
+
+}  // namespace
+}  // namespace parhelion::semantic
