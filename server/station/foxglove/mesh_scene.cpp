@@ -26,16 +26,19 @@ bool MeshScene::take(const WorldMessage& world, const simulation::EntityShapes& 
   }
   for (std::size_t i = 0; i < names_.size(); ++i)
     frames_.push_back({"map", names_[i], bodies_[i]->T_map_body.isometry()});
-  return !written_ || names_.size() != written_->size() ||
-         !std::all_of(names_.begin(), names_.end(),
-                      [&](const auto& name) { return written_->contains(name); });
+  if (!written_ || names_.size() != written_->size()) return true;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const auto known = written_->find(names_[i]);
+    if (known == written_->end() || known->second != bodies_[i]->epoch) return true;
+  }
+  return false;
 }
 
 void MeshScene::write(const WorldMessage& world, const simulation::EntityShapes& shapes, JsonText& out) {
   out.clear();
   out.open('{').key("deletions").open('[');
   if (!written_) written_.emplace();
-  for (const std::string& name : *written_) {
+  for (const auto& [name, epoch] : *written_) {
     if (std::find(names_.begin(), names_.end(), name) != names_.end()) continue;
     out.open('{').key("timestamp").time(world.stamp.ns).key("type").integer(0);
     out.key("id").string(name).close('}');
@@ -53,7 +56,7 @@ void MeshScene::write(const WorldMessage& world, const simulation::EntityShapes&
   }
   out.close(']').close('}');
   written_->clear();
-  written_->insert(names_.begin(), names_.end());
+  for (std::size_t i = 0; i < names_.size(); ++i) written_->emplace(names_[i], bodies_[i]->epoch);
 }
 
 }  // namespace parhelion::station::foxglove

@@ -2,8 +2,9 @@
 // body that moves with it.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,7 @@ class MeshScene {
   std::vector<std::string> names_;  // of frames, by body
   std::vector<const WorldMessage::Entry*> bodies_;
   std::vector<NamedTransform> frames_;
-  std::optional<std::set<std::string, std::less<>>> written_;
+  std::optional<std::map<std::string, std::uint32_t, std::less<>>> written_;  // epochs, by name
 };
 
 }  // namespace parhelion::station::foxglove

@@ -101,6 +101,14 @@ TEST_F(MeshSceneTest, TrianglesAreWrittenOnceInAFrameThatMoves) {
   EXPECT_FALSE(scene_.take(there, shapes_)) << "nothing new";
 }
 
+TEST_F(MeshSceneTest, ABodyThatAppearsAgainIsWrittenAgain) {
+  WorldMessage there = world({"shell"});
+  scene_.take(there, shapes_);
+  scene_.write(there, shapes_, text_);
+  there.bodies.front().epoch = 1;
+  EXPECT_TRUE(scene_.take(there, shapes_)) << "it may be another robot of that name";
+}
+
 TEST_F(MeshSceneTest, ABodyThatIsGoneIsDeleted) {
   const WorldMessage there = world({"shell"}), gone = world({});
   scene_.take(there, shapes_);
