@@ -87,9 +87,14 @@ station::SessionReport session_report(const runtime::Report& report, const std::
                              to_trainees_json(report),
                              page(review::Reader::trainee),
                              {}};
-  for (const runtime::RobotReport& robot : report.robots)
-    all.of_robots[robot.name] = {page(review::Reader::instructor, robot.name),
-                                 page(review::Reader::trainee, robot.name)};
+  // Each page reads the log: those of the first graded robot are there already.
+  const std::string first = report.grades.empty() ? std::string() : report.grades.front().robot;
+  for (const runtime::RobotReport& robot : report.robots) {
+    all.of_robots[robot.name] =
+        robot.name == first ? station::SessionReport::Pages{all.page, all.trainees_page}
+                            : station::SessionReport::Pages{page(review::Reader::instructor, robot.name),
+                                                            page(review::Reader::trainee, robot.name)};
+  }
   return all;
 }
 

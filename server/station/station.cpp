@@ -226,10 +226,12 @@ void Station::Running::add_report_routes(HttpServer& server) {
     const std::lock_guard lock(published.mutex);
     const SessionReport& report = published.report;
     const auto named = report.of_robots.find(request.query);
-    const SessionReport::Pages pages = named == report.of_robots.end()
-                                           ? SessionReport::Pages{report.page, report.trainees_page}
-                                           : named->second;
-    const std::string& page = is_trainee(*request.who) ? pages.trainees_page : pages.page;
+    const bool is_named = named != report.of_robots.end();
+    if (!report.page.empty() && !is_named && !request.query.empty())
+      return refusal(404, "no robot of this session has this name: /report?NAME");
+    const std::string& instructors = is_named ? named->second.page : report.page;
+    const std::string& trainees = is_named ? named->second.trainees_page : report.trainees_page;
+    const std::string& page = is_trainee(*request.who) ? trainees : instructors;
     if (page.empty()) return none();
     // The page contains its script and its styles and requests nothing.
     HttpResponse response{200, "text/html; charset=utf-8", page};

@@ -249,6 +249,7 @@ TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
   EXPECT_EQ(RawClient(port_).get("/report", trainee).body, "<html>his</html>");
   EXPECT_EQ(RawClient(port_).get("/report?rover_2", admin).body, "<html>2</html>");
   EXPECT_EQ(RawClient(port_).get("/report?rover_2", trainee).body, "<html>his 2</html>");
+  EXPECT_EQ(RawClient(port_).get("/report?rover_3", admin).status, 404);
 }
 
 /// MB of heap memory in use.
