@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fusion/semantic/net/find_stairs.hpp"
+#include "fusion/semantic/net/flight_profile.hpp"
 #include "fusion/semantic/net/flight_strip.hpp"
 #include "protocols/quantile.hpp"
 
@@ -233,6 +234,7 @@ void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& 
     while (flight.steps.size() < kMaxSteps) {
       auto step = next_level(points, segmentation, flight, below);
       if (!step && !below) step = beyond_landing(points, segmentation, flight);
+      if (!step) step = next_on_profile(points, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);
       Step& added = below ? flight.steps.front() : flight.steps.back();

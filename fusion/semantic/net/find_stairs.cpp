@@ -1,5 +1,7 @@
 #include "fusion/semantic/net/find_stairs.hpp"
 
+#include "fusion/semantic/net/flight_profile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -90,6 +92,18 @@ Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
   return flight;
 }
 
+/// Directions are tested by whole steps of an angle; the risers tell it better.
+void turn_square(const PlanBlocks& points, const std::vector<Tread>& treads, Flight& flight) {
+  for (int round = 0; round < 2; ++round) {
+    flight.direction = square_to_risers(points, flight);
+    for (Step& step : flight.steps) {
+      const auto tread = std::find_if(treads.begin(), treads.end(),
+                                      [&](const Tread& t) { return t.horizontal == step.horizontal; });
+      if (tread != treads.end()) step = strip(*tread, flight.direction);
+    }
+  }
+}
+
 bool has_step(const Flight& flight, std::uint32_t horizontal) {
   return std::any_of(flight.steps.begin(), flight.steps.end(),
                      [&](const Step& step) { return step.horizontal == horizontal; });
@@ -165,6 +179,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     if (best.steps.empty()) break;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     if (!points) points.emplace(cloud.points, kBlock);
+    turn_square(*points, treads, best);
     extend(*points, segmentation, best);
     refine_heights(*points, segmentation, best);
     even_rises(*points, best);
