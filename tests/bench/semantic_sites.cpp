@@ -1,8 +1,9 @@
 // How good the semantic model is on hard made-up sites; not a benchmark of time. semantic_sites [FIRST [LAST
-// [DEVICE [KIND]]]]: seeds, and only one device (0 to 5) and kind of site (0 to 4). With four arguments each
-// seed has a line.
+// [DEVICE [KIND]]]]: seeds, and only one device (0 to 7, -1: all) and kind of site (0 to 7). With four
+// arguments each seed has a line.
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include "tests/mean_sites/mean_score.hpp"
 
@@ -22,6 +23,18 @@ void print(const char* first, const char* second, const MeanScore& s) {
       s.objects_found, s.objects, s.objects_right, s.false_objects,
       s.points > 0 ? 1e6 * s.seconds / s.points : 0, s.refused > 0 ? " REFUSED" : "");
   std::fflush(stdout);
+}
+
+void print_kinds(const MeanScore& s) {
+  std::printf("\nobjects found, by true kind:\n");
+  std::string row;
+  for (const auto& [pair, count] : s.kinds) {
+    if (pair.first != row) std::printf("%s%-10s", row.empty() ? "" : "\n", (row = pair.first).c_str());
+    std::printf(" %s %d", pair.second.c_str(), count);
+  }
+  std::printf("\nfalse objects, by what they are parts of:");
+  for (const auto& [label, count] : s.amid) std::printf(" %s %d", label.c_str(), count);
+  std::printf("\n");
 }
 
 }  // namespace
@@ -51,4 +64,5 @@ int main(int argc, char** argv) {
     all += of_device;
   }
   print("all", "all", all);
+  print_kinds(all);
 }

@@ -265,10 +265,27 @@ class Scoring {
         const auto shared = both.find({t, o});
         if (shared == both.end() || 2 * shared->second <= there[t] + found[o] - shared->second) continue;
         ++score_.objects_found;
-        score_.objects_right += same_kind(site_.objects[t].kind, to_string(built_.objects[o].kind));
+        const char* kind = to_string(built_.objects[o].kind);
+        score_.objects_right += same_kind(site_.objects[t].kind, kind);
+        ++score_.kinds[{site_.objects[t].kind, kind}];
       }
     }
-    for (std::size_t o = 0; o < found.size(); ++o) score_.false_objects += 10 * amid[o] > 8 * found[o];
+    for (std::size_t o = 0; o < found.size(); ++o) {
+      if (10 * amid[o] <= 8 * found[o]) continue;
+      ++score_.false_objects;
+      ++score_.amid[mostly_on(static_cast<std::uint32_t>(o))];
+    }
+  }
+  /// What most points of one of our objects lie on.
+  std::string mostly_on(std::uint32_t object) const {
+    std::map<std::string, int> count;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (built_.object_of[i] != object) continue;
+      ++count[scan_.box[i] == kNobody ? "somebody" : to_string(boxes()[scan_.box[i]].label)];
+    }
+    return std::max_element(count.begin(), count.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; })
+        ->first;
   }
   static bool same_kind(const std::string& truth, const std::string& found) {
     return truth == "thing" || truth == found;
@@ -295,6 +312,8 @@ MeanScore& MeanScore::operator+=(const MeanScore& o) {
   steps += o.steps, steps_found += o.steps_found, false_steps += o.false_steps;
   rise_error = std::max(rise_error, o.rise_error);
   raised += o.raised, called_floor += o.called_floor, points += o.points, unknown += o.unknown;
+  for (const auto& [pair, count] : o.kinds) kinds[pair] += count;
+  for (const auto& [label, count] : o.amid) amid[label] += count;
   objects += o.objects, objects_found += o.objects_found, objects_right += o.objects_right;
   false_objects += o.false_objects, seconds += o.seconds;
   return *this;

@@ -229,11 +229,11 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
   }
 }
 
-void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
+void extend(const StepPoints& points, Flight& flight) {
   for (const bool below : {true, false}) {
     while (flight.steps.size() < kMaxSteps) {
-      auto step = next_level(points, segmentation, flight, below);
-      if (!step && !below) step = beyond_landing(points, segmentation, flight);
+      auto step = next_level(points.blocks, points.segmentation, flight, below);
+      if (!step && !below) step = beyond_landing(points.blocks, points.segmentation, flight);
       if (!step) step = next_on_profile(points, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);

@@ -1,12 +1,13 @@
 #include "fusion/semantic/net/find_stairs.hpp"
 
-#include "fusion/semantic/net/flight_profile.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
+#include "fusion/semantic/net/flight_profile.hpp"
+#include "fusion/semantic/net/stair_slopes.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -92,16 +93,41 @@ Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
   return flight;
 }
 
+/// The same step along another direction.
+Step turned(const Step& step, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  const Eigen::Vector2d middle = 0.5 * (step.near + step.far) * from +
+                                 0.5 * (step.left + step.right) * Eigen::Vector2d(-from.y(), from.x());
+  const double s = to.dot(middle), t = to.x() * middle.y() - to.y() * middle.x();
+  const double depth = step.far - step.near, width = step.right - step.left;
+  return {step.horizontal, step.z, s - depth / 2, s + depth / 2, t - width / 2, t + width / 2};
+}
+
 /// Directions are tested by whole steps of an angle; the risers tell it better.
-void turn_square(const PlanBlocks& points, const std::vector<Tread>& treads, Flight& flight) {
+void turn_square(const StepPoints& points, const std::vector<Tread>& treads, Flight& flight) {
   for (int round = 0; round < 2; ++round) {
-    flight.direction = square_to_risers(points, flight);
+    const Eigen::Vector2d before = std::exchange(flight.direction, square_to_risers(points, flight));
     for (Step& step : flight.steps) {
       const auto tread = std::find_if(treads.begin(), treads.end(),
                                       [&](const Tread& t) { return t.horizontal == step.horizontal; });
-      if (tread != treads.end()) step = strip(*tread, flight.direction);
+      step = tread != treads.end() ? strip(*tread, flight.direction) : turned(step, before, flight.direction);
     }
   }
+}
+
+/// Whether the middle of a step of `a` lies on `b`, or under it: the underside of an open flight.
+bool shares_place(const Flight& a, const Flight& b) {
+  constexpr double kUnder = 0.6, kOver = 0.1;  // m
+  const Eigen::Vector2d across(-b.direction.y(), b.direction.x());
+  std::size_t shared = 0;
+  for (std::size_t i = 1; i < a.steps.size(); ++i) {
+    const Step middle = turned(a.steps[i], a.direction, b.direction);
+    const double s = 0.5 * (middle.near + middle.far), t = 0.5 * (middle.left + middle.right);
+    shared += std::any_of(b.steps.begin() + 1, b.steps.end(), [&](const Step& step) {
+      return s > step.near && s < step.far && t > step.left && t < step.right && middle.z > step.z - kUnder &&
+             middle.z < step.z + kOver;
+    });
+  }
+  return 2 * shared >= a.steps.size() - 1;
 }
 
 bool has_step(const Flight& flight, std::uint32_t horizontal) {
@@ -120,7 +146,9 @@ void drop_repeated(std::vector<Flight>& flights) {
         return step.horizontal != kNoSurface && has_step(better, step.horizontal);
       });
     };
-    if (std::none_of(kept.begin(), kept.end(), repeats)) kept.push_back(std::move(flight));
+    const auto shares = [&](const Flight& better) { return shares_place(flight, better); };
+    if (std::none_of(kept.begin(), kept.end(), repeats) && std::none_of(kept.begin(), kept.end(), shares))
+      kept.push_back(std::move(flight));
   }
   flights = std::move(kept);
 }
@@ -179,14 +207,29 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     if (best.steps.empty()) break;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     if (!points) points.emplace(cloud.points, kBlock);
-    turn_square(*points, treads, best);
-    extend(*points, segmentation, best);
+    turn_square({*points, cloud, segmentation}, treads, best);
+    extend({*points, cloud, segmentation}, best);
     refine_heights(*points, segmentation, best);
     even_rises(*points, best);
     if (best.steps.size() <= kMinRises) continue;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     judge(best);
     flights.push_back(std::move(best));
+  }
+  for (const StairSlope& slope : find_slopes(cloud, segmentation)) {
+    if (!points) points.emplace(cloud.points, kBlock);
+    Flight flight = flight_on({*points, cloud, segmentation}, slope);
+    if (flight.steps.size() <= kSeedRises ||
+        std::any_of(flights.begin(), flights.end(),
+                    [&](const Flight& other) { return shares_place(flight, other); }))
+      continue;
+    turn_square({*points, cloud, segmentation}, treads, flight);
+    extend({*points, cloud, segmentation}, flight);
+    refine_heights(*points, segmentation, flight);
+    even_rises(*points, flight);
+    if (flight.steps.size() <= kMinRises || !is_on_profile({*points, cloud, segmentation}, flight)) continue;
+    judge(flight);
+    flights.push_back(std::move(flight));
   }
   drop_repeated(flights);
   return flights;

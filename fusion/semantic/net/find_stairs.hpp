@@ -29,11 +29,13 @@ struct Flight {
   std::vector<double> treads() const;  ///< m, from one riser to the next
 };
 
+struct StepPoints;  // flight_profile.hpp
+
 std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options);
 
 /// Adds levels at both ends while the points there continue the series of rises.
-void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);
+void extend(const StepPoints& points, Flight& flight);
 
 /// Recomputes the heights of sparse treads without the points of the adjacent risers.
 void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);

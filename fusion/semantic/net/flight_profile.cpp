@@ -10,57 +10,47 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kOn = 0.035;     ///< m, from a riser or a tread to a point of it
-constexpr double kSide = 0.08;    ///< m, of the flight's width at either side: a wall or a cheek may stand there
-constexpr double kColumn = 0.10;  ///< m, across the flight
-constexpr double kAcross = 0.3;   ///< minimum fraction of these in which it is seen
-constexpr std::size_t kFew = 8;   ///< points of a step
-constexpr double kAgree = 0.7;    ///< minimum fraction of the points there that are on the profile
-constexpr double kOver = 0.5;     ///< points over a step, of those on it: more is a wall
-constexpr double kHead = 0.6;     ///< m, over a step, that is free
-constexpr double kLongest = 2.6;  ///< m, of a landing
+constexpr double kOn = 0.035;  ///< m, from a riser or a tread to a point of it
+constexpr double kSide =
+    0.08;  ///< m, of the flight's width at either side: a wall or a cheek may stand there
+constexpr double kColumn = 0.10;      ///< m, across the flight
+constexpr double kAcross = 0.3;       ///< minimum fraction of these in which it is seen
+constexpr std::size_t kFew = 8;       ///< points of a step
+constexpr double kAgree = 0.7;        ///< minimum fraction of the points there that are on the profile
+constexpr double kOver = 0.5;         ///< points over a step, of those on it: more is a wall
+constexpr double kHead = 0.6;         ///< m, over a step, that is free
+constexpr double kLongest = 2.6;      ///< m, of a landing
 constexpr std::size_t kSurface = 15;  ///< points that tell a tread's height
 
-/// Along the flight, across it from its left side, height; m.
-using Local = std::vector<Eigen::Vector3d>;
+}  // namespace
 
-/// A riser at `edge` between two heights and the tread that is new: behind its head, or before its foot.
-struct Corner {
-  double edge, low, high;  ///< m
-  bool below;
-};
+bool ProfileMatch::continues() const {
+  return on >= kFew && across >= kAcross &&
+         static_cast<double>(on) >= kAgree * static_cast<double>(on + off) &&
+         static_cast<double>(over) <= kOver * static_cast<double>(on);
+}
 
-struct Match {
-  std::size_t on = 0, off = 0, over = 0;
-  double across = 0;  ///< fraction of the width
-  std::vector<double> riser, tread;  ///< m: places along the flight of the one, heights of the other
-
-  double worth() const { return static_cast<double>(on) - 2 * static_cast<double>(off + over); }
-  bool continues() const {
-    return on >= kFew && across >= kAcross &&
-           static_cast<double>(on) >= kAgree * static_cast<double>(on + off) &&
-           static_cast<double>(over) <= kOver * static_cast<double>(on);
-  }
-};
-
-Match match(const Local& points, const Corner& corner, double depth, double width) {
-  Match result;
+ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, double depth, double width) {
+  ProfileMatch result;
   std::vector<bool> columns(static_cast<std::size_t>(width / kColumn) + 1);
   const double tread = corner.below ? corner.low : corner.high;
-  const double from = corner.below ? -0.8 * depth : -0.5 * depth, to = corner.below ? 0.5 * depth : 0.8 * depth;
-  for (const Eigen::Vector3d& p : points) {
-    const double s = p.x() - corner.edge, z = p.z();
+  const double from = corner.below ? -0.8 * depth : -0.5 * depth,
+               to = corner.below ? 0.5 * depth : 0.8 * depth;
+  for (const FlightPoint& p : points) {
+    const double s = p.s - corner.edge, z = p.z;
     if (s < from || s > to || z < corner.low - kOn || z > corner.high + kHead) continue;
     // What is at the height of the level that the flight already has is no evidence for another one.
     const bool known = corner.below ? z > corner.high - kOn : z < corner.low + kOn;
     if (known && !(corner.below && s < -kOn)) continue;
-    const bool on_tread = std::abs(z - tread) < kOn && (corner.below ? s < kOn : s > -kOn);
-    const bool on_riser = std::abs(s) < kOn && z > corner.low - kOn && z < corner.high + kOn;
+    const bool on_tread = p.from_above && std::abs(z - tread) < kOn && (corner.below ? s < kOn : s > -kOn);
+    const bool on_riser = p.from_front && std::abs(s) < kOn && z > corner.low - kOn && z < corner.high + kOn;
     if (on_tread || on_riser) {
       ++result.on;
-      columns[static_cast<std::size_t>(p.y() / kColumn)] = true;
-      if (on_tread) result.tread.push_back(z);
-      else result.riser.push_back(p.x());
+      columns[static_cast<std::size_t>(p.t / kColumn)] = true;
+      if (on_tread)
+        result.tread.push_back(z);
+      else
+        result.riser.push_back(p.s);
     } else if (z > corner.high + kOn) {
       result.over += s > -kOn && s < 0.5 * depth;
     } else {
@@ -72,6 +62,8 @@ Match match(const Local& points, const Corner& corner, double depth, double widt
   return result;
 }
 
+namespace {
+
 /// m, where its steps' front edges are: the outer edge of a tread is seen from everywhere.
 double depth_between(const Flight& flight) {
   std::vector<double> depths;
@@ -80,40 +72,60 @@ double depth_between(const Flight& flight) {
   return depths.empty() ? 0 : median(depths);
 }
 
-struct Frame {
-  double left, width, rise, depth;
-};
+}  // namespace
 
-Frame frame_of(const Flight& flight) {
+ProfileFrame frame_of(const Flight& flight) {
   std::vector<double> left, right;
   for (const Step& step : flight.steps) left.push_back(step.left), right.push_back(step.right);
   const double l = median(left) + kSide, r = median(right) - kSide;
   return {l, r - l, median(flight.rises()), depth_between(flight)};
 }
 
-Local points_beyond(const PlanBlocks& points, const Flight& flight, const Frame& frame, double from,
-                    double to, double low, double high) {
-  Local local;
-  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
-  for_each_on_strip(points, flight.direction, {from, to, frame.left, frame.left + frame.width},
-                    [&](std::uint32_t i) {
-                      const Eigen::Vector3d p = points.sorted()[i].cast<double>();
-                      const double s = flight.direction.dot(p.head<2>()), t = across.dot(p.head<2>());
-                      if (s < from || s > to || p.z() < low || p.z() > high) return;
-                      if (t < frame.left || t > frame.left + frame.width) return;
-                      local.emplace_back(s, t - frame.left, p.z());
-                    });
-  return local;
+bool is_tall(const Segmentation& segmentation, std::uint32_t surface) {
+  constexpr double kHighRiser = 0.6;  // m
+  if (surface >= segmentation.verticals.size()) return false;
+  const VerticalSurface& upright = segmentation.verticals[surface];
+  return upright.z_high - upright.z_low > kHighRiser;
 }
 
+FlightPoints points_along(const StepPoints& points, const Eigen::Vector2d& direction,
+                          const ProfileFrame& frame, double from, double to, double low, double high) {
+  FlightPoints result;
+  const Eigen::Vector2d across(-direction.y(), direction.x());
+  const auto is_beside = [&](std::uint32_t surface) {
+    if (!is_tall(points.segmentation, surface)) return false;
+    const VerticalSurface& upright = points.segmentation.verticals[surface];
+    return std::abs(direction.dot((upright.end - upright.start).normalized())) > 0.7;
+  };
+  const cloud::PointCloud<Map>& cloud = points.cloud;
+  const auto add = [&](std::uint32_t k) {
+    const Eigen::Vector3d p = points.blocks.sorted()[k].cast<double>();
+    if (p.z() < low || p.z() > high) return;
+    const double s = direction.dot(p.head<2>()), t = across.dot(p.head<2>()) - frame.left;
+    const std::uint32_t i = points.blocks.order()[k];
+    if (s < from || s > to || t < 0 || t > frame.width || is_beside(points.segmentation.surface_of[i]))
+      return;
+    bool above = true, front = true;
+    if (!cloud.viewpoints.empty()) {
+      const Eigen::Vector3d& eye = cloud.viewpoints[cloud.scans.empty() ? 0 : cloud.scans[i]];
+      above = eye.z() > p.z(), front = direction.dot(eye.head<2>()) < s;
+    }
+    result.push_back({s, t, p.z(), above, front});
+  };
+  for_each_on_strip(points.blocks, direction, {from, to, frame.left, frame.left + frame.width}, add);
+  return result;
+}
+
+namespace {
+
 /// The best place for the corner within a few centimetres.
-Match best_near(const Local& points, Corner& corner, const Frame& frame) {
-  Match best;
+ProfileMatch best_near(const FlightPoints& points, ProfileCorner& corner, const ProfileFrame& frame) {
+  ProfileMatch best;
   const double edge = corner.edge;
   for (const double off : {0.0, 0.02, -0.02, 0.04, -0.04}) {
-    Corner moved = corner;
+    ProfileCorner moved = corner;
     moved.edge = edge + off;
-    Match candidate = match(points, moved, frame.depth, frame.width);
+    ProfileMatch candidate = match(points, moved, frame.depth, frame.width);
     if (off != 0 && candidate.worth() <= best.worth()) continue;
     best = std::move(candidate);
     corner.edge = moved.edge;
@@ -121,7 +133,9 @@ Match best_near(const Local& points, Corner& corner, const Frame& frame) {
   return best;
 }
 
-Step step_at(const Corner& corner, const Match& match, const Frame& frame) {
+}  // namespace
+
+Step step_at(const ProfileCorner& corner, const ProfileMatch& match, const ProfileFrame& frame) {
   const double edge = match.riser.size() >= kFew ? median(std::vector<double>(match.riser)) : corner.edge;
   const double predicted = corner.below ? corner.low : corner.high;
   const double z = match.tread.size() >= kSurface ? median(std::vector<double>(match.tread)) : predicted;
@@ -130,8 +144,10 @@ Step step_at(const Corner& corner, const Match& match, const Frame& frame) {
                       : Step{kNoSurface, z, edge, edge + frame.depth, left, right};
 }
 
+namespace {
+
 /// The corner that follows one, outwards.
-Corner after(const Corner& corner, const Frame& frame) {
+ProfileCorner after(const ProfileCorner& corner, const ProfileFrame& frame) {
   const double sign = corner.below ? -1 : 1;
   return {corner.edge + sign * frame.depth, corner.low + sign * frame.rise, corner.high + sign * frame.rise,
           corner.below};
@@ -139,10 +155,10 @@ Corner after(const Corner& corner, const Frame& frame) {
 
 }  // namespace
 
-Eigen::Vector2d square_to_risers(const PlanBlocks& points, const Flight& flight) {
+Eigen::Vector2d square_to_risers(const StepPoints& points, const Flight& flight) {
   constexpr double kReach = 0.12, kMaxTurn = 0.08, kWide = 0.2;  // m, rad, m
   constexpr std::size_t kEnough = 30;
-  const Frame frame = frame_of(flight);
+  const ProfileFrame frame = frame_of(flight);
   if (frame.width < 2 * kWide) return flight.direction;
   struct Seen {
     double s, t;
@@ -150,11 +166,12 @@ Eigen::Vector2d square_to_risers(const PlanBlocks& points, const Flight& flight)
   };
   std::vector<Seen> seen;
   const Step &first = flight.steps.front(), &last = flight.steps.back();
-  for (const Eigen::Vector3d& p : points_beyond(points, flight, frame, first.near, last.far, first.z, last.z)) {
+  for (const FlightPoint& p :
+       points_along(points, flight.direction, frame, first.near, last.far, first.z, last.z)) {
     for (std::size_t i = 1; i < flight.steps.size(); ++i) {
-      const double over = (p.z() - flight.steps[i - 1].z) / (flight.steps[i].z - flight.steps[i - 1].z);
-      const double s = p.x() - flight.steps[i].near;
-      if (over > 0.25 && over < 0.75 && std::abs(s) < kReach) seen.push_back({s, p.y(), i});
+      const double over = (p.z - flight.steps[i - 1].z) / (flight.steps[i].z - flight.steps[i - 1].z);
+      const double s = p.s - flight.steps[i].near;
+      if (over > 0.25 && over < 0.75 && std::abs(s) < kReach) seen.push_back({s, p.t, i});
     }
   }
   double slope = 0;
@@ -189,28 +206,46 @@ Eigen::Vector2d square_to_risers(const PlanBlocks& points, const Flight& flight)
   return (flight.direction - slope * across).normalized();
 }
 
-std::optional<Step> next_on_profile(const PlanBlocks& points, Flight& flight, bool below) {
+bool is_on_profile(const StepPoints& points, const Flight& flight) {
+  constexpr double kUneven = 0.03, kSeen = 0.6;  // m, of its steps
+  constexpr std::size_t kFewest = 3;
+  const ProfileFrame frame = frame_of(flight);
+  std::size_t seen = 0;
+  for (std::size_t i = 1; i < flight.steps.size(); ++i) {
+    const ProfileCorner corner{flight.steps[i].near, flight.steps[i - 1].z, flight.steps[i].z, false};
+    if (std::abs(corner.high - corner.low - frame.rise) > kUneven) return false;
+    const FlightPoints around =
+        points_along(points, flight.direction, frame, corner.edge - frame.depth, corner.edge + frame.depth,
+                     corner.low - frame.rise, corner.high + kHead);
+    seen += match(around, corner, frame.depth, frame.width).continues();
+  }
+  return seen >= kFewest && static_cast<double>(seen) >= kSeen * static_cast<double>(flight.steps.size() - 1);
+}
+
+std::optional<Step> next_on_profile(const StepPoints& points, Flight& flight, bool below) {
   if (flight.steps.size() < 3) return std::nullopt;
-  const Frame frame = frame_of(flight);
+  const ProfileFrame frame = frame_of(flight);
   if (frame.width < 3 * kColumn || frame.depth < 0.15) return std::nullopt;
   const double sign = below ? -1 : 1;
   Step& end = below ? flight.steps.front() : flight.steps.back();
-  Corner corner{below ? flight.steps[1].near - frame.depth : end.near + frame.depth,
-                below ? end.z - frame.rise : end.z, below ? end.z : end.z + frame.rise, below};
-  const double far = corner.edge + sign * (kLongest + 2 * frame.depth), behind = corner.edge - sign * frame.depth;
-  const Local local = points_beyond(points, flight, frame, std::min(far, behind), std::max(far, behind),
-                                    corner.low - 2 * frame.rise, corner.high + frame.rise + kHead);
-  if (const Match there = best_near(local, corner, frame); there.continues())
+  ProfileCorner corner{below ? flight.steps[1].near - frame.depth : end.near + frame.depth,
+                       below ? end.z - frame.rise : end.z, below ? end.z : end.z + frame.rise, below};
+  const double far = corner.edge + sign * (kLongest + 2 * frame.depth),
+               behind = corner.edge - sign * frame.depth;
+  const FlightPoints local =
+      points_along(points, flight.direction, frame, std::min(far, behind), std::max(far, behind),
+                   corner.low - 2 * frame.rise, corner.high + frame.rise + kHead);
+  if (const ProfileMatch there = best_near(local, corner, frame); there.continues())
     return step_at(corner, there, frame);
   // Behind a landing a second step must confirm the first.
   constexpr double kShortest = 0.3, kEach = 0.05;  // m beyond a tread's depth
   const double start = (below ? flight.steps[1].near - frame.depth : end.near + frame.depth);
   for (double more = kShortest; more < kLongest; more += kEach) {
-    Corner first = corner;
+    ProfileCorner first = corner;
     first.edge = start + sign * more;
-    const Match there = best_near(local, first, frame);
+    const ProfileMatch there = best_near(local, first, frame);
     if (!there.continues() || there.riser.size() < kFew) continue;
-    Corner second = after(first, frame);
+    ProfileCorner second = after(first, frame);
     if (!best_near(local, second, frame).continues()) continue;
     const Step step = step_at(first, there, frame);
     (below ? end.near : end.far) = below ? step.far : step.near;
