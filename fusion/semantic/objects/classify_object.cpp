@@ -40,6 +40,16 @@ constexpr Usual kUsual[] = {
      {0.04, 0.36, 0.06},
      kNothing,
      0},
+    // A chair whose seat is hidden, under a table mostly: its back or what is left of it.
+    {ObjectKind::chair,
+     {0.3, 0.65, 0.08},
+     {0.08, 0.6, 0.08},
+     {0, 0.5, 0.1},
+     {0.72, 1.08, 0.08},
+     kNothing,
+     {-1, 0.3, 0.06},
+     kNothing,
+     -0.25},
     {ObjectKind::sofa,
      {1.1, 2.8, 0.15},
      {0.6, 1.2, 0.12},
@@ -107,7 +117,7 @@ constexpr Usual kUsual[] = {
      {0.25, 1.1, 0.1},
      {0.2, 0.9, 0.1},
      {0, 0.3, 0.1},
-     {0.7, 2.2, 0.1},
+     {1.0, 2.2, 0.1},
      kNothing,
      {-1, 0.12, 0.05},
      {0.05, 0.6, 0.1},
@@ -219,6 +229,9 @@ ObjectShape shape_of(const ObjectGrid& grid, const ObjectGroup& group,
 }
 
 ObjectClass classify(const ObjectShape& shape) {
+  // As large as a mattress and as low; what is under it is not seen.
+  constexpr double kMattress = 1.3, kLow = 0.62;  // m^2, m
+  if (shape.table && shape.plate_area > kMattress && shape.plate < kLow) return {ObjectKind::bed, 0.6};
   if (shape.table) return {ObjectKind::table, std::clamp(0.6 + shape.plate_area, 0.5, 0.95)};
   constexpr double kPoor = -2.5;  // worse than this it is only an object
   double best = kPoor, second = kPoor;

@@ -34,6 +34,42 @@ double cell_of(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t
 
 bool is_sheet(const ObjectShape& s) { return s.width < kThin && s.length > kAsWall && s.top > kAsHigh; }
 
+/// A sheet in the plane of a wall, or beyond its end, that is higher than furniture: a piece of it that was
+/// measured too sparsely to be found with it.
+bool is_in_wall(const ObjectShape& s, const ModelEntity& wall) {
+  constexpr double kSheet = 0.2, kOff = 0.15, kBeyond = 1.5, kParallel = 0.98;  // m, cosine
+  if (s.width > kSheet || s.top < kAsHigh) return false;
+  const Eigen::Vector3d p = wall.T_map_body.inverse() * Eigen::Vector3d(s.middle.x(), s.middle.y(), 0);
+  const Eigen::Vector2d along = (wall.T_map_body.rotation() * Eigen::Vector3d::UnitX()).head<2>();
+  return std::abs(p.y()) < wall.size.y() / 2 + kOff && std::abs(p.x()) < wall.size.x() / 2 + kBeyond &&
+         std::abs(along.dot(Eigen::Vector2d(std::cos(s.yaw), std::sin(s.yaw)))) > kParallel;
+}
+
+/// Whether most of a group lies beside or under a flight's steps: their sides and undersides.
+bool is_of_stairs(const ObjectGrid& grid, const ObjectGroup& group,
+                  const std::vector<const ModelEntity*>& steps) {
+  constexpr double kBeside = 0.2, kOver = 0.08, kMost = 0.7;  // m, m, fraction
+  if (steps.empty()) return false;
+  const auto in_step = [&](const ModelEntity& step, const Eigen::Vector3d& p) {
+    const Eigen::Vector3d local = step.T_map_body.inverse() * p;
+    return (local.head<2>().cwiseAbs().array() < 0.5 * step.size.head<2>().array() + kBeside).all() &&
+           local.z() < 0.5 * step.size.z() + kOver && local.z() > -0.5 * step.size.z() - kOver;
+  };
+  std::size_t inside = 0;
+  for (const std::uint32_t c : group.cubes) {
+    const Eigen::Vector3d p(grid.plan(c).x(), grid.plan(c).y(), static_cast<double>(grid.cubes()[c].z));
+    inside +=
+        std::any_of(steps.begin(), steps.end(), [&](const ModelEntity* step) { return in_step(*step, p); });
+  }
+  return static_cast<double>(inside) > kMost * static_cast<double>(group.cubes.size());
+}
+
+/// Low and level: the floor where it is uneven, or a piece of one beyond its box.
+bool is_of_floor(const ObjectShape& s) {
+  constexpr double kFlat = 0.12;  // m
+  return s.top < kFlat && s.length > 3 * kFlat;
+}
+
 bool is_movable(const ModelObject& object) {
   switch (object.kind) {
     case ObjectKind::chair:
@@ -111,6 +147,11 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
       options.cell > 0 ? std::clamp(options.cell, kFinest, kCoarsest) : cell_of(cloud, labels);
   const ObjectGrid grid(cloud, labels, entities, cell);
   const std::vector<ObjectPlate> plates = find_plates(grid, kPlate);
+  std::vector<const ModelEntity*> steps, walls;
+  for (const ModelEntity& entity : entities) {
+    if (entity.label == EntityLabel::stairs) steps.push_back(&entity);
+    if (entity.label == EntityLabel::wall) walls.push_back(&entity);
+  }
   std::map<ObjectKind, int> count;
   for (const ObjectGroup& group : find_groups(grid, plates)) {
     std::size_t points = 0;
@@ -118,6 +159,10 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
     if (group.cubes.size() < kFewest || points < kFewestPoints) continue;
     const ObjectShape shape = shape_of(grid, group, plates);
     if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) continue;
+    const auto is_piece = [&](const ModelEntity* wall) { return is_in_wall(shape, *wall); };
+    if (is_of_floor(shape) || std::any_of(walls.begin(), walls.end(), is_piece) ||
+        is_of_stairs(grid, group, steps))
+      continue;
     ModelObject object = object_of(shape);
     object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);
     for (const std::uint32_t c : group.cubes) {
