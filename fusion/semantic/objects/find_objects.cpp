@@ -45,6 +45,26 @@ bool is_in_wall(const ObjectShape& s, const ModelEntity& wall) {
          std::abs(along.dot(Eigen::Vector2d(std::cos(s.yaw), std::sin(s.yaw)))) > kParallel;
 }
 
+/// m in the plan from the shape's middle to an entity's box.
+double plan_distance(const ObjectShape& s, const ModelEntity& e) {
+  const Eigen::Vector3d p = e.T_map_body.inverse() * Eigen::Vector3d(s.middle.x(), s.middle.y(), 0);
+  return (p.head<2>().cwiseAbs() - 0.5 * e.size.head<2>()).cwiseMax(0).norm();
+}
+
+/// An upright bar at a wall: its end, or the jamb of an opening.
+bool is_edge_of(const ObjectShape& s, const ModelEntity& wall) {
+  constexpr double kBroad = 0.35, kThick = 0.15, kHigh = 1, kAt = 0.15;  // m
+  return s.length < kBroad && s.width < kThick && s.top - s.bottom > kHigh && plan_distance(s, wall) < kAt;
+}
+
+/// A sheet that ends at the height of a floor over it: the face under the floor's rim.
+bool is_face_under(const ObjectShape& s, const ModelEntity& floor) {
+  constexpr double kSheet = 0.2, kHigh = 1, kLevel = 0.15, kRim = 0.4;  // m
+  const double top = floor.T_map_body.translation().z() + floor.size.z() / 2;
+  return s.width < kSheet && s.top - s.bottom > kHigh && std::abs(s.floor + s.top - top) < kLevel &&
+         plan_distance(s, floor) < kRim;
+}
+
 /// Whether most of a group lies beside or under a flight's steps: their sides and undersides.
 bool is_of_stairs(const ObjectGrid& grid, const ObjectGroup& group,
                   const std::vector<const ModelEntity*>& steps) {
@@ -147,10 +167,9 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
       options.cell > 0 ? std::clamp(options.cell, kFinest, kCoarsest) : cell_of(cloud, labels);
   const ObjectGrid grid(cloud, labels, entities, cell);
   const std::vector<ObjectPlate> plates = find_plates(grid, kPlate);
-  std::vector<const ModelEntity*> steps, walls;
+  std::vector<const ModelEntity*> steps;
   for (const ModelEntity& entity : entities) {
     if (entity.label == EntityLabel::stairs) steps.push_back(&entity);
-    if (entity.label == EntityLabel::wall) walls.push_back(&entity);
   }
   std::map<ObjectKind, int> count;
   for (const ObjectGroup& group : find_groups(grid, plates)) {
@@ -159,9 +178,12 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
     if (group.cubes.size() < kFewest || points < kFewestPoints) continue;
     const ObjectShape shape = shape_of(grid, group, plates);
     if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) continue;
-    const auto is_piece = [&](const ModelEntity* wall) { return is_in_wall(shape, *wall); };
-    if (is_of_floor(shape) || std::any_of(walls.begin(), walls.end(), is_piece) ||
-        is_of_stairs(grid, group, steps))
+    const auto has_piece = [&](const ModelEntity& entity) {
+      if (entity.label == EntityLabel::wall) return is_in_wall(shape, entity) || is_edge_of(shape, entity);
+      return entity.label == EntityLabel::floor && is_face_under(shape, entity);
+    };
+    if (is_of_floor(shape) || is_of_stairs(grid, group, steps) ||
+        std::any_of(entities.begin(), entities.end(), has_piece))
       continue;
     ModelObject object = object_of(shape);
     object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);
