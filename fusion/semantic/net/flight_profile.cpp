@@ -19,7 +19,7 @@ constexpr std::size_t kFew = 8;       ///< points of a step
 constexpr double kAgree = 0.7;        ///< minimum fraction of the points there that are on the profile
 constexpr double kOver = 0.5;         ///< points over a step, of those on it: more is a wall
 constexpr double kHead = 0.6;         ///< m, over a step, that is free
-constexpr double kLongest = 2.6;      ///< m, of a landing
+constexpr double kLanding = 2.6;      ///< m, of a landing
 constexpr std::size_t kSurface = 15;  ///< points that tell a tread's height
 
 }  // namespace
@@ -38,7 +38,7 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
                to = corner.below ? 0.5 * depth : 0.8 * depth;
   for (const FlightPoint& p : points) {
     const double s = p.s - corner.edge, z = p.z;
-    if (s < from || s > to || z < corner.low - kOn || z > corner.high + kHead) continue;
+    if (s < from || s > to || z < corner.low - kHead || z > corner.high + kHead) continue;
     // What is at the height of the level that the flight already has is no evidence for another one.
     const bool known = corner.below ? z > corner.high - kOn : z < corner.low + kOn;
     if (known && !(corner.below && s < -kOn)) continue;
@@ -53,6 +53,8 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
         result.riser.push_back(p.s);
     } else if (z > corner.high + kOn) {
       result.over += s > -kOn && s < 0.5 * depth;
+    } else if (z < corner.low - kOn) {
+      result.over += corner.below && std::abs(s) < kOn;
     } else {
       ++result.off;
     }
@@ -207,18 +209,26 @@ Eigen::Vector2d square_to_risers(const StepPoints& points, const Flight& flight)
 }
 
 bool is_on_profile(const StepPoints& points, const Flight& flight) {
-  constexpr double kUneven = 0.03, kSeen = 0.6;  // m, of its steps
-  constexpr std::size_t kFewest = 3;
+  constexpr double kUneven = 0.03, kSeen = 0.6, kAgreeing = 0.8;  // m, of its steps, of their points
+  constexpr std::size_t kFewest = 3, kTreads = 2;
+  // A stride, twice the rise and the depth, is 0.59 to 0.65 m (DIN 18065); long flights prove themselves.
+  constexpr double kShortest = 0.54, kLongest = 0.67;  // m
+  constexpr std::size_t kLong = 5;
   const ProfileFrame frame = frame_of(flight);
-  std::size_t seen = 0;
+  const double stride = 2 * frame.rise + frame.depth;
+  if (flight.steps.size() <= kLong && (stride < kShortest || stride > kLongest)) return false;
+  std::size_t seen = 0, treads = 0, on = 0, off = 0;
   for (std::size_t i = 1; i < flight.steps.size(); ++i) {
     const ProfileCorner corner{flight.steps[i].near, flight.steps[i - 1].z, flight.steps[i].z, false};
     if (std::abs(corner.high - corner.low - frame.rise) > kUneven) return false;
     const FlightPoints around =
         points_along(points, flight.direction, frame, corner.edge - frame.depth, corner.edge + frame.depth,
                      corner.low - frame.rise, corner.high + kHead);
-    seen += match(around, corner, frame.depth, frame.width).continues();
+    const ProfileMatch there = match(around, corner, frame.depth, frame.width);
+    if (!there.continues()) continue;
+    ++seen, treads += there.tread.size() >= kSurface, on += there.on, off += there.off;
   }
+  if (treads < kTreads || static_cast<double>(on) < kAgreeing * static_cast<double>(on + off)) return false;
   return seen >= kFewest && static_cast<double>(seen) >= kSeen * static_cast<double>(flight.steps.size() - 1);
 }
 
@@ -230,17 +240,17 @@ std::optional<Step> next_on_profile(const StepPoints& points, Flight& flight, bo
   Step& end = below ? flight.steps.front() : flight.steps.back();
   ProfileCorner corner{below ? flight.steps[1].near - frame.depth : end.near + frame.depth,
                        below ? end.z - frame.rise : end.z, below ? end.z : end.z + frame.rise, below};
-  const double far = corner.edge + sign * (kLongest + 2 * frame.depth),
+  const double far = corner.edge + sign * (kLanding + 2 * frame.depth),
                behind = corner.edge - sign * frame.depth;
   const FlightPoints local =
       points_along(points, flight.direction, frame, std::min(far, behind), std::max(far, behind),
-                   corner.low - 2 * frame.rise, corner.high + frame.rise + kHead);
+                   corner.low - frame.rise - kHead, corner.high + frame.rise + kHead);
   if (const ProfileMatch there = best_near(local, corner, frame); there.continues())
     return step_at(corner, there, frame);
   // Behind a landing a second step must confirm the first.
   constexpr double kShortest = 0.3, kEach = 0.05;  // m beyond a tread's depth
   const double start = (below ? flight.steps[1].near - frame.depth : end.near + frame.depth);
-  for (double more = kShortest; more < kLongest; more += kEach) {
+  for (double more = kShortest; more < kLanding; more += kEach) {
     ProfileCorner first = corner;
     first.edge = start + sign * more;
     const ProfileMatch there = best_near(local, first, frame);

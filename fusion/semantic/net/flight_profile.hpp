@@ -39,7 +39,8 @@ struct ProfileCorner {
   bool below;              ///< the tread before the foot
 };
 
-/// The points around a corner: on its riser or tread, beside them, and over its head.
+/// The points around a corner: on its riser or tread, beside them, and where its riser would go on: over its
+/// head, and under the foot of one that leads down.
 struct ProfileMatch {
   std::size_t on = 0, off = 0, over = 0;
   double across = 0;                 ///< fraction of the width where points are on it
