@@ -114,18 +114,21 @@ void turn_square(const StepPoints& points, const std::vector<Tread>& treads, Fli
   }
 }
 
-/// Whether the middle of a step of `a` lies on `b`, or under it: the underside of an open flight.
+/// Whether half of the steps of `a` lie on `b`, or under it: the underside of an open flight.
 bool shares_place(const Flight& a, const Flight& b) {
-  constexpr double kUnder = 0.6, kOver = 0.1;  // m
-  const Eigen::Vector2d across(-b.direction.y(), b.direction.x());
+  constexpr double kUnder = 0.6, kOver = 0.2;  // m
   std::size_t shared = 0;
   for (std::size_t i = 1; i < a.steps.size(); ++i) {
     const Step middle = turned(a.steps[i], a.direction, b.direction);
     const double s = 0.5 * (middle.near + middle.far), t = 0.5 * (middle.left + middle.right);
-    shared += std::any_of(b.steps.begin() + 1, b.steps.end(), [&](const Step& step) {
-      return s > step.near && s < step.far && t > step.left && t < step.right && middle.z > step.z - kUnder &&
-             middle.z < step.z + kOver;
-    });
+    for (std::size_t k = 1; k < b.steps.size(); ++k) {
+      const Step& step = b.steps[k];
+      const double end = k + 1 < b.steps.size() ? b.steps[k + 1].near : step.far;  // hidden treads are short
+      if (s < step.near || s > end || t < step.left || t > step.right) continue;
+      if (middle.z < step.z - kUnder || middle.z > step.z + kOver) continue;
+      ++shared;
+      break;
+    }
   }
   return 2 * shared >= a.steps.size() - 1;
 }

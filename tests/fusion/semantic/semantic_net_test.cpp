@@ -98,6 +98,21 @@ TEST(SemanticNet, FindsStairsOfRandomRises) {
   }
 }
 
+TEST(SemanticNet, ClimbsOverRisersWithoutTreads) {
+  // From below, the upper treads are not seen.
+  constexpr int kSteps = 9, kTreads = 4;
+  CloudSampler sampler(2000, 0.004, 5);
+  sampler.slab({-2, 0}, {0, 1.4}, 0);
+  for (int i = 0; i < kSteps; ++i) {
+    sampler.wall({i * 0.28, 0}, {i * 0.28, 1.4}, i * 0.17, (i + 1) * 0.17);
+    if (i < kTreads) sampler.slab({i * 0.28, 0}, {(i + 1) * 0.28, 1.4}, (i + 1) * 0.17);
+  }
+  const SemanticNet net = net_of(sampler.cloud());
+  ASSERT_EQ(net.stairs.size(), 1U);
+  EXPECT_GE(net.stairs[0].rises.size(), static_cast<std::size_t>(kSteps) - 1);
+  for (const double found : net.stairs[0].rises) EXPECT_NEAR(found, 0.17, 0.01);
+}
+
 /// Four steps of `rise` from x = 0, their lowest tread at z = rise.
 void paint_steps(CloudSampler& sampler, double rise) {
   for (int i = 0; i < 4; ++i) {
