@@ -133,6 +133,14 @@ bool shares_place(const Flight& a, const Flight& b) {
   return 2 * shared >= a.steps.size() - 1;
 }
 
+/// Whether the slope's middle lies on a flight.
+bool is_on(const StairSlope& slope, const Flight& flight) {
+  const Eigen::Vector2d across(-slope.uphill.y(), slope.uphill.x());
+  const double s = slope.uphill.dot(slope.middle.head<2>()), t = across.dot(slope.middle.head<2>());
+  const Step middle{kNoSurface, slope.middle.z(), s, s, t, t};
+  return shares_place({slope.uphill, {middle, middle}, 0}, flight);
+}
+
 bool has_step(const Flight& flight, std::uint32_t horizontal) {
   return std::any_of(flight.steps.begin(), flight.steps.end(),
                      [&](const Step& step) { return step.horizontal == horizontal; });
@@ -220,6 +228,8 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     flights.push_back(std::move(best));
   }
   for (const StairSlope& slope : find_slopes(cloud, segmentation)) {
+    const auto taken = [&](const Flight& flight) { return is_on(slope, flight); };
+    if (std::any_of(flights.begin(), flights.end(), taken)) continue;
     if (!points) points.emplace(cloud.points, kBlock);
     Flight flight = flight_on({*points, cloud, segmentation}, slope);
     if (flight.steps.size() <= kSeedRises ||

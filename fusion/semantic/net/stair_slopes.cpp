@@ -25,7 +25,7 @@ constexpr double kBroad = 0.12;                        ///< m, sigma along the p
 constexpr double kHalf = 0.75;                         ///< m, along the slope from its middle
 constexpr double kSkin = 0.14;                         ///< m, from the plane, upright
 constexpr double kWorth = -0.1;                        ///< of a stepping, beyond chance
-constexpr std::size_t kMost = 300;                     ///< points that a profile is tried on
+constexpr std::size_t kMost = 200;                     ///< points that a profile is tried on
 constexpr std::size_t kRises = 2;                      ///< at least, of a seed
 
 using Place = std::tuple<int, int, int>;  ///< of a cube: y, x, z
