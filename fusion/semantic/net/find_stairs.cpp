@@ -115,7 +115,7 @@ void turn_square(const StepPoints& points, const std::vector<Tread>& treads, Fli
 }
 
 /// Whether half of the steps of `a` lie on `b`, or under it: the underside of an open flight.
-bool shares_place(const Flight& a, const Flight& b) {
+bool same_place(const Flight& a, const Flight& b) {
   constexpr double kUnder = 0.6, kOver = 0.2;  // m
   std::size_t shared = 0;
   for (std::size_t i = 1; i < a.steps.size(); ++i) {
@@ -138,7 +138,7 @@ bool is_on(const StairSlope& slope, const Flight& flight) {
   const Eigen::Vector2d across(-slope.uphill.y(), slope.uphill.x());
   const double s = slope.uphill.dot(slope.middle.head<2>()), t = across.dot(slope.middle.head<2>());
   const Step middle{kNoSurface, slope.middle.z(), s, s, t, t};
-  return shares_place({slope.uphill, {middle, middle}, 0}, flight);
+  return same_place({slope.uphill, {middle, middle}, 0}, flight);
 }
 
 bool has_step(const Flight& flight, std::uint32_t horizontal) {
@@ -157,8 +157,8 @@ void drop_repeated(std::vector<Flight>& flights) {
         return step.horizontal != kNoSurface && has_step(better, step.horizontal);
       });
     };
-    const auto shares = [&](const Flight& better) { return shares_place(flight, better); };
-    if (std::none_of(kept.begin(), kept.end(), repeats) && std::none_of(kept.begin(), kept.end(), shares))
+    const auto lies_on = [&](const Flight& better) { return same_place(flight, better); };
+    if (std::none_of(kept.begin(), kept.end(), repeats) && std::none_of(kept.begin(), kept.end(), lies_on))
       kept.push_back(std::move(flight));
   }
   flights = std::move(kept);
@@ -234,7 +234,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     Flight flight = flight_on({*points, cloud, segmentation}, slope);
     if (flight.steps.size() <= kSeedRises ||
         std::any_of(flights.begin(), flights.end(),
-                    [&](const Flight& other) { return shares_place(flight, other); }))
+                    [&](const Flight& other) { return same_place(flight, other); }))
       continue;
     turn_square({*points, cloud, segmentation}, treads, flight);
     extend({*points, cloud, segmentation}, flight);

@@ -199,9 +199,9 @@ Eigen::Vector2d square_to_risers(const StepPoints& points, const Flight& flight)
       const Sums& sum = sums[p.riser];
       off.push_back(std::abs(p.s - sum.s / sum.n - slope * (p.t - sum.t / sum.n)));
     }
-    const double most = std::max(0.01, 2.5 * median(std::vector<double>(off)));
+    const double max_off = std::max(0.01, 2.5 * median(std::vector<double>(off)));
     std::size_t k = 0;
-    std::erase_if(seen, [&](const Seen&) { return off[k++] > most; });
+    std::erase_if(seen, [&](const Seen&) { return off[k++] > max_off; });
   }
   if (std::abs(slope) > kMaxTurn) return flight.direction;
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());

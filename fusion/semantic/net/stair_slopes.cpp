@@ -25,7 +25,7 @@ constexpr double kBroad = 0.12;                        ///< m, sigma along the p
 constexpr double kHalf = 0.75;                         ///< m, along the slope from its middle
 constexpr double kSkin = 0.14;                         ///< m, from the plane, upright
 constexpr double kWorth = -0.1;                        ///< of a stepping, beyond chance
-constexpr std::size_t kMost = 200;                     ///< points that a profile is tried on
+constexpr std::size_t kMaxPoints = 200;                ///< points that a profile is tried on
 constexpr std::size_t kRises = 2;                      ///< at least, of a seed
 
 using Place = std::tuple<int, int, int>;  ///< of a cube: y, x, z
@@ -217,7 +217,7 @@ Flight flight_on(const StepPoints& points, const StairSlope& slope) {
     return std::abs(p.z - slope.middle.z() - slope.rise * (p.s - middle)) > kSkin;
   });
   FlightPoints sample;
-  const std::size_t stride = 1 + near.size() / kMost;
+  const std::size_t stride = 1 + near.size() / kMaxPoints;
   for (std::size_t i = 0; i < near.size(); i += stride) sample.push_back(near[i]);
   const Stepping steps = best_stepping(sample, slope, middle);
   Flight best, run;

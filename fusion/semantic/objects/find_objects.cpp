@@ -68,7 +68,7 @@ bool is_face_under(const ObjectShape& s, const ModelEntity& floor) {
 /// Whether most of a group lies beside or under a flight's steps: their sides and undersides.
 bool is_of_stairs(const ObjectGrid& grid, const ObjectGroup& group,
                   const std::vector<const ModelEntity*>& steps) {
-  constexpr double kBeside = 0.2, kOver = 0.08, kMost = 0.7;  // m, m, fraction
+  constexpr double kBeside = 0.2, kOver = 0.08, kMaxFraction = 0.7;  // m, m, fraction
   if (steps.empty()) return false;
   const auto in_step = [&](const ModelEntity& step, const Eigen::Vector3d& p) {
     const Eigen::Vector3d local = step.T_map_body.inverse() * p;
@@ -81,7 +81,7 @@ bool is_of_stairs(const ObjectGrid& grid, const ObjectGroup& group,
     inside +=
         std::any_of(steps.begin(), steps.end(), [&](const ModelEntity* step) { return in_step(*step, p); });
   }
-  return static_cast<double>(inside) > kMost * static_cast<double>(group.cubes.size());
+  return static_cast<double>(inside) > kMaxFraction * static_cast<double>(group.cubes.size());
 }
 
 /// Low and level: the floor where it is uneven, or a piece of one beyond its box.
