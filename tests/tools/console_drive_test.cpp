@@ -16,6 +16,7 @@ namespace {
 constexpr double kLook = 0.03;     // s: repeat interval of a key and reaction interval of an operator
 constexpr double kNear = 0.06;     // rad from the target below which an operator slows down
 constexpr double kEnough = 0.012;  // rad
+constexpr double kPassed = 0.4;    // m, after which the step pressed down on is behind
 
 class ConsoleDrive : public test::ConsoleLoop<test::SiteDrive> {
  protected:
@@ -70,13 +71,17 @@ class ConsoleDrive : public test::ConsoleLoop<test::SiteDrive> {
     std::size_t phase = 0;
     bool level = false;  // since the flippers are up: not tipping over the edge of the previous step any more
     ArrivalTime pressed = now_;
+    Eigen::Vector3d pressed_at = Eigen::Vector3d::Zero();
     const auto act = [&] {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
       level = phase == 0 &&
               (level || (pitch < 4 * kDegree && missing("left_flipper_joint", 35 * kDegree) < kNear));
-      if (level && pitch > 6 * kDegree) phase = 1, pressed = now_;
+      const Eigen::Vector3d at = motion().T_map_base.translation();
+      if (level && pitch > 6 * kDegree) phase = 1, pressed = now_, pressed_at = at;
       if (phase == 1 && pitch > 22 * kDegree) phase = 2;
-      if ((phase == 1 && now_ - pressed > seconds(10)) || (phase == 2 && pitch < 4 * kDegree)) phase = 0;
+      const bool passed = (at - pressed_at).norm() > kPassed;
+      if ((phase == 1 && (passed || now_ - pressed > seconds(10))) || (phase == 2 && pitch < 4 * kDegree))
+        phase = 0;
       const double angle = std::array{35, -20, -6}[phase] * kDegree;
       for (const char* flipper : {"left_flipper_joint", "right_flipper_joint"}) {
         if (std::abs(missing(flipper, angle)) > 2 * kDegree)

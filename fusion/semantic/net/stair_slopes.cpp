@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kFine = 0.05, kCoarse = 0.25;         ///< m, of the cubes: one point of each fine one counts
 constexpr double kWideLevel = 3;                       ///< m^2: a larger level surface is no tread
-constexpr double kHighRiser = 0.6;                     ///< m: a higher upright surface is no riser
 constexpr std::size_t kFewest = 25;                    ///< points around a slope's middle
 constexpr double kFlattest = 0.38, kSteepest = 0.9;    ///< m/m, of a flight
 constexpr double kThinnest = 0.02, kThickest = 0.085;  ///< m, sigma of the points about the plane
