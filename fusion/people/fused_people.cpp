@@ -72,8 +72,8 @@ class Intersection {
 
 }  // namespace
 
-void FusedPeople::set(std::size_t robot, std::span<const Mover> movers, SimulationTime now) {
-  replace(robot, movers);
+void FusedPeople::set(std::size_t sensor, std::span<const Mover> movers, SimulationTime now) {
+  replace(sensor, movers);
   for (FusedPerson& person : persons_) {
     if (now - person.seen > seconds(kLongest)) person.velocity.setZero();
     predict(person, now);
@@ -85,22 +85,22 @@ void FusedPeople::set(std::size_t robot, std::span<const Mover> movers, Simulati
 }
 
 /// Tracks that go on keep their person.
-void FusedPeople::replace(std::size_t robot, std::span<const Mover> movers) {
-  const auto key = [](const Sighting& s) { return std::pair(s.robot, s.mover.id); };
+void FusedPeople::replace(std::size_t sensor, std::span<const Mover> movers) {
+  const auto key = [](const Sighting& s) { return std::pair(s.sensor, s.mover.id); };
   std::erase_if(sightings_, [&](const Sighting& s) {
-    return s.robot == robot && std::none_of(movers.begin(), movers.end(), [&](const Mover& mover) {
+    return s.sensor == sensor && std::none_of(movers.begin(), movers.end(), [&](const Mover& mover) {
              return mover.id == s.mover.id && mover.kind == MoverClass::person;
            });
   });
   for (const Mover& mover : movers) {
     if (mover.kind != MoverClass::person) continue;
     const auto place = std::lower_bound(
-        sightings_.begin(), sightings_.end(), std::pair(robot, mover.id),
+        sightings_.begin(), sightings_.end(), std::pair(sensor, mover.id),
         [&](const Sighting& s, const std::pair<std::size_t, std::uint32_t>& k) { return key(s) < k; });
-    if (place != sightings_.end() && key(*place) == std::pair(robot, mover.id)) {
+    if (place != sightings_.end() && key(*place) == std::pair(sensor, mover.id)) {
       place->mover = mover;
     } else {
-      sightings_.insert(place, Sighting{robot, mover, 0, {}, {}});
+      sightings_.insert(place, Sighting{sensor, mover, 0, {}, {}});
     }
   }
 }
@@ -109,7 +109,7 @@ void FusedPeople::replace(std::size_t robot, std::span<const Mover> movers) {
 bool FusedPeople::fit(const Sighting& a, const Sighting& b, SimulationTime now) const {
   const Mover one = at(a.mover, now), other = at(b.mover, now);
   const double gap = (one.position - other.position).norm();
-  if (a.robot == b.robot) return gap < options_.body || !fresh(a, now) || !fresh(b, now);
+  if (a.sensor == b.sensor) return gap < options_.body || !fresh(a, now) || !fresh(b, now);
   return gap < options_.max_gap && distance2(one, other, options_.pose_sigma) < options_.gate;
 }
 
@@ -119,8 +119,8 @@ void FusedPeople::split(SimulationTime now) {
     if (own.person == 0) continue;
     bool alone = true, fits = false;
     for (const Sighting& other : sightings_) {
-      const bool older = std::tuple(other.linked, other.robot, other.mover.id) <
-                         std::tuple(own.linked, own.robot, own.mover.id);
+      const bool older = std::tuple(other.linked, other.sensor, other.mover.id) <
+                         std::tuple(own.linked, own.sensor, own.mover.id);
       if (other.person != own.person || !older) continue;  // the newcomer leaves
       alone = false;
       fits = fits || fit(own, other, now);
@@ -130,15 +130,15 @@ void FusedPeople::split(SimulationTime now) {
   }
 }
 
-bool FusedPeople::seen_by(std::uint32_t person, std::size_t robot) const {
+bool FusedPeople::seen_by(std::uint32_t person, std::size_t sensor) const {
   return std::any_of(sightings_.begin(), sightings_.end(),
-                     [&](const Sighting& s) { return s.person == person && s.robot == robot; });
+                     [&](const Sighting& s) { return s.person == person && s.sensor == sensor; });
 }
 
-/// Of a person whom its robot sees elsewhere a sighting is not.
+/// Of a person whom its sensor sees elsewhere a sighting is not.
 bool FusedPeople::may_be(const Sighting& sighting, std::uint32_t person, SimulationTime now) const {
   return std::all_of(sightings_.begin(), sightings_.end(), [&](const Sighting& other) {
-    return other.person != person || other.robot != sighting.robot || fit(sighting, other, now);
+    return other.person != person || other.sensor != sighting.sensor || fit(sighting, other, now);
   });
 }
 
@@ -174,12 +174,12 @@ void FusedPeople::link(SimulationTime now) {
   }
 }
 
-bool FusedPeople::seen_by_same_robot(std::uint32_t a, std::uint32_t b) const {
+bool FusedPeople::seen_by_same_sensor(std::uint32_t a, std::uint32_t b) const {
   return std::any_of(sightings_.begin(), sightings_.end(),
-                     [&](const Sighting& s) { return s.person == a && seen_by(b, s.robot); });
+                     [&](const Sighting& s) { return s.person == a && seen_by(b, s.sensor); });
 }
 
-/// Two persons seen by different robots that stay close to each other are one: the older keeps the identity.
+/// Two persons seen by different sensors that stay close to each other are one: the older keeps the identity.
 void FusedPeople::merge(SimulationTime now) {
   estimate(now);
   std::erase_if(close_since_, [&](const auto& each) {
@@ -194,7 +194,7 @@ void FusedPeople::merge(SimulationTime now) {
       const bool close = (a.position - b.position).norm() < options_.max_gap &&
                          (a.velocity - b.velocity).norm() < options_.max_speed_gap &&
                          distance2(a, b, options_.pose_sigma) < options_.gate &&
-                         !seen_by_same_robot(a.id, b.id);
+                         !seen_by_same_sensor(a.id, b.id);
       const std::pair pair(a.id, b.id);
       if (!close) {
         close_since_.erase(pair);
@@ -218,7 +218,7 @@ void FusedPeople::estimate(SimulationTime now) {
   shown_.clear();
   for (FusedPerson& person : persons_) {
     Intersection sum;
-    person.robots = 0;
+    person.sensors = 0;
     double radius = 0;
     const bool any_fresh = std::any_of(sightings_.begin(), sightings_.end(), [&](const Sighting& s) {
       return s.person == person.id && fresh(s, now);
@@ -226,18 +226,18 @@ void FusedPeople::estimate(SimulationTime now) {
     for (const Sighting& s : sightings_) {
       if (s.person != person.id || (any_fresh && !fresh(s, now))) continue;
       sum.add(at(s.mover, now));
-      ++person.robots;
+      ++person.sensors;
       radius = std::max(radius, s.mover.radius);
       person.seen = std::max(person.seen, s.mover.seen);
     }
-    if (person.robots == 0) continue;
+    if (person.sensors == 0) continue;
     sum.put(person);
     person.radius = radius;
     person.stamp = now;
     shown_.push_back(person);
   }
   std::erase_if(persons_, [&](const FusedPerson& person) {
-    return person.robots == 0 && now - person.seen > options_.remembered;
+    return person.sensors == 0 && now - person.seen > options_.remembered;
   });
 }
 

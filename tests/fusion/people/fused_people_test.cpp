@@ -101,7 +101,7 @@ TEST(FusedPeople, estimates_of_two_robots_are_better_than_each) {
     if (fused.persons().size() != 1) continue;
     alone += a.squaredNorm();
     together += fused.persons().front().position.squaredNorm();
-    EXPECT_EQ(fused.persons().front().robots, 2U);
+    EXPECT_EQ(fused.persons().front().sensors, 2U);
   }
   EXPECT_LT(together, 0.65 * alone);
 }
