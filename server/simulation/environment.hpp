@@ -14,8 +14,11 @@ namespace parhelion::simulation {
 
 struct Environment {
   std::shared_ptr<Building> building;
-  DoorSet doors;                      ///< of the building
-  std::vector<Footprint> unmodelled;  ///< discs, m, map: real obstacles that the model does not explain
+  DoorSet doors;  ///< of the building
+  /// Discs, m, map: real obstacles that the model does not explain, as each sensor sees them, and all of
+  /// them.
+  std::vector<std::vector<Footprint>> unmodelled_by_sensor;
+  std::vector<Footprint> unmodelled;
   RealPeople people;
 };
 

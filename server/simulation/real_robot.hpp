@@ -45,7 +45,6 @@ struct RealRobot {
   RealRobotState last;  ///< last known
   BodyWatch watch;
   RobotPrediction prediction;
-  std::vector<RealObstacle> obstacles;  ///< that its sensors see now
 };
 
 /// At least one; in the order of the robot descriptions.

@@ -199,16 +199,15 @@ const std::vector<Relation>& Simulation::relations_of(const std::string& entity)
   return parts_->environment.building->net().relations(entity);
 }
 
-void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot) {
-  parts_->real_robots[robot].obstacles.assign(obstacles.begin(), obstacles.end());
-  std::size_t count = 0;
-  for (const RealRobot& each : parts_->real_robots) count += each.obstacles.size();
-  std::vector<Footprint>& discs = parts_->environment.unmodelled;
-  discs.resize(count);
-  auto disc = discs.begin();
-  for (const RealRobot& each : parts_->real_robots) {
-    for (const RealObstacle& obstacle : each.obstacles) *disc++ = make_disc(obstacle.center, obstacle.radius);
-  }
+void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t sensor) {
+  Environment& environment = parts_->environment;
+  if (environment.unmodelled_by_sensor.size() <= sensor) environment.unmodelled_by_sensor.resize(sensor + 1);
+  std::vector<Footprint>& own = environment.unmodelled_by_sensor[sensor];
+  own.clear();
+  for (const RealObstacle& obstacle : obstacles) own.push_back(make_disc(obstacle.center, obstacle.radius));
+  environment.unmodelled.clear();
+  for (const std::vector<Footprint>& each : environment.unmodelled_by_sensor)
+    environment.unmodelled.insert(environment.unmodelled.end(), each.begin(), each.end());
 }
 
 void Simulation::set_real_people(const std::vector<RealPerson>& people) {

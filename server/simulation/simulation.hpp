@@ -197,8 +197,8 @@ class Simulation {
   /// Relations of an entity in the semantic net.
   const std::vector<Relation>& relations_of(const std::string& entity) const;
 
-  /// As seen by one real robot; those of the others stay.
-  void set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t robot = 0);
+  /// As seen by one sensor of a real robot, with a number of its own; those of the others stay.
+  void set_real_obstacles(const std::vector<RealObstacle>& obstacles, std::size_t sensor = 0);
   /// The real people, in ascending id: bodies (BodyOwner::real_person) that sensors of agents see, that
   /// agents keep clear of and brake before. Contacts are events; a robot that drives into one is
   /// person_touched.

@@ -9,6 +9,7 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/image.hpp"
+#include "server/tick/depth_people.hpp"
 #include "server/tick/injection_gate.hpp"
 #include "server/tick/model_path.hpp"
 #include "server/tick/pose_path.hpp"
@@ -32,6 +33,7 @@ struct CameraState {
   std::optional<Image> depth;  ///< the newest
   SimulationTime depth_arrival;
   bool depth_answered = true;  ///< a job publishes its MR_DEPTH
+  DepthPeopleState people;
 };
 
 /// Dependencies of the camera path.

@@ -14,10 +14,11 @@ constexpr double kStill = 0.01;               // rad: smaller changes are noise 
 constexpr double kLeap = 0.35;     // rad: a larger jump must appear in two scans, as people walk past
 constexpr double kMaxError = 0.1;  // m: with a worse pose, doors are not measured
 
-void observe(const TickContext& context, TrackedDoor& tracked, const scan::LeafFitResult& fit,
-             simulation::Simulation& simulation) {
+void observe(const TickContext& context, std::size_t sensor, TrackedDoor& tracked,
+             const scan::LeafFitResult& fit, simulation::Simulation& simulation) {
   const SimulationTime now = context.now;
-  const std::optional<double> before = std::exchange(tracked.newest[context.robot_index], fit.angle);
+  if (tracked.newest.size() <= sensor) tracked.newest.resize(sensor + 1);
+  const std::optional<double> before = std::exchange(tracked.newest[sensor], fit.angle);
   const auto is_near = [&](const std::optional<double>& angle) {
     return angle && std::abs(*angle - *fit.angle) < kLeap;
   };
@@ -46,7 +47,6 @@ void find_real_doors(const Configuration& configuration, const SemanticModel& mo
     if (stands.dynamic || door == model.entities.end()) continue;
     TrackedDoor& tracked =
         tracker.doors.emplace_back(TrackedDoor{*door, hinge_of(*door), {}, std::nullopt, {}, {}});
-    tracked.newest.resize(configuration.robot_count());
     tracked.walls = scan::walls_beside(*door, tracked.hinge, model);
     for (const TrackedDoor& before : old) {
       if (before.door.name != stands.name || !before.angle) continue;
@@ -62,11 +62,10 @@ void update_door_angles(const TickContext& context, const PlacedScan& placed, Do
   if (tracker.doors.empty()) return;
   const bool usable = placed.sigma <= kMaxError;
   if (usable) {
-    const LaserDescription& laser = *context.robot().laser;
-    tracker.fit.set_scan(placed.real, laser, placed.laser, placed.beam_time, placed.sigma);
+    tracker.fit.set_scan(placed.real, placed.description, placed.laser, placed.beam_time, placed.sigma);
   }
   for (TrackedDoor& door : tracker.doors)
-    observe(context, door,
+    observe(context, placed.sensor, door,
             usable ? tracker.fit.find(door.door, door.hinge, door.angle, door.walls) : scan::LeafFitResult{},
             simulation);
 }

@@ -22,7 +22,7 @@ struct TrackedDoor {
   std::optional<double> angle;  ///< rad, at the hinge, as last measured
   SimulationTime seen;          ///< arrival of that scan
   std::vector<std::optional<double>>
-      newest;  ///< rad, by robot: from its newest scan, where that alone shows it
+      newest;  ///< rad, by laser: from its newest scan, where that alone shows it
 };
 
 struct DoorTracker {
@@ -37,7 +37,9 @@ void find_real_doors(const Configuration& configuration, const SemanticModel& mo
 
 /// A scan with the laser's pose and its uncertainty.
 struct PlacedScan {
+  std::size_t sensor = 0;  ///< number of the laser among all sensors
   const Scan& real;
+  const LaserDescription& description;
   const std::vector<float>& beam_time;  ///< as in scan::BeamSet
   const scan::LaserMotion& laser;
   double sigma = 0;  ///< m, 1 sigma of a return's position in the map

@@ -46,7 +46,7 @@ void track_people(const TickContext& context, people::LaserSweep sweep, const Re
   state.follows = std::any_of(movers.begin(), movers.end(), [](const people::Mover& mover) {
     return mover.kind == people::MoverClass::person;
   });
-  path.bystanders.fused.set(context.robot_index, movers, context.now);
+  path.bystanders.fused.set(state.sensor, movers, context.now);
   hand_over(path);
 }
 
@@ -59,7 +59,7 @@ bool near_person(const Bystanders& bystanders, const Eigen::Vector2d& place) {
 void forget_old_people(const TickContext& context, const PeoplePath& path) {
   if (!path.state.follows || context.now - path.state.seen <= kPersonLife) return;
   path.state.follows = false;
-  path.bystanders.fused.set(context.robot_index, {}, context.now);
+  path.bystanders.fused.set(path.state.sensor, {}, context.now);
   hand_over(path);
 }
 

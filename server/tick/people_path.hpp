@@ -1,5 +1,5 @@
-// Real people: tracked from each robot's scans after their answers are out, joined to persons, and handed to
-// the simulation.
+// Real people: tracked from the scans of each laser after their answers are out, and from depth images
+// (depth_people.hpp), joined to persons, and handed to the simulation.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,9 @@
 
 namespace parhelion::tick {
 
-/// What one robot's laser shows of people.
+/// What one laser, or one slice through a depth camera's images, shows of people.
 struct PeopleState {
+  std::size_t sensor = 0;  ///< number among all of all robots
   people::PeopleTracker tracker;
   bool follows = false;                    ///< somebody, with the newest scans
   SimulationTime seen;                     ///< arrival of the newest scan
@@ -26,7 +27,7 @@ struct Bystanders {
   std::vector<simulation::RealPerson> persons;  ///< as the simulation has them
 };
 
-/// Dependencies of the people path of one robot.
+/// Dependencies of the people path of one sensor.
 struct PeoplePath {
   PeopleState& state;
   Bystanders& bystanders;
@@ -41,7 +42,7 @@ void track_people(const TickContext& context, people::LaserSweep sweep, const Re
 /// Whether a return there is explained by a tracked person; `place`: m, map.
 bool near_person(const Bystanders& bystanders, const Eigen::Vector2d& place);
 
-/// At each step: a robot without a scan for a second follows nobody.
+/// At each step: a sensor without a scan for a second follows nobody.
 void forget_old_people(const TickContext& context, const PeoplePath& path);
 
 }  // namespace parhelion::tick

@@ -38,6 +38,16 @@ void report_pose_changes(const TickContext& context, PoseState& pose) {
   publish_event(context, event);
 }
 
+/// People in the newest depth image of a camera.
+void watch_depth(const TickContext& context, RobotState& robot, std::size_t index, State& state) {
+  const auto& description = context.robot().depth_at(index);
+  if (!description) return;
+  const CameraState& camera = index == 0 ? robot.camera : robot.further_cameras[index - 1];
+  const DepthPeoplePath path = state.depth_people_path(robot, index);
+  if (camera.depth) find_people_in_depth(context, *description, *camera.depth, path);
+  forget_old_people_in_depth(context, path);
+}
+
 /// Sets the robot's state for the step.
 void update_robot(const TickContext& context, RobotState& robot, State& state) {
   const Scenario& scenario = context.configuration.scenario;
@@ -47,8 +57,11 @@ void update_robot(const TickContext& context, RobotState& robot, State& state) {
   state.real[robot.index] = robot.pose.at_this_step;
   move_twin(context, robot.pose.clock, robot.encoders, state.simulation);
   report_pose_changes(context, robot.pose);
-  forget_old_obstacles(context, robot.scan, state.simulation);
-  forget_old_people(context, state.people_path(robot));
+  for (std::size_t i = 0; i <= robot.further_lasers.size(); ++i) {
+    forget_old_obstacles(context, i == 0 ? robot.scan : robot.further_lasers[i - 1].scan, state.simulation);
+    forget_old_people(context, state.people_path(robot, i));
+  }
+  for (std::size_t i = 0; i <= robot.further_cameras.size(); ++i) watch_depth(context, robot, i, state);
 }
 
 void step_physics(const TickContext& context, State& state) {

@@ -281,7 +281,7 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
                       const ScanPath& path) {
   ScanState& scan = path.scan;
   const scan::BeamSet beams = scan::beam_set(scan.real, scan.beam_time);
-  const LaserDescription& laser = *context.robot().laser;
+  const LaserDescription& laser = laser_of(context, scan);
   if (!scan.building_cast)
     path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
                                    scan.building_hits);
@@ -297,21 +297,22 @@ void update_obstacles(const TickContext& context, const SweepPoses& poses, doubl
       scan.obstacles.push_back({disc.center, disc.radius});
   }
   scan.obstacles_seen = context.now;
-  path.simulation.set_real_obstacles(scan.obstacles, context.robot_index);
+  path.simulation.set_real_obstacles(scan.obstacles, scan.sensor);
 }
 
 void learn_from_scan(const TickContext& context, const Outcome& outcome, const SweepPoses& poses,
                      const ScanPath& path) {
   report_injection(context, outcome.text, path.injection);
-  if (path.scan.laser != 0) return;
   // The pose may be known although no agent can be injected.
   if (outcome.cause != Degraded::none && outcome.cause != Degraded::error) return;
   const double sigma = pose::predicted_error(poses.end, poses.laser.T_map_laser_end.translation());
   // Without a model everything real is unexplained, and people cannot be told from walls.
   if (outcome.cause == Degraded::none && !current_model(context.configuration, path.site).entities.empty())
     update_obstacles(context, poses, sigma, path);
-  update_door_angles(context, {path.scan.real, path.scan.beam_time, poses.laser, sigma}, path.doors,
-                     path.simulation);
+  update_door_angles(context,
+                     {path.scan.sensor, path.scan.real, laser_of(context, path.scan), path.scan.beam_time,
+                      poses.laser, sigma},
+                     path.doors, path.simulation);
 }
 
 /// A message of another type on SCAN, or not as long as it declares, is not forwarded: receivers of MR_SCAN
@@ -358,7 +359,7 @@ void handle_line(const TickContext& context, const Message& input, ScanState& sc
 void forget_old_obstacles(const TickContext& context, ScanState& scan, simulation::Simulation& simulation) {
   if (scan.obstacles.empty() || context.now - scan.obstacles_seen <= kObstacleLife) return;
   scan.obstacles.clear();
-  simulation.set_real_obstacles(scan.obstacles, context.robot_index);
+  simulation.set_real_obstacles(scan.obstacles, scan.sensor);
 }
 
 }  // namespace parhelion::tick

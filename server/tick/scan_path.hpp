@@ -26,7 +26,8 @@ namespace parhelion::tick {
 
 /// The newest scan of one laser and its result. The buffers keep their capacity after the first scans.
 struct ScanState {
-  std::size_t laser = 0;  ///< index in the robot, see RobotDescription::laser_at()
+  std::size_t laser = 0;   ///< index in the robot, see RobotDescription::laser_at()
+  std::size_t sensor = 0;  ///< number among all sensors of all robots
   std::uint64_t sequence = 0;
   std::uint64_t degraded = 0;  ///< scans published unchanged
   Scan real, out;
@@ -57,10 +58,12 @@ struct ScanState {
 };
 
 /// A planar laser of a robot after its first. Its scans are answered like those of the first, with the
-/// robot's pose, clock and gate, but nothing is learned from them.
+/// robot's pose, clock and gate, and show people, obstacles and doors like them; only the pose is refined by
+/// the first alone.
 struct FurtherLaser {
   ScanState scan;
   ScanInjection injection;
+  PeopleState people;
 };
 
 /// Dependencies of the scan path.
@@ -76,8 +79,8 @@ struct ScanPath {
   const RealRobots& real;
 };
 
-/// Computes MR_SCAN, passes it to the sink, and then uses a scan of the first laser for the server's own
-/// state (obstacles missing in the model, door angles), in this order.
+/// Computes MR_SCAN, passes it to the sink, and then uses the scan for the server's own state (people,
+/// obstacles missing in the model, door angles), in this order.
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages);
 

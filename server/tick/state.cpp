@@ -47,6 +47,23 @@ Status spawn_agents(const Configuration& configuration, State& state) {
   return {};
 }
 
+/// Each laser, and each slice through the images of a depth camera.
+void number_sensors(std::vector<RobotState>& robots) {
+  std::size_t next = 0;
+  const auto number_laser = [&](ScanState& scan, PeopleState& people) {
+    scan.sensor = people.sensor = next++;
+  };
+  const auto number_camera = [&](CameraState& camera) {
+    for (PeopleState& people : camera.people.people) people.sensor = next++;
+  };
+  for (RobotState& robot : robots) {
+    number_laser(robot.scan, robot.people);
+    for (FurtherLaser& laser : robot.further_lasers) number_laser(laser.scan, laser.people);
+    number_camera(robot.camera);
+    for (CameraState& camera : robot.further_cameras) number_camera(camera);
+  }
+}
+
 }  // namespace
 
 RobotState::RobotState(const Configuration& configuration, std::size_t index_)
@@ -62,6 +79,12 @@ RobotState::RobotState(const Configuration& configuration, std::size_t index_)
   }
   further_cameras.resize(configuration.robot_at(index).further_cameras.size());
   for (std::size_t i = 0; i < further_cameras.size(); ++i) further_cameras[i].index = i + 1;
+  const auto prepare = [&](CameraState& each) {
+    const auto& depth = configuration.robot_at(index).depth_at(each.index);
+    if (depth && configuration.scenario.level == 3) each.people.set_directions(depth->intrinsics);
+  };
+  prepare(camera);
+  for (CameraState& further : further_cameras) prepare(further);
 }
 
 State::State(simulation::Simulation simulation_, const Configuration& configuration,
@@ -69,6 +92,7 @@ State::State(simulation::Simulation simulation_, const Configuration& configurat
     : simulation(std::move(simulation_)), site(configuration), lasers(std::move(executor)) {
   for (std::size_t i = 0; i < configuration.robot_count(); ++i) robots.emplace_back(configuration, i);
   real.resize(robots.size());
+  number_sensors(robots);
 }
 
 RobotState& State::robot(std::string_view name) {
@@ -90,13 +114,21 @@ ScanPath State::scan_path(RobotState& robot, std::size_t laser) {
           first ? robot.injection : robot.further_lasers[laser - 1].injection,
           robot.injection.gate,
           site,
-          people_path(robot),
+          people_path(robot, laser),
           doors,
           simulation,
           real};
 }
 
-PeoplePath State::people_path(RobotState& robot) { return {robot.people, bystanders, simulation}; }
+PeoplePath State::people_path(RobotState& robot, std::size_t laser) {
+  PeopleState& people = laser == 0 ? robot.people : robot.further_lasers[laser - 1].people;
+  return {people, bystanders, simulation};
+}
+
+DepthPeoplePath State::depth_people_path(RobotState& robot, std::size_t camera) {
+  CameraState& state = camera == 0 ? robot.camera : robot.further_cameras[camera - 1];
+  return {state.people, robot.pose, site, bystanders, simulation, real};
+}
 
 CameraPath State::camera_path(RobotState& robot, std::size_t camera) {
   CameraState& state = camera == 0 ? robot.camera : robot.further_cameras[camera - 1];

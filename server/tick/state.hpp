@@ -45,7 +45,7 @@ struct RobotState {
   EncoderState encoders;
   ScanState scan;                            ///< of the first laser
   std::vector<FurtherLaser> further_lasers;  ///< in the order of the description
-  PeopleState people;
+  PeopleState people;                        ///< whom the first laser shows
   InjectionState injection;
   CameraState camera;                        ///< the first
   std::vector<CameraState> further_cameras;  ///< in the order of the description
@@ -81,7 +81,8 @@ struct State {
   TickContext context(const Configuration& configuration, SimulationTime now, Outputs& outputs,
                       std::size_t robot = 0);
   ScanPath scan_path(RobotState& robot, std::size_t laser = 0);
-  PeoplePath people_path(RobotState& robot);
+  PeoplePath people_path(RobotState& robot, std::size_t laser = 0);
+  DepthPeoplePath depth_people_path(RobotState& robot, std::size_t camera = 0);
   CameraPath camera_path(RobotState& robot, std::size_t camera = 0);
   CommandPath command_path(RobotState& robot);
   AgentPath agent_path();

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/server/tick/levels_fixture.hpp"
+#include "tests/server/tick/walker.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -190,6 +191,74 @@ TEST_F(SeveralLasersTest, EachLaserHasNoiseOfItsOwn) {
   EXPECT_GT(replaced, 100U);
   // Of 5 mm noise in steps of 10 mm every second or third agrees by chance.
   EXPECT_LT(same, replaced * 7 / 10);
+}
+
+/// Walks to and fro beside the robot's circle, at up to 0.9 m/s.
+Eigen::Vector2d walker_at(double t) { return {-1.5, 2.5 * std::sin(0.36 * t)}; }
+
+/// The drive of both lasers, with a walker in the scans of the channels in `shown`.
+std::vector<Message> drive_past_a_walker(const std::vector<std::string>& shown) {
+  const RobotDescription robot = robot_with_two_lasers();
+  std::vector<Message> log = two_lasers_drive(10);
+  for (Message& each : log) {
+    if (std::find(shown.begin(), shown.end(), each.channel) == shown.end()) continue;
+    Scan scan;
+    EXPECT_TRUE(decode(each.channel, each.payload, scan).ok());
+    const double t = (scan.stamp - SensorTime::from_utime(kStartUs)).seconds();
+    const LaserDescription& laser = robot.laser_at(each.channel == kRearScan ? 1 : 0);
+    put_walker(walker_at(t), t, pose_at(t) * laser.T_base_laser, scan);
+    each = message(each.channel, each.arrival.utime(), scan);
+  }
+  return log;
+}
+
+class PeopleOfBothLasersTest : public SeveralLasersTest {
+ protected:
+  /// Number of scans after which the walker was followed, and the most persons at once.
+  std::pair<int, std::size_t> follow(const std::vector<Message>& log) {
+    std::pair<int, std::size_t> seen{};
+    start(two_lasers_configuration({}));
+    for (const Message& each : log) {
+      feed(each);
+      if (each.channel != channel::kScan && each.channel != kRearScan) continue;
+      const double t = static_cast<double>(each.arrival.utime() - kStartUs) * 1e-6;
+      const auto& persons = state_->bystanders.persons;
+      seen.second = std::max(seen.second, persons.size());
+      seen.first += std::any_of(persons.begin(), persons.end(), [&](const simulation::RealPerson& person) {
+        return (person.position - walker_at(t)).norm() < 0.5;
+      });
+    }
+    return seen;
+  }
+};
+
+TEST_F(PeopleOfBothLasersTest, AWalkerWhomOnlyTheRearLaserShowsIsFollowed) {
+  EXPECT_EQ(follow(drive_past_a_walker({})).first, 0);
+  EXPECT_GE(follow(drive_past_a_walker({kRearScan})).first, 40);
+}
+
+TEST_F(PeopleOfBothLasersTest, AWalkerWhomBothLasersShowIsOnePerson) {
+  const auto [followed, most] = follow(drive_past_a_walker({channel::kScan, kRearScan}));
+  EXPECT_GE(followed, 60);
+  EXPECT_EQ(most, 1U);
+}
+
+TEST_F(SeveralLasersTest, WhatOnlyTheRearLaserSeesIsAnObstacleOfAgents) {
+  std::vector<Message> log = two_lasers_drive(3);
+  for (Message& each : log) {
+    if (each.channel != kRearScan) continue;
+    Scan scan;
+    ASSERT_TRUE(decode(each.channel, each.payload, scan).ok());
+    const std::size_t middle = scan.ranges.size() / 2;
+    for (std::size_t i = middle - 4; i < middle + 4; ++i) scan.ranges[i] = 0.8F;
+    each = message(kRearScan, each.arrival.utime(), scan);
+  }
+  run_drive(log);
+  EXPECT_TRUE(state_->robots.front().scan.obstacles.empty());
+  const auto& obstacles = state_->robots.front().further_lasers.front().scan.obstacles;
+  ASSERT_EQ(obstacles.size(), 1U);
+  const auto T_map_laser = pose_at(2.9) * robot_with_two_lasers().laser_at(1).T_base_laser;
+  EXPECT_NEAR((obstacles.front().center - T_map_laser.translation().head<2>()).norm(), 0.8, 0.15);
 }
 
 class FaultOfOneLaserTest : public SeveralLasersTest {
