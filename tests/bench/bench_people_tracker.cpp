@@ -3,6 +3,7 @@
 
 #include "fusion/people/people_tracker.hpp"
 #include "tests/fusion/people/crowd_score.hpp"
+#include "tests/fusion/people/depth_room.hpp"
 
 namespace parhelion {
 namespace {
@@ -35,6 +36,29 @@ BENCHMARK(track_people)
     ->Args({10, 15, 1081})
     ->Args({200, 0, 1081})
     ->Unit(benchmark::kMicrosecond);
+
+/// One slice of an image of 640x480 pixels, whatever is found in it afterwards.
+void slice_depth(benchmark::State& state) {
+  test::DepthRoomOptions options;
+  options.duration = 0.2;
+  const test::DepthRoom room = make_depth_room(options);
+  const people::DepthView small = room.view(room.images.front());
+  constexpr int kWidth = 640, kHeight = 480;
+  std::vector<std::uint16_t> millimetres;
+  std::vector<Eigen::Vector3f> directions;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int from = y * small.height / kHeight * small.width + x * small.width / kWidth;
+      millimetres.push_back(small.millimetres[static_cast<std::size_t>(from)]);
+      directions.push_back(small.directions[static_cast<std::size_t>(from)]);
+    }
+  }
+  people::DepthView view = small;
+  view.width = kWidth, view.height = kHeight, view.millimetres = millimetres, view.directions = directions;
+  people::DepthSlice slice;
+  for (auto _ : state) benchmark::DoNotOptimize(slice.set(view));
+}
+BENCHMARK(slice_depth)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace parhelion

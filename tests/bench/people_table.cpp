@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 
 #include "tests/fusion/people/crowd_score.hpp"
+#include "tests/fusion/people/depth_score.hpp"
 #include "tests/fusion/people/recorded_people.hpp"
 #include "tests/recordings.hpp"
 
@@ -68,6 +70,19 @@ void synthetic(int n, std::uint64_t seed) {
   row("modelled walls", crowds(n, seed, [](test::CrowdOptions& o) { o.model = true; }));
 }
 
+void depth_camera(int n, std::uint64_t seed, double height, double pitch) {
+  test::PeopleScore all;
+  for (int i = 0; i < n; ++i) {
+    test::DepthRoomOptions options;
+    options.seed = seed + static_cast<std::uint64_t>(i);
+    options.height = height, options.pitch = pitch * std::numbers::pi / 180;
+    all += score(options);
+  }
+  char name[80];
+  std::snprintf(name, sizeof name, "depth camera at %.2f m, %.0f degrees down", height, pitch);
+  row(name, all);
+}
+
 }  // namespace
 }  // namespace parhelion
 
@@ -78,6 +93,10 @@ int main(int argc, char** argv) {
       "RMS | "
       "first found median, p90 |\n|---|---|---|---|---|---|---|");
   parhelion::recordings();
-  parhelion::synthetic(argc > 1 ? std::atoi(argv[1]) : 20,
-                       argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 900000);
+  const int n = argc > 1 ? std::atoi(argv[1]) : 20;
+  const std::uint64_t seed = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 900000;
+  parhelion::synthetic(n, seed);
+  parhelion::depth_camera(n, seed, 0.35, 0);
+  parhelion::depth_camera(n, seed, 0.6, 5);
+  parhelion::depth_camera(n, seed, 1.2, 15);
 }

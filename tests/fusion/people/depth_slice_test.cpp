@@ -3,21 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "fusion/people/fused_people.hpp"
-#include "fusion/people/people_tracker.hpp"
-#include "tests/fusion/people/depth_room.hpp"
-#include "tests/fusion/people/evaluation.hpp"
+#include "tests/fusion/people/depth_score.hpp"
 
 namespace parhelion::people {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kVisiblePixels = 150;
-constexpr double kVisibleRange = 5;  // m
 
 test::DepthRoom empty_room(double height, double pitch) {
   test::DepthRoomOptions options;
@@ -79,62 +73,6 @@ TEST(DepthSlice, RefusesWhatGivesNoScan) {
   view.millimetres = nothing;
   ASSERT_TRUE(slice.set(view));
   for (const float range : slice.scan().ranges) EXPECT_TRUE(std::isnan(range));
-}
-
-/// Legs and chest, each with a tracker of its own.
-class TwoSlices {
- public:
-  /// Who is there after an image, as the tracker of a single sensor would report it.
-  std::vector<Mover> update(const test::DepthRoom& room, const test::DepthRoomImage& image) {
-    for (std::size_t i = 0; i < slices_.size(); ++i) {
-      DepthSlice& slice = slices_[i];
-      if (!slice.set(room.view(image))) continue;
-      const auto walls = room.building(slice);
-      fused_.set(i,
-                 trackers_[i].update({0,
-                                      slice.scan(),
-                                      slice.laser(),
-                                      slice.motion(),
-                                      slice.beam_time(),
-                                      walls,
-                                      room.sigma,
-                                      image.stamp,
-                                      {}}),
-                 image.stamp);
-    }
-    std::vector<Mover> movers;
-    for (const FusedPerson& person : fused_.persons()) {
-      Mover& mover = movers.emplace_back();
-      mover.id = person.id;
-      mover.kind = MoverClass::person;
-      mover.position = person.position;
-      mover.stamp = person.stamp;
-      mover.seen = person.seen;
-    }
-    return movers;
-  }
-
- private:
-  std::array<DepthSlice, 2> slices_ = depth_slices();
-  std::array<PeopleTracker, 2> trackers_;
-  FusedPeople fused_;
-};
-
-test::PeopleScore score(const test::DepthRoomOptions& options) {
-  const test::DepthRoom room = make_depth_room(options);
-  TwoSlices slices;
-  test::PeopleScore result;
-  for (const auto& image : room.images) {
-    const auto movers = slices.update(room, image);
-    std::vector<test::KnownPerson> known;
-    for (const test::TruePerson& person : image.people) {
-      const double range = (person.position - image.T_map_depth.translation().head<2>()).norm();
-      known.push_back({person.id, person.position, range < kVisibleRange && person.beams >= kVisiblePixels});
-    }
-    result.add(movers, known, true, 1 / options.rate);
-  }
-  result.finish();
-  return result;
 }
 
 test::PeopleScore rooms(std::uint64_t seed, int n, double height, double pitch) {
