@@ -22,6 +22,26 @@ constexpr double kHead = 0.6;         ///< m, over a step, that is free
 constexpr double kLanding = 2.6;      ///< m, of a landing
 constexpr std::size_t kSurface = 15;  ///< points that tell a tread's height
 
+/// The points of a column of a step: sparse lines of points that cross a slope make a stepped profile, too,
+/// but are nowhere spread over a tread or a riser.
+struct Column {
+  double near = 0, far = 0, low = 0, high = 0;  ///< m: of its points on the tread; on the riser
+  bool any = false, any_tread = false, any_riser = false;
+
+  void add_tread(double s) {
+    near = any_tread ? std::min(near, s) : s, far = any_tread ? std::max(far, s) : s;
+    any = any_tread = true;
+  }
+  void add_riser(double z) {
+    low = any_riser ? std::min(low, z) : z, high = any_riser ? std::max(high, z) : z;
+    any = any_riser = true;
+  }
+  bool is_filled(double depth, double rise) const {
+    constexpr double kMuch = 0.4;
+    return far - near >= kMuch * depth || high - low >= kMuch * rise;
+  }
+};
+
 }  // namespace
 
 bool ProfileMatch::continues() const {
@@ -32,7 +52,7 @@ bool ProfileMatch::continues() const {
 
 ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, double depth, double width) {
   ProfileMatch result;
-  std::vector<bool> columns(static_cast<std::size_t>(width / kColumn) + 1);
+  std::vector<Column> columns(static_cast<std::size_t>(width / kColumn) + 1);
   const double tread = corner.below ? corner.low : corner.high;
   const double from = corner.below ? -0.8 * depth : -0.5 * depth,
                to = corner.below ? 0.5 * depth : 0.8 * depth;
@@ -46,11 +66,14 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
     const bool on_riser = p.from_front && std::abs(s) < kOn && z > corner.low - kOn && z < corner.high + kOn;
     if (on_tread || on_riser) {
       ++result.on;
-      columns[static_cast<std::size_t>(p.t / kColumn)] = true;
-      if (on_tread)
+      Column& column = columns[static_cast<std::size_t>(p.t / kColumn)];
+      if (on_tread) {
         result.tread.push_back(z);
-      else
+        column.add_tread(s);
+      } else {
         result.riser.push_back(p.s);
+        column.add_riser(z);
+      }
     } else if (z > corner.high + kOn) {
       result.over += s > -kOn && s < 0.5 * depth;
     } else if (z < corner.low - kOn) {
@@ -59,8 +82,12 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
       ++result.off;
     }
   }
-  result.across = static_cast<double>(std::count(columns.begin(), columns.end(), true)) /
-                  static_cast<double>(columns.size());
+  const auto any = std::count_if(columns.begin(), columns.end(), [](const Column& c) { return c.any; });
+  const auto filled = std::count_if(columns.begin(), columns.end(), [&](const Column& c) {
+    return c.is_filled(depth, corner.high - corner.low);
+  });
+  result.across = static_cast<double>(any) / static_cast<double>(columns.size());
+  result.filled = any > 0 ? static_cast<double>(filled) / static_cast<double>(any) : 0;
   return result;
 }
 
@@ -210,6 +237,7 @@ Eigen::Vector2d square_to_risers(const StepPoints& points, const Flight& flight)
 
 bool is_on_profile(const StepPoints& points, const Flight& flight) {
   constexpr double kUneven = 0.03, kSeen = 0.6, kAgreeing = 0.8;  // m, of its steps, of their points
+  constexpr double kFilled = 0.3;                                 // of the columns of a step, median
   constexpr std::size_t kFewest = 3, kTreads = 2;
   // A stride, twice the rise and the depth, is 0.59 to 0.65 m (DIN 18065); long flights prove themselves.
   constexpr double kShortest = 0.54, kLongest = 0.67;  // m
@@ -218,6 +246,7 @@ bool is_on_profile(const StepPoints& points, const Flight& flight) {
   const double stride = 2 * frame.rise + frame.depth;
   if (flight.steps.size() <= kLong && (stride < kShortest || stride > kLongest)) return false;
   std::size_t seen = 0, treads = 0, on = 0, off = 0;
+  std::vector<double> filled;
   for (std::size_t i = 1; i < flight.steps.size(); ++i) {
     const ProfileCorner corner{flight.steps[i].near, flight.steps[i - 1].z, flight.steps[i].z, false};
     if (std::abs(corner.high - corner.low - frame.rise) > kUneven) return false;
@@ -227,7 +256,9 @@ bool is_on_profile(const StepPoints& points, const Flight& flight) {
     const ProfileMatch there = match(around, corner, frame.depth, frame.width);
     if (!there.continues()) continue;
     ++seen, treads += there.tread.size() >= kSurface, on += there.on, off += there.off;
+    filled.push_back(there.filled);
   }
+  if (filled.empty() || median(std::move(filled)) < kFilled) return false;
   if (treads < kTreads || static_cast<double>(on) < kAgreeing * static_cast<double>(on + off)) return false;
   return seen >= kFewest && static_cast<double>(seen) >= kSeen * static_cast<double>(flight.steps.size() - 1);
 }

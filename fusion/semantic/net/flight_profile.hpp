@@ -44,6 +44,7 @@ struct ProfileCorner {
 struct ProfileMatch {
   std::size_t on = 0, off = 0, over = 0;
   double across = 0;                 ///< fraction of the width where points are on it
+  double filled = 0;                 ///< of these, where they cover much of the tread or of the riser
   std::vector<double> riser, tread;  ///< m: places along the flight of the one's, heights of the other's
 
   double worth() const { return static_cast<double>(on) - 2 * static_cast<double>(off + over); }

@@ -113,6 +113,16 @@ TEST(SemanticNet, ClimbsOverRisersWithoutTreads) {
   for (const double found : net.stairs[0].rises) EXPECT_NEAR(found, 0.17, 0.01);
 }
 
+TEST(SemanticNet, TakesLinesOfPointsAcrossARoofForNoStairs) {
+  // As a laser with many rings, far away, sees it: each line is as high as a tread and nowhere as deep.
+  constexpr int kLines = 7;
+  CloudSampler sampler(2000, 0.024, 5);
+  sampler.slab({-4, -2}, {0, 4}, 0);
+  for (int i = 0; i < kLines; ++i)
+    sampler.rectangle({i * 0.28 - 0.03, 0, i * 0.17 + 0.15}, {0.06, 0, 0.036}, {0, 1.9, 0});
+  EXPECT_TRUE(net_of(sampler.cloud()).stairs.empty());
+}
+
 /// Four steps of `rise` from x = 0, their lowest tread at z = rise.
 void paint_steps(CloudSampler& sampler, double rise) {
   for (int i = 0; i < 4; ++i) {
