@@ -108,13 +108,13 @@ TEST_F(DepthPeopleTest, AWalkerWhomNoLaserShowsIsOnePersonOfTheWorld) {
   begin();
   const auto log = drive_with_depth(10, true);
   EXPECT_GE(follow(log), 60);
-  std::size_t bodies = 0, most = 0;
+  std::size_t bodies = 0, max_persons = 0;
   for (const WorldMessage& world : decoded<WorldMessage>(channel::kMrWorld)) {
     bodies += world.persons.size();
-    most = std::max(most, world.persons.size());
+    max_persons = std::max(max_persons, world.persons.size());
   }
   EXPECT_GT(bodies, 100U);
-  EXPECT_EQ(most, 1U) << "legs and trunk are one person";
+  EXPECT_EQ(max_persons, 1U) << "legs and trunk are one person";
 }
 
 TEST_F(DepthPeopleTest, NobodyIsFoundWhereNobodyIs) {

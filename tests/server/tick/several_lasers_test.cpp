@@ -238,9 +238,9 @@ TEST_F(PeopleOfBothLasersTest, AWalkerWhomOnlyTheRearLaserShowsIsFollowed) {
 }
 
 TEST_F(PeopleOfBothLasersTest, AWalkerWhomBothLasersShowIsOnePerson) {
-  const auto [followed, most] = follow(drive_past_a_walker({channel::kScan, kRearScan}));
+  const auto [followed, max_persons] = follow(drive_past_a_walker({channel::kScan, kRearScan}));
   EXPECT_GE(followed, 60);
-  EXPECT_EQ(most, 1U);
+  EXPECT_EQ(max_persons, 1U);
 }
 
 TEST_F(SeveralLasersTest, WhatOnlyTheRearLaserSeesIsAnObstacleOfAgents) {
