@@ -10,13 +10,13 @@ RangeImage::Direction RangeImage::direction(const Eigen::Vector3f& ray) {
   ray.cwiseAbs().maxCoeff(&axis);
   const float depth = std::abs(ray[axis]);
   const auto place = [&](float x) {
-    return std::clamp(static_cast<int>((x / depth + 1) * (kSide / 2)), 0, kSide - 1);
+    return std::clamp(static_cast<int>((x / depth + 1) * (0.5F * kSide)), 0, kSide - 1);
   };
   return {2 * axis + (ray[axis] < 0 ? 1 : 0), place(ray[(axis + 1) % 3]), place(ray[(axis + 2) % 3])};
 }
 
 RangeImage::RangeImage(const Surfels& surfels, const Eigen::Vector3d& viewpoint)
-    : viewpoint_(viewpoint.cast<float>()), cells_(6 * kSide * kSide) {
+    : viewpoint_(viewpoint.cast<float>()), cells_(std::size_t{6} * kSide * kSide) {
   for (const Eigen::Vector3f& mean : surfels.means) {
     const Eigen::Vector3f ray = mean - viewpoint_;
     const float range = ray.norm();

@@ -36,7 +36,7 @@ struct RowOffset {
   int y, z;
   float distance2;  ///< buckets^2, minimum distance to any place in the own row
 };
-using RowOffsets = std::array<RowOffset, (2 * kRings + 1) * (2 * kRings + 1)>;
+using RowOffsets = std::array<RowOffset, std::size_t{2 * kRings + 1} * (2 * kRings + 1)>;
 
 constexpr RowOffsets make_row_offsets() {
   const auto between = [](int offset) { return std::max({offset - 1, -offset - 1, 0}); };

@@ -114,7 +114,8 @@ class PlyBody {
       if (bytes_.size() - at_ < size_of(*property.count)) return false;
       const double length = load(bytes_.data() + at_, *property.count, swap_);
       at_ += size_of(*property.count);
-      if (length < 0 || length > static_cast<double>((bytes_.size() - at_) / size)) return false;
+      const std::size_t longest = (bytes_.size() - at_) / size;
+      if (length < 0 || length > static_cast<double>(longest)) return false;
       at_ += static_cast<std::size_t>(length) * size;
     }
     return true;
@@ -132,8 +133,10 @@ class PlyBody {
       }
       if (property.count) {
         // The length is bounded by the number of words present.
-        for (double left = *number; left >= 1; --left) {
+        double left = *number;
+        while (left >= 1) {
           if (next_token(line).empty()) return "a list is shorter than its length of " + in_quotes(word);
+          left -= 1;
         }
       } else if (property.column != Column::ignored) {
         record_[static_cast<std::size_t>(property.column)] = *number;

@@ -131,7 +131,7 @@ Registration best_registration(const Problem& problem, const Eigen::Isometry3d& 
   if (!best.why.empty()) {
     if (!problem.options.other_starts || problem.options.method == IcpMethod::paper)
       return best.registration();
-    const Registration first = best.registration();
+    Registration first = best.registration();
     for (const Eigen::Isometry3d& start : other_starts(guess, problem.options.max_distance / 2)) {
       best = attempt(problem, problem.levels, start);
       if (best.why.empty()) break;

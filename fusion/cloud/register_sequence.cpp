@@ -42,6 +42,7 @@ Node make_node(const ScanToRegister& scan, std::size_t index, const Registration
 /// The same for all scans, so that they are comparable.
 double middle_surfel_size(const std::vector<ScanToRegister>& scans) {
   std::vector<double> sizes;
+  sizes.reserve(scans.size());
   for (const ScanToRegister& scan : scans) sizes.push_back(fitted_surfel_size(scan.cloud.points));
   return median(sizes);
 }
@@ -189,7 +190,7 @@ Status Sequence::place_left_out() {
     placed = false;
     for (std::size_t i = 0; i < results_.size(); ++i) {
       if (results_[i].converged) continue;
-      if (const Status status = add(i); !status.ok()) return status;
+      if (Status status = add(i); !status.ok()) return status;
       placed = placed || results_[i].converged;
     }
   }

@@ -153,6 +153,7 @@ inline std::vector<Eigen::Isometry3d> optimize_pose_graph(const std::vector<Eige
   for (bool last = false; !last; knee = std::max(last_knee, knee / narrowing)) {
     last = knee <= last_knee;
     std::vector<double> weights;
+    weights.reserve(edges.size());
     for (const PoseGraph3Edge& edge : edges)
       weights.push_back(edge.loop ? pose_graph3::loop_weight(edge, result, knee) : 1);
     result = pose_graph3::minimized(std::move(result), edges, weights);
