@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fusion/semantic/segmentation/block_heights.hpp"
 #include "fusion/semantic/segmentation/join_plates.hpp"
 #include "fusion/semantic/segmentation/side_pictures.hpp"
 #include "fusion/semantic/segmentation/surface_search.hpp"
@@ -14,9 +15,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::uint32_t kFewPoints = 10;
-constexpr double kMinArea = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
-constexpr double kAroundHeight = 0.3;  // m
+constexpr double kMinArea = 0.15;  // m^2; a tread of 0.2 m x 0.8 m
 // Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by selecting its
 // fuller cells; of a tread with its risers about 1.
 constexpr double kMinFlatness = 0.4;
@@ -33,82 +32,6 @@ std::vector<double> merged(std::vector<double> heights, double pixel) {
     i = end;
   }
   return result;
-}
-
-/// Histogram of the block's points near `level`; returns the middle of the fullest stretch.
-double densest(const Site& site, const PlanBlocks::Block& block, double level) {
-  constexpr int bins = 40;
-  const double near = site.options.near, width = 2 * near / bins;
-  std::array<int, bins> count{};
-  for (std::uint32_t i = block.begin; i < block.end; ++i) {
-    const double bin = (static_cast<double>(site.blocks.sorted()[i].z()) - level + near) / width;
-    if (bin >= 0 && bin < bins) ++count[static_cast<std::size_t>(bin)];
-  }
-  constexpr int window = 8;  // 2 cm of the default 10
-  int sum = std::accumulate(count.begin(), count.begin() + window, 0), largest = sum, first = 0, last = 0;
-  for (int b = 1; b + window <= bins; ++b) {
-    sum += count[static_cast<std::size_t>(b + window - 1)] - count[static_cast<std::size_t>(b - 1)];
-    if (sum > largest) {
-      largest = sum;
-      first = b;
-    }
-    if (sum == largest) last = b;
-  }
-  return level - near + ((first + std::max(first, last)) / 2.0 + window / 2.0) * width;
-}
-
-/// -1 seen from below, 1 from above, 0 unknown.
-int seen_from(const cloud::PointCloud<Map>& cloud, std::uint32_t i) {
-  if (!cloud.viewpoints.empty()) {
-    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
-    const double above = cloud.viewpoints[scan].z() - static_cast<double>(cloud.points[i].z());
-    return above > 0 ? 1 : -1;
-  }
-  if (cloud.normals.empty() || std::abs(cloud.normals[i].z()) < 0.5F) return 0;
-  return cloud.normals[i].z() > 0 ? 1 : -1;
-}
-
-/// The block's cells at one height.
-void add_plates(const Site& site, const PlanBlocks::Block& block, double level, std::vector<Plate>& plates) {
-  const double near = site.options.near, per_cell = 1 / site.cell();
-  const double z = densest(site, block, level);
-  struct Sums {
-    double sum = 0, squares = 0;
-    Plate plate;
-  };
-  std::array<Sums, kBlockCells * kBlockCells> cells{};
-  for (std::uint32_t i = block.begin; i < block.end; ++i) {
-    const Eigen::Vector3f& p = site.blocks.sorted()[i];
-    const int cx = std::clamp(static_cast<int>(std::floor(p.x() * per_cell)) - block.x * kBlockCells, 0,
-                              kBlockCells - 1);
-    const int cy = std::clamp(static_cast<int>(std::floor(p.y() * per_cell)) - block.y * kBlockCells, 0,
-                              kBlockCells - 1);
-    Sums& cell = cells[static_cast<std::size_t>(cy * kBlockCells + cx)];
-    const double dz = static_cast<double>(p.z()) - z;
-    if (std::abs(dz) <= near) {
-      ++cell.plate.points;
-      cell.sum += dz;
-      cell.squares += dz * dz;
-      const int side = seen_from(site.cloud, site.blocks.order()[i]);
-      cell.plate.from_above += side > 0;
-      cell.plate.from_below += side < 0;
-    } else {
-      cell.plate.beside += std::abs(dz) <= 2 * near;
-      cell.plate.around += std::abs(dz) <= kAroundHeight;
-      ++(dz > 0 ? cell.plate.column_above : cell.plate.column_below);
-    }
-  }
-  for (std::size_t c = 0; c < cells.size(); ++c) {
-    Plate plate = cells[c].plate;
-    // A few points may have some beside them by chance.
-    if (plate.points == 0 || plate.points < plate.beside * (plate.points < kFewPoints ? 1U : 2U)) continue;
-    const double mean = cells[c].sum / plate.points;
-    plate.x = block.x * kBlockCells + static_cast<int>(c % kBlockCells);
-    plate.y = block.y * kBlockCells + static_cast<int>(c / kBlockCells);
-    plate.z = static_cast<float>(z + mean);
-    plate.variance = static_cast<float>(std::max(0.0, cells[c].squares / plate.points - mean * mean));
-    plates.push_back(plate);
-  }
 }
 
 /// Two proposals that converged to the same surface: keeps the plate with more points.
@@ -137,8 +60,9 @@ std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stag
         std::vector<double> heights = lines.along_x[static_cast<std::size_t>(block.x - bx + 1)];
         const auto& more = lines.along_y[static_cast<std::size_t>(block.y - by + 1)];
         heights.insert(heights.end(), more.begin(), more.end());
+        BlockHeights points(site, block);
         for (const double height : merged(std::move(heights), site.options.pixel))
-          add_plates(site, block, height, plates);
+          points.add_plates(height, plates);
       });
   drop_doubles(plates, site.options.near);
   return plates;

@@ -1,9 +1,11 @@
 #include "fusion/semantic/segmentation/join_plates.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 namespace parhelion::semantic {
 namespace {
@@ -25,6 +27,11 @@ double height_step(const Plate& a, const Plate& b) {
   return std::min(kMaxHeightStep, kSameHeight + 2.5 * sigma);
 }
 
+bool of_one_height(const Plate& a, const Plate& b) {
+  const auto apart = static_cast<double>(std::abs(b.z - a.z));
+  return apart <= kMaxHeightStep && apart <= height_step(a, b);
+}
+
 /// Whether the plate contains more of the points around its height than a wall's slice does by chance. Such
 /// slices are not flat; nor is the floor's rim at the foot of a wall.
 bool is_flat(const Plate& plate) {
@@ -41,13 +48,15 @@ bool by_place(const Plate& a, const Plate& b) {
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
   std::iota(parent.begin(), parent.end(), 0U);
+  std::vector<std::uint8_t> flat(plates.size());
+  std::transform(plates.begin(), plates.end(), flat.begin(), is_flat);
   const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
     const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
     if (host[child] == kNoSurface || apart(i) < apart(host[child])) host[child] = i;
   };
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
-    if (static_cast<double>(std::abs(plates[j].z - plates[i].z)) > height_step(plates[i], plates[j])) return;
-    const bool one = is_flat(plates[i]), other = is_flat(plates[j]);
+    const bool one = flat[i], other = flat[j];
+    if ((!one && !other) || !of_one_height(plates[i], plates[j])) return;
     if (one && other) {
       const auto a = root(parent, i), b = root(parent, j);
       parent[std::max(a, b)] = std::min(a, b);
@@ -55,13 +64,17 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
     if (one && !other) adopt(i, j);
     if (other && !one) adopt(j, i);
   };
+  // Where the neighbours in each row begin: these places move on with the plates.
+  std::array<std::uint32_t, kReachCells + 1> first{};
   for (std::uint32_t i = 0; i < plates.size(); ++i) {
     const Plate& plate = plates[i];
     for (int dy = 0; dy <= kReachCells; ++dy) {
-      const Plate from{.x = plate.x + (dy == 0 ? 1 : -kReachCells), .y = plate.y + dy, .z = -1e9F};
-      auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
-      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + kReachCells; ++it)
-        meet(i, static_cast<std::uint32_t>(it - plates.begin()));
+      const std::pair from(plate.y + dy, plate.x + (dy == 0 ? 1 : -kReachCells));
+      std::uint32_t& begin = first[static_cast<std::size_t>(dy)];
+      while (begin < plates.size() && std::pair(plates[begin].y, plates[begin].x) < from) ++begin;
+      for (std::uint32_t j = begin;
+           j < plates.size() && plates[j].y == from.first && plates[j].x <= plate.x + kReachCells; ++j)
+        meet(i, j);
     }
   }
   std::vector<std::uint32_t> part(plates.size());
