@@ -5,11 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
-#include <utility>
+#include <numeric>
+#include <optional>
 
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
+#include "fusion/cloud/voxel_index.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -24,74 +25,89 @@ constexpr double kDenseSide = 0.05, kSparsest = 0.13;  ///< m
 constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has in a closed surface
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
 
-/// Cells of a cube's side, sorted by key.
-class Cells {
+Eigen::Array3i cube_of(const Eigen::Vector3f& p, double side) {
+  return (p.cast<double>() / side).array().floor().max(-1e6).min(1e6).cast<int>();
+}
+
+/// Numbers cubes in the order in which they are first asked for.
+class CubeNumbers {
  public:
-  Cells(std::span<const Eigen::Vector3f> points, double side) : points_(points), side_(side) {
-    for (std::uint32_t i = 0; i < points.size(); ++i) sorted_.emplace_back(key(cell(points[i])), i);
-    std::sort(sorted_.begin(), sorted_.end());
-    for (std::uint32_t k = 0; k < sorted_.size(); ++k) first_.try_emplace(sorted_[k].first, k);
+  std::uint32_t operator()(const Eigen::Array3i& cube) {
+    std::uint32_t& number = index_[cube + kOrigin];
+    if (number == cloud::VoxelIndex::kNone) {
+      number = static_cast<std::uint32_t>(cubes_.size());
+      cubes_.push_back(cube);
+    }
+    return number;
   }
+  const std::vector<Eigen::Array3i>& cubes() const { return cubes_; }
+  /// Calls visit(number) for the numbered cubes among the 27 at and around one.
   template <class Visit>
-  void near(const Eigen::Vector3f& p, Visit&& visit) const {
-    const Eigen::Array3i c = cell(p);
-    for (int z = -1; z <= 1; ++z) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int x = -1; x <= 1; ++x) {
-          const std::uint64_t wanted = key(c + Eigen::Array3i(x, y, z));
-          const auto found = first_.find(wanted);
-          if (found == first_.end()) continue;
-          for (std::uint32_t k = found->second; k < sorted_.size() && sorted_[k].first == wanted; ++k)
-            visit(points_[sorted_[k].second]);
-        }
-      }
+  void for_each_about(const Eigen::Array3i& cube, Visit&& visit) const {
+    index_.for_each_about(cube + kOrigin, visit);
+  }
+
+ private:
+  static constexpr int kOrigin = 1 << 20;  ///< indices must not be negative
+  cloud::VoxelIndex index_;
+  std::vector<Eigen::Array3i> cubes_;
+};
+
+/// Points by the cubes that they are in.
+class Cubes {
+ public:
+  Cubes(std::span<const Eigen::Vector3f> points, double side) : points_(points), sorted_(points.size()) {
+    std::vector<std::uint32_t> cube(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) cube[i] = numbers_(cube_of(points[i], side));
+    begin_.assign(size() + 1, 0);
+    for (const std::uint32_t c : cube) ++begin_[c + 1];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (std::uint32_t i = 0; i < points.size(); ++i) sorted_[next[cube[i]]++] = i;
+  }
+  std::size_t size() const { return numbers_.cubes().size(); }
+  /// Of one cube: indices of its points, ascending.
+  std::span<const std::uint32_t> in(std::size_t cube) const {
+    return std::span(sorted_).subspan(begin_[cube], begin_[cube + 1] - begin_[cube]);
+  }
+  /// The points in the 27 cubes at and around one: by z, y and x of their cubes, so that sums over them do
+  /// not depend on how cubes are stored.
+  void collect_about(std::size_t cube, std::vector<Eigen::Vector3f>& about) const {
+    const Eigen::Array3i& at = numbers_.cubes()[cube];
+    std::array<std::uint32_t, 27> number;
+    number.fill(cloud::VoxelIndex::kNone);
+    numbers_.for_each_about(at, [&](std::uint32_t n) {
+      const Eigen::Array3i d = numbers_.cubes()[n] - at + 1;
+      number[static_cast<std::size_t>(9 * d.z() + 3 * d.y() + d.x())] = n;
+    });
+    about.clear();
+    for (const std::uint32_t n : number) {
+      if (n == cloud::VoxelIndex::kNone) continue;
+      for (const std::uint32_t i : in(n)) about.push_back(points_[i]);
     }
   }
 
  private:
-  Eigen::Array3i cell(const Eigen::Vector3f& p) const {
-    return (p.cast<double>() / side_).array().floor().max(-1e6).min(1e6).cast<int>();
-  }
-  static std::uint64_t key(const Eigen::Array3i& c) {
-    std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      key = key << 21 | (static_cast<std::uint64_t>(c[axis] + (1 << 20)) & 0x1FFFFF);
-    return key;
-  }
   std::span<const Eigen::Vector3f> points_;
-  double side_;
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted_;
-  std::unordered_map<std::uint64_t, std::uint32_t> first_;
+  CubeNumbers numbers_;
+  std::vector<std::uint32_t> begin_, sorted_;
 };
-
-/// The points within `reach` (along each axis) of one of the queries, so that a large cloud needs no index.
-std::vector<Eigen::Vector3f> around(const cloud::PointCloud<Cloud>& cloud,
-                                    std::span<const Eigen::Vector3f> queries, double reach) {
-  std::vector<Eigen::Vector3f> result;
-  const Cells cells(queries, reach);
-  for (const Eigen::Vector3f& p : cloud.points) {
-    bool close = false;
-    cells.near(p, [&](const Eigen::Vector3f& query) {
-      close = close || (query - p).cwiseAbs().maxCoeff() <= static_cast<float>(reach);
-    });
-    if (close) result.push_back(p);
-  }
-  return result;
-}
 
 struct Plane {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
 };
 
-std::optional<Plane> plane_at(const Cells& cells, const Eigen::Vector3f& p, double reach) {
+/// Through those of the points that are within `reach` of p.
+std::optional<Plane> plane_at(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& p,
+                              double reach) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, beside = sum;
   double n = 0;
-  cells.near(p, [&](const Eigen::Vector3f& q) {
+  for (const Eigen::Vector3f& q : points) {
     const Eigen::Vector3d d = (q - p).cast<double>();
-    if (d.norm() > reach) return;
+    if (d.norm() > reach) continue;
     n += 1, sum += d, squares += d.cwiseProduct(d);
     beside += Eigen::Vector3d(d.x() * d.y(), d.x() * d.z(), d.y() * d.z());
-  });
+  }
   if (n < 5) return std::nullopt;
   const Eigen::Vector3d mean = sum / n;
   const cloud::SmallestEigen eigen = cloud::smallest_eigen(
@@ -101,13 +117,28 @@ std::optional<Plane> plane_at(const Cells& cells, const Eigen::Vector3f& p, doub
   return Plane{p.cast<double>() + mean, eigen.vector};
 }
 
+/// Of each point, through its neighbours.
+std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> points, double reach,
+                                            int threads) {
+  constexpr std::size_t kChunk = 256;  // cubes
+  const Cubes cubes(points, reach);
+  std::vector<std::optional<Plane>> planes(points.size());
+  cloud::for_each_chunk(cubes.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<Eigen::Vector3f> about;
+    for (std::size_t c = begin; c < end; ++c) {
+      cubes.collect_about(c, about);
+      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach);
+    }
+  });
+  return planes;
+}
+
 /// The points that replace one.
-void spread(const Cells& cells, const Eigen::Vector3f& point, double spacing,
+void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, double spacing,
             std::vector<Eigen::Vector3f>& out) {
   const int count = std::max(2, static_cast<int>(std::lround(spacing / kPitch)));
   const auto offset = [&](int k) { return spacing * ((k + 0.5) / count - 0.5); };
   const Eigen::Vector3d p = point.cast<double>();
-  const auto plane = plane_at(cells, point, kReach * spacing);
   if (!plane) {
     for (int k = 0; k < count; ++k) out.push_back((p + Eigen::Vector3d(0, 0, offset(k))).cast<float>());
     return;
@@ -124,28 +155,42 @@ void spread(const Cells& cells, const Eigen::Vector3f& point, double spacing,
 
 /// Mean number of occupied cubes around an occupied one: eight on a closed surface.
 double joined(const std::vector<Eigen::Vector3f>& points, double side) {
-  std::unordered_map<std::uint64_t, bool> occupied;
-  const auto cube = [&](const Eigen::Vector3f& p) {
-    return Eigen::Array3i((p.cast<double>() / side).array().floor().max(-1e6).min(1e6).cast<int>());
-  };
-  const auto key = [](const Eigen::Array3i& c) {
-    std::uint64_t number = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      number = number << 21 | (static_cast<std::uint64_t>(c[axis] + (1 << 20)) & 0x1FFFFF);
-    return number;
-  };
-  std::size_t neighbours = 0, cubes = 0;
-  for (const Eigen::Vector3f& p : points) occupied[key(cube(p))] = false;
-  for (const Eigen::Vector3f& p : points) {
-    const Eigen::Array3i c = cube(p);
-    bool& done = occupied[key(c)];
-    if (std::exchange(done, true)) continue;
-    ++cubes;
-    for (int n = 0; n < 27; ++n)
-      neighbours +=
-          n != 13 && occupied.contains(key(c + Eigen::Array3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)));
+  CubeNumbers numbers;
+  for (const Eigen::Vector3f& p : points) numbers(cube_of(p, side));
+  std::size_t about = 0;
+  for (const Eigen::Array3i& cube : numbers.cubes())
+    numbers.for_each_about(cube, [&](std::uint32_t) { ++about; });
+  const std::size_t cubes = numbers.cubes().size();
+  return static_cast<double>(about - cubes) / static_cast<double>(cubes);
+}
+
+/// Of each query the distance (m) to the nearest point in another place, if it is less than `reach`.
+std::vector<double> nearest_distances(const std::vector<Eigen::Vector3f>& points,
+                                      const std::vector<Eigen::Vector3f>& queries, double reach) {
+  // The queries at and around each cube: one look-up for a point.
+  CubeNumbers numbers;
+  std::vector<std::vector<std::uint32_t>> queries_about;
+  for (std::uint32_t q = 0; q < queries.size(); ++q) {
+    for (int n = 0; n < 27; ++n) {
+      const std::uint32_t cube =
+          numbers(cube_of(queries[q], reach) + Eigen::Array3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+      queries_about.resize(numbers.cubes().size());
+      queries_about[cube].push_back(q);
+    }
   }
-  return static_cast<double>(neighbours) / static_cast<double>(cubes);
+  const std::size_t known = numbers.cubes().size();
+  std::vector<double> squares(queries.size(), std::numeric_limits<double>::infinity());
+  for (const Eigen::Vector3f& p : points) {
+    const std::uint32_t cube = numbers(cube_of(p, reach));
+    if (cube >= known) continue;
+    for (const std::uint32_t q : queries_about[cube]) {
+      const double square = (p - queries[q]).cast<double>().squaredNorm();
+      if (square > 0) squares[q] = std::min(squares[q], square);
+    }
+  }
+  std::vector<double> distances;
+  for (const double square : squares) distances.push_back(std::min(reach, std::sqrt(square)));
+  return distances;
 }
 
 }  // namespace
@@ -154,17 +199,7 @@ std::optional<double> voxel_spacing(const cloud::PointCloud<Cloud>& cloud) {
   if (cloud.size() < kFewest) return std::nullopt;
   std::vector<Eigen::Vector3f> queries;
   for (std::size_t k = 0; k < kQueries; ++k) queries.push_back(cloud.points[k * cloud.size() / kQueries]);
-  const std::vector<Eigen::Vector3f> neighbours = around(cloud, queries, kCoarsest);
-  const Cells cells(neighbours, kCoarsest);
-  std::vector<double> distances;
-  for (const Eigen::Vector3f& query : queries) {
-    double nearest = kCoarsest;
-    cells.near(query, [&](const Eigen::Vector3f& q) {
-      const double d = (q - query).cast<double>().norm();
-      if (d > 0) nearest = std::min(nearest, d);
-    });
-    distances.push_back(nearest);
-  }
+  std::vector<double> distances = nearest_distances(cloud.points, queries, kCoarsest);
   const double middle = quantile(distances, 0.5), low = quantile(distances, 0.1),
                high = quantile(distances, 0.9);
   if (middle < kFinest || middle >= kCoarsest || low < 0.55 * middle || high > 1.6 * middle)
@@ -183,13 +218,13 @@ std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
 
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads) {
   constexpr std::size_t kChunk = 4096;
-  const Cells cells(cloud.points, kReach * spacing);
+  const std::vector<std::optional<Plane>> planes = planes_of(cloud.points, kReach * spacing, threads);
   std::vector<std::vector<Eigen::Vector3f>> points((cloud.size() + kChunk - 1) / kChunk);
   std::vector<std::vector<std::uint32_t>> parents(points.size());
   cloud::for_each_chunk(cloud.size(), kChunk, threads,
                         [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                           for (std::size_t i = begin; i < end; ++i) {
-                            spread(cells, cloud.points[i], spacing, points[chunk]);
+                            spread(cloud.points[i], planes[i], spacing, points[chunk]);
                             parents[chunk].resize(points[chunk].size(), static_cast<std::uint32_t>(i));
                           }
                         });
