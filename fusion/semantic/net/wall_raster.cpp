@@ -50,6 +50,7 @@ PlanPoints::PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough) 
     points_[next[cell(cloud.points[i])]++] = {
         cloud.points[i], scan < viewpoints_.size() ? static_cast<std::int32_t>(scan) : -1};
   }
+  any_unplaced_ = std::any_of(points_.begin(), points_.end(), [](const Point& p) { return p.viewpoint < 0; });
   sort_by_direction();
 }
 
@@ -143,6 +144,81 @@ WallRaster::Fractions WallRaster::fractions(int c0, int c1, double z0, double z1
   return sum;
 }
 
+namespace {
+
+/// The visible side of a line, by its normal: the one from which most of the points on it were measured;
+/// without viewpoints, the one with most of the nearby cloud.
+double visible_side(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
+                    const Eigen::Vector2d& normal, double near) {
+  constexpr double kNearby = 2.0;  // m
+  const double inner = kRecessMost + PlanPoints::kCellRadius;
+  double side = 0;
+  points.cells_near(
+      start, end, kNearby, [&](const Eigen::Vector2d& centre, std::span<const PlanPoints::Point> in_cell) {
+        const double offset_of_cell = normal.dot(centre - start);
+        if (std::abs(offset_of_cell) > inner) {  // so are all of its points, on the same side
+          if (!points.any_unplaced()) return;
+          const auto unplaced = std::count_if(in_cell.begin(), in_cell.end(),
+                                              [](const PlanPoints::Point& p) { return p.viewpoint < 0; });
+          side += static_cast<double>(offset_of_cell > 0 ? unplaced : -unplaced);
+          return;
+        }
+        for (const PlanPoints::Point& point : in_cell) {
+          const double offset = normal.dot(point.p.head<2>().cast<double>() - start);
+          if (point.viewpoint < 0) {
+            if (std::abs(offset) > kRecessMost) side += offset > 0 ? 1 : -1;
+          } else if (std::abs(offset) <= near) {
+            const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(point.viewpoint)];
+            side += normal.dot(from.head<2>().cast<double>() - start) > 0 ? 1 : -1;
+          }
+        }
+      });
+  return side;
+}
+
+/// Counts the points on, behind and, without viewpoints, before the wall in its cells.
+void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double near, WallRaster& wall) {
+  std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
+  std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
+  std::vector<std::vector<float>> offsets(static_cast<std::size_t>(wall.columns));
+  const auto count_point = [&](const PlanPoints::Point& point) {
+    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - wall.start;
+    const double offset = wall.away.dot(d);
+    if (offset < -kFront || offset > kRecessMost) return;
+    const int c = static_cast<int>(std::floor(wall.along.dot(d) / wall.column));
+    const int r = wall.row_of(point.p.z());
+    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
+    if (std::abs(offset) <= near) {
+      count(wall.measured, wall.at(c, r));
+      if (point.p.z() > wall.z_low + kFaceFrom && point.p.z() < wall.z_low + kFaceTo)
+        offsets[static_cast<std::size_t>(c)].push_back(static_cast<float>(offset));
+    } else if (offset < -near && point.viewpoint < 0) {
+      ++wall.hidden[wall.at(c, r)];
+    } else if (offset > near) {
+      count(wall.behind, wall.at(c, r));
+      depth[static_cast<std::size_t>(c)] += offset;
+      ++deep[static_cast<std::size_t>(c)];
+    }
+  };
+  const double before = points.any_unplaced() ? kFront : near, radius = PlanPoints::kCellRadius;
+  points.cells_near(wall.start, end, kFront,
+                    [&](const Eigen::Vector2d& centre, std::span<const PlanPoints::Point> in_cell) {
+                      const double offset = wall.away.dot(centre - wall.start),
+                                   at = wall.along.dot(centre - wall.start);
+                      if (offset < -before - radius || offset > kRecessMost + radius) return;
+                      if (at < -radius || at > wall.columns * wall.column + radius) return;
+                      for (const PlanPoints::Point& point : in_cell) count_point(point);
+                    });
+  for (std::size_t c = 0; c < depth.size(); ++c)
+    wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
+  for (std::vector<float>& of_column : offsets) {
+    wall.face.push_back(of_column.size() < kFacePoints ? std::numeric_limits<float>::quiet_NaN()
+                                                       : median(of_column));
+  }
+}
+
+}  // namespace
+
 WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
                      double z_low, double z_high, double near) {
   WallRaster wall;
@@ -152,22 +228,7 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.columns = std::max(1, static_cast<int>(std::lround((end - start).norm() / wall.column)));
   wall.rows = std::max(1, static_cast<int>(std::ceil((z_high - z_low) / wall.row)));
   const Eigen::Vector2d normal(-wall.along.y(), wall.along.x());
-
-  // The visible side: the one from which most of its points were measured; without viewpoints, the one with
-  // most of the nearby cloud.
-  double side = 0;
-  points.near_segment(start, end, 2.0, [&](const PlanPoints::Point& point) {
-    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
-    const double offset = normal.dot(d);
-    if (point.viewpoint >= 0) {
-      if (std::abs(offset) > near) return;
-      const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(point.viewpoint)];
-      side += normal.dot(from.head<2>().cast<double>() - start) > 0 ? 1 : -1;
-    } else if (std::abs(offset) > kRecessMost) {
-      side += offset > 0 ? 1 : -1;
-    }
-  });
-  wall.away = side > 0 ? -normal : normal;
+  wall.away = visible_side(points, start, end, normal, near) > 0 ? -normal : normal;
 
   const auto cells = static_cast<std::size_t>(wall.columns) * static_cast<std::size_t>(wall.rows);
   wall.measured.assign(cells, 0);
@@ -175,33 +236,7 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.through.assign(cells, 0);
   wall.crossed.assign(cells, 0);
   wall.hidden.assign(cells, 0);
-  std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
-  std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
-  std::vector<std::vector<float>> offsets(static_cast<std::size_t>(wall.columns));
-  points.near_segment(start, end, kFront, [&](const PlanPoints::Point& point) {
-    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
-    const int c = static_cast<int>(std::floor(wall.along.dot(d) / wall.column));
-    const int r = wall.row_of(point.p.z());
-    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
-    const double offset = wall.away.dot(d);
-    if (std::abs(offset) <= near) {
-      count(wall.measured, wall.at(c, r));
-      if (point.p.z() > z_low + kFaceFrom && point.p.z() < z_low + kFaceTo)
-        offsets[static_cast<std::size_t>(c)].push_back(static_cast<float>(offset));
-    } else if (offset < -near && offset >= -kFront && point.viewpoint < 0) {
-      ++wall.hidden[wall.at(c, r)];
-    } else if (offset > near && offset <= kRecessMost) {
-      count(wall.behind, wall.at(c, r));
-      depth[static_cast<std::size_t>(c)] += offset;
-      ++deep[static_cast<std::size_t>(c)];
-    }
-  });
-  for (std::size_t c = 0; c < depth.size(); ++c)
-    wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
-  for (std::vector<float>& of_column : offsets) {
-    wall.face.push_back(of_column.size() < kFacePoints ? std::numeric_limits<float>::quiet_NaN()
-                                                       : median(of_column));
-  }
+  count_points(points, end, near, wall);
 
   wall.viewpoints_known = points.has_rays();
   // The last column may extend slightly past the end; from close by that is a wide angle.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
@@ -15,6 +16,8 @@ class PlanPoints {
  public:
   /// Keeps every n-th point, at least `enough` or a quarter of them.
   explicit PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough = 1'000'000);
+
+  static constexpr double kCellRadius = 0.375;  ///< m, a little more than half of a cell's diagonal
 
   struct Point {
     Eigen::Vector3f p = Eigen::Vector3f::Zero();  ///< m, map frame
@@ -34,24 +37,35 @@ class PlanPoints {
     }
   }
 
-  /// Calls visit(point) for each point whose plan cell lies within `reach` of the segment from a to b.
+  /// Calls visit(centre, points) for each plan cell with points that lies within `reach` of the segment from
+  /// a to b. No point of it is farther than kCellRadius from the centre.
   template <class Visit>
-  void near_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
+  void cells_near(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     const Eigen::Vector2d low = a.cwiseMin(b).array() - reach, high = a.cwiseMax(b).array() + reach;
     const Eigen::Vector2d along = (b - a).normalized();
     const Eigen::Vector2i first = cell_of(low).cwiseMax(0),
                           last = cell_of(high).cwiseMin(cells_.array().matrix() - Eigen::Vector2i::Ones());
     for (int y = first.y(); y <= last.y(); ++y) {
       for (int x = first.x(); x <= last.x(); ++x) {
-        const Eigen::Vector2d centre = low_ + kCell * (Eigen::Vector2d(x, y).array() + 0.5).matrix();
-        const Eigen::Vector2d d = centre - a;
-        if (std::abs(along.x() * d.y() - along.y() * d.x()) > reach + 0.75 * kCell) continue;
         const std::size_t i =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_.x()) + static_cast<std::size_t>(x);
-        for (std::uint32_t k = start_[i]; k < start_[i + 1]; ++k) visit(points_[k]);
+        if (start_[i] == start_[i + 1]) continue;
+        const Eigen::Vector2d centre = low_ + kCell * (Eigen::Vector2d(x, y).array() + 0.5).matrix();
+        const Eigen::Vector2d d = centre - a;
+        if (std::abs(along.x() * d.y() - along.y() * d.x()) > reach + kCellRadius) continue;
+        visit(centre, std::span(points_).subspan(start_[i], start_[i + 1] - start_[i]));
       }
     }
   }
+  /// Calls visit(point) for each point of these cells.
+  template <class Visit>
+  void near_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
+    cells_near(a, b, reach, [&](const Eigen::Vector2d&, std::span<const Point> points) {
+      for (const Point& point : points) visit(point);
+    });
+  }
+  /// Whether it is not known of some points from where they were seen.
+  bool any_unplaced() const { return any_unplaced_; }
 
  private:
   static constexpr double kCell = 0.5;             ///< m
@@ -69,6 +83,7 @@ class PlanPoints {
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
   Eigen::Vector2i cells_ = Eigen::Vector2i::Zero();
   std::vector<Point> points_;  ///< sorted by cell
+  bool any_unplaced_ = false;
   std::vector<std::uint32_t> start_;
   std::vector<Eigen::Vector3f> viewpoints_;
   std::vector<std::uint32_t> by_view_;    ///< into points_, by view, then direction
@@ -112,7 +127,8 @@ struct WallRaster {
   Fractions fractions(int c0, int c1, double z0, double z1) const;
 };
 
-/// The raster of the plane over start..end between two heights. `near`: m, a point this near is on it.
+/// The raster of the plane over start..end between two heights. `near`: m, a point this near is on it; less
+/// than the depth of a recess.
 WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
                      double z_low, double z_high, double near);
 
