@@ -139,42 +139,75 @@ struct Stepping {
   double worth = 0;
 };
 
-/// How many more points are on the stepping than off it, per point.
-double worth_of(const FlightPoints& points, const Stepping& steps) {
-  constexpr double kClose = 0.025;  // m
-  int on = 0;
-  for (const FlightPoint& p : points) {
-    const double along = (p.s - steps.edge) / steps.depth, which = std::floor(along);
-    const double tread = steps.z + (which + 1) * steps.rise, s = (along - which) * steps.depth;
-    const double off = std::min({std::abs(p.z - tread), p.z < tread ? s : std::hypot(s, p.z - tread),
-                                 p.z > tread ? steps.depth - s : 1.0});
-    on += off < kClose ? 1 : -1;
-  }
-  // A finer stepping has more of any points on it by chance.
-  const double by_chance =
-      std::min(0.9, 2 * kClose * (steps.rise + steps.depth) / (steps.rise * steps.depth));
-  return static_cast<double>(on) / static_cast<double>(std::max<std::size_t>(1, points.size())) - by_chance;
+constexpr double kClose = 0.025;  ///< m, from a step to a point on it
+
+/// A point with the step that it is over or under, of those with one depth and place.
+struct OnStep {
+  double which, s, z;  ///< number of the step from the first one; m behind its riser; m
+};
+
+/// How many more points are on a stepping than off it, per point, beyond chance.
+class Worth {
+ public:
+  Worth(const Stepping& steps, std::size_t points)
+      : count_(static_cast<double>(std::max<std::size_t>(1, points))),
+        // A finer stepping has more of any points on it by chance.
+        by_chance_(std::min(0.9, 2 * kClose * (steps.rise + steps.depth) / (steps.rise * steps.depth))) {}
+  double of(int balance) const { return static_cast<double>(balance) / count_ - by_chance_; }
+
+ private:
+  double count_, by_chance_;
+};
+
+bool is_on(const OnStep& p, const Stepping& steps) {
+  const double over = p.z - (steps.z + (p.which + 1) * steps.rise);  // its tread
+  return std::abs(over) < kClose || (over < 0 && p.s < kClose) || (over > 0 && steps.depth - p.s < kClose);
 }
 
-Stepping best_stepping(const FlightPoints& points, const StairSlope& slope, double middle) {
+/// Replaces `best` if these steps are worth more; stops counting where they cannot be any more.
+void try_stepping(const std::vector<OnStep>& points, const Stepping& steps, Stepping& best) {
+  constexpr std::size_t kBatch = 16;
+  const Worth worth(steps, points.size());
+  int balance = 0;
+  for (std::size_t i = 0; i < points.size();) {
+    const std::size_t end = std::min(points.size(), i + kBatch);
+    for (; i < end; ++i) balance += is_on(points[i], steps) ? 1 : -1;
+    if (worth.of(balance + static_cast<int>(points.size() - end)) <= best.worth) return;
+  }
+  if (worth.of(balance) <= best.worth) return;
+  best = steps;
+  best.worth = worth.of(balance);
+}
+
+/// The stepping that is worth the most, if it is worth at least kWorth.
+std::optional<Stepping> best_stepping(const FlightPoints& points, const StairSlope& slope, double middle) {
+  constexpr int kPhases = 10;
   Stepping best;
-  best.worth = -2;
+  best.worth = std::nextafter(kWorth, -1);
+  std::array<std::vector<OnStep>, kPhases> placed;
   for (double depth = 0.22; depth < 0.395; depth += 0.02) {
+    const auto edge_of = [&](int phase) { return middle + depth * phase / kPhases; };
+    for (int phase = 0; phase < kPhases; ++phase) {
+      std::vector<OnStep>& of_phase = placed[static_cast<std::size_t>(phase)];
+      of_phase.clear();
+      for (const FlightPoint& p : points) {
+        const double along = (p.s - edge_of(phase)) / depth, which = std::floor(along);
+        of_phase.push_back({which, (along - which) * depth, p.z});
+      }
+    }
     for (const double steeper : {0.92, 1.0, 1.08}) {
       const double rise = steeper * slope.rise * depth;
       if (rise < 0.11 || rise > 0.22) continue;
-      for (int phase = 0; phase < 10; ++phase) {
-        const double edge = middle + depth * phase / 10;
+      for (int phase = 0; phase < kPhases; ++phase) {
+        const double edge = edge_of(phase);
         const double half = slope.middle.z() + slope.rise * (edge - middle);
-        for (double up = -0.06; up < 0.07; up += 0.02) {
-          Stepping steps{edge, half - 0.5 * rise + up, rise, depth, 0};
-          steps.worth = worth_of(points, steps);
-          if (steps.worth > best.worth) best = steps;
-        }
+        for (double up = -0.06; up < 0.07; up += 0.02)
+          try_stepping(placed[static_cast<std::size_t>(phase)],
+                       {edge, half - 0.5 * rise + up, rise, depth, 0}, best);
       }
     }
   }
-  return best;
+  return best.depth > 0 ? std::optional(best) : std::nullopt;
 }
 
 /// A slope in the place of one that was taken before, and as steep.
@@ -218,9 +251,10 @@ Flight flight_on(const StepPoints& points, const StairSlope& slope) {
   FlightPoints sample;
   const std::size_t stride = 1 + near.size() / kMaxPoints;
   for (std::size_t i = 0; i < near.size(); i += stride) sample.push_back(near[i]);
-  const Stepping steps = best_stepping(sample, slope, middle);
   Flight best, run;
-  if (steps.worth < kWorth) return best;
+  const std::optional<Stepping> found = best_stepping(sample, slope, middle);
+  if (!found) return best;
+  const Stepping& steps = *found;
   frame.rise = steps.rise, frame.depth = steps.depth;
   const FlightPoints all = points_along(points, slope.uphill, frame, middle - 2 * kHalf, middle + 2 * kHalf,
                                         slope.middle.z() - 2 * up, slope.middle.z() + 2 * up);
