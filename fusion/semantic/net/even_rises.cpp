@@ -60,7 +60,7 @@ Profile profile_of(const std::vector<Eigen::Vector2d>& points) {
 
 }  // namespace
 
-void even_rises(const PlanBlocks& points, Flight& flight) {
+void even_rises(const StripPoints& points, Flight& flight) {
   const std::size_t n = flight.steps.size();
   if (n < 4) return;
   const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);

@@ -45,7 +45,7 @@ std::optional<double> depth_of(const Flight& flight) {
   return treads.size() < 2 ? std::nullopt : std::optional(std::max(0.15, median(treads)));
 }
 
-Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, const Flight& flight,
+Cells cells_beside(const StripPoints& points, const Segmentation& segmentation, const Flight& flight,
                    const Step& end, bool below, double rise) {
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
   const double edge = below ? end.near : end.far, outwards = below ? -1 : 1;
@@ -53,7 +53,7 @@ Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, c
   const auto depth = depth_of(flight);
   const double reach = depth && !below ? std::max(0.2, kOfTread * *depth) : kReach;
   const double from = edge - outwards * kInto, to = edge + outwards * reach;
-  for_each_on_strip(points, flight.direction, {from, to, end.left, end.right}, [&](std::uint32_t i) {
+  points.for_each_on(flight.direction, {from, to, end.left, end.right}, [&](std::uint32_t i) {
     const Eigen::Vector3f& point = points.sorted()[i];
     const double height = outwards * (point.z() - end.z);
     if (height < 0.3 * rise || height > 1.6 * rise) return;
@@ -105,7 +105,7 @@ std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, st
 }
 
 /// The level that continues the series beyond one end: across the flight's width, level, one rise further.
-std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& segmentation,
+std::optional<Step> next_level(const StripPoints& points, const Segmentation& segmentation,
                                const Flight& flight, bool below) {
   const double rise = median(flight.rises());
   const Step& end = below ? flight.steps.front() : flight.steps.back();
@@ -144,15 +144,15 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
 
 /// m along the flight, where the next riser stands beyond a landing at its upper end: the first place with
 /// points of its lower half over a third of the width.
-std::optional<double> riser_beyond_landing(const PlanBlocks& points, const Flight& flight) {
+std::optional<double> riser_beyond_landing(const StripPoints& points, const Flight& flight) {
   constexpr double kLongest = 2.5, kBin = 0.05;  // m
   const Step& end = flight.steps.back();
   const double rise = median(flight.rises());
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
   std::map<int, std::pair<std::size_t, std::vector<bool>>> bins;
   const auto wide = static_cast<std::size_t>((end.right - end.left) / kCell) + 1;
-  for_each_on_strip(
-      points, flight.direction, {end.far, end.far + kLongest, end.left, end.right}, [&](std::uint32_t i) {
+  points.for_each_on(
+      flight.direction, {end.far, end.far + kLongest, end.left, end.right}, [&](std::uint32_t i) {
         const Eigen::Vector3f& point = points.sorted()[i];
         const double over = (static_cast<double>(point.z()) - end.z) / rise;
         const Eigen::Vector2d p = point.head<2>().cast<double>();
@@ -172,7 +172,7 @@ std::optional<double> riser_beyond_landing(const PlanBlocks& points, const Fligh
 }
 
 /// The next level behind a landing at the flight's upper end; the landing's own step reaches up to it.
-std::optional<Step> beyond_landing(const PlanBlocks& points, const Segmentation& segmentation,
+std::optional<Step> beyond_landing(const StripPoints& points, const Segmentation& segmentation,
                                    Flight& flight) {
   if (flight.steps.size() <= kSureRises) return std::nullopt;
   const auto riser = riser_beyond_landing(points, flight);
@@ -185,7 +185,7 @@ std::optional<Step> beyond_landing(const PlanBlocks& points, const Segmentation&
 
 }  // namespace
 
-std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& points, const Flight& flight,
+std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const StripPoints& points, const Flight& flight,
                                                           double band) {
   constexpr double kEdge = 0.04;  // m
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
@@ -196,7 +196,7 @@ std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& poin
     all = {std::min(all.from, step.near), std::max(all.to, step.far), std::min(all.left, step.left),
            std::max(all.right, step.right)};
   }
-  for_each_on_strip(points, flight.direction, all, [&](std::uint32_t k) {
+  points.for_each_on(flight.direction, all, [&](std::uint32_t k) {
     const Eigen::Vector3f& point = points.sorted()[k];
     const double z = point.z();
     if (z < flight.steps.front().z - band || z > flight.steps.back().z + band) return;
@@ -215,7 +215,7 @@ std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& poin
   return treads;
 }
 
-void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
+void refine_heights(const StripPoints& points, const Segmentation& segmentation, Flight& flight) {
   constexpr double kThick = 0.03, kBand = 0.06;  // m, thickness above which a surface contains a riser
   constexpr std::size_t kEnough = 15;            // points
   const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
@@ -232,8 +232,8 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
 void extend(const StepPoints& points, Flight& flight) {
   for (const bool below : {true, false}) {
     while (flight.steps.size() < kMaxSteps) {
-      auto step = next_level(points.blocks, points.segmentation, flight, below);
-      if (!step && !below) step = beyond_landing(points.blocks, points.segmentation, flight);
+      auto step = next_level(points.strips, points.segmentation, flight, below);
+      if (!step && !below) step = beyond_landing(points.strips, points.segmentation, flight);
       if (!step) step = next_on_profile(points, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fusion/semantic/net/flight_profile.hpp"
+#include "fusion/semantic/net/flight_strip.hpp"
 #include "fusion/semantic/net/stair_slopes.hpp"
 #include "protocols/quantile.hpp"
 
@@ -19,7 +20,6 @@ constexpr std::size_t kMinRises = 3;     ///< of a flight; two may be a threshol
 constexpr std::size_t kSeedRises = 2;    ///< of surfaces: the floor is too wide for a strip; added later
 constexpr double kGap = 0.30;            ///< m, between two treads in the plan: hidden by the step's edge
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
-constexpr double kBlock = 2;       ///< m, block side of the plan for point look-ups
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
 
 struct Tread {
@@ -204,7 +204,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     strips.emplace_back();
     for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
   }
-  std::optional<PlanBlocks> points;  // a flight uses only its surroundings, not the whole site
+  std::optional<StripPoints> points;
   std::vector<Flight> flights;
   std::vector<bool> used(treads.size(), false);
   for (;;) {
@@ -217,7 +217,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     }
     if (best.steps.empty()) break;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
-    if (!points) points.emplace(cloud.points, kBlock);
+    if (!points) points.emplace(cloud.points);
     turn_square({*points, cloud, segmentation}, treads, best);
     extend({*points, cloud, segmentation}, best);
     refine_heights(*points, segmentation, best);
@@ -230,7 +230,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
   for (const StairSlope& slope : find_slopes(cloud, segmentation)) {
     const auto taken = [&](const Flight& flight) { return is_on(slope, flight); };
     if (std::any_of(flights.begin(), flights.end(), taken)) continue;
-    if (!points) points.emplace(cloud.points, kBlock);
+    if (!points) points.emplace(cloud.points);
     Flight flight = flight_on({*points, cloud, segmentation}, slope);
     if (flight.steps.size() <= kSeedRises ||
         std::any_of(flights.begin(), flights.end(),

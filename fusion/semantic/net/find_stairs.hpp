@@ -6,7 +6,6 @@
 
 #include "fusion/cloud/point_cloud.hpp"
 #include "fusion/semantic/net/semantic_net.hpp"
-#include "fusion/semantic/segmentation/plan_blocks.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
 
 namespace parhelion::semantic {
@@ -30,6 +29,7 @@ struct Flight {
 };
 
 struct StepPoints;  // flight_profile.hpp
+class StripPoints;  // flight_strip.hpp
 
 std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options);
@@ -38,10 +38,10 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
 void extend(const StepPoints& points, Flight& flight);
 
 /// Recomputes the heights of sparse treads without the points of the adjacent risers.
-void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);
+void refine_heights(const StripPoints& points, const Segmentation& segmentation, Flight& flight);
 
 /// Adjusts the measured heights towards equal rises, each weighted by its accuracy: a tread that is inclined
 /// in the cloud has an uncertain height. Accurate ones keep their heights, including unequal rises.
-void even_rises(const PlanBlocks& points, Flight& flight);
+void even_rises(const StripPoints& points, Flight& flight);
 
 }  // namespace parhelion::semantic

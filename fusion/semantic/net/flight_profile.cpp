@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "fusion/semantic/net/flight_strip.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -128,10 +127,10 @@ FlightPoints points_along(const StepPoints& points, const Eigen::Vector2d& direc
   };
   const cloud::PointCloud<Map>& cloud = points.cloud;
   const auto add = [&](std::uint32_t k) {
-    const Eigen::Vector3d p = points.blocks.sorted()[k].cast<double>();
+    const Eigen::Vector3d p = points.strips.sorted()[k].cast<double>();
     if (p.z() < low || p.z() > high) return;
     const double s = direction.dot(p.head<2>()), t = across.dot(p.head<2>()) - frame.left;
-    const std::uint32_t i = points.blocks.order()[k];
+    const std::uint32_t i = points.strips.order()[k];
     if (s < from || s > to || t < 0 || t > frame.width || is_beside(points.segmentation.surface_of[i]))
       return;
     bool above = true, front = true;
@@ -141,7 +140,7 @@ FlightPoints points_along(const StepPoints& points, const Eigen::Vector2d& direc
     }
     result.push_back({s, t, p.z(), above, front});
   };
-  for_each_on_strip(points.blocks, direction, {from, to, frame.left, frame.left + frame.width}, add);
+  points.strips.for_each_on(direction, {from, to, frame.left, frame.left + frame.width}, add);
   return result;
 }
 

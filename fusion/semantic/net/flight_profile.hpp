@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fusion/semantic/net/find_stairs.hpp"
+#include "fusion/semantic/net/flight_strip.hpp"
 
 namespace parhelion::semantic {
 
@@ -20,7 +21,7 @@ using FlightPoints = std::vector<FlightPoint>;
 
 /// The points that flights are looked for in.
 struct StepPoints {
-  const PlanBlocks& blocks;
+  const StripPoints& strips;
   const cloud::PointCloud<Map>& cloud;
   const Segmentation& segmentation;
 };

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "fusion/semantic/net/find_stairs.hpp"
+#include "fusion/semantic/net/flight_strip.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
@@ -59,7 +60,7 @@ TEST(EvenRises, AreRecoveredFromABentCloud) {
   Stairs stairs = stairs_of(std::vector<double>(9, 0.16), [](double x) { return 0.02 * x * std::abs(x); });
   const double before = unevenness(stairs.flight);
   EXPECT_GT(before, 0.010) << "the cloud bends enough to see it";
-  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  even_rises(StripPoints(stairs.cloud.points), stairs.flight);
   EXPECT_LT(unevenness(stairs.flight), 0.8 * before);
   EXPECT_LT(unevenness(stairs.flight), 0.010);
 }
@@ -67,7 +68,7 @@ TEST(EvenRises, AreRecoveredFromABentCloud) {
 TEST(EvenRises, LeaveWellMeasuredUnevenStairsAsTheyAre) {
   const std::vector<double> rises = {0.17, 0.17, 0.195, 0.17, 0.15, 0.17};
   Stairs stairs = stairs_of(rises, [](double) { return 0; });
-  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  even_rises(StripPoints(stairs.cloud.points), stairs.flight);
   const std::vector<double> found = stairs.flight.rises();
   for (std::size_t i = 0; i < rises.size(); ++i) EXPECT_NEAR(found[i], rises[i], 0.003) << i;
 }
@@ -77,14 +78,14 @@ TEST(EvenRises, InferAnUnseenTreadFromTheOthers) {
   stairs.flight.steps[3].z += 0.03;
   std::erase_if(stairs.cloud.points,
                 [](const Eigen::Vector3f& p) { return p.x() > 2 * kTread && p.x() < 3 * kTread; });
-  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  even_rises(StripPoints(stairs.cloud.points), stairs.flight);
   EXPECT_NEAR(stairs.flight.steps[3].z, 3 * 0.17, 0.005);
 }
 
 TEST(EvenRises, DoNotChangeTwoSteps) {
   Stairs stairs = stairs_of({0.15, 0.19}, [](double x) { return 0.05 * x; });
   const std::vector<double> before = stairs.flight.rises();
-  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  even_rises(StripPoints(stairs.cloud.points), stairs.flight);
   EXPECT_EQ(stairs.flight.rises(), before);
 }
 
