@@ -85,15 +85,26 @@ void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end
     each[axis] = options_.cube / std::abs(ray[axis]);
     next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / ray[axis];
   }
+  // The index within a block at which a ray enters it.
+  const Index entered = step.unaryExpr([](int s) { return s > 0 ? 0 : kSide - 1; });
+  Block* block = nullptr;
+  bool new_block = true;
   for (int left = (last - at).abs().sum(); left > 0; --left) {
-    if (Block* block = block_at(at, true)) {
+    if (new_block) block = block_at(at, true);
+    if (block != nullptr) {
       Evidence& cube = block->cubes[place_in(at)];
       cube = std::max(cube, Evidence::seen_through);
     }
-    Eigen::Index axis = 0;
-    next.minCoeff(&axis);
-    at[axis] += step[axis];
-    next[axis] += each[axis];
+    // To the nearest border; a selection by index would wait for memory in each cube.
+    const bool not_x = next[1] < next[0], along_z = next[2] < (not_x ? next[1] : next[0]);
+    const std::array<bool, 3> along = {!not_x && !along_z, not_x && !along_z, along_z};
+    new_block = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<Eigen::Index>(axis);
+      next[k] += along[axis] ? each[k] : 0;
+      at[k] += along[axis] ? step[k] : 0;
+      new_block = new_block || (along[axis] && (at[k] & (kSide - 1)) == entered[k]);
+    }
   }
 }
 
