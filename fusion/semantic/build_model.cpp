@@ -1,5 +1,8 @@
 #include "fusion/semantic/build_model.hpp"
 
+#include <oneapi/tbb/parallel_invoke.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -84,6 +87,25 @@ void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud
                   " away from the site");
 }
 
+/// The cloud with points over its voxels, where it is a voxel map or too sparse.
+std::optional<SpreadCloud> spread_if_sparse(const cloud::PointCloud<Cloud>& cloud,
+                                            const ModelOptions& options, std::vector<std::string>& notes) {
+  std::optional<double> voxels = options.spacing, sparse;
+  if (!voxels) {
+    tbb::parallel_invoke([&] { voxels = voxel_spacing(cloud); }, [&] { sparse = sparse_spacing(cloud); });
+  }
+  if (voxels) {
+    notes.push_back("points are " + length_text(*voxels) +
+                    " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
+  } else if (sparse) {
+    notes.push_back("points are up to " + length_text(*sparse) +
+                    " apart on most surfaces: gaps up to that are taken for surface");
+  } else {
+    return std::nullopt;
+  }
+  return spread_voxels(cloud, voxels ? *voxels : *sparse, options.segmentation.threads);
+}
+
 /// In place: a cloud of fifty million points must not be copied.
 cloud::PointCloud<Map> placed(cloud::PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
   cloud::PointCloud<Map> result{std::move(cloud.points),  std::move(cloud.normals),
@@ -110,10 +132,8 @@ void raise(BuiltModel& built, double by) {
   built.shift = by;
 }
 
-}  // namespace
-
-Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
-                               const std::function<void(const char*, int)>& progress) {
+Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
+                         const std::function<void(const char*, int)>& progress) {
   const auto begin = [&](const char* stage, int done) {
     if (progress) progress(stage, done);
   };
@@ -123,17 +143,7 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
-  std::optional<SpreadCloud> spread;
-  if (const auto spacing = options.spacing ? options.spacing : voxel_spacing(cloud)) {
-    spread = spread_voxels(cloud, *spacing, options.segmentation.threads);
-    built.notes.push_back(
-        "points are " + length_text(*spacing) +
-        " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
-  } else if (const auto sparse = sparse_spacing(cloud)) {
-    spread = spread_voxels(cloud, *sparse, options.segmentation.threads);
-    built.notes.push_back("points are up to " + length_text(*sparse) +
-                          " apart on most surfaces: gaps up to that are taken for surface");
-  }
+  std::optional<SpreadCloud> spread = spread_if_sparse(cloud, options, built.notes);
   bool upside_down = false;
   const auto T_map_cloud =
       level(spread ? spread->cloud : cloud, options.up.value_or(Eigen::Vector3d::UnitZ()),
@@ -194,6 +204,17 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
     raise(built, -*floor);
   }
   return built;
+}
+
+}  // namespace
+
+Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
+                               const std::function<void(const char*, int)>& progress) {
+  if (options.segmentation.threads < 0) return Error{"threads must not be negative"};
+  // All loops within it use these threads.
+  tbb::task_arena arena(options.segmentation.threads == 0 ? tbb::task_arena::automatic
+                                                          : options.segmentation.threads);
+  return arena.execute([&] { return build(std::move(cloud), options, progress); });
 }
 
 }  // namespace parhelion::semantic

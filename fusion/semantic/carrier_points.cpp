@@ -1,10 +1,12 @@
 #include "fusion/semantic/carrier_points.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "fusion/cloud/parallel.hpp"
 #include "protocols/model.hpp"
 
 namespace parhelion::semantic {
@@ -66,6 +68,13 @@ struct Thing {
   std::uint16_t view = 0;
   bool joined = false;  ///< touches something that is not the carrier
   Eigen::AlignedBox3d bounds;
+};
+
+/// A thing as seen from one viewpoint.
+struct Ahead {
+  const Thing* thing;
+  Eigen::Vector3d to_middle;  ///< m
+  double radius;              ///< m
 };
 
 class Carriers {
@@ -156,33 +165,42 @@ class Carriers {
 
   /// Marks the cubes that a line of sight of another view passes.
   void look_through(const std::vector<Thing>& things) const {
-    std::vector<std::vector<const Thing*>> ahead(cloud_.viewpoints.size());
+    std::vector<std::vector<Ahead>> ahead(cloud_.viewpoints.size());
     for (std::size_t v = 0; v < ahead.size(); ++v) {
       for (const Thing& thing : things) {
-        if (thing.view != v && thing.bounds.exteriorDistance(cloud_.viewpoints[v]) < kSight)
-          ahead[v].push_back(&thing);
+        if (thing.view == v || thing.bounds.exteriorDistance(cloud_.viewpoints[v]) >= kSight) continue;
+        ahead[v].push_back({&thing, thing.bounds.center() - cloud_.viewpoints[v],
+                            0.5 * thing.bounds.diagonal().norm() + kCube});
       }
     }
-    for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      const std::size_t view = view_of(i);
-      if (view >= ahead.size() || ahead[view].empty()) continue;
-      const Eigen::Vector3d eye = cloud_.viewpoints[view], to_point = cloud_.points[i].cast<double>() - eye;
-      for (const Thing* thing : ahead[view]) pass(eye, to_point, *thing);
-    }
+    constexpr std::size_t kChunk = 16'384;
+    cloud::for_each_chunk(cloud_.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t view = view_of(i);
+        if (view >= ahead.size() || ahead[view].empty()) continue;
+        const Eigen::Vector3d &eye = cloud_.viewpoints[view],
+                              to_point = cloud_.points[i].cast<double>() - eye;
+        const double length = to_point.norm();
+        if (!(length > 0)) continue;
+        const Eigen::Vector3d ray = to_point / length;
+        for (const Ahead& thing : ahead[view]) pass(eye, ray, length, thing);
+      }
+    });
   }
 
-  static void pass(const Eigen::Vector3d& eye, const Eigen::Vector3d& to_point, const Thing& thing) {
-    const double length = to_point.norm(), radius = 0.5 * thing.bounds.diagonal().norm() + kCube;
-    if (!(length > 0)) return;
-    const Eigen::Vector3d ray = to_point / length, to_middle = thing.bounds.center() - eye;
-    const double along = to_middle.dot(ray);
-    if (along < 0 || along - radius > length || (to_middle - along * ray).squaredNorm() > radius * radius)
+  static void pass(const Eigen::Vector3d& eye, const Eigen::Vector3d& ray, double length,
+                   const Ahead& ahead) {
+    const double along = ahead.to_middle.dot(ray), radius = ahead.radius;
+    if (along < 0 || along - radius > length ||
+        (ahead.to_middle - along * ray).squaredNorm() > radius * radius)
       return;
+    const Thing& thing = *ahead.thing;
     for (std::size_t c = 0; c < thing.cubes.size(); ++c) {
       const Eigen::Vector3d to_cube = thing.centres[c] - eye;
       const double at = to_cube.dot(ray);
       if (at < 0 || at + kBehind > length) continue;
-      if ((to_cube - at * ray).squaredNorm() <= 0.25 * kCube * kCube) thing.cubes[c]->looked_through = true;
+      if ((to_cube - at * ray).squaredNorm() <= 0.25 * kCube * kCube)
+        std::atomic_ref(thing.cubes[c]->looked_through).store(true, std::memory_order_relaxed);
     }
   }
 

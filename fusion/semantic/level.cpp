@@ -4,8 +4,9 @@
 #include <cmath>
 #include <numbers>
 #include <sstream>
-#include <unordered_map>
 
+#include "fusion/cloud/parallel.hpp"
+#include "fusion/cloud/voxel_index.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
 
 namespace parhelion::semantic {
@@ -28,37 +29,44 @@ struct Patch {
   bool planar = false;
 };
 
+/// From sums to the plane through the points.
+void fit_plane(Patch& patch) {
+  const Eigen::Vector3d shift = patch.sum / patch.count;
+  patch.mean += shift;
+  patch.squares = patch.squares / patch.count - shift * shift.transpose();
+  if (patch.count < 6) return;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(patch.squares);
+  const Eigen::Vector3d lambda = solver.eigenvalues();
+  // Wide in both directions (variance of a full cube: a twelfth of its side squared), and flat.
+  patch.planar = lambda[1] > kPatchSide * kPatchSide / 100 && lambda[0] < 0.1 * lambda[1];
+  patch.normal = solver.eigenvectors().col(0);
+}
+
 /// Cubes of the cloud with the plane through the points of each; in the order of first appearance.
 std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<Patch> patches;
-  std::unordered_map<std::uint64_t, std::uint32_t> number;
+  cloud::VoxelIndex number;
   const std::size_t step = std::max<std::size_t>(1, points.size() / kEnoughPoints);
   for (std::size_t i = 0; i < points.size(); i += step) {
     const Eigen::Vector3d p = points[i].cast<double>();
     if (!(p.cwiseAbs().maxCoeff() < kReach)) continue;
-    std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      key = key << 21 | static_cast<std::uint64_t>(std::floor((p[axis] + kReach) / kPatchSide));
-    const auto [it, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(patches.size()));
-    if (is_new) patches.emplace_back();
-    Patch& patch = patches[it->second];
+    const Eigen::Vector3i cube = ((p.array() + kReach) / kPatchSide).floor().cast<int>();
+    std::uint32_t& index = number[cube];
+    if (index == cloud::VoxelIndex::kNone) {
+      index = static_cast<std::uint32_t>(patches.size());
+      patches.emplace_back();
+    }
+    Patch& patch = patches[index];
     if (patch.count == 0) patch.mean = p;  // sums are relative to the first point, to keep squares small
     const Eigen::Vector3d offset = p - patch.mean;
     patch.sum += offset;
     patch.squares += offset * offset.transpose();
     ++patch.count;
   }
-  for (Patch& patch : patches) {
-    const Eigen::Vector3d shift = patch.sum / patch.count;
-    patch.mean += shift;
-    patch.squares = patch.squares / patch.count - shift * shift.transpose();
-    if (patch.count < 6) continue;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(patch.squares);
-    const Eigen::Vector3d lambda = solver.eigenvalues();
-    // Wide in both directions (variance of a full cube: a twelfth of its side squared), and flat.
-    patch.planar = lambda[1] > kPatchSide * kPatchSide / 100 && lambda[0] < 0.1 * lambda[1];
-    patch.normal = solver.eigenvectors().col(0);
-  }
+  constexpr std::size_t kChunk = 256;
+  cloud::for_each_chunk(patches.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) fit_plane(patches[i]);
+  });
   return patches;
 }
 

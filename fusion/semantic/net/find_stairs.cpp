@@ -1,5 +1,7 @@
 #include "fusion/semantic/net/find_stairs.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -227,11 +229,19 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     judge(best);
     flights.push_back(std::move(best));
   }
-  for (const StairSlope& slope : find_slopes(cloud, segmentation)) {
-    const auto taken = [&](const Flight& flight) { return is_on(slope, flight); };
-    if (std::any_of(flights.begin(), flights.end(), taken)) continue;
-    if (!points) points.emplace(cloud.points);
-    Flight flight = flight_on({*points, cloud, segmentation}, slope);
+  const std::vector<StairSlope> slopes = find_slopes(cloud, segmentation);
+  const auto is_taken = [&](const StairSlope& slope) {
+    return std::any_of(flights.begin(), flights.end(),
+                       [&](const Flight& flight) { return is_on(slope, flight); });
+  };
+  if (!slopes.empty() && !points) points.emplace(cloud.points);
+  std::vector<Flight> on_slopes(slopes.size());
+  tbb::parallel_for(std::size_t{0}, slopes.size(), [&](std::size_t i) {
+    if (!is_taken(slopes[i])) on_slopes[i] = flight_on({*points, cloud, segmentation}, slopes[i]);
+  });
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    if (is_taken(slopes[i])) continue;  // by one of these flights
+    Flight& flight = on_slopes[i];
     if (flight.steps.size() <= kSeedRises ||
         std::any_of(flights.begin(), flights.end(),
                     [&](const Flight& other) { return same_place(flight, other); }))

@@ -2,6 +2,7 @@
 #include <map>
 #include <utility>
 
+#include "fusion/cloud/parallel.hpp"
 #include "fusion/semantic/carrier_points.hpp"
 #include "fusion/semantic/net/net_entities.hpp"
 #include "fusion/semantic/segmentation/floor_points.hpp"
@@ -91,13 +92,16 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
   for (std::size_t h = 0; h < labelling.horizontals.size(); ++h)
     of_surface[segmentation.verticals.size() + h] = labelling.horizontals[h].label;
   net.labels.resize(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const std::uint32_t surface = segmentation.surface_of[i];
-    net.labels[i] =
-        static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
-  }
   const BoxesByPlace boxes(boxes_of(net));
-  for (std::size_t i = 0; i < cloud.size(); ++i) boxes.label(cloud.points[i], net.labels[i]);
+  constexpr std::size_t kChunk = 16'384;
+  cloud::for_each_chunk(cloud.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t surface = segmentation.surface_of[i];
+      net.labels[i] =
+          static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
+      boxes.label(cloud.points[i], net.labels[i]);
+    }
+  });
   grow_floors(cloud, net.labels);
   drop_carriers(cloud, net.labels);
 }

@@ -45,7 +45,8 @@ struct SemanticNet {
   std::vector<std::uint8_t> labels;  ///< per point of the cloud: EntityLabel; unknown where none
 };
 
-/// Errors: a segmentation that does not fit the cloud.
+/// Errors: a segmentation that does not fit the cloud. Uses the threads of the calling task arena; the same
+/// for any number.
 Result<SemanticNet> label_entities(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                    const SemanticNetOptions& options = {});
 

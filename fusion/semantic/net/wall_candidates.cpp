@@ -1,5 +1,7 @@
 #include "fusion/semantic/net/wall_candidates.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -206,11 +208,9 @@ void average_curve_scores(std::vector<WallCandidate>& walls) {
   }
 }
 
-}  // namespace
-
-WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
-                                    const Levels& levels, const SemanticNetOptions& options) {
-  WallCandidates found;
+/// Walls with their heights, not yet measured.
+std::vector<WallCandidate> merged_walls(const Segmentation& segmentation, const Levels& levels) {
+  std::vector<WallCandidate> walls;
   const std::vector<std::size_t> order = by_points(segmentation);
   const std::map<std::uint32_t, double> round_lengths = lengths_of_curves(segmentation);
   std::vector<bool> used(order.size());
@@ -222,18 +222,36 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     const Eigen::Vector2d middle = 0.5 * (wall.start + wall.end);
     wall.floor = levels.under(middle, wall.z_low);
     wall.ceiling = levels.over(middle, wall.z_high);
-    if (wall.ceiling - wall.floor < 0.3) continue;
-    wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
-    wall.visible_from = visible_from(segmentation, wall);
-    std::vector<Opening> openings = find_openings(points, wall, found.walls.size(), options);
-    measure_coverage(wall, openings);
-    measure_sight(wall, openings);
-    wall.one_sided = one_sided(points, wall);
-    wall.score = wall_score(wall) - (carries_top(segmentation, wall) ? 5 : 0) -
-                 10 * std::max(0.0, open_length(wall, openings) - 0.5);
-    found.openings.insert(found.openings.end(), openings.begin(), openings.end());
-    found.walls.push_back(std::move(wall));
+    if (wall.ceiling - wall.floor >= 0.3) walls.push_back(std::move(wall));
   }
+  return walls;
+}
+
+/// Fills the wall's raster and figures; returns its openings.
+std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segmentation, std::size_t index,
+                             const SemanticNetOptions& options, WallCandidate& wall) {
+  wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
+  wall.visible_from = visible_from(segmentation, wall);
+  std::vector<Opening> openings = find_openings(points, wall, index, options);
+  measure_coverage(wall, openings);
+  measure_sight(wall, openings);
+  wall.one_sided = one_sided(points, wall);
+  wall.score = wall_score(wall) - (carries_top(segmentation, wall) ? 5 : 0) -
+               10 * std::max(0.0, open_length(wall, openings) - 0.5);
+  return openings;
+}
+
+}  // namespace
+
+WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
+                                    const Levels& levels, const SemanticNetOptions& options) {
+  WallCandidates found{merged_walls(segmentation, levels), {}};
+  std::vector<std::vector<Opening>> openings(found.walls.size());
+  tbb::parallel_for(std::size_t{0}, openings.size(), [&](std::size_t w) {
+    openings[w] = measure(points, segmentation, w, options, found.walls[w]);
+  });
+  for (const std::vector<Opening>& of_wall : openings)
+    found.openings.insert(found.openings.end(), of_wall.begin(), of_wall.end());
   average_curve_scores(found.walls);
   weigh_walls(found.walls);
   return found;

@@ -1,5 +1,7 @@
 #include "fusion/semantic/segmentation/floor_points.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -135,10 +137,11 @@ void grow_floors(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>&
     if (scan >= of_scan.size()) of_scan.resize(scan + 1);
     of_scan[scan].push_back(static_cast<std::uint32_t>(i));
   }
-  for (std::vector<std::uint32_t>& points : of_scan) {
-    ScanFloor(cloud, points).grow(labels);
-    points = {};
-  }
+  // Each scan changes the labels of its own points only.
+  tbb::parallel_for(std::size_t{0}, of_scan.size(), [&](std::size_t scan) {
+    ScanFloor(cloud, of_scan[scan]).grow(labels);
+    of_scan[scan] = {};
+  });
 }
 
 }  // namespace parhelion::semantic
