@@ -33,10 +33,12 @@ Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
   }
   Eigen::Vector3d low, high;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::sort(sample[axis].begin(), sample[axis].end());
-    const std::size_t n = sample[axis].size();
-    low[static_cast<Eigen::Index>(axis)] = static_cast<double>(sample[axis][n / 100]);
-    high[static_cast<Eigen::Index>(axis)] = static_cast<double>(sample[axis][n - 1 - n / 100]);
+    const auto outliers = static_cast<std::ptrdiff_t>(sample[axis].size() / 100);
+    const auto first = sample[axis].begin() + outliers, last = sample[axis].end() - 1 - outliers;
+    std::nth_element(sample[axis].begin(), first, sample[axis].end());
+    low[static_cast<Eigen::Index>(axis)] = static_cast<double>(*first);
+    std::nth_element(first, last, sample[axis].end());
+    high[static_cast<Eigen::Index>(axis)] = static_cast<double>(*last);
   }
   return {low, high};
 }

@@ -97,14 +97,22 @@ struct Plane {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
 };
 
-/// Through those of the points that are within `reach` of p.
+/// The largest number whose square root is not more than `root`.
+double largest_square(double root) {
+  double square = root * root;
+  while (std::sqrt(square) > root) square = std::nextafter(square, 0);
+  while (std::sqrt(std::nextafter(square, HUGE_VAL)) <= root) square = std::nextafter(square, HUGE_VAL);
+  return square;
+}
+
+/// Through those of the points whose distance from p has a square of at most `reach2` (m^2).
 std::optional<Plane> plane_at(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& p,
-                              double reach) {
+                              double reach2) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, beside = sum;
   double n = 0;
   for (const Eigen::Vector3f& q : points) {
     const Eigen::Vector3d d = (q - p).cast<double>();
-    if (d.norm() > reach) continue;
+    if (d.squaredNorm() > reach2) continue;
     n += 1, sum += d, squares += d.cwiseProduct(d);
     beside += Eigen::Vector3d(d.x() * d.y(), d.x() * d.z(), d.y() * d.z());
   }
@@ -122,12 +130,13 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
                                             int threads) {
   constexpr std::size_t kChunk = 256;  // cubes
   const Cubes cubes(points, reach);
+  const double reach2 = largest_square(reach);
   std::vector<std::optional<Plane>> planes(points.size());
   cloud::for_each_chunk(cubes.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Eigen::Vector3f> about;
     for (std::size_t c = begin; c < end; ++c) {
       cubes.collect_about(c, about);
-      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach);
+      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach2);
     }
   });
   return planes;

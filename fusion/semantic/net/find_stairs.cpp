@@ -198,14 +198,13 @@ std::vector<double> Flight::treads() const {
 std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options) {
   const std::vector<Tread> treads = treads_of(cloud, segmentation);
-  std::vector<std::vector<Step>> strips;
-  std::vector<Eigen::Vector2d> directions;
-  for (int k = 0; k < kDirections; ++k) {
-    const double angle = 2 * std::numbers::pi * k / kDirections;
-    directions.emplace_back(std::cos(angle), std::sin(angle));
-    strips.emplace_back();
-    for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
-  }
+  std::vector<std::vector<Step>> strips(kDirections);
+  std::vector<Eigen::Vector2d> directions(kDirections);
+  tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t k) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kDirections;
+    directions[k] = {std::cos(angle), std::sin(angle)};
+    for (const Tread& tread : treads) strips[k].push_back(strip(tread, directions[k]));
+  });
   std::optional<StripPoints> points;
   std::vector<Flight> flights;
   std::vector<bool> used(treads.size(), false);

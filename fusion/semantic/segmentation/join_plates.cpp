@@ -28,8 +28,7 @@ double height_step(const Plate& a, const Plate& b) {
 }
 
 bool of_one_height(const Plate& a, const Plate& b) {
-  const auto apart = static_cast<double>(std::abs(b.z - a.z));
-  return apart <= kMaxHeightStep && apart <= height_step(a, b);
+  return static_cast<double>(std::abs(b.z - a.z)) <= height_step(a, b);
 }
 
 /// Whether the plate contains more of the points around its height than a wall's slice does by chance. Such
@@ -38,6 +37,17 @@ bool is_flat(const Plate& plate) {
   const double n = plate.points + plate.around, mean = kSliceFraction * n;
   return plate.points > mean + 2 * std::sqrt(mean * (1 - kSliceFraction));
 }
+
+/// What a plate's neighbours need of it first, close together in memory.
+struct Place {
+  std::int32_t x, y;
+  float z;
+  bool flat;
+};
+
+constexpr float kFarthest = 0.031F;  // m, a little more than kMaxHeightStep
+
+Place place_of(const Plate& plate) { return {plate.x, plate.y, plate.z, is_flat(plate)}; }
 
 }  // namespace
 
@@ -48,14 +58,14 @@ bool by_place(const Plate& a, const Plate& b) {
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
   std::iota(parent.begin(), parent.end(), 0U);
-  std::vector<std::uint8_t> flat(plates.size());
-  std::transform(plates.begin(), plates.end(), flat.begin(), is_flat);
+  std::vector<Place> places(plates.size());
+  std::transform(plates.begin(), plates.end(), places.begin(), place_of);
   const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
     const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
     if (host[child] == kNoSurface || apart(i) < apart(host[child])) host[child] = i;
   };
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
-    const bool one = flat[i], other = flat[j];
+    const bool one = places[i].flat, other = places[j].flat;
     if ((!one && !other) || !of_one_height(plates[i], plates[j])) return;
     if (one && other) {
       const auto a = root(parent, i), b = root(parent, j);
@@ -66,15 +76,17 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   };
   // Where the neighbours in each row begin: these places move on with the plates.
   std::array<std::uint32_t, kReachCells + 1> first{};
-  for (std::uint32_t i = 0; i < plates.size(); ++i) {
-    const Plate& plate = plates[i];
+  for (std::uint32_t i = 0; i < places.size(); ++i) {
+    const Place& place = places[i];
     for (int dy = 0; dy <= kReachCells; ++dy) {
-      const std::pair from(plate.y + dy, plate.x + (dy == 0 ? 1 : -kReachCells));
+      const std::pair from(place.y + dy, place.x + (dy == 0 ? 1 : -kReachCells));
       std::uint32_t& begin = first[static_cast<std::size_t>(dy)];
-      while (begin < plates.size() && std::pair(plates[begin].y, plates[begin].x) < from) ++begin;
+      while (begin < places.size() && std::pair(places[begin].y, places[begin].x) < from) ++begin;
       for (std::uint32_t j = begin;
-           j < plates.size() && plates[j].y == from.first && plates[j].x <= plate.x + kReachCells; ++j)
-        meet(i, j);
+           j < places.size() && places[j].y == from.first && places[j].x <= place.x + kReachCells; ++j) {
+        // Most are at other heights.
+        if (std::abs(places[j].z - place.z) <= kFarthest) meet(i, j);
+      }
     }
   }
   std::vector<std::uint32_t> part(plates.size());

@@ -1,6 +1,7 @@
 #include "fusion/semantic/segmentation/pixel_set.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace parhelion::semantic {
@@ -109,8 +110,11 @@ void dilate(const PixelSet& image, PixelSet& result) {
 
 namespace {
 
-/// The conditions of Guo and Hall for one of the two half passes; p: neighbours, north first, clockwise.
-bool may_go(const bool (&p)[8], bool second_half) {
+/// The conditions of Guo and Hall for one of the two half passes; one bit for each neighbour, north first,
+/// clockwise.
+bool may_go(unsigned neighbours, bool second_half) {
+  bool p[8];
+  for (unsigned n = 0; n < 8; ++n) p[n] = (neighbours >> n & 1) != 0;
   const int connected = (!p[0] && (p[1] || p[2])) + (!p[2] && (p[3] || p[4])) + (!p[4] && (p[5] || p[6])) +
                         (!p[6] && (p[7] || p[0]));
   if (connected != 1) return false;
@@ -121,9 +125,21 @@ bool may_go(const bool (&p)[8], bool second_half) {
   return second_half ? !((p[0] || p[1] || !p[3]) && p[2]) : !((p[4] || p[5] || !p[7]) && p[6]);
 }
 
+using ThinningTable = std::array<std::array<bool, 256>, 2>;
+
+ThinningTable thinning_table() {
+  ThinningTable table;
+  for (unsigned neighbours = 0; neighbours < 256; ++neighbours) {
+    for (const bool second_half : {false, true})
+      table[second_half][neighbours] = may_go(neighbours, second_half);
+  }
+  return table;
+}
+
 }  // namespace
 
 void thin(PixelSet& image) {
+  static const ThinningTable table = thinning_table();
   int around[8];
   image.neighbours(around);
   std::vector<std::uint8_t> drop;
@@ -133,9 +149,10 @@ void thin(PixelSet& image) {
       const auto& set = image.set();
       drop.assign(set.size(), 0);
       for (std::size_t k = 0; k < set.size(); ++k) {
-        bool p[8];
-        for (int n = 0; n < 8; ++n) p[n] = image.at(set[k] + static_cast<std::size_t>(around[n]));
-        drop[k] = may_go(p, second_half);
+        unsigned neighbours = 0;
+        for (unsigned n = 0; n < 8; ++n)
+          neighbours |= unsigned{image.at(set[k] + static_cast<std::size_t>(around[n]))} << n;
+        drop[k] = table[second_half][neighbours];
         changed = changed || drop[k];
       }
       image.erase(drop);
