@@ -237,15 +237,23 @@ SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing,
                             parents[chunk].resize(points[chunk].size(), static_cast<std::uint32_t>(i));
                           }
                         });
+  std::vector<std::size_t> first(points.size() + 1, 0);
+  for (std::size_t c = 0; c < points.size(); ++c) first[c + 1] = first[c] + points[c].size();
   SpreadCloud result;
   result.cloud.viewpoints = cloud.viewpoints;
-  for (std::size_t c = 0; c < points.size(); ++c) {
-    result.cloud.points.insert(result.cloud.points.end(), points[c].begin(), points[c].end());
-    result.parent.insert(result.parent.end(), parents[c].begin(), parents[c].end());
-  }
-  if (!cloud.scans.empty()) {
-    for (const std::uint32_t parent : result.parent) result.cloud.scans.push_back(cloud.scans[parent]);
-  }
+  result.cloud.points.resize(first.back());
+  result.parent.resize(first.back());
+  if (!cloud.scans.empty()) result.cloud.scans.resize(first.back());
+  cloud::for_each_chunk(points.size(), 1, threads, [&](std::size_t c, std::size_t, std::size_t) {
+    std::copy(points[c].begin(), points[c].end(),
+              result.cloud.points.begin() + static_cast<std::ptrdiff_t>(first[c]));
+    std::copy(parents[c].begin(), parents[c].end(),
+              result.parent.begin() + static_cast<std::ptrdiff_t>(first[c]));
+    for (std::size_t i = first[c]; i < first[c + 1] && !cloud.scans.empty(); ++i)
+      result.cloud.scans[i] = cloud.scans[result.parent[i]];
+    points[c] = {};
+    parents[c] = {};
+  });
   return result;
 }
 

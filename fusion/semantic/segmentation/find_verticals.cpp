@@ -22,10 +22,22 @@ struct TileLines {
   std::vector<Eigen::Vector3f> evidence;  ///< x, y (m), weight of the pixels of the tile's core
 };
 
+/// Per point, in the order of the blocks: whether it lies on a horizontal surface.
+std::vector<std::uint8_t> flat_points(const Site& site, const HorizontalSearch& horizontals) {
+  std::vector<std::uint8_t> flat(site.blocks.sorted().size());
+  tbb::parallel_for(std::size_t{0}, site.blocks.blocks().size(), [&](std::size_t b) {
+    const PlanBlocks::Block& block = site.blocks.blocks()[b];
+    const BlockPlates plates(site, horizontals, b);
+    for (std::uint32_t i = block.begin; i < block.end; ++i)
+      flat[i] = plates.lies_flat(site.blocks.sorted()[i]);
+  });
+  return flat;
+}
+
 class TilePlan {
  public:
-  TilePlan(const Site& site, const HorizontalSearch& horizontals, Tile tile)
-      : site_(site), horizontals_(horizontals), tile_(tile) {
+  TilePlan(const Site& site, const std::vector<std::uint8_t>& flat, Tile tile)
+      : site_(site), flat_(flat), tile_(tile) {
     x0_ = (tile.x * kTileBlocks - 1) * kBlockPixels - 1;
     y0_ = (tile.y * kTileBlocks - 1) * kBlockPixels - 1;
   }
@@ -52,12 +64,10 @@ class TilePlan {
     const double per_pixel = 1 / site_.options.pixel;
     const int bx = tile_.x * kTileBlocks, by = tile_.y * kTileBlocks;
     site_.blocks.for_each_in(bx - margin, by - margin, bx + kTileBlocks - 1 + margin,
-                             by + kTileBlocks - 1 + margin,
-                             [&](const PlanBlocks::Block& block, std::size_t b) {
-                               const BlockPlates plates(site_, horizontals_, b);
+                             by + kTileBlocks - 1 + margin, [&](const PlanBlocks::Block& block, std::size_t) {
                                for (std::uint32_t i = block.begin; i < block.end; ++i) {
+                                 if (flat_[i]) continue;
                                  const Eigen::Vector3f& p = site_.blocks.sorted()[i];
-                                 if (plates.lies_flat(p)) continue;
                                  const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
                                  const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
                                  if (chain_.input.inside(x, y)) visit(p, x, y);
@@ -113,7 +123,7 @@ class TilePlan {
   }
 
   const Site& site_;
-  const HorizontalSearch& horizontals_;
+  const std::vector<std::uint8_t>& flat_;
   Tile tile_;
   int x0_ = 0, y0_ = 0;
   static thread_local ImageChain chain_;  // large; only set pixels are cleared
@@ -146,9 +156,10 @@ std::vector<PlanLine> select(LineRefiner& refiner, std::vector<PlanLine> seeds) 
 
 std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSearch& horizontals,
                                             StageImages* stages) {
+  const std::vector<std::uint8_t> flat = flat_points(site, horizontals);
   std::vector<TileLines> of_tiles(site.tiles.size());
   const auto search = [&](std::size_t t) {
-    of_tiles[t] = TilePlan(site, horizontals, site.tiles[t]).search(stages);
+    of_tiles[t] = TilePlan(site, flat, site.tiles[t]).search(stages);
   };
   if (stages != nullptr) {
     for (std::size_t t = 0; t < of_tiles.size(); ++t) search(t);
