@@ -63,18 +63,19 @@ std::size_t PlanPoints::direction_of(const Point& point) const {
 
 void PlanPoints::sort_by_direction() {
   if (viewpoints_.empty()) return;
-  const auto fan = [this](const Point& point) {
-    return static_cast<std::size_t>(point.viewpoint) * kDirections + direction_of(point);
-  };
+  std::vector<std::uint32_t> fan(points_.size());
   fan_start_.assign(viewpoints_.size() * kDirections + 1, 0);
-  for (const Point& point : points_) {
-    if (point.viewpoint >= 0) ++fan_start_[fan(point) + 1];
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].viewpoint < 0) continue;
+    fan[i] = static_cast<std::uint32_t>(static_cast<std::size_t>(points_[i].viewpoint) * kDirections +
+                                        direction_of(points_[i]));
+    ++fan_start_[fan[i] + 1];
   }
   for (std::size_t i = 1; i < fan_start_.size(); ++i) fan_start_[i] += fan_start_[i - 1];
   by_view_.resize(fan_start_.back());
   std::vector<std::uint32_t> next(fan_start_.begin(), fan_start_.end() - 1);
-  for (std::uint32_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].viewpoint >= 0) by_view_[next[fan(points_[i])]++] = i;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].viewpoint >= 0) by_view_[next[fan[i]]++] = points_[i];
   }
 }
 
@@ -151,7 +152,7 @@ namespace {
 double visible_side(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
                     const Eigen::Vector2d& normal, double near) {
   constexpr double kNearby = 2.0;  // m
-  const double inner = kRecessMost + PlanPoints::kCellRadius;
+  const double inner = (points.any_unplaced() ? kRecessMost : near) + PlanPoints::kCellRadius;
   double side = 0;
   points.cells_near(
       start, end, kNearby, [&](const Eigen::Vector2d& centre, std::span<const PlanPoints::Point> in_cell) {

@@ -33,7 +33,7 @@ class PlanPoints {
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {
-      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(points_[by_view_[k]], fan.stride);
+      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(by_view_[k], fan.stride);
     }
   }
 
@@ -86,7 +86,7 @@ class PlanPoints {
   bool any_unplaced_ = false;
   std::vector<std::uint32_t> start_;
   std::vector<Eigen::Vector3f> viewpoints_;
-  std::vector<std::uint32_t> by_view_;    ///< into points_, by view, then direction
+  std::vector<Point> by_view_;            ///< those with a viewpoint, by it, then direction
   std::vector<std::uint32_t> fan_start_;  ///< per view and direction, and one more: into by_view_
 };
 
