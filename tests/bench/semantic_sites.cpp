@@ -16,12 +16,13 @@ void print(const char* first, const char* second, const MeanScore& s) {
       "%-12s %-13s F1 %.2f (%.2f %.2f) crossing %5.1f m, false doors %2d pillars %2d flights %d steps %2d; "
       "doors %2d/%2d, "
       "steps %3d/%3d rise %4.1f mm; floor on things %4.1f %%, unknown %4.1f %%, objects %3d/%3d class %3d "
-      "false %2d, %.2f s/M%s\n",
+      "false %2d, %.2f s/M (processor %.2f)%s\n",
       first, second, s.f1(), s.precision(), s.recall(), s.crossing, s.false_doors, s.false_pillars,
       s.false_flights, s.false_steps, s.doors_found, s.doors, s.steps_found, s.steps, 1000 * s.rise_error,
       s.raised > 0 ? 100 * s.called_floor / s.raised : 0, s.points > 0 ? 100 * s.unknown / s.points : 0,
       s.objects_found, s.objects, s.objects_right, s.false_objects,
-      s.points > 0 ? 1e6 * s.seconds / s.points : 0, s.refused > 0 ? " REFUSED" : "");
+      s.points > 0 ? 1e6 * s.seconds / s.points : 0, s.points > 0 ? 1e6 * s.processor / s.points : 0,
+      s.refused > 0 ? " REFUSED" : "");
   std::fflush(stdout);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <map>
 
 #include "protocols/quantile.hpp"
@@ -315,7 +316,7 @@ MeanScore& MeanScore::operator+=(const MeanScore& o) {
   for (const auto& [pair, count] : o.kinds) kinds[pair] += count;
   for (const auto& [label, count] : o.amid) amid[label] += count;
   objects += o.objects, objects_found += o.objects_found, objects_right += o.objects_right;
-  false_objects += o.false_objects, seconds += o.seconds;
+  false_objects += o.false_objects, seconds += o.seconds, processor += o.processor;
   return *this;
 }
 
@@ -326,15 +327,18 @@ MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic
 MeanScore score_mean_site(SiteKind kind, Device device, std::uint64_t seed, const std::string& picture) {
   const MeanSite site = mean_site(kind, seed);
   const MeanScan scan = mean_scan(site, device, seed);
-  const auto start = std::chrono::steady_clock::now();
   semantic::ModelOptions options;
   options.segmentation.stages = picture;
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start_processor = std::clock();
   const auto built = semantic::build_model(scan.cloud, options);
+  const double processor = static_cast<double>(std::clock() - start_processor) / CLOCKS_PER_SEC;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   MeanScore score;
   score.sites = score.refused = 1;
   if (!built) return score;
   score = score_model(site, scan, *built);
-  score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  score.seconds = seconds, score.processor = processor;
   return score;
 }
 

@@ -24,8 +24,8 @@ struct MeanScore {
   double points = 0, unknown = 0;
   int objects = 0, objects_found = 0, objects_right = 0, false_objects = 0;
   std::map<std::pair<std::string, std::string>, int> kinds;  ///< of objects found: true kind, ours
-  std::map<std::string, int> amid;  ///< of false objects: what most of their points lie on
-  double seconds = 0;
+  std::map<std::string, int> amid;    ///< of false objects: what most of their points lie on
+  double seconds = 0, processor = 0;  ///< s, of the model alone: wall, and of all threads
 
   double precision() const { return drawn > 0 ? drawn_right / drawn : 1; }
   double recall() const { return seen > 0 ? seen_found / seen : 1; }
