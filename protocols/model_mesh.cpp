@@ -36,9 +36,15 @@ void read_rows(const yaml::Node& node, const char* key, yaml::Problems& problems
   }
 }
 
-ModelMesh read_mesh(const yaml::Node& node, yaml::Problems& problems) {
+/// In lines of 76 characters, as a block separate from the keys.
+void write_binary(const char* key, std::span<const std::uint8_t> bytes, yaml::Writer& writer) {
+  writer.block(key, "!!binary", yaml::to_base64(bytes), 76);
+}
+
+}  // namespace
+
+ModelMesh read_triangles(const yaml::Node& node, yaml::Problems& problems) {
   ModelMesh mesh;
-  mesh.name = node.find("name")->text;
   read_rows(*node.find("vertices"), "vertices", problems, [&](const std::array<std::uint32_t, 3>& words) {
     mesh.vertices.emplace_back(std::bit_cast<float>(words[0]), std::bit_cast<float>(words[1]),
                                std::bit_cast<float>(words[2]));
@@ -47,13 +53,6 @@ ModelMesh read_mesh(const yaml::Node& node, yaml::Problems& problems) {
             [&](const std::array<std::uint32_t, 3>& words) { mesh.triangles.push_back(words); });
   return mesh;
 }
-
-/// In lines of 76 characters, as a block separate from the keys.
-void write_binary(const char* key, std::span<const std::uint8_t> bytes, yaml::Writer& writer) {
-  writer.block(key, "!!binary", yaml::to_base64(bytes), 76);
-}
-
-}  // namespace
 
 Status check_mesh(const ModelMesh& mesh) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -74,7 +73,8 @@ std::vector<ModelMesh> read_meshes(const yaml::Node& list, yaml::Problems& probl
   std::vector<ModelMesh> meshes;
   std::size_t triangles = 0;
   for (const yaml::Node& node : list.items) {
-    meshes.push_back(read_mesh(node, problems));
+    meshes.push_back(read_triangles(node, problems));
+    meshes.back().name = node.find("name")->text;
     if (const Status status = check_mesh(meshes.back()); !status)
       problems.add(node.line,
                    "mesh '" + yaml::printable(meshes.back().name) + "': " + status.error().message);
@@ -87,23 +87,27 @@ std::vector<ModelMesh> read_meshes(const yaml::Node& list, yaml::Problems& probl
   return meshes;
 }
 
+void write_triangles(const ModelMesh& mesh, yaml::Writer& writer) {
+  writer.word("unit", "m");
+  std::vector<std::uint8_t> bytes;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) append_little_endian(std::bit_cast<std::uint32_t>(vertex[i]), bytes);
+  }
+  write_binary("vertices", bytes, writer);
+  bytes.clear();
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t index : triangle) append_little_endian(index, bytes);
+  }
+  write_binary("triangles", bytes, writer);
+}
+
 void write_meshes(const std::vector<ModelMesh>& meshes, yaml::Writer& writer) {
   if (meshes.empty()) return;
   writer.open("meshes");
   for (const ModelMesh& mesh : meshes) {
     writer.begin_item();
     writer.text("name", mesh.name);
-    writer.word("unit", "m");
-    std::vector<std::uint8_t> bytes;
-    for (const Eigen::Vector3f& vertex : mesh.vertices) {
-      for (int i = 0; i < 3; ++i) append_little_endian(std::bit_cast<std::uint32_t>(vertex[i]), bytes);
-    }
-    write_binary("vertices", bytes, writer);
-    bytes.clear();
-    for (const auto& triangle : mesh.triangles) {
-      for (const std::uint32_t index : triangle) append_little_endian(index, bytes);
-    }
-    write_binary("triangles", bytes, writer);
+    write_triangles(mesh, writer);
     writer.end_item();
   }
   writer.close();

@@ -18,6 +18,9 @@ Status check_mesh(const ModelMesh& mesh);
 
 /// `list` has passed yaml::check(); errors go to `problems`.
 std::vector<ModelMesh> read_meshes(const yaml::Node& list, yaml::Problems& problems);
+/// Vertices and triangles of one mesh, without a name.
+ModelMesh read_triangles(const yaml::Node& node, yaml::Problems& problems);
+void write_triangles(const ModelMesh& mesh, yaml::Writer& writer);
 void write_meshes(const std::vector<ModelMesh>& meshes, yaml::Writer& writer);
 
 }  // namespace parhelion

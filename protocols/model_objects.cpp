@@ -3,6 +3,7 @@
 #include <array>
 #include <set>
 
+#include "protocols/model_mesh.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -30,6 +31,12 @@ ModelObject read_object(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "under", object.under);
   if (const Node* beside = node.find("beside")) {
     for (const Node& name : beside->items) object.beside.push_back(name.text);
+  }
+  if (const Node* mesh = node.find("mesh")) {
+    object.mesh = read_triangles(*mesh, problems);
+    object.mesh.name = object.name;
+    if (const Status status = check_mesh(object.mesh); !status)
+      problems.add(mesh->line, "mesh of '" + yaml::printable(object.name) + "': " + status.error().message);
   }
   return object;
 }
@@ -63,6 +70,11 @@ void write_object(yaml::Writer& writer, const ModelObject& object) {
   if (!object.on.empty()) writer.text("on", object.on);
   if (!object.under.empty()) writer.text("under", object.under);
   writer.texts("beside", object.beside);
+  if (!object.mesh.empty()) {
+    writer.open("mesh");
+    write_triangles(object.mesh, writer);
+    writer.close();
+  }
   writer.end_item();
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/frames.hpp"
+#include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion {
@@ -35,13 +36,16 @@ const char* to_string(ObjectKind kind);
 struct ModelObject {
   std::string name;  ///< unique among objects and meshes: "chair 2"
   ObjectKind kind = ObjectKind::object;
-  Transform<Map, Body> T_map_body;  ///< at the centre of the box
+  Transform<Map, Body> T_map_body;     ///< at the centre of the box
   Eigen::Vector3d size = Eigen::Vector3d::Ones();
   double confidence = 1;  ///< in the kind, 0..1
   bool movable = true;    ///< a person could push or carry it
   std::string on;         ///< the object that it stands on; empty: a floor
   std::string under;      ///< the object over it: a chair at a table; empty: none
   std::vector<std::string> beside;
+  /// Its surface (map frame) where it is a body of its own, as in a session in which it can be pushed. Empty:
+  /// its surface is the model's mesh of the same name, a fixed part of the site.
+  ModelMesh mesh;
 };
 
 /// Something that a person should look at before trusting the model there.

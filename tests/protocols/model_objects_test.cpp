@@ -21,6 +21,7 @@ ModelRemarks remarks() {
   chair.beside = {"table 1", "chair 2"};
   ModelObject car;
   car.name = "car 1", car.kind = ObjectKind::car, car.movable = false, car.on = "object 3";
+  chair.mesh = {"chair 1", {{0, 0, 0}, {0.1F, 1.5F, 0}, {0, 1, 0.3F}}, {{0, 1, 2}}};
   r.objects = {chair, car};
   r.doubts = {{"wall 3", {1, -2, 0.5}, 1.25, "only 20 % of it was measured"}};
   return r;
@@ -43,6 +44,10 @@ TEST(ModelObjects, AreReadAsTheyWereWritten) {
   EXPECT_EQ(again->objects[0].under, "table 1");
   EXPECT_EQ(again->objects[0].beside.size(), 2U);
   EXPECT_TRUE(again->objects[0].movable);
+  EXPECT_EQ(again->objects[0].mesh.name, "chair 1");
+  EXPECT_EQ(again->objects[0].mesh.vertices, remarks().objects[0].mesh.vertices);
+  EXPECT_EQ(again->objects[0].mesh.triangles, remarks().objects[0].mesh.triangles);
+  EXPECT_TRUE(again->objects[1].mesh.empty());
   EXPECT_FALSE(again->objects[1].movable);
   EXPECT_EQ(again->objects[1].on, "object 3");
   ASSERT_EQ(again->doubts.size(), 1U);
@@ -56,6 +61,16 @@ TEST(ModelObjects, AModelNeedsNone) {
   ASSERT_TRUE(none);
   EXPECT_TRUE(none->objects.empty());
   EXPECT_TRUE(none->doubts.empty());
+}
+
+TEST(ModelObjects, AMeshWithAnInvalidVertexIsRefused) {
+  ModelRemarks broken = remarks();
+  broken.objects[0].mesh.triangles = {{0, 1, 3}};
+  const auto read = parse_remarks(yaml_of(broken), "m.yaml");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("mesh of 'chair 1': triangle 0: expected vertices < 3"),
+            std::string::npos)
+      << read.error().message;
 }
 
 TEST(ModelObjects, ANameIsTakenOnce) {
