@@ -96,7 +96,7 @@ Result<tick::Configuration> configuration_for(const runtime::SessionFiles& files
       !added)
     return added.error();
   return tick::configure_robots(files.scenario, std::move(**robots), files.model, std::move(models),
-                                files.map);
+                                files.map, files.objects);
 }
 
 /// The network reader gets the same priority as the loop.

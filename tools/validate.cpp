@@ -78,8 +78,8 @@ Validation validate_scenario(const std::string& path) {
       validation.notes.push_back("names no robot description: serve and replay use the one on channel " +
                                  robot_channel(channel::kRobot, in_channels));
   }
-  const auto configuration =
-      tick::configure_robots(files->scenario, std::move(robots), files->model, files->robot_models);
+  const auto configuration = tick::configure_robots(files->scenario, std::move(robots), files->model,
+                                                    files->robot_models, nullptr, files->objects);
   const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
   if (!begun) validation.errors.push_back(begun.error().message);
   return validation;

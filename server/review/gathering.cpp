@@ -101,6 +101,7 @@ void Gathering::begin_knowledge() {
   shapes_.emplace(configuration_->scenario, configuration_->robot, configuration_->model,
                   configuration_->robot_models);
   for (const RobotDescription& other : configuration_->other_robots) shapes_->add(other);
+  shapes_->add(configuration_->objects);
   knowledge_.emplace(*configuration_, *shapes_);
   view_.emplace(*configuration_, *knowledge_, std::vector<std::string>{review_.robot});
   listen(channel::kMrSpawn, &Gathering::spawn);

@@ -87,6 +87,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
+  std::vector<ModelObject> objects = recorded ? recorded->objects : std::vector<ModelObject>{};
   tick::RobotModels robot_models = recorded ? recorded->robot_models : tick::RobotModels{};
   auto map = recorded ? recorded->map : nullptr;
   std::vector<std::optional<RobotDescription>> robots(1);
@@ -99,6 +100,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
     if (!files) return files.error();
     scenario = std::move(files->scenario);
     model = std::move(files->model);
+    objects = std::move(files->objects);
     robot_models = std::move(files->robot_models);
     map = std::move(files->map);
     const bool same_robots = files->robots.size() == robots.size();
@@ -128,7 +130,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
       !added)
     return added.error();
   return tick::configure_robots(scenario, std::move(descriptions), model, std::move(robot_models),
-                                std::move(map));
+                                std::move(map), std::move(objects));
 }
 
 }  // namespace parhelion::runtime

@@ -8,6 +8,7 @@
 #include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/site_texture.hpp"
+#include "server/runtime/fixed_texture.hpp"
 #include "server/runtime/preview.hpp"
 #include "server/runtime/render_thread.hpp"
 #include "server/runtime/session_state.hpp"
@@ -265,7 +266,8 @@ Result<Report> replay(const ReplayOptions& options) {
     log = std::move(*created);
   }
   Outbox outbox(options.bus, std::move(log));
-  return Run(options, *preview, *configuration, std::move(*texture), outbox)();
+  return Run(options, *preview, *configuration, without_objects(std::move(*texture), configuration->objects),
+             outbox)();
 }
 
 }  // namespace parhelion::runtime

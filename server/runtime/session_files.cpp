@@ -4,7 +4,9 @@
 #include <filesystem>
 
 #include "protocols/yaml/document.hpp"
+#include "server/runtime/fixed_texture.hpp"
 #include "server/runtime/session_state.hpp"
+#include "server/simulation/movable_objects.hpp"
 #include "server/tick/check_reach.hpp"
 #include "server/tick/state.hpp"
 
@@ -72,6 +74,17 @@ Status load_robot_models(const std::string& path, SessionFiles& files) {
     Status added = add_robot_model(place_of(path, "agents"), agent.model, files.robot_models);
     if (!added) return added;
   }
+  return {};
+}
+
+/// With a simulated robot the model's movable objects are bodies; around a real one they are real.
+Status load_objects(SessionFiles& files) {
+  if (!tick::simulates_trainee(files.scenario)) return {};
+  const auto remarks = load_remarks(files.scenario.model);
+  if (!remarks) return remarks.error();
+  auto objects = simulation::take_movable(files.model, remarks->objects);
+  if (!objects) return Error{files.scenario.model + ": " + objects.error().message};
+  files.objects = std::move(*objects);
   return {};
 }
 
@@ -159,9 +172,10 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     auto model = load_model(files.scenario.model);
     if (!model) return model.error();
     files.model = std::move(*model);
+    if (const Status taken = load_objects(files); !taken) return taken.error();
     auto texture = load_texture_of(files.scenario.model, files.model.map_id);
     if (!texture) return texture.error();
-    files.texture = std::move(*texture);
+    files.texture = without_objects(std::move(*texture), files.objects);
   }
   if (const Status loaded = load_map(path, files); !loaded) return loaded.error();
   if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();

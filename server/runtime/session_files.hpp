@@ -13,6 +13,7 @@ namespace parhelion::runtime {
 struct SessionFiles {
   Scenario scenario;
   SemanticModel model;                         ///< empty if the scenario names none
+  std::vector<ModelObject> objects;            ///< levels 1 and 2: free bodies, no longer in `model`
   std::shared_ptr<const SiteTexture> texture;  ///< beside the model; null: there is none
   std::optional<RobotDescription> robot;       ///< the first; none: to come from the ROBOT channel
   /// All robots in the scenario's order, at least one; none: to come from its ROBOT channel.

@@ -114,8 +114,10 @@ Status check_definition(const AgentDefinition& agent, bool trainee, const Simula
   if (std::any_of(fixed.begin(), fixed.end(), [&](const FixedObstacle& o) { return o.name == agent.name; })) {
     return Error{"agent '" + agent.name + "' has the name of a part of the building; choose another"};
   }
-  if (agents.size() >= options.max_agents) {
-    return Error{"there are " + std::to_string(agents.size()) +
+  const auto of_session = static_cast<std::size_t>(
+      std::count_if(agents.begin(), agents.end(), [](const Agent& each) { return !each.of_site; }));
+  if (of_session >= options.max_agents) {
+    return Error{"there are " + std::to_string(of_session) +
                  " agents, and the scenario's max_agents allows no more: what is stepped and sent in time on "
                  "one machine; remove some first, or raise it"};
   }

@@ -60,6 +60,7 @@ struct Agent {
   std::unique_ptr<ArticulatedRobot> robot;  ///< with a robot model; `handle` is its base part
   std::unique_ptr<Cable> cable;             ///< of a cable; `handle` is its middle link
   bool trainee = false;                     ///< the trainee's simulated robot
+  bool of_site = false;                     ///< a movable object of the site's model
   std::uint64_t name_hash = 0;
   std::uint64_t random_stream = 0;  ///< key of its random numbers
   std::uint32_t epoch = 0;          ///< counts spawn and teleports

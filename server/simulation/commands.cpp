@@ -10,16 +10,18 @@
 #include "server/simulation/agent_lasers.hpp"
 #include "server/simulation/base_body.hpp"
 #include "server/simulation/free_place.hpp"
+#include "server/simulation/movable_objects.hpp"
 #include "server/simulation/parts.hpp"
 #include "server/simulation/wandering.hpp"
 
 namespace parhelion::simulation {
 
-void Simulation::Parts::put(Agent& agent, const Pose2& pose) {
+void Simulation::Parts::put(Agent& agent, const Pose2& pose, std::optional<double> bottom) {
   ++agent.epoch;
   set_unconstrained(agent, false, physics);
   agent.floor = environment.building->floor_height(pose.position());
-  const auto T_map_body = Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, agent.floor);
+  const auto T_map_body =
+      Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, bottom.value_or(agent.floor));
   if (agent.robot) {
     agent.robot->put(physics, base_of(T_map_body));
   } else if (agent.cable) {
@@ -91,6 +93,34 @@ Status Simulation::Parts::spawn(const AgentDefinition& definition, RealRobotStat
   return {};
 }
 
+Status Simulation::Parts::add_object(const ModelObject& object) {
+  const std::string who = "movable object '" + object.name + "': ";
+  if (!object.T_map_body.finite() || !object.size.allFinite() || object.size.minCoeff() <= 0)
+    return Error{who + "expected a finite pose and a size above 0 m"};
+  const auto& fixed = environment.building->obstacles();
+  const bool taken =
+      agents.find(object.name) != nullptr ||
+      std::any_of(fixed.begin(), fixed.end(), [&](const FixedObstacle& o) { return o.name == object.name; });
+  if (taken) return Error{who + "its name is taken by another part of the site"};
+  auto agent = std::make_unique<Agent>();
+  agent->definition = object_agent(object);
+  agent->form = object_form(object);
+  agent->of_site = true;
+  agent->seen_by.resize(real_robots.size());
+  agent->name_hash = fnv1a(object.name);
+  agent->random_stream = random_stream(options.seed, agent->name_hash);
+  agent->first_body = agents.take_body_numbers(1);
+  agent->body_count = 1;
+  agent->decision_offset = agents.take_spawn_number();
+  enter_physics(*agent);
+  agent->watch = BodyWatch(supervised(agent->definition, agent->form));
+  const Transform<Map, Base>& T_map_base = agent->definition.T_map_base;
+  put(*agent, planar_pose(T_map_base), T_map_base.translation().z());
+  const BodyDefinition body = object_body(object, agent->first_body);
+  agents.add(std::move(agent), {body});
+  return {};
+}
+
 void Simulation::Parts::remove(std::size_t index, std::uint64_t request) {
   const std::unique_ptr<Agent> agent = agents.remove(index);
   contacts.forget(agent->definition.name, clock.now(), events);
@@ -145,7 +175,7 @@ Status Simulation::Parts::apply(const AgentBehaviour& command, RealRobotStates) 
 Status Simulation::Parts::apply(const AgentRemove& command, RealRobotStates) {
   if (command.all) {
     for (std::size_t i = agents.size(); i-- > 0;) {
-      if (!agents[i].trainee) remove(i, command.request);
+      if (!agents[i].trainee && !agents[i].of_site) remove(i, command.request);
     }
     return {};
   }

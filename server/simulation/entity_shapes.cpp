@@ -6,6 +6,7 @@
 #include "protocols/convex_hull.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/doors.hpp"
+#include "server/simulation/movable_objects.hpp"
 #include "server/simulation/real_people.hpp"
 #include "server/simulation/robot_layout.hpp"
 #include "server/simulation/simulation.hpp"
@@ -53,6 +54,14 @@ void EntityShapes::add(const RobotDescription& robot) {
     return;
   }
   shapes_[robot.name]["base"] = outline_shapes(convex_hull(robot.footprint), robot.height);
+}
+
+void EntityShapes::add(const std::vector<ModelObject>& objects) {
+  for (const ModelObject& object : objects) {
+    definitions_[object.name] = object_agent(object);
+    BodyDefinition body = object_body(object, 1);
+    shapes_[object.name][body.part] = std::move(body.shapes);
+  }
 }
 
 const RobotModel* EntityShapes::model_of(const std::string& name) const {

@@ -12,6 +12,7 @@
 #include "protocols/event.hpp"
 #include "protocols/instructor_command.hpp"
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/scene.hpp"
@@ -30,6 +31,8 @@ class EntityShapes {
 
   /// Another real robot.
   void add(const RobotDescription& robot);
+  /// Movable objects of the site.
+  void add(const std::vector<ModelObject>& objects);
 
   void take(const AgentSpawn& command);
   void take(const Event& event);

@@ -41,7 +41,8 @@ std::string PlaceSearch::obstruction(const Pose2& pose) {
     if (hits(obstacle->footprint, kGap)) return "in '" + obstacle->name + "' of the building";
   }
   for (const Agent& agent : agents_) {
-    if (&agent != except_ && hits(agent.placed, kGap)) return "on agent '" + agent.definition.name + "'";
+    if (&agent == except_ || !hits(agent.placed, kGap)) continue;
+    return std::string(agent.of_site ? "on the site's '" : "on agent '") + agent.definition.name + "'";
   }
   for (const Footprint& disc : environment_.unmodelled) {
     if (hits(disc, kGap)) return "on something real that the model does not explain";

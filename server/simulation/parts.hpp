@@ -66,9 +66,12 @@ struct Simulation::Parts {
   // commands.cpp
   Status spawn(const AgentDefinition& definition, RealRobotStates states, std::uint64_t request,
                bool trainee = false);
+  /// A movable object of the site, where the model has it. Error: it is not finite, or its name is taken.
+  Status add_object(const ModelObject& object);
   void enter_physics(Agent& agent);
-  /// Moves the agent there: a new epoch, without interpolation.
-  void put(Agent& agent, const Pose2& pose);
+  /// Moves the agent there: a new epoch, without interpolation. `bottom`: m, z of its underside; none: on the
+  /// floor.
+  void put(Agent& agent, const Pose2& pose, std::optional<double> bottom = std::nullopt);
   Status apply(const AgentSpawn& command, RealRobotStates states);
   Status apply(const AgentMove& command, RealRobotStates states);
   Status apply(const AgentBehaviour& command, RealRobotStates states);

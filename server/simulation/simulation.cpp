@@ -119,6 +119,9 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
     parts->real_robots.push_back(
         make_real_robot(robot, std::move(twin), parts->real_robots.size(), first, parts->physics));
   }
+  for (const ModelObject& object : options.objects) {
+    if (Status status = parts->add_object(object); !status) return status.error();
+  }
   parts->rebuild_scene();
   parts->recorder.record(parts->clock, environment, parts->real_robots, parts->agents);
   return Simulation(std::move(parts));

@@ -17,6 +17,7 @@
 #include "protocols/instructor_command.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
@@ -86,6 +87,9 @@ struct SimulationOptions {
   std::optional<Radio> radio;      ///< none: simulated robots always have radio contact
   std::optional<Battery> battery;  ///< none: never empty
   int level = 3;  ///< at levels 1 and 2 physics moves all doors, at level 3 only virtual ones
+  /// Movable objects of the site, as take_movable() returns them: free bodies with their own names, there
+  /// from the start and at rest until touched.
+  std::vector<ModelObject> objects;
   std::vector<DoorSettings> doors;  ///< for some of the building's doors; other names are ignored
 };
 

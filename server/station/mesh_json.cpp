@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocols/coarse_mesh.hpp"
+#include "server/simulation/movable_objects.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -48,18 +49,20 @@ std::string mesh_json(const ShapeMesh& mesh) {
   return nlohmann::json{{"vertices", std::move(vertices)}, {"triangles", std::move(triangles)}}.dump();
 }
 
-MeshContents mesh_contents(const tick::RobotModels& models) {
+MeshContents mesh_contents(const tick::RobotModels& models, const std::vector<ModelObject>& objects) {
   MeshContents contents;
-  for (const auto& model : models) {
-    for (const simulation::RobotLink& link : model->links) {
-      for (const Shape& shape : link.visible) {
-        if (!shape.mesh) continue;
-        const std::string id = mesh_id(*shape.mesh);
-        if (!contents.contains(id))
-          contents.emplace(id, cached_content("application/json", mesh_json(*shape.mesh)));
-      }
+  const auto add = [&contents](const std::vector<Shape>& shapes) {
+    for (const Shape& shape : shapes) {
+      if (!shape.mesh) continue;
+      const std::string id = mesh_id(*shape.mesh);
+      if (!contents.contains(id))
+        contents.emplace(id, cached_content("application/json", mesh_json(*shape.mesh)));
     }
+  };
+  for (const auto& model : models) {
+    for (const simulation::RobotLink& link : model->links) add(link.visible);
   }
+  for (const ModelObject& object : objects) add(simulation::object_body(object, 1).shapes);
   return contents;
 }
 

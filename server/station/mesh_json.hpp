@@ -1,4 +1,5 @@
-// Meshes of robots for the page: each is fetched once, by its id, and drawn wherever a shape names it.
+// Meshes of robots and objects for the page: each is fetched once, by its id, and drawn wherever a shape
+// names it.
 #pragma once
 
 #include <map>
@@ -17,8 +18,8 @@ std::string mesh_id(const ShapeMesh& mesh);
 /// triangles is coarsened: vertices of one cell of a grid become their mean.
 std::string mesh_json(const ShapeMesh& mesh);
 
-/// GET /api/v1/mesh?ID, for all meshes of the session's robot models.
+/// GET /api/v1/mesh?ID, for all meshes of the session's robot models and of the site's movable objects.
 using MeshContents = std::map<std::string, CachedContent, std::less<>>;
-MeshContents mesh_contents(const tick::RobotModels& models);
+MeshContents mesh_contents(const tick::RobotModels& models, const std::vector<ModelObject>& objects = {});
 
 }  // namespace parhelion::station

@@ -35,6 +35,7 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
       placed_(configuration_->scenario) {
   for (std::size_t i = 0; i < configuration_->robot_count(); ++i) robots_.emplace_back(*configuration_, i);
   for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
+  shapes_.add(configuration_->objects);
   using Clock = SensorWatch::Clock;
   add(channel::kScan, Kind::scan, 4, Clock::robot);
   add(channel::kOdometry, Kind::odometry, 64, Clock::robot);
@@ -177,6 +178,7 @@ void StateFeed::restart(SimulationTime at) {
   shapes_ = simulation::EntityShapes(configuration_->scenario, configuration_->robot, configuration_->model,
                                      configuration_->robot_models);
   for (const RobotDescription& other : configuration_->other_robots) shapes_.add(other);
+  shapes_.add(configuration_->objects);
   placed_.restart();
   knowledge_.restart();
   audience_.restart();

@@ -64,7 +64,7 @@ struct Station::Running {
     feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
     publish(site_json(options.configuration->model, 0));
     published.robots = cached_content("application/json", robots_json(*options.configuration));
-    published.meshes = mesh_contents(options.configuration->robot_models);
+    published.meshes = mesh_contents(options.configuration->robot_models, options.configuration->objects);
     published.trainees_robots = cached_content("application/json", robots_json(*options.configuration, true));
   }
 

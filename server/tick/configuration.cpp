@@ -222,7 +222,8 @@ namespace {
 /// What configure() returns, before further sensors have their channels.
 Result<Configuration> configure_first(const Scenario& scenario, const RobotDescription& robot,
                                       const SemanticModel& model, RobotModels robot_models,
-                                      std::shared_ptr<const pose::MatchingMap> map) {
+                                      std::shared_ptr<const pose::MatchingMap> map,
+                                      std::vector<ModelObject> objects) {
   if (const Status level = check_level(scenario); !level) return level.error();
   if (const Status same = check_map(scenario, model, map.get()); !same) return same.error();
   Configuration configuration{scenario,      robot, model, ChannelMap(scenario), std::move(robot_models),
@@ -231,6 +232,7 @@ Result<Configuration> configure_first(const Scenario& scenario, const RobotDescr
     auto description = trainee_description(scenario, configuration.robot_models);
     if (!description) return description.error();
     configuration.robot = std::move(*description);
+    configuration.objects = std::move(objects);
   }
   if (const Status usable = check_robot(configuration.robot); !usable) return usable.error();
   return configuration;
@@ -250,18 +252,21 @@ Result<Configuration> with_sensors(Configuration configuration) {
 
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model, RobotModels robot_models,
-                                std::shared_ptr<const pose::MatchingMap> map) {
-  auto configuration = configure_first(scenario, robot, model, std::move(robot_models), std::move(map));
+                                std::shared_ptr<const pose::MatchingMap> map,
+                                std::vector<ModelObject> objects) {
+  auto configuration =
+      configure_first(scenario, robot, model, std::move(robot_models), std::move(map), std::move(objects));
   if (!configuration) return configuration;
   return with_sensors(std::move(*configuration));
 }
 
 Result<Configuration> configure_robots(const Scenario& scenario, std::vector<RobotDescription> robots,
                                        const SemanticModel& model, RobotModels robot_models,
-                                       std::shared_ptr<const pose::MatchingMap> map) {
+                                       std::shared_ptr<const pose::MatchingMap> map,
+                                       std::vector<ModelObject> objects) {
   if (const Status named = name_robots(scenario, robots); !named) return named.error();
-  auto configuration =
-      configure_first(scenario, robots.front(), model, std::move(robot_models), std::move(map));
+  auto configuration = configure_first(scenario, robots.front(), model, std::move(robot_models),
+                                       std::move(map), std::move(objects));
   if (!configuration) return configuration;
   for (std::size_t i = 1; i < robots.size(); ++i) {
     if (const Status usable = check_robot(robots[i]); !usable) return usable.error();
@@ -295,6 +300,7 @@ std::vector<std::string> known_names(const Configuration& configuration) {
   }
   for (const ModelEntity& entity : configuration.model.entities) names.push_back(entity.name);
   for (const ModelMesh& mesh : configuration.model.meshes) names.push_back(mesh.name);
+  for (const ModelObject& object : configuration.objects) names.push_back(object.name);
   return names;
 }
 
@@ -318,7 +324,7 @@ SessionHeader session_header(const Configuration& configuration, SensorTime star
   SessionHeader header;
   header.stamp = start;
   header.scenario_yaml = to_yaml(scenario);
-  header.model_yaml = to_yaml(configuration.model);
+  header.model_yaml = to_yaml(configuration.model) + to_yaml(ModelRemarks{configuration.objects, {}});
   header.robot_yaml = to_yaml_documents(configuration);
   if (configuration.map) header.map = configuration.map->packed;
   header.seed = configuration.scenario.seed;
@@ -336,6 +342,12 @@ Result<Configuration> configuration_from(const SessionHeader& header, const std:
   if (!robots) return robots.error();
   const auto model = parse_model(header.model_yaml, origin + " (MR_SESSION model)");
   if (!model) return model.error();
+  std::vector<ModelObject> objects;
+  if (simulates_trainee(*scenario)) {
+    auto remarks = parse_remarks(header.model_yaml, origin + " (MR_SESSION model)");
+    if (!remarks) return remarks.error();
+    objects = std::move(remarks->objects);
+  }
   RobotModels robot_models;
   for (const RobotModelTexts& texts : header.robot_models) {
     auto each = simulation::parse_robot_model(texts.urdf, texts.yaml,
@@ -349,7 +361,8 @@ Result<Configuration> configuration_from(const SessionHeader& header, const std:
     if (!unpacked) return unpacked.error();
     map = std::make_shared<const pose::MatchingMap>(std::move(*unpacked));
   }
-  return configure_robots(*scenario, std::move(*robots), *model, std::move(robot_models), std::move(map));
+  return configure_robots(*scenario, std::move(*robots), *model, std::move(robot_models), std::move(map),
+                          std::move(objects));
 }
 
 std::string version_text() {

@@ -11,6 +11,7 @@
 
 #include "fusion/pose/matching_map.hpp"
 #include "protocols/model.hpp"
+#include "protocols/model_objects.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
@@ -104,6 +105,8 @@ struct Configuration {
   RobotModels robot_models;  ///< those that AgentDefinition::model and Trainee::model name
   std::shared_ptr<const pose::MatchingMap> map = nullptr;  ///< null: scans are not matched
   std::vector<RobotDescription> other_robots = {};         ///< Scenario::robots after the first
+  /// Movable objects of the site that are free bodies (simulation::take_movable()); at level 3 none.
+  std::vector<ModelObject> objects = {};
 
   std::size_t robot_count() const { return 1 + other_robots.size(); }
   const RobotDescription& robot_at(std::size_t index) const {
@@ -127,13 +130,15 @@ Status check_robot(const RobotDescription& robot);
 /// Checks the parts with check_level and check_robot, and that the map is the one that the model is of.
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model, RobotModels robot_models = {},
-                                std::shared_ptr<const pose::MatchingMap> map = nullptr);
+                                std::shared_ptr<const pose::MatchingMap> map = nullptr,
+                                std::vector<ModelObject> objects = {});
 
 /// The same for all robots of the scenario, in its order. Their names in the scenario replace those of the
 /// descriptions.
 Result<Configuration> configure_robots(const Scenario& scenario, std::vector<RobotDescription> robots,
                                        const SemanticModel& model, RobotModels robot_models = {},
-                                       std::shared_ptr<const pose::MatchingMap> map = nullptr);
+                                       std::shared_ptr<const pose::MatchingMap> map = nullptr,
+                                       std::vector<ModelObject> objects = {});
 
 /// Names of each robot's sensors after the first.
 SensorNames further_sensors(const Configuration& configuration);

@@ -29,6 +29,7 @@ simulation::SimulationOptions simulation_options(const Configuration& configurat
   options.max_agents = static_cast<std::size_t>(scenario.max_agents);
   options.level = scenario.level;
   options.doors = scenario.doors;
+  options.objects = configuration.objects;
   options.robot_models = configuration.robot_models;
   if (scenario.mapping) options.building_bodies = kBodiesOfLaterBuildings;
   return options;
@@ -197,6 +198,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   RobotState& robot = state->robots.front();
   robot.sensors = std::move(*sensors);
   if (robot.sensors) state->world.kinds[scenario.trainee->name] = AgentKind::robot;
+  for (const ModelObject& object : configuration.objects) state->world.kinds[object.name] = AgentKind::box;
   if (const Status spawned = spawn_agents(configuration, *state); !spawned) return spawned.error();
   state->waiting = waits_for_start(scenario);
   if (state->waiting) state->simulation.wait();

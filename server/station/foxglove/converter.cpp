@@ -73,6 +73,7 @@ void Converter::begin(const tick::Configuration& configuration, ArrivalTime arri
   shapes_.emplace(configuration.scenario, configuration.robot, configuration.model,
                   configuration.robot_models);
   for (const RobotDescription& other : configuration.other_robots) shapes_->add(other);
+  shapes_->add(configuration.objects);
   handlers_.clear();
   handlers_[channel::kMrSession] = &Converter::session;
   const std::pair<const char*, Handler> all[] = {{channel::kScan, &Converter::scan},
