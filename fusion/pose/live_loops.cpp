@@ -96,6 +96,7 @@ std::size_t LiveLoops::node_at(std::size_t keyframe) const {
 std::optional<LoopCorrection> LiveLoops::close(const std::vector<Keyframe>& keyframes) {
   const std::vector<std::size_t> agreed = consistent(recent_);
   std::vector<std::size_t> scans;
+  scans.reserve(agreed.size());
   for (std::size_t i : agreed) scans.push_back(recent_[i].keyframe);
   std::sort(scans.begin(), scans.end());
   scans.erase(std::unique(scans.begin(), scans.end()), scans.end());

@@ -13,7 +13,7 @@ namespace {
 // Little-endian: "PHM1", id (length, bytes), sigma, side of a cell (64 bits), number of cells; of each cell
 // its column and row, number of points, and moments. The other numbers have 32 bits.
 constexpr std::uint32_t kMark = 0x314D4850;
-constexpr std::size_t kCellSize = 8 * 4;
+constexpr std::size_t kCellSize = std::size_t{8} * 4;
 constexpr std::size_t kMaxCells = 2'000'000;  ///< 20,000 m^2 of surfaces at 0.1 m
 constexpr std::size_t kMaxId = 256;
 constexpr double kMinCell = 0.01, kMaxCell = 2;  ///< m

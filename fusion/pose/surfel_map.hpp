@@ -56,7 +56,7 @@ class SurfelMap {
     bool stale = true, valid = false;
   };
   struct Tile {
-    std::vector<Cell> cells = std::vector<Cell>(kTileCells * kTileCells);
+    std::vector<Cell> cells = std::vector<Cell>(std::size_t{kTileCells} * kTileCells);
   };
 
   Cell* find(std::int64_t cx, std::int64_t cy) const;

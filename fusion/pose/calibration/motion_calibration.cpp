@@ -165,6 +165,7 @@ Measured jitter_of(const MotionChain& chain, const MotionParameters& parameters)
   std::vector<JitterSample> samples = jitter_samples(chain, parameters);
   if (samples.size() < kMinPoses) return {};
   std::vector<double> sizes;
+  sizes.reserve(samples.size());
   for (const JitterSample& sample : samples) sizes.push_back(std::abs(sample.product));
   JitterLine line{30 * median(sizes), 0, 0};
   // Products beyond what the line explains are slip. What counts as such depends on the line.

@@ -23,4 +23,5 @@ Result<std::unique_ptr<Slam>> mrpt_localizer(const RobotDescription& robot, cons
 
 }  // namespace parhelion::pose
 
+// NOLINTNEXTLINE(readability-identifier-naming)
 extern "C" const parhelion::pose::MrptEngines parhelion_mrpt_engines;
