@@ -1,5 +1,6 @@
 // The movable objects of a model file in sessions: bodies at levels 1 and 2, parts of the site at level 3,
 // the same bytes in each replay.
+#include "server/runtime/session_files.hpp"
 #include "tests/server/runtime/replay_fixture.hpp"
 #include "tests/server/tick/levels_fixture.hpp"
 #include "tests/site_objects.hpp"
@@ -11,7 +12,7 @@ using test::site_object;
 
 class MovableObjectsSession : public test::ReplayFixture {
  protected:
-  /// The room with a chair and a carton before a rover that is driven forwards for 6 s.
+  /// The room with a chair and a carton before a rover that is driven forwards for 4 s.
   void write_files(int level) {
     Scenario scenario;
     scenario.name = "pushing";
@@ -26,7 +27,7 @@ class MovableObjectsSession : public test::ReplayFixture {
       scenario.trainee->T_map_base = Transform<Map, Base>::planar(-2, 0, 0);
     }
     std::vector<Message> log;
-    for (double t = 0; t < 6; t += 0.05) log.push_back(test::teleop_at(t, 0.4));
+    for (double t = 0; t < 4; t += 0.05) log.push_back(test::teleop_at(t, 0.4));
     write(scenario, test::robot(), log);
     ModelRemarks remarks;
     remarks.objects = {site_object("box 1", ObjectKind::box, -1, 0, {0.4, 0.6, 0.5}, -0.02),
