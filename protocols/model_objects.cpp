@@ -19,10 +19,15 @@ constexpr std::array<const char*, 15> kKindNames{"chair",  "table", "counter", "
                                                  "bed",    "shelf", "plant",   "bin",      "box",
                                                  "person", "car",   "ramp",    "kerb",     "object"};
 
+constexpr std::array<const char*, 4> kPostureNames{"unknown", "standing", "sitting", "lying"};
+
 ModelObject read_object(const Node& node, yaml::Problems& problems) {
   ModelObject object;
   yaml::read(node, "name", object.name);
   yaml::read(node, "kind", kKindNames, object.kind);
+  yaml::read(node, "posture", kPostureNames, object.posture);
+  if (object.posture != Posture::unknown && object.kind != ObjectKind::person)
+    problems.add(node.find("posture")->line, "'posture': only a person has one");
   yaml::read(node, "pose", object.T_map_body, problems);
   object.size = yaml::vector3(*node.find("size"));
   yaml::read(node, "confidence", object.confidence);
@@ -63,6 +68,7 @@ void write_object(yaml::Writer& writer, const ModelObject& object) {
   writer.begin_item();
   writer.text("name", object.name);
   writer.word("kind", to_string(object.kind));
+  if (object.posture != Posture::unknown) writer.word("posture", to_string(object.posture));
   writer.line("pose", yaml::format_isometry(object.T_map_body.isometry()));
   writer.line("size", yaml::format_lengths(object.size.data(), 3));
   writer.number("confidence", object.confidence);
@@ -90,6 +96,7 @@ void write_doubt(yaml::Writer& writer, const ModelDoubt& doubt) {
 }  // namespace
 
 const char* to_string(ObjectKind kind) { return kKindNames.at(static_cast<std::size_t>(kind)); }
+const char* to_string(Posture posture) { return kPostureNames.at(static_cast<std::size_t>(posture)); }
 
 Result<ModelRemarks> parse_remarks(const std::string& yaml, const std::string& origin) {
   const auto document = yaml::read_checked(yaml, origin, "model");

@@ -32,10 +32,15 @@ enum class ObjectKind : std::uint8_t {
 };
 const char* to_string(ObjectKind kind);
 
+/// Of a person, by its shape: it tells a victim from somebody who walks by.
+enum class Posture : std::uint8_t { unknown, standing, sitting, lying };
+const char* to_string(Posture posture);
+
 /// The upright box around one thing: full lengths along its own x (the longer), y and z.
 struct ModelObject {
   std::string name;  ///< unique among objects and meshes: "chair 2"
   ObjectKind kind = ObjectKind::object;
+  Posture posture = Posture::unknown;  ///< persons only
   Transform<Map, Body> T_map_body;     ///< at the centre of the box
   Eigen::Vector3d size = Eigen::Vector3d::Ones();
   double confidence = 1;  ///< in the kind, 0..1

@@ -68,13 +68,15 @@ Json quality_json(const semantic::ModelQuality& quality, double shift) {
 
 Json object_json(const ModelObject& object, double shift) {
   const Eigen::Vector3d p = object.T_map_body.translation();
-  return {{"name", object.name},
-          {"kind", to_string(object.kind)},
-          {"centre", {tidy(p.x()), tidy(p.y()), tidy(p.z() - shift)}},
-          {"size", {tidy(object.size.x()), tidy(object.size.y()), tidy(object.size.z())}},
-          {"yaw", tidy(object.T_map_body.yaw())},
-          {"confidence", tidy(object.confidence)},
-          {"movable", object.movable}};
+  Json json{{"name", object.name},
+            {"kind", to_string(object.kind)},
+            {"centre", {tidy(p.x()), tidy(p.y()), tidy(p.z() - shift)}},
+            {"size", {tidy(object.size.x()), tidy(object.size.y()), tidy(object.size.z())}},
+            {"yaw", tidy(object.T_map_body.yaw())},
+            {"confidence", tidy(object.confidence)},
+            {"movable", object.movable}};
+  if (object.posture != Posture::unknown) json["posture"] = to_string(object.posture);
+  return json;
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ void print_kinds(const MeanScore& s) {
   std::printf("\nobjects found, by true kind:\n");
   std::string row;
   for (const auto& [pair, count] : s.kinds) {
-    if (pair.first != row) std::printf("%s%-10s", row.empty() ? "" : "\n", (row = pair.first).c_str());
-    std::printf(" %s %d", pair.second.c_str(), count);
+    if (pair.first != row) std::printf("%s%-15s", row.empty() ? "" : "\n", (row = pair.first).c_str());
+    std::printf(" %s: %d", pair.second.c_str(), count);
   }
   std::printf("\nfalse objects, by what they are parts of:");
   for (const auto& [label, count] : s.amid) std::printf(" %s %d", label.c_str(), count);

@@ -23,7 +23,8 @@ struct MeanScore {
   double raised = 0, called_floor = 0;  ///< points of things over the floor; of these labelled floor
   double points = 0, unknown = 0;
   int objects = 0, objects_found = 0, objects_right = 0, false_objects = 0;
-  std::map<std::pair<std::string, std::string>, int> kinds;  ///< of objects found: true kind, ours
+  std::map<std::pair<std::string, std::string>, int>
+      kinds;                          ///< of objects found: true kind or "no object", ours
   std::map<std::string, int> amid;    ///< of false objects: what most of their points lie on
   double seconds = 0, processor = 0;  ///< s, of the model alone: wall, and of all threads
 

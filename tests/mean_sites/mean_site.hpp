@@ -69,7 +69,7 @@ inline constexpr EntityLabel kNotJudged = EntityLabel::window;
 /// Draws pieces; its own arithmetic on the generator's words, so that every library draws the same.
 class SitePen {
  public:
-  explicit SitePen(std::uint64_t seed) : random_(seed) {}
+  explicit SitePen(std::uint64_t seed) : random_(seed), postures_(~seed) {}
   MeanSite& site() { return site_; }
 
   double uniform() { return static_cast<double>(random_() >> 11) * 0x1.0p-53; }
@@ -175,12 +175,37 @@ class SitePen {
     }
     thing("plant", at, 0, parts);
   }
+  /// In one of the postures, all equally often; lying along x. Drawn by a generator of its own, so that the
+  /// rest of a seed's site does not depend on it.
   void person(const Eigen::Vector3d& at, int quarter) {
-    thing("person", at, quarter,
-          {{{-0.18, -0.1, 0}, {-0.03, 0.1, 0.85}},
-           {{0.03, -0.1, 0}, {0.18, 0.1, 0.85}},
-           {{-0.24, -0.13, 0.85}, {0.24, 0.13, 1.45}},
-           {{-0.09, -0.1, 1.45}, {0.09, 0.1, 1.75}}});
+    switch (postures_() % 4) {
+      case 0:
+        return thing("standing person", at, quarter,
+                     {{{-0.18, -0.1, 0}, {-0.03, 0.1, 0.85}},
+                      {{0.03, -0.1, 0}, {0.18, 0.1, 0.85}},
+                      {{-0.24, -0.13, 0.85}, {0.24, 0.13, 1.45}},
+                      {{-0.09, -0.1, 1.45}, {0.09, 0.1, 1.75}}});
+      case 1:  // on a stool
+        return thing("sitting person", at, quarter,
+                     {{{-0.2, -0.2, 0}, {0.2, 0.2, 0.45}},
+                      {{-0.18, -0.4, 0.45}, {0.18, 0.2, 0.6}},
+                      {{-0.17, -0.5, 0}, {-0.04, -0.38, 0.6}},
+                      {{0.04, -0.5, 0}, {0.17, -0.38, 0.6}},
+                      {{-0.24, -0.05, 0.6}, {0.24, 0.2, 1.08}},
+                      {{-0.09, -0.05, 1.08}, {0.09, 0.15, 1.34}}});
+      case 2:  // on the floor, legs stretched out
+        return thing("sitting person", at, quarter,
+                     {{{-0.18, -0.85, 0}, {-0.03, 0, 0.16}},
+                      {{0.03, -0.85, 0}, {0.18, 0, 0.16}},
+                      {{-0.24, 0, 0}, {0.24, 0.26, 0.62}},
+                      {{-0.09, 0.02, 0.62}, {0.09, 0.22, 0.9}}});
+      default:
+        return thing("lying person", at, 0,
+                     {{{-0.88, -0.18, 0}, {-0.03, -0.03, 0.14}},
+                      {{-0.88, 0.03, 0}, {-0.03, 0.18, 0.14}},
+                      {{-0.03, -0.24, 0}, {0.57, 0.24, 0.23}},
+                      {{0.61, -0.09, 0}, {0.87, 0.09, 0.22}}});
+    }
   }
 
   /// Steps along +x (or turned) from `at`, each a box down to `under`; 0: solid to the ground.
@@ -236,7 +261,7 @@ class SitePen {
   void stand(const Eigen::Vector3d& p) { site_.scanners.push_back(p); }
 
  private:
-  std::mt19937_64 random_;
+  std::mt19937_64 random_, postures_;
   MeanSite site_;
 };
 

@@ -22,7 +22,9 @@ ModelRemarks remarks() {
   ModelObject car;
   car.name = "car 1", car.kind = ObjectKind::car, car.movable = false, car.on = "object 3";
   chair.mesh = {"chair 1", {{0, 0, 0}, {0.1F, 1.5F, 0}, {0, 1, 0.3F}}, {{0, 1, 2}}};
-  r.objects = {chair, car};
+  ModelObject person;
+  person.name = "person 1", person.kind = ObjectKind::person, person.posture = Posture::lying;
+  r.objects = {chair, car, person};
   r.doubts = {{"wall 3", {1, -2, 0.5}, 1.25, "only 20 % of it was measured"}};
   return r;
 }
@@ -38,7 +40,7 @@ TEST(ModelObjects, AreReadAsTheyWereWritten) {
   ASSERT_TRUE(parse_model(yaml, "m.yaml"));
   const auto again = parse_remarks(yaml, "m.yaml");
   ASSERT_TRUE(again) << again.error().message;
-  ASSERT_EQ(again->objects.size(), 2U);
+  ASSERT_EQ(again->objects.size(), 3U);
   EXPECT_EQ(again->objects[0].name, "chair 1");
   EXPECT_EQ(again->objects[0].kind, ObjectKind::chair);
   EXPECT_EQ(again->objects[0].under, "table 1");
@@ -48,6 +50,7 @@ TEST(ModelObjects, AreReadAsTheyWereWritten) {
   EXPECT_EQ(again->objects[0].mesh.vertices, remarks().objects[0].mesh.vertices);
   EXPECT_EQ(again->objects[0].mesh.triangles, remarks().objects[0].mesh.triangles);
   EXPECT_TRUE(again->objects[1].mesh.empty());
+  EXPECT_EQ(again->objects[2].posture, Posture::lying);
   EXPECT_FALSE(again->objects[1].movable);
   EXPECT_EQ(again->objects[1].on, "object 3");
   ASSERT_EQ(again->doubts.size(), 1U);
@@ -71,6 +74,14 @@ TEST(ModelObjects, AMeshWithAnInvalidVertexIsRefused) {
   EXPECT_NE(read.error().message.find("mesh of 'chair 1': triangle 0: expected vertices < 3"),
             std::string::npos)
       << read.error().message;
+}
+
+TEST(ModelObjects, OnlyAPersonHasAPosture) {
+  ModelRemarks sitting_chair = remarks();
+  sitting_chair.objects[0].posture = Posture::sitting;
+  const auto read = parse_remarks(yaml_of(sitting_chair), "m.yaml");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("'posture': only a person has one"), std::string::npos);
 }
 
 TEST(ModelObjects, ANameIsTakenOnce) {

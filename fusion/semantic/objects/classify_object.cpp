@@ -25,6 +25,7 @@ struct Usual {
   Range plate_area;  ///< m^2
   Range filled;      ///< of its upright faces
   double bias;
+  Posture posture = Posture::unknown;
 };
 
 constexpr double kAny = 1e3;
@@ -148,7 +149,40 @@ constexpr Usual kUsual[] = {
      kNothing,
      {-1, 0.12, 0.05},
      {0.2, 1, 0.1},
-     0},
+     0,
+     Posture::standing},
+    // With the chair or stool under it, which it hides.
+    {ObjectKind::person,
+     {0.55, 1.0, 0.08},
+     {0.35, 0.7, 0.08},
+     {0, 0.15, 0.08},
+     {1.18, 1.45, 0.05},
+     kNothing,
+     {-1, 0.3, 0.05},
+     {0.55, 0.9, 0.1},
+     0,
+     Posture::sitting},
+    // On the floor, legs drawn up or stretched out.
+    {ObjectKind::person,
+     {0.75, 1.2, 0.08},
+     {0.35, 0.65, 0.08},
+     {0, 0.1, 0.06},
+     {0.78, 1.02, 0.05},
+     kNothing,
+     {-1, 0.35, 0.05},
+     {0.25, 0.7, 0.08},
+     0,
+     Posture::sitting},
+    {ObjectKind::person,
+     {1.5, 1.95, 0.08},
+     {0.35, 0.8, 0.08},
+     {0, 0.1, 0.06},
+     {0.17, 0.4, 0.04},
+     kNothing,
+     {-1, 0.6, 0.1},
+     {0.3, 1, 0.15},
+     -0.2,
+     Posture::lying},
     {ObjectKind::car,
      {3.0, 5.2, 0.3},
      {1.0, 2.1, 0.2},
@@ -236,16 +270,17 @@ ObjectClass classify(const ObjectShape& shape) {
   constexpr double kPoor = -2.5;  // worse than this it is only an object
   double best = kPoor, second = kPoor;
   ObjectKind kind = ObjectKind::object;
+  Posture posture = Posture::unknown;
   for (const Usual& usual : kUsual) {
     const double score = score_of(shape, usual);
     if (score > best) {
       if (usual.kind != kind) second = best;
-      best = score, kind = usual.kind;
+      best = score, kind = usual.kind, posture = usual.posture;
     } else if (usual.kind != kind) {
       second = std::max(second, score);
     }
   }
-  return {kind, kind == ObjectKind::object ? 0.5 : 1 / (1 + std::exp(second - best))};
+  return {kind, kind == ObjectKind::object ? 0.5 : 1 / (1 + std::exp(second - best)), posture};
 }
 
 }  // namespace parhelion::semantic

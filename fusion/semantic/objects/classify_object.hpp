@@ -29,6 +29,7 @@ ObjectShape shape_of(const ObjectGrid& grid, const ObjectGroup& group,
 struct ObjectClass {
   ObjectKind kind = ObjectKind::object;
   double confidence = 0.5;
+  Posture posture = Posture::unknown;  ///< of a person
 };
 ObjectClass classify(const ObjectShape& shape);
 

@@ -111,6 +111,7 @@ ModelObject object_of(const ObjectShape& shape) {
   const ObjectClass found = classify(shape);
   object.kind = found.kind;
   object.confidence = found.confidence;
+  object.posture = found.posture;
   const double high = std::max(0.05, shape.top - shape.bottom);
   object.T_map_body = Transform<Map, Body>::planar(shape.middle.x(), shape.middle.y(), shape.yaw,
                                                    shape.floor + 0.5 * (shape.top + shape.bottom));

@@ -17,6 +17,11 @@ ModelEntity box_of(const ModelObject& object) {
   return box;
 }
 
+std::string label_of(const ModelObject& object) {
+  return object.name +
+         (object.posture == Posture::unknown ? "" : std::string(", ") + to_string(object.posture));
+}
+
 /// Most pictures show rooms of some metres: a step with at most twelve numbers.
 double step_of(double extent) {
   for (const double step : {0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
@@ -52,7 +57,7 @@ void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& 
   for (const ModelObject& object : remarks.objects) {
     const double pixels = object.size.x() * canvas.pixels_per_metre();
     if (object.kind != ObjectKind::object || pixels > 40)
-      labels.beside(box_of(object), object.name, 10, kObjectColour);
+      labels.beside(box_of(object), label_of(object), 10, kObjectColour);
   }
   legend.add({"object", kObjectColour, LegendEntry::Mark::line});
 }

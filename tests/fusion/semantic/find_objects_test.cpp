@@ -105,6 +105,38 @@ TEST(FindObjects, PointsOfTheBuildingBelongToNone) {
   for (std::size_t i = chair; i < cloud.size(); ++i) ASSERT_EQ(found.object_of[i], kNoObject);
 }
 
+TEST(FindObjects, APersonStandsSitsOrLies) {
+  const auto posture_of = [](const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& boxes) {
+    cloud::PointCloud<Map> cloud;
+    for (const auto& [low, high] : boxes) add_box(cloud, low, high);
+    const FoundObjects found = found_in(cloud);
+    EXPECT_EQ(found.objects.size(), 1U);
+    if (found.objects.empty()) return Posture::unknown;
+    EXPECT_EQ(found.objects[0].kind, ObjectKind::person);
+    EXPECT_FALSE(found.objects[0].movable);
+    return found.objects[0].posture;
+  };
+  EXPECT_EQ(posture_of({{{-0.18, -0.1, 0}, {0.18, 0.1, 0.85}},
+                        {{-0.24, -0.13, 0.85}, {0.24, 0.13, 1.45}},
+                        {{-0.09, -0.1, 1.45}, {0.09, 0.1, 1.75}}}),
+            Posture::standing);
+  EXPECT_EQ(posture_of({{{-0.2, -0.2, 0}, {0.2, 0.2, 0.45}},
+                        {{-0.18, -0.5, 0.45}, {0.18, 0.2, 0.6}},
+                        {{-0.17, -0.5, 0}, {0.17, -0.38, 0.6}},
+                        {{-0.24, -0.05, 0.6}, {0.24, 0.2, 1.08}},
+                        {{-0.09, -0.05, 1.08}, {0.09, 0.15, 1.34}}}),
+            Posture::sitting);
+  EXPECT_EQ(posture_of({{{-0.18, -0.85, 0}, {0.18, 0, 0.16}},
+                        {{-0.24, 0, 0}, {0.24, 0.26, 0.62}},
+                        {{-0.09, 0.02, 0.62}, {0.09, 0.22, 0.9}}}),
+            Posture::sitting)
+      << "on the floor";
+  EXPECT_EQ(posture_of({{{-0.88, -0.18, 0}, {-0.03, 0.18, 0.14}},
+                        {{-0.03, -0.24, 0}, {0.57, 0.24, 0.23}},
+                        {{0.57, -0.09, 0}, {0.87, 0.09, 0.22}}}),
+            Posture::lying);
+}
+
 TEST(FindObjects, AnEmptyCloudHasNone) {
   const FoundObjects found = found_in({});
   EXPECT_TRUE(found.objects.empty());
