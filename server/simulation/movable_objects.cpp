@@ -176,7 +176,7 @@ class Resting {
     }
     if (std::abs(moved.z()) > kReach) return false;
     shift(object, moved);
-    const auto out = way_out(object);
+    const auto out = displacement_out(object);
     if (!out) return false;
     shift(object, {out->x(), out->y(), 0});
     moved.head<2>() += *out;
@@ -197,7 +197,7 @@ class Resting {
   }
 
   /// The shortest of the displacements tried after which the box is in no wall.
-  std::optional<Eigen::Vector2d> way_out(const ModelObject& object) {
+  std::optional<Eigen::Vector2d> displacement_out(const ModelObject& object) {
     constexpr int kDirections = 16;
     for (int ring = 0; ring * kStep <= kReach; ++ring) {
       for (int i = 0; i < (ring == 0 ? 1 : kDirections); ++i) {

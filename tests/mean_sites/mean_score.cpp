@@ -266,7 +266,7 @@ class Scoring {
         const auto shared = both.find({t, o});
         if (shared == both.end() || 2 * shared->second <= there[t] + found[o] - shared->second) continue;
         ++score_.objects_found;
-        const std::string kind = words_for(built_.objects[o]);
+        const std::string kind = text_for(built_.objects[o]);
         score_.objects_right += same_kind(site_.objects[t].kind, kind);
         ++score_.kinds[{site_.objects[t].kind, kind}];
       }
@@ -274,7 +274,7 @@ class Scoring {
     for (std::size_t o = 0; o < found.size(); ++o) {
       if (10 * amid[o] <= 8 * found[o]) continue;
       ++score_.false_objects;
-      ++score_.kinds[{"no object", words_for(built_.objects[o])}];
+      ++score_.kinds[{"no object", text_for(built_.objects[o])}];
       ++score_.amid[mostly_on(static_cast<std::uint32_t>(o))];
     }
   }
@@ -289,7 +289,7 @@ class Scoring {
                             [](const auto& a, const auto& b) { return a.second < b.second; })
         ->first;
   }
-  static std::string words_for(const ModelObject& object) {
+  static std::string text_for(const ModelObject& object) {
     const std::string kind = to_string(object.kind);
     return object.posture == Posture::unknown ? kind : to_string(object.posture) + (" " + kind);
   }
