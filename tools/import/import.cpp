@@ -144,9 +144,22 @@ Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std:
   return chosen;
 }
 
+Error ros_2_recording(const std::filesystem::path& path) {
+  return Error{
+      path.string() +
+      ": a ROS 2 recording, which is not read. Convert it to a ROS 1 bag with rosbags-convert (pip install "
+      "rosbags): rosbags-convert --src FOLDER --dst drive.bag, and import drive.bag"};
+}
+
 Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   std::error_code failed;
-  if (std::filesystem::is_directory(path, failed)) return ImportFormat::rgbd;
+  if (std::filesystem::is_directory(path, failed)) {
+    std::string first;
+    std::ifstream metadata(path / "metadata.yaml");
+    if (std::getline(metadata, first) && first.starts_with("rosbag2_bagfile_information"))
+      return ros_2_recording(path);
+    return ImportFormat::rgbd;
+  }
   if (!std::filesystem::exists(path, failed)) return Error{path.string() + ": no such file or folder"};
   auto lines = TextLines::open(path);
   if (!lines) return lines.error();
@@ -154,6 +167,8 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   if (!head) return head.error();
   if (head->starts_with("#ROSBAG V2")) return ImportFormat::rosbag;
   if (head->starts_with("#ROSBAG")) return Error{path.string() + ": a ROS bag of another version than 2.0"};
+  constexpr std::string_view kMcap = "\x89MCAP";
+  if (head->starts_with("SQLite format 3") || head->starts_with(kMcap)) return ros_2_recording(path);
   if (starts_with_object(*head)) return ImportFormat::rawlog;
   if (!head->empty() && is_text(*head)) return ImportFormat::carmen;
   return Error{path.string() +
