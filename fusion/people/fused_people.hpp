@@ -3,9 +3,9 @@
 // all views.
 //
 // Each sensor has a tracker of its own, so that a robot with a wrong pose or a bad sensor spoils nothing of
-// the others' tracks. Estimates are joined by fast covariance intersection (Niehsen: "Information Fusion based on
-// Fast Covariance Intersection Filtering", FUSION 2002), which stays consistent although all tracks assume
-// the same motion.
+// the others' tracks. Estimates are joined by fast covariance intersection (Niehsen: "Information Fusion
+// based on Fast Covariance Intersection Filtering", FUSION 2002), which stays consistent although all tracks
+// assume the same motion.
 #pragma once
 
 #include <cstdint>

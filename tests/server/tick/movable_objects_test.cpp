@@ -20,7 +20,8 @@ class MovableObjectsTest : public LevelsTest {
     return configuration;
   }
   WorldMessage::Entry carton() {
-    for (const WorldMessage::Entry& body : decoded<WorldMessage>(channel::kMrWorld).back().bodies)
+    const WorldMessage world = decoded<WorldMessage>(channel::kMrWorld).back();
+    for (const WorldMessage::Entry& body : world.bodies)
       if (body.entity == "box 1") return body;
     ADD_FAILURE() << "MR_WORLD has no such body";
     return {};
