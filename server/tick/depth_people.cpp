@@ -9,8 +9,8 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration kPeriod =
-    milliseconds(95);                // of images at 10 Hz or more: each is 0.1 s after the one before
+// Of images at 10 Hz or more: each is 0.1 s after the one before.
+constexpr Duration kPeriod = milliseconds(95);
 constexpr double kTypicalRange = 3;  // m: the tracker knows one noise for all ranges
 
 bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {

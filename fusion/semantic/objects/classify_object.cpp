@@ -268,11 +268,16 @@ ObjectClass classify(const ObjectShape& shape) {
   if (shape.table && shape.plate_area > kMattress && shape.plate < kLow) return {ObjectKind::bed, 0.6};
   if (shape.table) return {ObjectKind::table, std::clamp(0.6 + shape.plate_area, 0.5, 0.95)};
   constexpr double kPoor = -2.5;  // worse than this it is only an object
+  // Bushes and hedges in a street are about as large as somebody who sits: a victim must fit nearly all
+  // ranges.
+  constexpr double kPoorVictim = 0.4;
   double best = kPoor, second = kPoor;
   ObjectKind kind = ObjectKind::object;
   Posture posture = Posture::unknown;
   for (const Usual& usual : kUsual) {
     const double score = score_of(shape, usual);
+    const bool may_be_victim = usual.posture == Posture::sitting || usual.posture == Posture::lying;
+    if (may_be_victim && score < usual.bias - kPoorVictim) continue;
     if (score > best) {
       if (usual.kind != kind) second = best;
       best = score, kind = usual.kind, posture = usual.posture;

@@ -117,6 +117,16 @@ TEST_F(DepthPeopleTest, AWalkerWhomNoLaserShowsIsOnePersonOfTheWorld) {
   EXPECT_EQ(max_persons, 1U) << "legs and trunk are one person";
 }
 
+TEST_F(DepthPeopleTest, OdometryThatIsLateHidesNobody) {
+  begin();
+  std::vector<Message> log = drive_with_depth(10, true);
+  for (Message& each : log)
+    if (each.channel == channel::kOdometry) each.arrival = each.arrival + milliseconds(300);
+  std::stable_sort(log.begin(), log.end(),
+                   [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
+  EXPECT_GE(follow(log), 60);
+}
+
 TEST_F(DepthPeopleTest, NobodyIsFoundWhereNobodyIs) {
   begin();
   EXPECT_EQ(follow(drive_with_depth(4, false)), 0);
