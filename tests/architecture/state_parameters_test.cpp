@@ -16,7 +16,7 @@ namespace parhelion {
 namespace {
 
 namespace fs = std::filesystem;
-using Sources = std::map<std::string, std::string>;  // path from the root -> text
+using ServerSources = std::map<std::string, std::string>;  // path from the root -> text
 
 /// Dispatch of inputs and steps, and construction of the state.
 const std::set<std::string> kWiring = {"server/tick/tick.hpp", "server/tick/tick.cpp",
@@ -67,7 +67,7 @@ std::string signature(const std::string& text, std::size_t open) {
 }
 
 /// Signature -> places. In server/tick any State is meant, elsewhere tick::State.
-std::map<std::string, std::set<std::string>> functions_of_state(const Sources& sources) {
+std::map<std::string, std::set<std::string>> functions_of_state(const ServerSources& sources) {
   static const std::regex in_tick("(^|[^\\w:])State&"), elsewhere("\\btick::State&");
   std::map<std::string, std::set<std::string>> found;
   for (const auto& [path, commented] : sources) {
@@ -81,8 +81,8 @@ std::map<std::string, std::set<std::string>> functions_of_state(const Sources& s
   return found;
 }
 
-Sources read_server() {
-  Sources sources;
+ServerSources read_server() {
+  ServerSources sources;
   const fs::path root = PARHELION_SOURCE_DIR;
   for (const char* folder : {"server", "tools"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
@@ -98,7 +98,7 @@ Sources read_server() {
 }
 
 TEST(StateParameters, FewFunctionsTakeTheWholeState) {
-  const Sources sources = read_server();
+  const ServerSources sources = read_server();
   EXPECT_GT(sources.size(), 100U) << "the sources were not found in " << PARHELION_SOURCE_DIR;
   const auto found = functions_of_state(sources);
   std::cout << found.size() << " functions take the whole tick::State&:\n";

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-Behaviour any_behaviour() {
+Behaviour any_valid_behaviour() {
   Behaviour behaviour;
   behaviour.kind = any_of<BehaviourKind>(static_cast<int>(kLastBehaviourKind) + 1);
   behaviour.speed = positive();
@@ -28,7 +28,7 @@ AgentDefinition any_agent(int number) {
   agent.kind = any_of<AgentKind>(4);
   agent.T_map_base = upright<Map, Base>();
   agent.size = {between(1e-3, 9e3), between(1e-3, 9e3), between(1e-3, 9e3)};
-  agent.behaviour = any_behaviour();
+  agent.behaviour = any_valid_behaviour();
   agent.laser = text();
   if (agent.kind == AgentKind::robot) agent.model = text();
   if (!agent.model.empty() && *rc::gen::arbitrary<bool>()) agent.camera_rate = between(0.1, 2);
@@ -68,7 +68,7 @@ AgentCommand any_action() {
     case 1:
       return AgentMove{.agent = name, .T_map_base = upright<Map, Base>()};
     case 2:
-      return AgentBehaviour{.agent = name, .behaviour = any_behaviour()};
+      return AgentBehaviour{.agent = name, .behaviour = any_valid_behaviour()};
     case 3:
       return AgentRemove{.all = all, .agent = all ? "" : name};
     default:

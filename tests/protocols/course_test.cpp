@@ -9,7 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string kWhole = R"(course: operator
+const std::string kWholeCourse = R"(course: operator
 text: From the first metre on.
 programmes:
   - {scenario: a.yaml, text: Forwards.}
@@ -23,7 +23,7 @@ ranking:
 )";
 
 TEST(Course, KeepsTheOrderOfItsProgrammes) {
-  const auto course = parse_course(kWhole, "c.yaml");
+  const auto course = parse_course(kWholeCourse, "c.yaml");
   ASSERT_TRUE(course.ok()) << course.error().message;
   EXPECT_EQ(course->name, "operator");
   ASSERT_EQ(course->programmes.size(), 4U);
@@ -34,7 +34,7 @@ TEST(Course, KeepsTheOrderOfItsProgrammes) {
 }
 
 TEST(Course, RanksByProgrammesPassedThenByPoints) {
-  const auto course = parse_course(kWhole, "c.yaml");
+  const auto course = parse_course(kWholeCourse, "c.yaml");
   ASSERT_TRUE(course.ok());
   EXPECT_EQ(standing_in(*course, {}).rank, "");
   EXPECT_EQ(standing_in(*course, {}).next, 0U);

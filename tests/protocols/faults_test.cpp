@@ -5,16 +5,14 @@
 #include <set>
 
 #include "protocols/scenario.hpp"
+#include "tests/protocols/scenario_error.hpp"
 
 namespace parhelion {
 namespace {
 
 using testing::HasSubstr;
 
-std::string error_of(const std::string& yaml) {
-  const auto scenario = parse_scenario(yaml, "s.yaml");
-  return scenario ? "" : scenario.error().message;
-}
+using test::error_of;
 
 const std::string kRanges = R"(name: r
 level: 1

@@ -7,7 +7,7 @@
 namespace parhelion {
 namespace {
 
-const std::string kScenario =
+const std::string kHazards =
     "name: hazards\nlevel: 1\ntrainee: {model: rover}\nhazards:\n"
     "  - {name: mine, kind: device, position: [4 m, 2 m, 0 m], nearness: 50 cm, delay: 90 s}\n"
     "  - {name: suitcase, kind: device, agent: case_1, shock: 4 N s, tilt: 30 deg}\n"
@@ -20,7 +20,7 @@ const std::string kScenario =
     "battery: {capacity: 120 Wh, idle: 30 W, efficiency: 0.7, low: 0.25}\n";
 
 TEST(Hazard, IsReadWithItsUnits) {
-  const auto scenario = parse_scenario(kScenario, "s.yaml");
+  const auto scenario = parse_scenario(kHazards, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   ASSERT_EQ(scenario->hazards.size(), 4U);
   EXPECT_DOUBLE_EQ(*scenario->hazards[0].nearness, 0.5);
@@ -40,7 +40,7 @@ TEST(Hazard, IsReadWithItsUnits) {
 }
 
 TEST(Hazard, IsWrittenAsItIsRead) {
-  const auto scenario = parse_scenario(kScenario, "s.yaml");
+  const auto scenario = parse_scenario(kHazards, "s.yaml");
   ASSERT_TRUE(scenario.ok());
   const std::string once = to_yaml(*scenario);
   const auto again = parse_scenario(once, "again");

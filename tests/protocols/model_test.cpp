@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(const std::string& yaml) {
+std::string error_of_model(const std::string& yaml) {
   const auto model = parse_model(yaml, "m.yaml");
   return model ? "" : model.error().message;
 }
@@ -70,32 +70,34 @@ TEST(ModelFile, ReportsErrorsWithTheirLine) {
   const std::string wall_with_hinge =
       "entities:\n  - {name: w, label: wall, pose: {}, size: [1 m, 1 m, 1 m],\n     hinge: {axis: [0 m, 0 "
       "m]}}";
-  EXPECT_THAT(error_of(wall_with_hinge),
+  EXPECT_THAT(error_of_model(wall_with_hinge),
               HasSubstr("m.yaml:3: 'hinge': only a door has one, found it on a wall"));
-  EXPECT_THAT(error_of("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], hinge: {axis: "
-                       "[0 m, 0 m], lower: 90 deg, upper: 0 deg}}"),
-              HasSubstr("expected lower <= upper, found lower 90 deg and upper 0 deg"));
-  EXPECT_THAT(error_of("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], hinge: {axis: "
-                       "[0 m, 0 m], uper: 90 deg}}"),
-              HasSubstr("m.yaml:2: unknown key 'uper', did you mean 'upper'?"));
   EXPECT_THAT(
-      error_of("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], lokced: true}"),
+      error_of_model("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], hinge: {axis: "
+                     "[0 m, 0 m], lower: 90 deg, upper: 0 deg}}"),
+      HasSubstr("expected lower <= upper, found lower 90 deg and upper 0 deg"));
+  EXPECT_THAT(
+      error_of_model("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], hinge: {axis: "
+                     "[0 m, 0 m], uper: 90 deg}}"),
+      HasSubstr("m.yaml:2: unknown key 'uper', did you mean 'upper'?"));
+  EXPECT_THAT(
+      error_of_model("entities:\n  - {name: d, label: door, pose: {}, size: [1 m, 1 m, 1 m], lokced: true}"),
       HasSubstr("did you mean 'locked'?"));
-  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wal 1}"),
+  EXPECT_THAT(error_of_model(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wal 1}"),
               HasSubstr("m.yaml:5: relation 'above': there is no entity 'wal 1', did you mean 'wall 1'?"));
-  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: door 1}"),
+  EXPECT_THAT(error_of_model(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: door 1}"),
               HasSubstr("'door 1' with itself"));
-  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: abov, from: door 1, to: wall 1}"),
+  EXPECT_THAT(error_of_model(kTwoEntities + "relations:\n  - {kind: abov, from: door 1, to: wall 1}"),
               HasSubstr("did you mean 'above'?"));
-  EXPECT_THAT(error_of(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wall 1}\n"
-                                      "  - {kind: above, from: door 1, to: wall 1}"),
+  EXPECT_THAT(error_of_model(kTwoEntities + "relations:\n  - {kind: above, from: door 1, to: wall 1}\n"
+                                            "  - {kind: above, from: door 1, to: wall 1}"),
               HasSubstr("m.yaml:6: relation 'above' from 'door 1' to 'wall 1' is given twice"));
 }
 
 TEST(ModelFile, FreeSpacesMayOverlapButWallsMayNot) {
   const auto twice = [](const std::string& label, const std::string& more = "") {
     const std::string rest = ", label: " + label + ", pose: {}, size: [1 m, 1 m, 2 m]";
-    return error_of("entities:\n  - {name: a" + rest + "}\n  - {name: b" + rest + more + "}");
+    return error_of_model("entities:\n  - {name: a" + rest + "}\n  - {name: b" + rest + more + "}");
   };
   EXPECT_EQ(twice("free_space"), "");
   EXPECT_THAT(twice("wall_above_door"), HasSubstr("'b' overlaps 'a'"));
@@ -120,8 +122,8 @@ TEST(ModelFile, MeshesAreWrittenInPlainYaml) {
 
 TEST(ModelFile, RefusesInconsistentMeshes) {
   const auto with = [](const std::string& vertices, const std::string& triangles) {
-    return error_of("entities: []\nmeshes:\n  - name: m\n    unit: m\n    vertices: " + vertices +
-                    "\n    triangles: " + triangles);
+    return error_of_model("entities: []\nmeshes:\n  - name: m\n    unit: m\n    vertices: " + vertices +
+                          "\n    triangles: " + triangles);
   };
   const std::string one = "!!binary AACAPwAAAAAAAAAA", none = "!!binary ''";
   EXPECT_EQ(with(one, none), "");
@@ -133,18 +135,19 @@ TEST(ModelFile, RefusesInconsistentMeshes) {
   EXPECT_THAT(with("!!binary AADAfwAAAAAAAAAA", none), HasSubstr("vertex 0: expected finite coordinates"));
   EXPECT_THAT(with(one, "!!binary AAAAAAEAAAAAAAAA"),
               HasSubstr("triangle 0: expected vertices < 1, found 1"));
-  EXPECT_THAT(error_of("entities: []\nmap_id: !!binary AAAA"), HasSubstr("found !!binary"));
-  EXPECT_THAT(error_of("entities: []\nmap_id: !!python/object AAAA"), HasSubstr("tags"));
-  EXPECT_THAT(error_of("!!binary AAAA: 1\nentities: []"), HasSubstr("a key must be plain text"));
-  EXPECT_THAT(error_of("entities: []\nmeshes:\n  - {name: m, unit: mm, vertices: !!binary '', triangles: "
-                       "!!binary ''}"),
-              HasSubstr("'unit': expected m"));
+  EXPECT_THAT(error_of_model("entities: []\nmap_id: !!binary AAAA"), HasSubstr("found !!binary"));
+  EXPECT_THAT(error_of_model("entities: []\nmap_id: !!python/object AAAA"), HasSubstr("tags"));
+  EXPECT_THAT(error_of_model("!!binary AAAA: 1\nentities: []"), HasSubstr("a key must be plain text"));
+  EXPECT_THAT(
+      error_of_model("entities: []\nmeshes:\n  - {name: m, unit: mm, vertices: !!binary '', triangles: "
+                     "!!binary ''}"),
+      HasSubstr("'unit': expected m"));
 }
 
 TEST(ModelFile, RefusesTooManyTriangles) {
   SemanticModel model = meshed();
   model.meshes[0].triangles.assign(1'000'001, {0, 1, 2});
-  EXPECT_THAT(error_of(to_yaml(model)),
+  EXPECT_THAT(error_of_model(to_yaml(model)),
               HasSubstr("expected at most 1000000 triangles in all, found 1000001"));
 }
 
@@ -159,7 +162,7 @@ TEST(ModelFile, FlippedBytesAndTruncationsNeverCrash) {
   }
   model.relations.push_back({RelationKind::parallel, "door 0", "door 1", 0.5});
   const std::string good = to_yaml(model);
-  ASSERT_EQ(error_of(good), "");
+  ASSERT_EQ(error_of_model(good), "");
   test::expect_damaged_text_is_refused(parse_model, good, "m.yaml");
 }
 

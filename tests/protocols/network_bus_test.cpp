@@ -29,7 +29,7 @@ std::string own_url() {
   ASSERT_TRUE(bus##_opened) << bus##_opened.error().message;                                  \
   Bus& bus = **bus##_opened
 
-bool receive(Bus& bus, Message& message, Duration timeout) {
+bool receive_within(Bus& bus, Message& message, Duration timeout) {
   const auto came = bus.receive(message, timeout);
   EXPECT_TRUE(came) << came.error().message;
   return came && *came;
@@ -43,7 +43,7 @@ TEST(NetworkBus, ASendOnlyEndpointSendsAndReceivesNothing) {
   ASSERT_TRUE(speaker) << speaker.error().message;
   ASSERT_TRUE((*speaker)->publish("TELEOP", std::vector<std::uint8_t>{1, 2}).ok());
   Message message;
-  ASSERT_TRUE(receive(receiver, message, seconds(2)));
+  ASSERT_TRUE(receive_within(receiver, message, seconds(2)));
   EXPECT_EQ(message.payload, (std::vector<std::uint8_t>{1, 2}));
   EXPECT_FALSE((*speaker)->subscribe("TELEOP", 4).ok());
   EXPECT_FALSE((*speaker)->receive(message, Duration{0}).ok());
@@ -63,7 +63,7 @@ TEST(NetworkBus, AMessageOf300kBArrivesUnchanged) {
   bool came = false;
   for (int attempt = 0; attempt < 20 && !came; ++attempt) {
     ASSERT_TRUE(sender.publish("CAMERA", payload));
-    came = receive(receiver, message, seconds(1));
+    came = receive_within(receiver, message, seconds(1));
   }
   ASSERT_TRUE(came);
   EXPECT_EQ(message.channel, "CAMERA");
@@ -83,7 +83,7 @@ TEST(NetworkBus, ALateReceiverGetsTheNewestMessageAndADropCount) {
   // Once END is queued, all earlier messages are queued too.
   ASSERT_TRUE(bus.publish("END", {}));
   std::uint64_t got = 0;
-  while (receive(bus, message, seconds(5)) && message.channel != "END")
+  while (receive_within(bus, message, seconds(5)) && message.channel != "END")
     received.push_back(message.payload.at(0)), ++got;
   EXPECT_TRUE(std::is_sorted(received.begin(), received.end()));
   ASSERT_FALSE(received.empty());
@@ -98,9 +98,9 @@ TEST(NetworkBus, ADatagramToTheMachinesOwnAddressIsNotReceived) {
   test::RawSender(url, "127.0.0.1").send(test::short_message({"TELEOP", {}, {1}}));
   test::RawSender(url).send(test::short_message({"TELEOP", {}, {2}}));
   Message message;
-  ASSERT_TRUE(receive(bus, message, seconds(2)));
+  ASSERT_TRUE(receive_within(bus, message, seconds(2)));
   EXPECT_EQ(message.payload, std::vector<std::uint8_t>{2});
-  EXPECT_FALSE(receive(bus, message, milliseconds(50)));
+  EXPECT_FALSE(receive_within(bus, message, milliseconds(50)));
 }
 
 TEST(NetworkBus, DatagramsThatLieAboutTheirLengthsAreNotReceivedAndDoNoHarm) {
@@ -116,9 +116,9 @@ TEST(NetworkBus, DatagramsThatLieAboutTheirLengthsAreNotReceivedAndDoNoHarm) {
   }
   stranger.send(test::short_message({"SCAN", {}, {1, 2, 3}}));
   Message message;
-  ASSERT_TRUE(receive(bus, message, seconds(2)));
+  ASSERT_TRUE(receive_within(bus, message, seconds(2)));
   EXPECT_EQ(message.payload, (std::vector<std::uint8_t>{1, 2, 3}));
-  EXPECT_FALSE(receive(bus, message, milliseconds(50)));
+  EXPECT_FALSE(receive_within(bus, message, milliseconds(50)));
 }
 
 TEST(NetworkBus, OtherTransportsAndBrokenUrlsAreRefusedWithAnExample) {
@@ -147,7 +147,7 @@ TEST(NetworkBus, TheErrorWithoutAMulticastRouteExplainsHowToAddOne) {
   close(report[1]);
   std::string error_text;
   char part[512];
-  for (ssize_t n; (n = read(report[0], part, sizeof part)) > 0;)
+  for (ssize_t n; (n = ::read(report[0], part, sizeof part)) > 0;)
     error_text.append(part, static_cast<std::size_t>(n));
   close(report[0]);
   int status = 0;

@@ -13,32 +13,32 @@
 namespace parhelion {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using Payload = std::vector<std::uint8_t>;
 
 constexpr DatagramSender kSender{0x7f000001, 5000};
 constexpr std::size_t kMax = std::size_t{1} << 20;
 
 using Fields = test::FragmentHeader;
 
-Bytes short_message(const std::string& channel, const Bytes& payload) {
+Payload short_message(const std::string& channel, const Payload& payload) {
   return test::short_message({channel, {}, payload});
 }
 
-Bytes fragment(const Fields& fields, const Bytes& data, const std::string& channel = "SCAN") {
+Payload fragment(const Fields& fields, const Payload& data, const std::string& channel = "SCAN") {
   return test::fragment(fields, channel, data);
 }
 
-Bytes random_bytes(std::size_t size, unsigned seed) {
+Payload random_bytes(std::size_t size, unsigned seed) {
   std::mt19937 random(seed);
-  Bytes bytes(size);
+  Payload bytes(size);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
   return bytes;
 }
 
 /// As liblcm sends it: pieces of `piece` bytes, in order.
-std::vector<Bytes> fragments_of(const Bytes& payload, std::size_t piece, std::uint32_t sequence = 1,
-                                const std::string& channel = "SCAN") {
-  std::vector<Bytes> all;
+std::vector<Payload> fragments_of(const Payload& payload, std::size_t piece, std::uint32_t sequence = 1,
+                                  const std::string& channel = "SCAN") {
+  std::vector<Payload> all;
   const std::size_t count = std::max<std::size_t>(1, (payload.size() + piece - 1) / piece);
   for (std::size_t i = 0; i < count; ++i) {
     const auto begin = payload.begin() + static_cast<std::ptrdiff_t>(i * piece);
@@ -46,18 +46,18 @@ std::vector<Bytes> fragments_of(const Bytes& payload, std::size_t piece, std::ui
     all.push_back(
         fragment({sequence, static_cast<std::uint32_t>(payload.size()), static_cast<std::uint32_t>(i * piece),
                   static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(count)},
-                 Bytes(begin, end), channel));
+                 Payload(begin, end), channel));
   }
   return all;
 }
 
 class ReassemblyTest : public ::testing::Test {
  protected:
-  std::optional<Bytes> add(const Bytes& datagram, const DatagramSender& sender = kSender) {
+  std::optional<Payload> add(const Payload& datagram, const DatagramSender& sender = kSender) {
     const auto complete = reassembly_.add(sender, datagram, now_);
     if (!complete) return std::nullopt;
     channel_ = complete->channel;
-    return Bytes(complete->payload.begin(), complete->payload.end());
+    return Payload(complete->payload.begin(), complete->payload.end());
   }
   std::uint64_t faults(DatagramFault fault) const {
     return reassembly_.faults()[static_cast<std::size_t>(fault)];
@@ -74,14 +74,14 @@ class ReassemblyTest : public ::testing::Test {
 };
 
 TEST_F(ReassemblyTest, AShortMessageIsItsDatagram) {
-  EXPECT_EQ(add(short_message("TELEOP", {1, 2, 3})), (Bytes{1, 2, 3}));
+  EXPECT_EQ(add(short_message("TELEOP", {1, 2, 3})), (Payload{1, 2, 3}));
   EXPECT_EQ(channel_, "TELEOP");
-  EXPECT_EQ(add(short_message("TELEOP", {})), Bytes{});
+  EXPECT_EQ(add(short_message("TELEOP", {})), Payload{});
   EXPECT_EQ(all_faults(), 0U);
 }
 
 RC_GTEST_FIXTURE_PROP(ReassemblyTest, FragmentsInAnyOrderGiveTheMessage, ()) {
-  const Bytes payload = random_bytes(*rc::gen::inRange<std::size_t>(1, 5000), 7);
+  const Payload payload = random_bytes(*rc::gen::inRange<std::size_t>(1, 5000), 7);
   auto fragments = fragments_of(payload, *rc::gen::inRange<std::size_t>(1, 700));
   std::shuffle(fragments.begin(), fragments.end(), std::mt19937(*rc::gen::arbitrary<unsigned>()));
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) RC_ASSERT(!add(fragments[i]));
@@ -92,7 +92,7 @@ RC_GTEST_FIXTURE_PROP(ReassemblyTest, FragmentsInAnyOrderGiveTheMessage, ()) {
 
 TEST_F(ReassemblyTest, MessagesOfTwoSendersWithOneNumberAreNotMixed) {
   const DatagramSender other{0x7f000001, 5001};
-  const Bytes a = random_bytes(2000, 1), b = random_bytes(2000, 2);
+  const Payload a = random_bytes(2000, 1), b = random_bytes(2000, 2);
   const auto of_a = fragments_of(a, 1000), of_b = fragments_of(b, 1000);
   EXPECT_FALSE(add(of_a[0]));
   EXPECT_FALSE(add(of_b[0], other));
@@ -102,7 +102,7 @@ TEST_F(ReassemblyTest, MessagesOfTwoSendersWithOneNumberAreNotMixed) {
 
 TEST_F(ReassemblyTest, ASenderThatStartsAgainReplacesItsOldMessage) {
   EXPECT_FALSE(add(fragments_of(random_bytes(3000, 1), 1000)[0]));
-  const Bytes payload = random_bytes(2000, 2);
+  const Payload payload = random_bytes(2000, 2);
   const auto fragments = fragments_of(payload, 1000);
   EXPECT_FALSE(add(fragments[0]));
   EXPECT_EQ(add(fragments[1]), payload);
@@ -118,7 +118,7 @@ TEST_F(ReassemblyTest, AnOffsetThatWrapsIsRefused) {
 
 // liblcm 1.3.1 completes it with memory that was never written.
 TEST_F(ReassemblyTest, AMessageThatCarriesLessThanItDeclaresIsNotComplete) {
-  EXPECT_FALSE(add(fragment({1, 60'000, 0, 0, 1}, Bytes(8))));
+  EXPECT_FALSE(add(fragment({1, 60'000, 0, 0, 1}, Payload(8))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
   EXPECT_EQ(reassembly_.pending_messages(), 0U);
 }
@@ -126,8 +126,8 @@ TEST_F(ReassemblyTest, AMessageThatCarriesLessThanItDeclaresIsNotComplete) {
 // liblcm 1.3.1 allocates what a datagram declares.
 TEST_F(ReassemblyTest, DeclaredSizesTakeNoMemory) {
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    EXPECT_FALSE(add(fragment({i, 200'000'000, 0, 0, 4000}, Bytes(40))));
-    EXPECT_FALSE(add(fragment({i, 200'000'000, 50, 1, 4000}, Bytes(40)), {0x7f000001, 6000}));
+    EXPECT_FALSE(add(fragment({i, 200'000'000, 0, 0, 4000}, Payload(40))));
+    EXPECT_FALSE(add(fragment({i, 200'000'000, 50, 1, 4000}, Payload(40)), {0x7f000001, 6000}));
   }
   EXPECT_LE(reassembly_.pending_messages(), ReassemblyLimits{}.messages);
   EXPECT_LE(reassembly_.pending_bytes(), std::size_t{1} << 20);
@@ -135,36 +135,36 @@ TEST_F(ReassemblyTest, DeclaredSizesTakeNoMemory) {
 }
 
 TEST_F(ReassemblyTest, RepeatedAndOverlappingFragmentsAreRefused) {
-  const Bytes payload = random_bytes(1000, 1);
-  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Bytes(payload.begin(), payload.begin() + 600))));
-  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Bytes(600, 9))));
+  const Payload payload = random_bytes(1000, 1);
+  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Payload(payload.begin(), payload.begin() + 600))));
+  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Payload(600, 9))));
   EXPECT_EQ(faults(DatagramFault::repeated), 1U);
-  EXPECT_EQ(add(fragment({1, 1000, 600, 1, 2}, Bytes(payload.begin() + 600, payload.end()))), payload)
+  EXPECT_EQ(add(fragment({1, 1000, 600, 1, 2}, Payload(payload.begin() + 600, payload.end()))), payload)
       << "the first of two counts";
-  EXPECT_FALSE(add(fragment({2, 1000, 0, 0, 2}, Bytes(600))));
-  EXPECT_FALSE(add(fragment({2, 1000, 500, 1, 2}, Bytes(500))));
+  EXPECT_FALSE(add(fragment({2, 1000, 0, 0, 2}, Payload(600))));
+  EXPECT_FALSE(add(fragment({2, 1000, 500, 1, 2}, Payload(500))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
-  EXPECT_FALSE(add(fragment({3, 1000, 0, 0, 2}, Bytes(400))));
-  EXPECT_FALSE(add(fragment({3, 1000, 600, 1, 2}, Bytes(400))));
+  EXPECT_FALSE(add(fragment({3, 1000, 0, 0, 2}, Payload(400))));
+  EXPECT_FALSE(add(fragment({3, 1000, 600, 1, 2}, Payload(400))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 2U) << "a hole";
   EXPECT_EQ(reassembly_.pending_bytes(), 0U);
 }
 
 TEST_F(ReassemblyTest, MalformedDatagramsAreCountedByKind) {
-  for (std::size_t size = 0; size < 8; ++size) EXPECT_FALSE(add(Bytes(size)));
-  EXPECT_FALSE(add(Bytes(100, 'x')));
-  Bytes endless{'L', 'C', '0', '2', 0, 0, 0, 1};
+  for (std::size_t size = 0; size < 8; ++size) EXPECT_FALSE(add(Payload(size)));
+  EXPECT_FALSE(add(Payload(100, 'x')));
+  Payload endless{'L', 'C', '0', '2', 0, 0, 0, 1};
   endless.resize(endless.size() + 64, 'C');
   EXPECT_FALSE(add(endless));
   EXPECT_FALSE(add(short_message("", {1})));
-  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 1}, Bytes(10), "")));
-  const Bytes whole = fragment({1, 10, 0, 1, 2}, Bytes(5));
+  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 1}, Payload(10), "")));
+  const Payload whole = fragment({1, 10, 0, 1, 2}, Payload(5));
   for (std::size_t size = 8; size < 20; ++size)
-    EXPECT_FALSE(add(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))));
-  EXPECT_FALSE(add(fragment({1, 10, 0, 2, 2}, Bytes(5)))) << "number 2 of 2";
-  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 0}, Bytes(5)))) << "no fragment at all";
+    EXPECT_FALSE(add(Payload(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))));
+  EXPECT_FALSE(add(fragment({1, 10, 0, 2, 2}, Payload(5)))) << "number 2 of 2";
+  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 0}, Payload(5)))) << "no fragment at all";
   EXPECT_FALSE(add(fragment({1, 10, 0, 1, 2}, {}))) << "an empty fragment";
-  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 20}, Bytes(1)))) << "more fragments than bytes";
+  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 20}, Payload(1)))) << "more fragments than bytes";
   EXPECT_EQ(faults(DatagramFault::truncated), 8U + 12U);
   EXPECT_EQ(faults(DatagramFault::not_lcm), 1U);
   EXPECT_EQ(faults(DatagramFault::bad_channel), 3U);
@@ -173,16 +173,16 @@ TEST_F(ReassemblyTest, MalformedDatagramsAreCountedByKind) {
 }
 
 TEST_F(ReassemblyTest, TheLimitOfAChannelHoldsForShortAndLongMessages) {
-  EXPECT_FALSE(add(short_message("SCAN", Bytes(kMax + 1))));
-  const auto fragments = fragments_of(Bytes(kMax + 1), 60'000);
-  for (const Bytes& each : fragments) EXPECT_FALSE(add(each));
+  EXPECT_FALSE(add(short_message("SCAN", Payload(kMax + 1))));
+  const auto fragments = fragments_of(Payload(kMax + 1), 60'000);
+  for (const Payload& each : fragments) EXPECT_FALSE(add(each));
   EXPECT_EQ(faults(DatagramFault::too_large), 2U);
   EXPECT_EQ(reassembly_.pending_messages(), 0U) << "its other fragments are not kept";
 }
 
 TEST_F(ReassemblyTest, ChannelsThatNobodyWantsAreNotKept) {
   EXPECT_FALSE(add(short_message("UNWANTED", {1})));
-  const auto fragments = fragments_of(Bytes(100'000), 1000, 1, "UNWANTED");
+  const auto fragments = fragments_of(Payload(100'000), 1000, 1, "UNWANTED");
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
     EXPECT_FALSE(add(fragments[i]));
     EXPECT_LT(reassembly_.pending_bytes(), 1000U);
@@ -193,9 +193,9 @@ TEST_F(ReassemblyTest, ChannelsThatNobodyWantsAreNotKept) {
 }
 
 TEST_F(ReassemblyTest, AMessageWithMissingFragmentsIsDroppedAfterASecond) {
-  EXPECT_FALSE(add(fragments_of(Bytes(3000), 1000)[0]));
+  EXPECT_FALSE(add(fragments_of(Payload(3000), 1000)[0]));
   now_ = now_ + milliseconds(900);
-  EXPECT_FALSE(add(fragments_of(Bytes(3000), 1000)[1]));
+  EXPECT_FALSE(add(fragments_of(Payload(3000), 1000)[1]));
   now_ = now_ + milliseconds(900);
   EXPECT_TRUE(add(short_message("SCAN", {1})));
   EXPECT_EQ(reassembly_.pending_messages(), 1U) << "its newest fragment is not a second old";
@@ -207,11 +207,11 @@ TEST_F(ReassemblyTest, AMessageWithMissingFragmentsIsDroppedAfterASecond) {
 
 // Who sends much loses its own messages.
 TEST_F(ReassemblyTest, AFloodOfOneSenderDoesNotCostAnotherItsMessage) {
-  const Bytes payload = random_bytes(100'000, 1);
+  const Payload payload = random_bytes(100'000, 1);
   const auto fragments = fragments_of(payload, 60'000);
   EXPECT_FALSE(add(fragments[0]));
   for (std::uint32_t i = 0; i < 10'000; ++i)
-    EXPECT_FALSE(add(fragment({i, 1'000'000, 1'000, 1, 20}, Bytes(50'000)), {0x7f000001, 6000}));
+    EXPECT_FALSE(add(fragment({i, 1'000'000, 1'000, 1, 20}, Payload(50'000)), {0x7f000001, 6000}));
   EXPECT_LE(reassembly_.pending_bytes(), ReassemblyLimits{}.bytes);
   EXPECT_EQ(add(fragments[1]), payload);
 }
@@ -227,7 +227,7 @@ RC_GTEST_FIXTURE_PROP(ReassemblyTest, RandomFragmentsNeverGiveWhatWasNotSent, ()
     fields.index = *rc::gen::inRange<std::uint16_t>(0, 4);
     fields.offset = *rc::gen::element<std::uint32_t>(0, 20, 40, 0xffffffec, 0xffffffff);
     const std::size_t size = *rc::gen::element<std::size_t>(0, 1, 20, 40);
-    const auto given = add(fragment(fields, Bytes(size, 0xaa)));
+    const auto given = add(fragment(fields, Payload(size, 0xaa)));
     if (given)
       RC_ASSERT(std::all_of(given->begin(), given->end(), [](std::uint8_t each) { return each == 0xaa; }));
     if (given) RC_ASSERT(given->size() == fields.size);

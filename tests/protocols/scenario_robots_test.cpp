@@ -3,16 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "protocols/scenario.hpp"
+#include "tests/protocols/scenario_error.hpp"
 
 namespace parhelion {
 namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(const std::string& yaml) {
-  const auto scenario = parse_scenario(yaml, "s.yaml");
-  return scenario ? "" : scenario.error().message;
-}
+using test::error_of;
 
 TEST(ScenarioRobots, AreReadAndWrittenBack) {
   const auto scenario = parse_scenario(R"(name: two

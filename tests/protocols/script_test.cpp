@@ -13,7 +13,7 @@ const std::string kAgents = R"(agents:
   - {name: guide, kind: person, pose: {x: 1 m}}
 )";
 
-std::string error_of(const std::string& scripts) {
+std::string script_error(const std::string& scripts) {
   const auto scenario = parse_scenario(kAgents + "scripts:\n" + scripts, "s.yaml");
   return scenario ? "" : scenario.error().message;
 }
@@ -83,7 +83,7 @@ TEST(Script, AMistakeIsReportedWithItsLineAndTheNearestName) {
        "go needs waypoints"},
   };
   for (const auto& mistake : mistakes)
-    EXPECT_THAT(error_of(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;
+    EXPECT_THAT(script_error(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;
 }
 
 }  // namespace

@@ -11,12 +11,12 @@
 namespace parhelion {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using Payload = std::vector<std::uint8_t>;
 
 class SharedBusTest : public testing::Test {
  protected:
   void come(const std::string& channel, std::uint8_t byte) {
-    ASSERT_TRUE(other_->publish(channel, Bytes{byte}).ok());
+    ASSERT_TRUE(other_->publish(channel, Payload{byte}).ok());
   }
   /// All waiting messages.
   static std::vector<int> received(Bus& bus) {
@@ -86,7 +86,7 @@ TEST_F(SharedBusTest, StrangersDisplaceNoSignedMessage) {
   SharedBus bus(sign(hub_.connect(), server, {}), sign(hub_.connect(), server, {}));
   ASSERT_TRUE(bus.subscribe("TELEOP", 1).ok());
   const auto signing = sign(hub_.connect(), {rover.name, rover.secret, seconds(1.0), {}}, {});
-  ASSERT_TRUE(signing->publish("TELEOP", Bytes{7}).ok());
+  ASSERT_TRUE(signing->publish("TELEOP", Payload{7}).ok());
   for (int i = 0; i < 200; ++i) come("TELEOP", 1);
   EXPECT_EQ(received(bus), std::vector{7});
 }
@@ -145,10 +145,10 @@ TEST_F(SharedBusTest, ReadersMayComeAndGoWhileTheOwnerReceives) {
 TEST_F(SharedBusTest, TheOwnerReceivesMessagesThatAReaderPublishes) {
   ASSERT_TRUE(bus_->subscribe("TELEOP", 4).ok());
   ASSERT_TRUE(other_->subscribe("TELEOP", 4).ok());
-  ASSERT_TRUE(reader_->publish("TELEOP", Bytes{1}).ok());
+  ASSERT_TRUE(reader_->publish("TELEOP", Payload{1}).ok());
   EXPECT_EQ(received(*bus_), std::vector{1});
   bus_.reset();
-  ASSERT_TRUE(reader_->publish("TELEOP", Bytes{2}).ok());
+  ASSERT_TRUE(reader_->publish("TELEOP", Payload{2}).ok());
   EXPECT_EQ(received(*other_), (std::vector{1, 2}));
   EXPECT_TRUE(received(*reader_).empty());
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "protocols/scenario.hpp"
+#include "tests/protocols/scenario_error.hpp"
 
 namespace parhelion {
 namespace {
@@ -54,10 +55,7 @@ const std::string kWhole = R"(training:
     - {name: near miss, points: 2, when: {event: collision_predicted, max: 1.5}}
 )";
 
-std::string error_of(const std::string& training) {
-  const auto scenario = parse_scenario(training, "s.yaml");
-  return scenario ? "" : scenario.error().message;
-}
+using test::error_of;
 
 TEST(Training, ReadsNestedConditionsOfAnyDepth) {
   const auto scenario = parse_scenario(kWhole, "s.yaml");

@@ -16,12 +16,14 @@ namespace {
 using testing::HasSubstr;
 
 /// A separate multicast group for each test process.
-std::string url() { return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
+std::string level_1_url() {
+  return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
+}
 
 class Level1Test : public testing::Test {
  protected:
   void SetUp() override {
-    auto bus = open_network_bus(url());
+    auto bus = open_network_bus(level_1_url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     for (const char* name : {channel::kScan, channel::kOdometry, channel::kMrScan, channel::kMrEvents})
@@ -72,7 +74,7 @@ TEST_F(Level1Test, TheShippedScenarioReplaysToTheSameBytes) {
   const auto valid = test::run({"validate", scenario}, folder_ / "validate.txt");
   EXPECT_EQ(valid.exit, 0) << valid.output;
   test::Process server({"serve", scenario, "-o", folder_ / "session.lcm", "--report", folder_ / "live.json",
-                        "--url", url(), "--no-restart"},
+                        "--url", level_1_url(), "--no-restart"},
                        folder_ / "serve.txt");
   const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
   ASSERT_TRUE(drive(server, {}, [this] {
@@ -95,7 +97,7 @@ TEST_F(Level1Test, TheShippedScenarioReplaysToTheSameBytes) {
   })) << server_output();
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << server_output();
   const auto reset =
-      test::run({"inject", "reset", "--name", "trainee", "--url", url()}, folder_ / "reset.txt");
+      test::run({"inject", "reset", "--name", "trainee", "--url", level_1_url()}, folder_ / "reset.txt");
   EXPECT_EQ(reset.exit, 0) << reset.output;
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::agent_moved); })) << server_output();
   server.signal(SIGINT);
@@ -113,7 +115,8 @@ TEST_F(Level1Test, DrivingAShippedProgrammeRaisesAndExplainsTheScore) {
   const std::string scenario =
       std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/doorway.yaml";
   const std::string log = folder_ / "session.lcm";
-  test::Process server({"serve", scenario, "-o", log, "--url", url(), "--no-restart"}, folder_ / "serve.txt");
+  test::Process server({"serve", scenario, "-o", log, "--url", level_1_url(), "--no-restart"},
+                       folder_ / "serve.txt");
   const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
   const auto scores = [this] {
     std::vector<double> all;

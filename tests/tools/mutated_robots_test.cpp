@@ -170,7 +170,7 @@ MutationSample check_robot_sample(const TemporaryFolder& folder) {
 // -------------------------------------------------------------------------------------------
 
 using F = const TemporaryFolder&;
-const MutatedReader kReaders[] = {
+const MutatedReader kRobotReaders[] = {
     {"robot description", robot_sample},
     {"robot model and URDF",
      [](F f) {
@@ -188,7 +188,7 @@ const MutatedReader kReaders[] = {
     {"robot check, description and log", check_robot_sample},
 };
 
-INSTANTIATE_TEST_SUITE_P(Robots, MutatedFiles, testing::ValuesIn(kReaders), reader_name);
+INSTANTIATE_TEST_SUITE_P(Robots, MutatedFiles, testing::ValuesIn(kRobotReaders), reader_name);
 
 }  // namespace
 }  // namespace parhelion::tools

@@ -157,7 +157,7 @@ MutationSample certificate_sample(const TemporaryFolder& folder) {
 }
 
 using F = const TemporaryFolder&;
-const MutatedReader kReaders[] = {
+const MutatedReader kSettingsReaders[] = {
     {"scenario and model",
      [](F f) {
        return copied(f, {"server/scenarios/lanes/gaps.yaml", "server/scenarios/lanes/gaps_model.yaml"});
@@ -181,7 +181,7 @@ const MutatedReader kReaders[] = {
     {"certificate and key", certificate_sample},
 };
 
-INSTANTIATE_TEST_SUITE_P(Settings, MutatedFiles, testing::ValuesIn(kReaders), reader_name);
+INSTANTIATE_TEST_SUITE_P(Settings, MutatedFiles, testing::ValuesIn(kSettingsReaders), reader_name);
 
 }  // namespace
 }  // namespace parhelion::tools

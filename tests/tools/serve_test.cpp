@@ -114,21 +114,21 @@ TEST_F(ServeTest, AnInstructorStopsTheRobotAfterACrashWithoutLoggingInAgain) {
   const auto hash = station::hash_password("correct horse");
   ASSERT_TRUE(accounts && hash);
   ASSERT_TRUE((*accounts)->put_first("root", *hash));
-  const std::uint16_t port = testing::free_port();
+  const std::uint16_t port = test::free_port();
   auto arguments = serve("session.lcm");
   std::erase(arguments, "--no-restart");
   arguments.insert(arguments.end(), {"--http", "127.0.0.1:" + std::to_string(port)});
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
-  const testing::RawAnswer entered =
-      testing::RawClient(port).post("/api/v1/login", R"({"name":"root","password":"correct horse"})");
+  const test::RawAnswer entered =
+      test::RawClient(port).post("/api/v1/login", R"({"name":"root","password":"correct horse"})");
   ASSERT_EQ(entered.status, 204) << entered.body;
   const std::string set = entered.headers.at("set-cookie"), cookie = set.substr(0, set.find(';'));
   const pid_t child = child_of(server);
   kill(child, SIGKILL);
   ASSERT_TRUE(await_server(server, 2));
   ASSERT_NE(child_of(server), child);
-  testing::RawClient page(port);
+  test::RawClient page(port);
   ASSERT_EQ(page.open_socket("/ws/state", cookie).status, 101) << test::text_of(folder_ / "serve.txt");
   ASSERT_TRUE(page.send_text(R"({"type":"estop","request":7})"));
   bool stopped = false;

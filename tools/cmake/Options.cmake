@@ -49,8 +49,10 @@ find_package(Eigen3 REQUIRED NO_MODULE)
 
 add_library(parhelion_flags INTERFACE)
 target_include_directories(parhelion_flags INTERFACE ${CMAKE_SOURCE_DIR})
-target_compile_options(parhelion_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
-  -Woverloaded-virtual -Werror -ffp-contract=off)
+# Where several sources are compiled together, names of one may hide those of another.
+target_compile_options(parhelion_flags INTERFACE -Wall -Wextra -Wpedantic
+  $<$<NOT:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wshadow> -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+  -ffp-contract=off)
 # GCC 12 reports false overlaps in std::string's operator+ (GCC bug 105651).
 # GCC 12's SLP vectorizer drops the rounding of double -> float -> double, so that release and debug would give
 # different bytes (promise 4; tests/protocols/compiler_test.cpp).

@@ -19,7 +19,7 @@ constexpr P kOfTheDrive[] = {P::translation_scale, P::rotation_scale, P::curvatu
 /// What the description says before: the drawing of the robot.
 MotionParameters drawn() { return {{}, {0.2, 0, 0}, {}, 0}; }
 
-DriveMotion drive_with(const DriveErrors& errors, std::uint32_t seed) {
+DriveMotion calibration_drive(const DriveErrors& errors, std::uint32_t seed) {
   std::mt19937 random(seed);
   const test::SampledPath path = test::brisk_path();
   return {test::odometry_of(path, errors, random), test::laser_poses_of(path, errors, random), {}};
@@ -27,7 +27,7 @@ DriveMotion drive_with(const DriveErrors& errors, std::uint32_t seed) {
 
 MotionParameters truth_of(const DriveErrors& errors) { return {errors.odometry, errors.T_base_laser, {}, 0}; }
 
-void expect_within(const MotionCalibration& found, const MotionParameters& truth, double sigmas) {
+void expect_sigmas(const MotionCalibration& found, const MotionParameters& truth, double sigmas) {
   for (const P parameter : kOfTheDrive) {
     const Measured& measured = found[parameter];
     EXPECT_TRUE(measured.shown) << to_string(parameter) << ", sigma " << measured.sigma;
@@ -42,9 +42,9 @@ TEST(Calibration, FindsScaleMountingAndOffsetWithinThreeSigma) {
   for (std::uint32_t seed = 1; seed <= 3; ++seed) {
     SCOPED_TRACE(seed);
     const DriveErrors errors;
-    const auto found = calibrate_motion(drive_with(errors, seed), drawn());
+    const auto found = calibrate_motion(calibration_drive(errors, seed), drawn());
     ASSERT_TRUE(found.ok()) << found.error().message;
-    expect_within(*found, truth_of(errors), 3);
+    expect_sigmas(*found, truth_of(errors), 3);
     // The sigmas are worth something, too.
     EXPECT_LT((*found)[P::translation_scale].sigma, 0.005);
     EXPECT_LT((*found)[P::laser_yaw].sigma, 0.01);
@@ -58,9 +58,9 @@ TEST(Calibration, FindsALaserTurnedByAQuarterAndOdometryHalfASecondLate) {
   DriveErrors errors;
   errors.T_base_laser = {-0.1, 0.15, 1.5};
   errors.odometry = {0.95, 1.04, -0.02, -0.5};
-  const auto found = calibrate_motion(drive_with(errors, 7), drawn());
+  const auto found = calibrate_motion(calibration_drive(errors, 7), drawn());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  expect_within(*found, truth_of(errors), 3);
+  expect_sigmas(*found, truth_of(errors), 3);
 }
 
 TEST(Calibration, NamesWhatAStraightDriveDoesNotShow) {
@@ -87,7 +87,7 @@ TEST(Calibration, NamesWhatAStraightDriveDoesNotShow) {
 
 TEST(Calibration, RefusesWhatIsTooShortOrStandsStill) {
   const DriveErrors errors;
-  DriveMotion drive = drive_with(errors, 1);
+  DriveMotion drive = calibration_drive(errors, 1);
   EXPECT_FALSE(calibrate_motion({}, drawn()).ok());
   DriveMotion no_odometry{{}, drive.laser, {}};
   EXPECT_FALSE(calibrate_motion(no_odometry, drawn()).ok());
@@ -103,9 +103,9 @@ TEST(Calibration, RefusesWhatIsTooShortOrStandsStill) {
 
 TEST(Calibration, HoldsOnAnotherDrive) {
   const DriveErrors errors;
-  const auto found = calibrate_motion(drive_with(errors, 1), drawn());
+  const auto found = calibrate_motion(calibration_drive(errors, 1), drawn());
   ASSERT_TRUE(found.ok()) << found.error().message;
-  const DriveMotion other = drive_with(errors, 99);
+  const DriveMotion other = calibration_drive(errors, 99);
   const MotionCheck before = check_motion(other, drawn(), 2),
                     after = check_motion(other, found->parameters, 2);
   EXPECT_GT(before.windows, 100U);
@@ -115,7 +115,7 @@ TEST(Calibration, HoldsOnAnotherDrive) {
 
 TEST(Calibration, MeasuresTheLatencyOfAReference) {
   const DriveErrors errors;
-  DriveMotion drive = drive_with(errors, 5);
+  DriveMotion drive = calibration_drive(errors, 5);
   const test::SampledPath path = test::brisk_path();
   std::mt19937 random(5);
   std::normal_distribution<double> noise;
@@ -131,7 +131,7 @@ TEST(Calibration, MeasuresTheLatencyOfAReference) {
   const auto found = calibrate_motion(drive, drawn());
   ASSERT_TRUE(found.ok()) << found.error().message;
   MotionParameters truth = truth_of(errors);
-  expect_within(*found, truth, 3);
+  expect_sigmas(*found, truth, 3);
   const Measured& offset = (*found)[P::reference_offset];
   EXPECT_TRUE(offset.shown);
   EXPECT_LE(std::abs(offset.value + 0.08), 3 * offset.sigma) << offset.value << " +- " << offset.sigma;
@@ -198,7 +198,7 @@ constexpr double kSigmasFromScans = 3.5;
 TEST(Calibration, FindsTheErrorsFromScansTakenAtOnce) {
   for (std::uint32_t seed = 11; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
-    expect_within(calibrated_from_scans(0, seed), truth_of(DriveErrors()), kSigmasFromScans);
+    expect_sigmas(calibrated_from_scans(0, seed), truth_of(DriveErrors()), kSigmasFromScans);
   }
 }
 
@@ -208,7 +208,7 @@ TEST(Calibration, FindsTheErrorsFromSweptScans) {
     for (std::uint32_t seed = 13; seed <= 14; ++seed) {
       SCOPED_TRACE(seed);
       SCOPED_TRACE(sweep);
-      expect_within(calibrated_from_scans(sweep, seed), truth_of(DriveErrors()), kSigmasFromScans);
+      expect_sigmas(calibrated_from_scans(sweep, seed), truth_of(DriveErrors()), kSigmasFromScans);
     }
   }
 }

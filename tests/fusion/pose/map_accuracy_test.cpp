@@ -30,12 +30,12 @@ SurfelMap mapped(const test::TrueBuilding& building, const RobotDescription& rob
   return map;
 }
 
-struct Accuracy {
+struct SigmaPair {
   double estimated = 0, true_one = 0;  ///< m, 1 sigma along one axis
 };
 
 /// The true one: from matches of scans without noise.
-Accuracy accuracy_of(double map_sigma, double range_sigma, int people) {
+SigmaPair accuracy_of(double map_sigma, double range_sigma, int people) {
   const test::TrueBuilding building = test::office(2);
   const RobotDescription robot = test::robot_with_laser();
   const SurfelMap map = mapped(building, robot, map_sigma);
@@ -61,7 +61,7 @@ TEST(MapAccuracy, SeesNoErrorsWhereThereAreNone) {
 
 TEST(MapAccuracy, SeesHowFarTheMapsScansAreApart) {
   for (const double sigma : {0.005, 0.01}) {
-    const Accuracy accuracy = accuracy_of(sigma, 0.01, 3);
+    const SigmaPair accuracy = accuracy_of(sigma, 0.01, 3);
     EXPECT_GT(accuracy.estimated, 0.6 * accuracy.true_one);
     EXPECT_LT(accuracy.estimated, 1.6 * accuracy.true_one);
   }

@@ -12,9 +12,9 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr std::size_t kPoints = 240;
+constexpr std::size_t kScanPoints = 240;
 
-SurfelMap mapped(const test::TrueBuilding& building, const RobotDescription& robot) {
+SurfelMap mapped_walls(const test::TrueBuilding& building, const RobotDescription& robot) {
   RobotDescription frozen = robot;
   frozen.laser->beam_interval = 0;
   SurfelMap map(0.1);
@@ -33,10 +33,10 @@ struct Factors {
 /// `shared`: neighbouring beams that have the same error of 1 cm.
 Factors factors_of(const test::TrueBuilding& building, test::TrueDriveOptions options, std::size_t shared) {
   const RobotDescription robot = test::robot_with_laser();
-  const SurfelMap map = mapped(building, robot);
+  const SurfelMap map = mapped_walls(building, robot);
   if (shared > 1) options.range_sigma = 0;
   const test::TrueDrive drive = test::true_drive(building, robot, options);
-  MatchConsistency consistency(kPoints);
+  MatchConsistency consistency(kScanPoints);
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 0.01);
   double squares = 0;
@@ -47,7 +47,7 @@ Factors factors_of(const test::TrueBuilding& building, test::TrueDriveOptions op
       if (i % shared == 0) error = static_cast<float>(noise(random));
       scan.ranges[i] += error;
     }
-    const auto points = thinned(deskewed(scan, *robot.laser, at.twist).points, kPoints);
+    const auto points = thinned(deskewed(scan, *robot.laser, at.twist).points, kScanPoints);
     const Match found =
         match(map, points, at.T_map_base, at.T_map_base, Eigen::Matrix3d::Zero(), MatchOptions());
     consistency.add(map, points, found.T_map_base, {});
@@ -85,12 +85,12 @@ TEST(MatchConsistency, FindsTheLargerFactorOfBeamsWithCommonErrors) {
 TEST(MatchConsistency, GainsNoCertaintyAlongACorridor) {
   const test::TrueBuilding corridor = test::long_corridor();
   const RobotDescription robot = test::robot_with_laser();
-  const SurfelMap map = mapped(corridor, robot);
+  const SurfelMap map = mapped_walls(corridor, robot);
   const test::TrueDrive drive = test::true_drive(corridor, robot, {});
-  MatchConsistency consistency(kPoints);
+  MatchConsistency consistency(kScanPoints);
   Match found;
   for (const test::TrueScan& at : drive.scans) {
-    const auto points = thinned(deskewed(at.scan, *robot.laser, at.twist).points, kPoints);
+    const auto points = thinned(deskewed(at.scan, *robot.laser, at.twist).points, kScanPoints);
     found = match(map, points, at.T_map_base, at.T_map_base, Eigen::Matrix3d::Zero(), {});
     consistency.add(map, points, found.T_map_base, {});
   }
@@ -106,16 +106,16 @@ TEST(MatchConsistency, GainsNoCertaintyAlongACorridor) {
 }
 
 TEST(MatchConsistency, DividesTheInformationByTheFactor) {
-  MatchConsistency consistency(kPoints);
+  MatchConsistency consistency(kScanPoints);
   const Eigen::Matrix3d formal =
       (Eigen::Matrix3d() << 4e4, 5e3, 1e4, 5e3, 3e4, -2e3, 1e4, -2e3, 9e5).finished();
   EXPECT_TRUE(consistency.information(formal).isApprox(formal, 1e-9)) << "before the first scan";
   const test::TrueBuilding building = test::office(2);
   const RobotDescription robot = test::robot_with_laser();
-  const SurfelMap map = mapped(building, robot);
+  const SurfelMap map = mapped_walls(building, robot);
   for (const test::TrueScan& at : test::true_drive(building, robot, {}).scans)
-    consistency.add(map, thinned(deskewed(at.scan, *robot.laser, at.twist).points, kPoints), at.T_map_base,
-                    {});
+    consistency.add(map, thinned(deskewed(at.scan, *robot.laser, at.twist).points, kScanPoints),
+                    at.T_map_base, {});
   EXPECT_TRUE(consistency.information(formal).isApprox(formal / consistency.factor(), 0.05));
   EXPECT_NE(consistency.factor(), 1);
   consistency.forget();
@@ -125,10 +125,10 @@ TEST(MatchConsistency, DividesTheInformationByTheFactor) {
 TEST(MatchConsistency, AllocatesNothing) {
   const test::TrueBuilding building = test::office(2);
   const RobotDescription robot = test::robot_with_laser();
-  const SurfelMap map = mapped(building, robot);
+  const SurfelMap map = mapped_walls(building, robot);
   const test::TrueScan at = test::true_drive(building, robot, {}).scans.front();
-  const auto points = thinned(deskewed(at.scan, *robot.laser, at.twist).points, kPoints);
-  MatchConsistency consistency(kPoints);
+  const auto points = thinned(deskewed(at.scan, *robot.laser, at.twist).points, kScanPoints);
+  MatchConsistency consistency(kScanPoints);
   const test::AllocationWatch watch;
   consistency.add(map, points, at.T_map_base, {});
   EXPECT_NE(consistency.information(1e5 * Eigen::Matrix3d::Identity())(0, 0), 0);

@@ -77,12 +77,12 @@ Scan scan_on(const Ground& ground, const std::vector<test::Segment>& walls, cons
   return scan;
 }
 
-struct Errors {
+struct RampErrors {
   double median = 0, largest = 0;  ///< m
 };
 
 /// There and back; with an inertial sensor that has a bias of 2 mrad, or without.
-Errors errors_on(const Ground& ground, bool inertial) {
+RampErrors errors_on(const Ground& ground, bool inertial) {
   const std::vector<test::Segment> walls = hall();
   RobotDescription robot = test::robot_with_laser();
   robot.laser->beam_interval = 0;
@@ -116,21 +116,21 @@ Errors errors_on(const Ground& ground, bool inertial) {
     odom = odom * Pose2{step, 0, 0};
     stamp = stamp + seconds(0.1);
   }
-  Errors result;
+  RampErrors result;
   if (errors.empty()) return result;
   result.largest = *std::max_element(errors.begin(), errors.end());
   result.median = median(errors);
   return result;
 }
 
-Errors printed(const char* what, const Errors& errors) {
+RampErrors printed(const char* what, const RampErrors& errors) {
   std::printf("%s: error of position median %.3f, largest %.3f m\n", what, errors.median, errors.largest);
   return errors;
 }
 
 TEST(Ramp, PitchIsTakenOutOfScansOfARobotThatRocks) {
-  const Errors with = printed("rocking by 18 degrees", errors_on(kRubble, true));
-  const Errors without = printed("the same without inertial sensor", errors_on(kRubble, false));
+  const RampErrors with = printed("rocking by 18 degrees", errors_on(kRubble, true));
+  const RampErrors without = printed("the same without inertial sensor", errors_on(kRubble, false));
   EXPECT_LT(with.median, 0.02);
   EXPECT_LT(with.largest, 0.16);
   EXPECT_GT(without.median, 10 * with.median) << "the drive does not show what is tested";
@@ -138,8 +138,8 @@ TEST(Ramp, PitchIsTakenOutOfScansOfARobotThatRocks) {
 
 /// Before its foot a ramp looks like a wall that then retreats: this is what remains.
 TEST(Ramp, AVisibleRampCostsLessThanWithoutTheInertialSensor) {
-  const Errors with = printed("ramp of 18 degrees", errors_on(kRamp, true));
-  const Errors without = printed("the same without inertial sensor", errors_on(kRamp, false));
+  const RampErrors with = printed("ramp of 18 degrees", errors_on(kRamp, true));
+  const RampErrors without = printed("the same without inertial sensor", errors_on(kRamp, false));
   EXPECT_LT(with.largest, 0.22);
   EXPECT_GT(without.largest, 1.5 * with.largest);
 }

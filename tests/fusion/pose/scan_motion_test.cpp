@@ -7,7 +7,7 @@
 namespace parhelion::pose {
 namespace {
 
-SensorTime at(double s) { return SensorTime{1'000'000'000'000'000} + seconds(s); }
+SensorTime instant(double s) { return SensorTime{1'000'000'000'000'000} + seconds(s); }
 const Twist2 kTwist{0.5, 0, 0.3};
 
 /// A circle at constant speed; odometry's predictions are `sigma` m off.
@@ -18,7 +18,7 @@ ScanMotion driven(double sigma, int scans) {
   for (int i = 0; i < scans; ++i) {
     const Pose2 truth = moved(kTwist, 0.1 * i);
     const Pose2 seen = truth * Pose2{0.003 * noise(random), 0.003 * noise(random), 0};
-    motion.add(at(0.1 * i), seen, truth * Pose2{sigma * noise(random), 0, sigma / 5 * noise(random)});
+    motion.add(instant(0.1 * i), seen, truth * Pose2{sigma * noise(random), 0, sigma / 5 * noise(random)});
   }
   return motion;
 }
@@ -32,13 +32,13 @@ TEST(ScanMotion, IsPreferredOnlyWhereOdometryIsClearlyWorse) {
 TEST(ScanMotion, PredictsWithAnErrorThatItStates) {
   const ScanMotion motion = driven(0.1, 100);
   for (const double ahead : {-0.1, 0.05, 0.2, 0.4}) {
-    const auto predicted = motion.at(at(9.9 + ahead));
+    const auto predicted = motion.at(instant(9.9 + ahead));
     ASSERT_TRUE(predicted);
     const Pose2 from = motion.last_step()->T_map_base * predicted->step;
     const double error = (from.position() - moved(kTwist, 9.9 + ahead).position()).norm();
     EXPECT_LT(error, 3 * std::sqrt(2 * predicted->position_variance) + 0.01) << ahead;
   }
-  EXPECT_FALSE(motion.at(at(9.9 + 0.6))) << "too far ahead";
+  EXPECT_FALSE(motion.at(instant(9.9 + 0.6))) << "too far ahead";
 }
 
 TEST(ScanMotion, KeepsItsTwistWhereThePoseIsCorrected) {
@@ -54,8 +54,8 @@ TEST(ScanMotion, KeepsItsTwistWhereThePoseIsCorrected) {
 
 TEST(ScanMotion, KnowsNoMotionAfterAGap) {
   ScanMotion motion = driven(0.1, 100);
-  motion.add(at(20), {}, std::nullopt);
-  EXPECT_FALSE(motion.at(at(20.1)));
+  motion.add(instant(20), {}, std::nullopt);
+  EXPECT_FALSE(motion.at(instant(20.1)));
 }
 
 }  // namespace

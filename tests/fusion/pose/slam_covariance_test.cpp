@@ -1,5 +1,5 @@
-// Whether the covariance that SLAM reports is true, on drives with known truth: mapping, far from the start
-// and after loops, and localized in a map.
+// Whether the covariance that SLAM reports is true, on true_drives with known truth: mapping, far from the
+// start and after loops, and localized in a map.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -12,21 +12,22 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kInside = 7.815;  ///< chi^2, 95 % of three degrees of freedom
+constexpr double kShareInside = 7.815;  ///< chi^2, 95 % of three degrees of freedom
 
 /// Offices have a corridor of 22 m, which is driven there and back. Seeds that nothing was
 /// tuned on.
-struct Drive {
+struct SlamDrive {
   const char* name;
   std::uint32_t seed;
   test::TrueDriveOptions options;
   double moved = 0;
 };
 
-std::vector<Drive> drives() {
-  std::vector<Drive> all{{"late", 71, {}},        {"right", 72, {}},      {"people, furniture", 73, {}, 0.3},
-                         {"noisy laser", 74, {}}, {"slow laser", 75, {}}, {"second seed", 76, {}}};
-  for (Drive& drive : all) drive.options.seed = drive.seed;
+std::vector<SlamDrive> true_drives() {
+  std::vector<SlamDrive> all{
+      {"late", 71, {}},        {"right", 72, {}},      {"people, furniture", 73, {}, 0.3},
+      {"noisy laser", 74, {}}, {"slow laser", 75, {}}, {"second seed", 76, {}}};
+  for (SlamDrive& drive : all) drive.options.seed = drive.seed;
   all[1].options.odometry_late = all[1].options.odometry_jitter = 0;
   all[2].options.people = 5;
   all[3].options.range_sigma = 0.02;
@@ -34,7 +35,7 @@ std::vector<Drive> drives() {
   return all;
 }
 
-struct Counts {
+struct SlamCounts {
   int all = 0, inside = 0;
   double largest_sigma = 0;  ///< m, of a position
   double percent() const { return 100.0 * inside / all; }
@@ -47,11 +48,11 @@ bool is_inside(const PoseEstimate& estimate, const Pose2& truth, const Pose2& T_
   const Pose2 expected = T_true_map.inverse() * truth, is = planar(estimate.T_map_base);
   const Eigen::Vector3d off(is.x - expected.x, is.y - expected.y, wrap_angle(is.yaw - expected.yaw));
   const Eigen::Matrix3d covariance = estimate.covariance(rows, rows);
-  return off.dot(covariance.inverse() * off) <= kInside;
+  return off.dot(covariance.inverse() * off) <= kShareInside;
 }
 
-Counts counted(Slam& slam, const test::TrueDrive& drive, bool from_the_start) {
-  Counts counts;
+SlamCounts counted(Slam& slam, const test::TrueDrive& drive, bool from_the_start) {
+  SlamCounts counts;
   std::optional<Pose2> T_true_map;
   if (!from_the_start) T_true_map = Pose2{};
   for (const test::DriveInput& input : test::inputs_of(drive)) {
@@ -71,13 +72,13 @@ Counts counted(Slam& slam, const test::TrueDrive& drive, bool from_the_start) {
 }
 
 TEST(SlamCovariance, HoldsTheErrorsWhileMapping) {
-  Counts pooled;
-  for (const Drive& each : drives()) {
+  SlamCounts pooled;
+  for (const SlamDrive& each : true_drives()) {
     const auto drive =
         test::true_drive(test::office(each.seed, each.moved), test::robot_with_laser(), each.options);
     auto slam = make_mapper(drive.robot, {});
     ASSERT_TRUE(slam.ok());
-    const Counts counts = counted(**slam, drive, true);
+    const SlamCounts counts = counted(**slam, drive, true);
     std::printf("mapping, %s: %.1f %% of %d\n", each.name, counts.percent(), counts.all);
     // Drift is one error for a whole stretch: a drive has two or three of them.
     EXPECT_GT(counts.percent(), 75) << each.name;
@@ -90,8 +91,8 @@ TEST(SlamCovariance, HoldsTheErrorsWhileMapping) {
 }
 
 TEST(SlamCovariance, HoldsTheErrorsOfARobotThatIsLocalized) {
-  Counts pooled;
-  for (const Drive& each : drives()) {
+  SlamCounts pooled;
+  for (const SlamDrive& each : true_drives()) {
     const auto building = test::office(each.seed, each.moved);
     const auto drive = test::true_drive(building, test::robot_with_laser(), each.options);
     const test::TemporaryFolder folder;
@@ -102,7 +103,7 @@ TEST(SlamCovariance, HoldsTheErrorsOfARobotThatIsLocalized) {
     options.start = Eigen::Vector3d(start.x, start.y, start.yaw);
     auto slam = make_localizer(drive.robot, map, options);
     ASSERT_TRUE(slam.ok()) << slam.error().message;
-    const Counts counts = counted(**slam, drive, false);
+    const SlamCounts counts = counted(**slam, drive, false);
     std::printf("localized, %s: %.1f %% of %d\n", each.name, counts.percent(), counts.all);
     EXPECT_GT(counts.percent(), 90) << each.name;
     pooled.all += counts.all, pooled.inside += counts.inside;

@@ -18,19 +18,19 @@ double error(const PoseEstimate& estimate, const Sample& sample, const Pose2& T_
   return (T_true_map * planar(estimate.T_map_base).position() - sample.T_map_base.position()).norm();
 }
 
-struct Drive {
+struct MappedDrive {
   std::vector<test::Segment> walls = test::ring_building();
   RobotDescription robot = test::robot_with_laser();
   std::vector<Sample> samples = test::drive(walls, robot, 1.25, 0.03, 5);
   Pose2 start = samples.front().T_map_base;
 };
-const Drive& shared_drive() {
-  static const Drive drive;
+const MappedDrive& shared_drive() {
+  static const MappedDrive drive;
   return drive;
 }
 
-std::unique_ptr<Slam> mapped(const Drive& drive, std::vector<PoseEstimate>& causal,
-                             std::vector<PoseEstimate>& final) {
+std::unique_ptr<Slam> mapped_drive(const MappedDrive& drive, std::vector<PoseEstimate>& causal,
+                                   std::vector<PoseEstimate>& final) {
   auto mapper = make_mapper(drive.robot, {});
   EXPECT_TRUE(mapper.ok());
   for (const Sample& sample : drive.samples) {
@@ -42,9 +42,9 @@ std::unique_ptr<Slam> mapped(const Drive& drive, std::vector<PoseEstimate>& caus
 }
 
 TEST(Mapper, FollowsADriveAndClosesItsLoop) {
-  const Drive& drive = shared_drive();
+  const MappedDrive& drive = shared_drive();
   std::vector<PoseEstimate> causal, final;
-  mapped(drive, causal, final);
+  mapped_drive(drive, causal, final);
   ASSERT_EQ(causal.size(), drive.samples.size());
   ASSERT_EQ(final.size(), drive.samples.size());
   double worst_causal = 0, worst_final = 0;
@@ -61,10 +61,10 @@ TEST(Mapper, FollowsADriveAndClosesItsLoop) {
 }
 
 TEST(Mapper, IsDeterministic) {
-  const Drive& drive = shared_drive();
+  const MappedDrive& drive = shared_drive();
   std::vector<PoseEstimate> causal[2], final[2];
   std::string id[2];
-  for (int i = 0; i < 2; ++i) id[i] = mapped(drive, causal[i], final[i])->grid_map().id;
+  for (int i = 0; i < 2; ++i) id[i] = mapped_drive(drive, causal[i], final[i])->grid_map().id;
   EXPECT_EQ(id[0], id[1]);
   for (std::size_t i = 0; i < final[0].size(); ++i) {
     EXPECT_EQ(final[0][i].T_map_base.isometry().matrix(), final[1][i].T_map_base.isometry().matrix());
@@ -73,7 +73,7 @@ TEST(Mapper, IsDeterministic) {
 }
 
 TEST(Mapper, PublishesNothingBeforeTheFirstOdometry) {
-  const Drive& drive = shared_drive();
+  const MappedDrive& drive = shared_drive();
   auto mapper = make_mapper(drive.robot, {});
   EXPECT_FALSE((*mapper)->add(drive.samples[0].scan));
   (*mapper)->add(drive.samples[0].odometry);
@@ -91,7 +91,7 @@ class SlamInAMap : public ::testing::TestWithParam<const char*> {
   static void SetUpTestSuite() {
     folder_ = new test::TemporaryFolder;
     std::vector<PoseEstimate> causal, final;
-    const auto mapper = mapped(shared_drive(), causal, final);
+    const auto mapper = mapped_drive(shared_drive(), causal, final);
     ASSERT_TRUE(mapper->save_simplemap(*folder_ / "map.simplemap").ok());
     ASSERT_TRUE(save_ros_map(mapper->grid_map(), *folder_ / "map").ok());
     id_ = new std::string(mapper->grid_map().id);

@@ -11,7 +11,7 @@
 namespace parhelion::scan {
 namespace {
 
-constexpr int kBeams = 361;
+constexpr int kSweepBeams = 361;
 
 std::vector<RangeHit> cast(const test::RandomScene& scene, const BeamSet& beams,
                            std::span<const BodyMotion> bodies) {
@@ -23,7 +23,7 @@ std::vector<RangeHit> cast(const test::RandomScene& scene, const BeamSet& beams,
 
 TEST(BeamOrder, part_of_a_sweep_equals_that_part_of_the_whole) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const test::RandomScene scene = test::random_scene(seed, kBeams, 10, 0);
+    const test::RandomScene scene = test::random_scene(seed, kSweepBeams, 10, 0);
     const auto whole = cast(scene, scene.beams, scene.bodies);
     // Only the first beams: their bearings are identical to the bit.
     for (const std::size_t n : {std::size_t{1}, std::size_t{2}, std::size_t{100}}) {
@@ -39,7 +39,7 @@ TEST(BeamOrder, part_of_a_sweep_equals_that_part_of_the_whole) {
 
 TEST(BeamOrder, bodies_in_another_order_give_the_same_ranges) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const test::RandomScene scene = test::random_scene(seed, kBeams, 10, 0);
+    const test::RandomScene scene = test::random_scene(seed, kSweepBeams, 10, 0);
     const auto hits = cast(scene, scene.beams, scene.bodies);
     std::vector<BodyMotion> reversed(scene.bodies.rbegin(), scene.bodies.rend());
     const auto other = cast(scene, scene.beams, reversed);
@@ -50,7 +50,7 @@ TEST(BeamOrder, bodies_in_another_order_give_the_same_ranges) {
 
 TEST(BeamOrder, one_body_more_never_makes_a_range_longer) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const test::RandomScene scene = test::random_scene(seed, kBeams, 10, 0);
+    const test::RandomScene scene = test::random_scene(seed, kSweepBeams, 10, 0);
     auto before = cast(scene, scene.beams, {});
     for (std::size_t n = 1; n <= scene.bodies.size(); ++n) {
       const auto after = cast(scene, scene.beams, std::span(scene.bodies).first(n));

@@ -11,7 +11,7 @@
 namespace parhelion::scan {
 namespace {
 
-constexpr int kBeams = 361, kScenes = 40;
+constexpr int kSceneBeams = 361, kScenes = 40;
 
 /// FNV-1a over the bits of floats and indices.
 class Hash {
@@ -37,8 +37,8 @@ LaserDescription laser_1mm() {
 
 /// Hash of the augmented scan of scene `n`.
 std::uint64_t answer(RayCaster& caster, std::uint64_t n) {
-  const test::RandomScene scene = test::random_scene(1000 + n, kBeams, 20, 30);
-  std::vector<RangeHit> bodies(kBeams), building(kBeams);
+  const test::RandomScene scene = test::random_scene(1000 + n, kSceneBeams, 20, 30);
+  std::vector<RangeHit> bodies(kSceneBeams), building(kSceneBeams);
   caster.set_building(scene.building);
   caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, bodies);
   caster.cast_building(scene.laser, scene.beams, scene.max_range, building);

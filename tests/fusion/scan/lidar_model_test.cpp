@@ -13,7 +13,7 @@ namespace parhelion::scan {
 namespace {
 
 using Sentinel = RangeConvention::Sentinel;
-constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
 LaserDescription plain_laser() {
   LaserDescription laser;
@@ -102,13 +102,13 @@ TEST(LidarNoise, writes_limits_in_the_sensors_own_convention) {
   EXPECT_EQ(measure(laser, {}, 0, 0.05F).kind, BeamKind::too_close);
   EXPECT_EQ(measure_range(laser, {}, 0, 0.05F), 0.0F);
   EXPECT_EQ(measure_range(laser, {}, 0, 0), 0.0F);
-  EXPECT_EQ(measure_range(laser, {}, 0, 30), kInf);
-  EXPECT_EQ(measure_range(laser, {}, 0, kInf), kInf);
+  EXPECT_EQ(measure_range(laser, {}, 0, 30), kNoReturn);
+  EXPECT_EQ(measure_range(laser, {}, 0, kNoReturn), kNoReturn);
   laser.convention.no_return = Sentinel::value;
   laser.convention.no_return_value = 81.83F;
   laser.convention.too_close = Sentinel::infinity;
-  EXPECT_EQ(measure_range(laser, {}, 0, kInf), 81.83F);
-  EXPECT_EQ(measure_range(laser, {}, 0, 0.05F), -kInf);
+  EXPECT_EQ(measure_range(laser, {}, 0, kNoReturn), 81.83F);
+  EXPECT_EQ(measure_range(laser, {}, 0, 0.05F), -kNoReturn);
   laser.convention.too_close = Sentinel::nan;
   EXPECT_TRUE(std::isnan(measure_range(laser, {}, 0, 0.05F)));
   EXPECT_EQ(measure(laser, {}, 0, std::nanf("")).kind, BeamKind::invalid);

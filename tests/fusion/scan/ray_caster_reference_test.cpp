@@ -7,6 +7,7 @@
 
 #include "fusion/scan/ray_caster.hpp"
 #include "tests/box_mesh.hpp"
+#include "tests/fusion/scan/hits_agree.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
 namespace parhelion::scan {
@@ -15,11 +16,6 @@ namespace {
 using test::Draw;
 using test::random_scene;
 using test::RandomScene;
-
-bool agree(const RangeHit& a, const RangeHit& b) {
-  if (std::isinf(a.range) || std::isinf(b.range)) return a.range == b.range;
-  return std::abs(a.range - b.range) <= 1e-3F;
-}
 
 struct Comparison {
   std::size_t beams = 0, hits = 0, inside = 0, apart = 0, other_body = 0;
@@ -30,7 +26,7 @@ void compare(std::span<const RangeHit> fast, std::span<const RangeHit> reference
     ++sum.beams;
     sum.hits += std::isfinite(reference[i].range);
     sum.inside += reference[i].range == 0;
-    if (!agree(fast[i], reference[i])) ++sum.apart;
+    if (!test::hits_agree(fast[i], reference[i])) ++sum.apart;
     if (fast[i].body != reference[i].body || fast[i].reflectivity != reference[i].reflectivity)
       ++sum.other_body;
   }
@@ -328,7 +324,7 @@ TEST(RayCasterReference, differs_from_the_reference_only_where_a_beam_grazes_an_
     for (std::size_t i = 0; i < fast.size(); ++i) {
       ++beams;
       hits += std::isfinite(reference[i].range);
-      if (agree(fast[i], reference[i])) continue;
+      if (test::hits_agree(fast[i], reference[i])) continue;
       ASSERT_TRUE(grazes(scene, i, fast[i]))
           << "scene " << seed << " beam " << i << ": " << fast[i].range << ", twin " << reference[i].range;
       ++grazing;

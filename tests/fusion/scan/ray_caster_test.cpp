@@ -8,15 +8,12 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/fusion/scan/hits_agree.hpp"
+
 namespace parhelion::scan {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-
-bool agree(const RangeHit& a, const RangeHit& b) {
-  if (std::isinf(a.range) || std::isinf(b.range)) return a.range == b.range;
-  return std::abs(a.range - b.range) <= 1e-3F;
-}
 
 /// One body of one shape, cast by both casters, which must agree.
 struct Single {
@@ -45,7 +42,8 @@ struct Single {
     RayCaster caster;
     caster.cast_bodies(laser, beams, std::span(&motion, 1), max_range, fast);
     cast_bodies_exact(laser, beams, std::span(&motion, 1), max_range, reference);
-    for (std::size_t i = 0; i < fast.size(); ++i) EXPECT_TRUE(agree(fast[i], reference[i])) << "beam " << i;
+    for (std::size_t i = 0; i < fast.size(); ++i)
+      EXPECT_TRUE(test::hits_agree(fast[i], reference[i])) << "beam " << i;
     return fast;
   }
   void stand(const Transform<Map, Body>& T_map_body) {

@@ -8,7 +8,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr auto kUnknown = static_cast<std::uint8_t>(EntityLabel::unknown);
+constexpr auto kUnlabelled = static_cast<std::uint8_t>(EntityLabel::unknown);
 constexpr double kEye = 0.6;  // m, of both scanners over the floor
 
 /// Two scans of a passage along x: a railing at y = 1 that both saw, a wall at x = 6 that the first scan sees
@@ -42,7 +42,7 @@ class Passage {
 
   double remaining_fraction(std::size_t from, std::size_t to) const {
     std::size_t left = 0;
-    for (std::size_t i = from; i < to; ++i) left += cloud_.labels[i] == kUnknown;
+    for (std::size_t i = from; i < to; ++i) left += cloud_.labels[i] == kUnlabelled;
     return static_cast<double>(left) / static_cast<double>(to - from);
   }
   double strip_left() const { return remaining_fraction(first_, last_); }

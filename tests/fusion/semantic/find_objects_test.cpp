@@ -51,7 +51,7 @@ FoundObjects found_in(const cloud::PointCloud<Map>& cloud) {
   return find_objects(cloud, cloud.labels, floor_of());
 }
 
-long count(const FoundObjects& found, ObjectKind kind) {
+long count_kind(const FoundObjects& found, ObjectKind kind) {
   return std::count_if(found.objects.begin(), found.objects.end(),
                        [&](const ModelObject& o) { return o.kind == kind; });
 }
@@ -61,8 +61,8 @@ TEST(FindObjects, ATableAndItsChairsAreThingsOfTheirOwn) {
   add_table(cloud, 0, 0);
   add_chair(cloud, -0.3, 0.5), add_chair(cloud, 0.35, 0.5);  // pushed in
   const FoundObjects found = found_in(cloud);
-  EXPECT_EQ(count(found, ObjectKind::table), 1);
-  EXPECT_EQ(count(found, ObjectKind::chair), 2);
+  EXPECT_EQ(count_kind(found, ObjectKind::table), 1);
+  EXPECT_EQ(count_kind(found, ObjectKind::chair), 2);
   for (const ModelObject& o : found.objects) {
     if (o.kind == ObjectKind::chair) {
       EXPECT_TRUE(o.movable);
@@ -77,8 +77,8 @@ TEST(FindObjects, ThingsInARowPartWhereTheirHeightChanges) {
   add_box(cloud, {0, 0, 0}, {1.8, 0.6, 0.9});
   add_box(cloud, {1.8, 0, 0}, {2.4, 0.6, 2.0});
   const FoundObjects found = found_in(cloud);
-  EXPECT_EQ(count(found, ObjectKind::counter), 1);
-  EXPECT_EQ(count(found, ObjectKind::cupboard), 1);
+  EXPECT_EQ(count_kind(found, ObjectKind::counter), 1);
+  EXPECT_EQ(count_kind(found, ObjectKind::cupboard), 1);
 }
 
 TEST(FindObjects, WhatStandsOnATableIsOnIt) {

@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-SemanticModel room() {
+SemanticModel model_of_a_room() {
   SemanticModel model;
   model.entities = {test::model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
                     test::model_box("wall 1", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
@@ -41,25 +41,25 @@ std::size_t pixels_near(const cv::Mat& picture, const cv::Vec3b& bgr) {
 }
 
 TEST(ModelPlan, ShowsWallsAndDoorsInTheirColours) {
-  const cv::Mat with = drawn(room());
+  const cv::Mat with = drawn(model_of_a_room());
   ASSERT_FALSE(with.empty());
   EXPECT_EQ(with.cols, 1000);
   const cv::Vec3b wall(104, 84, 72), door(16, 137, 214);
   EXPECT_GT(pixels_near(with, wall), 5000U);
   EXPECT_GT(pixels_near(with, door), 300U);
-  SemanticModel without = room();
+  SemanticModel without = model_of_a_room();
   without.entities[3].deleted = true;
   EXPECT_EQ(pixels_near(drawn(without), door), 0U) << "what is deleted is not drawn";
 }
 
-std::vector<std::string> names(const SemanticModel& model) {
+std::vector<std::string> names_in(const SemanticModel& model) {
   std::vector<std::string> all;
   for (const ModelEntity& entity : model.entities) all.push_back(entity.name);
   return all;
 }
 
 TEST(MainPartOfAModel, ContainsEntitiesNearTheFloorsAndEachOther) {
-  SemanticModel model = room();
+  SemanticModel model = model_of_a_room();
   model.entities.push_back(test::model_box("porch", EntityLabel::wall, {5, 0, 1}, {0.1, 4, 2}));
   model.entities.push_back(test::model_box("shed", EntityLabel::unknown, {7.5, 0, 1}, {0.5, 1, 2}));
   model.entities.push_back(test::model_box("far wall", EntityLabel::wall, {30, 20, 1}, {6, 0.1, 2}));
@@ -67,7 +67,7 @@ TEST(MainPartOfAModel, ContainsEntitiesNearTheFloorsAndEachOther) {
   model.meshes[0].vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {40, 9, 0}, {41, 9, 0}};
   model.meshes[0].triangles = {{0, 1, 2}, {2, 3, 4}};
   const MainPart shown = main_part(model);
-  EXPECT_THAT(names(shown.model),
+  EXPECT_THAT(names_in(shown.model),
               testing::ElementsAre("floor", "wall 1", "wall 2", "door 1", "porch", "shed"));
   EXPECT_EQ(shown.left_out, "1 part farther out not shown");
   EXPECT_EQ(shown.model.meshes[0].triangles.size(), 1U);
@@ -75,9 +75,9 @@ TEST(MainPartOfAModel, ContainsEntitiesNearTheFloorsAndEachOther) {
 }
 
 TEST(MainPartOfAModel, ContainsAllWhenLittleLiesOutside) {
-  SemanticModel model = room();
+  SemanticModel model = model_of_a_room();
   model.entities.push_back(test::model_box("hut", EntityLabel::unknown, {7.5, 0, 1}, {1, 1, 2}));
-  EXPECT_EQ(names(main_part(model).model).size(), 5U);
+  EXPECT_EQ(names_in(main_part(model).model).size(), 5U);
   EXPECT_EQ(main_part(model).left_out, "");
   model.entities = {test::model_box("wall", EntityLabel::wall, {0, 0, 1}, {5, 0, 2})};
   EXPECT_EQ(main_part(model).model.entities.size(), 1U) << "a wall of no area";
@@ -91,8 +91,8 @@ TEST(ModelPlan, ReportsErrors) {
     return status ? std::string() : status.error().message;
   };
   EXPECT_THAT(error({}, {}, "p.png"), HasSubstr("nothing to draw"));
-  EXPECT_THAT(error(room(), {"", "", 10}, "p.png"), HasSubstr("400 <= width"));
-  EXPECT_THAT(error(room(), {}, "/nowhere/at/all/p.png"), HasSubstr("cannot be written"));
+  EXPECT_THAT(error(model_of_a_room(), {"", "", 10}, "p.png"), HasSubstr("400 <= width"));
+  EXPECT_THAT(error(model_of_a_room(), {}, "/nowhere/at/all/p.png"), HasSubstr("cannot be written"));
 }
 
 }  // namespace

@@ -9,14 +9,14 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kEye = 0.5;  // m, of the scanner over its floor
+constexpr double kScanner = 0.5;  // m, of the scanner over its floor
 
-struct Site {
+struct SaggingSite {
   cloud::PointCloud<Map> cloud;
   SemanticModel model;
 };
 
-void add_floor(Site& site, const char* name, double from, double to, double z) {
+void add_floor(SaggingSite& site, const char* name, double from, double to, double z) {
   ModelEntity& floor = site.model.entities.emplace_back();
   floor.name = name;
   floor.label = EntityLabel::floor;
@@ -25,9 +25,9 @@ void add_floor(Site& site, const char* name, double from, double to, double z) {
 }
 
 /// A floor of 5 m and one of 3 m beyond it, lower by `below`, seen with angular errors of up to `off` (rad).
-Site site_of(double below, double off) {
-  Site site;
-  site.cloud.viewpoints = {{0, 0, kEye}};
+SaggingSite site_of(double below, double off) {
+  SaggingSite site;
+  site.cloud.viewpoints = {{0, 0, kScanner}};
   std::mt19937_64 random(3);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
   for (int i = 0; i < 6000; ++i) {
@@ -49,7 +49,7 @@ Site site_of(double below, double off) {
 }
 
 TEST(SaggingFloors, AreMergedWithTheFloorWithinAngleError) {
-  Site site = site_of(0.15, 0.035);
+  SaggingSite site = site_of(0.15, 0.035);
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 1U);
   ASSERT_EQ(site.model.entities.size(), 2U);
   const ModelEntity& floor = site.model.entities[0];
@@ -65,7 +65,7 @@ TEST(SaggingFloors, AreMergedWithTheFloorWithinAngleError) {
 
 TEST(SaggingFloors, StepsDownAreKeptInSharpScans) {
   for (const double below : {0.12, 0.15, 0.17, 0.30}) {
-    Site site = site_of(below, 0.006);
+    SaggingSite site = site_of(below, 0.006);
     EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U) << below;
     EXPECT_EQ(site.model.entities.size(), 3U);
     EXPECT_EQ(site.model.entities[1].name, "floor 2");
@@ -73,14 +73,14 @@ TEST(SaggingFloors, StepsDownAreKeptInSharpScans) {
 }
 
 TEST(SaggingFloors, NothingIsMergedWithoutScannerPoses) {
-  Site site = site_of(0.15, 0.035);
+  SaggingSite site = site_of(0.15, 0.035);
   site.cloud.viewpoints.clear();
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U);
   EXPECT_EQ(join_sagging_floors(cloud::PointCloud<Map>{}, site.model), 0U);
 }
 
 TEST(SaggingFloors, LockedEntitiesAreKept) {
-  Site site = site_of(0.15, 0.035);
+  SaggingSite site = site_of(0.15, 0.035);
   site.model.entities[1].locked = true;
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U);
 }

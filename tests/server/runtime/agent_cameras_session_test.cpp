@@ -8,7 +8,7 @@
 namespace parhelion::runtime {
 namespace {
 
-const std::string kPictures = "MR_AGENT_rover_1_CAMERA";
+const std::string kRoverPictures = "MR_AGENT_rover_1_CAMERA";
 
 std::vector<AgentDefinition> agents() {
   AgentDefinition rover = test::agent("rover_1", AgentKind::robot, -3, -1, BehaviourKind::wander);
@@ -27,7 +27,7 @@ TEST_F(AgentCamerasSession, ReplaysToTheSameBytesWithAnyNumberOfThreads) {
       tick::configure(scenario, test::robot(), test::room(), {test::small_camera("rover", 64, 48)});
   ASSERT_TRUE(configuration) << configuration.error().message;
   serve_in_background(*configuration);
-  EXPECT_EQ(await(kPictures, 8).size(), 8U);
+  EXPECT_EQ(await(kRoverPictures, 8).size(), 8U);
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
@@ -52,14 +52,14 @@ TEST_F(AgentCamerasSession, TakesNoneWhileItIsPaused) {
                                              {test::small_camera("rover", 64, 48)});
   ASSERT_TRUE(configuration) << configuration.error().message;
   serve_in_background(*configuration);
-  ASSERT_EQ(await(kPictures, 3).size(), 3U);
+  ASSERT_EQ(await(kRoverPictures, 3).size(), 3U);
   clock->set_rate(0);
   const std::int64_t paused = clock->now().ns;
   EXPECT_EQ(await(channel::kMrStatus, 2).size(), 2U) << "more than a second of real time";
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   for (const Message& each : session_log()) {
-    if (each.channel != kPictures) continue;
+    if (each.channel != kRoverPictures) continue;
     EXPECT_LE(leading_stamp(each.payload)->ns, paused);
   }
   expect_same_bytes_again(**report_);

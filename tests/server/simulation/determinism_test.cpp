@@ -16,7 +16,9 @@ std::uint64_t hash_bytes(std::uint64_t hash, const void* bytes, std::size_t size
   return hash;
 }
 
-RealRobotState driven(int i) { return real_at(-3 + 0.4 * i / 240, 0.2 * std::sin(0.01 * i), 0, {0.4, 0, 0}); }
+RealRobotState driven_trace(int i) {
+  return real_at(-3 + 0.4 * i / 240, 0.2 * std::sin(0.01 * i), 0, {0.4, 0, 0});
+}
 
 /// The `i`th robot and the `i`th person.
 void spawn_wandering_pair(Simulation& simulation, int i) {
@@ -47,12 +49,12 @@ std::uint64_t hash_of_states() {
   WorldSnapshot world;
   for (int i = 0; i < 2400; ++i) {
     if (i == 1000) {
-      EXPECT_TRUE(simulation.command(AgentRemove{.agent = "crate3"}, driven(i)).ok());
+      EXPECT_TRUE(simulation.command(AgentRemove{.agent = "crate3"}, driven_trace(i)).ok());
     }
     for (double y = -4.2; i == 1200 && y < 4.3; y += 0.5) {  // the first position where nobody walks
-      if (simulation.spawn(agent("late", AgentKind::barrel, 4, y), driven(i)).ok()) break;
+      if (simulation.spawn(agent("late", AgentKind::barrel, 4, y), driven_trace(i)).ok()) break;
     }
-    simulation.step(driven(i), requests);
+    simulation.step(driven_trace(i), requests);
     EXPECT_TRUE(simulation.at(simulation.now(), world));
     for (const BodyState& state : world.bodies) {
       hash = hash_bytes(hash, state.T_map_body.isometry().matrix().data(), 12 * sizeof(double));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "server/simulation/model_net.hpp"
+#include "tests/degree.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::simulation {
@@ -10,7 +11,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 /// A room of 8 m; a wall across it at x = 2 with a door 1 m wide at y = 0, hinged at y = -0.5, that opens a
 /// quarter turn towards -x and is drawn closed.

@@ -9,7 +9,7 @@ namespace {
 using namespace test;
 
 /// Two rooms side by side, 6 m each; a gap of 1 m in the wall between them, at y = -2.
-SemanticModel two_rooms(bool closed = false) {
+SemanticModel rooms_with_a_goal(bool closed = false) {
   SemanticModel model = room(12);
   model.entities.push_back(model_box("between 1", EntityLabel::wall, {0, 2.25, 1.25}, {0.1, 7.5, 2.5}));
   model.entities.push_back(model_box("between 2", EntityLabel::wall, {0, -4.25, 1.25}, {0.1, 3.5, 2.5}));
@@ -25,11 +25,11 @@ AgentDefinition targeting(const std::string& name, AgentKind kind, double x, dou
   return definition;
 }
 
-Eigen::Vector2d place_of(const Simulation& simulation, const std::string& name) {
+Eigen::Vector2d goal_place(const Simulation& simulation, const std::string& name) {
   return body(simulation, name).T_map_body.translation().head<2>();
 }
 
-const Event* find(const std::vector<Event>& events, EventKind kind) {
+const Event* find_agent(const std::vector<Event>& events, EventKind kind) {
   for (const Event& event : events) {
     if (event.kind == kind) return &event;
   }
@@ -38,34 +38,34 @@ const Event* find(const std::vector<Event>& events, EventKind kind) {
 
 TEST(Goals, GoesThroughTheGapAndReportsEachWaypoint) {
   for (const AgentKind kind : {AgentKind::robot, AgentKind::person}) {
-    Simulation simulation = make(two_rooms());
+    Simulation simulation = make(rooms_with_a_goal());
     AgentDefinition runner = moving("runner", kind, -4, 4, BehaviourKind::go, 0.8);
     runner.behaviour.waypoints = {{4, 4}, {-4, -4}};
     spawn(simulation, runner);
     run(simulation, 75);
-    EXPECT_LT((place_of(simulation, "runner") - Eigen::Vector2d(-4, -4)).norm(), 0.35) << to_string(kind);
+    EXPECT_LT((goal_place(simulation, "runner") - Eigen::Vector2d(-4, -4)).norm(), 0.35) << to_string(kind);
     const auto events = simulation.take_events();
     EXPECT_EQ(count(events, EventKind::goal_reached), 2U);
     EXPECT_EQ(count(events, EventKind::contact_started), 0U);
-    ASSERT_TRUE(find(events, EventKind::goal_reached));
-    EXPECT_EQ(find(events, EventKind::goal_reached)->value, 1);
+    ASSERT_TRUE(find_agent(events, EventKind::goal_reached));
+    EXPECT_EQ(find_agent(events, EventKind::goal_reached)->value, 1);
   }
 }
 
 TEST(Goals, ReportsTheClosedDoorThatBlocksAGoal) {
-  Simulation simulation = make(two_rooms(true));
+  Simulation simulation = make(rooms_with_a_goal(true));
   AgentDefinition runner = moving("runner", AgentKind::robot, -4, 4, BehaviourKind::go, 0.8);
   runner.behaviour.waypoints = {{4, 4}};
   spawn(simulation, runner);
   run(simulation, 20);
   const auto events = simulation.take_events();
   ASSERT_EQ(count(events, EventKind::goal_unreachable), 1U) << "reported once";
-  EXPECT_NE(find(events, EventKind::goal_unreachable)->text.find("door 1"), std::string::npos);
-  EXPECT_LT(place_of(simulation, "runner").x(), 0);
+  EXPECT_NE(find_agent(events, EventKind::goal_unreachable)->text.find("door 1"), std::string::npos);
+  EXPECT_LT(goal_place(simulation, "runner").x(), 0);
 }
 
 TEST(Goals, AGoalInsideAWallIsRefused) {
-  Simulation simulation = make(two_rooms());
+  Simulation simulation = make(rooms_with_a_goal());
   AgentDefinition runner = moving("runner", AgentKind::robot, -4, 4, BehaviourKind::go, 0.8);
   runner.behaviour.waypoints = {{0, 2}};
   const Status status = simulation.spawn(runner, std::nullopt);
@@ -91,12 +91,12 @@ TEST(Goals, GoesAroundACrateInItsPath) {
   crate.size = {0.4, 4, 1};
   spawn(simulation, crate);
   run(simulation, 40);
-  EXPECT_LT((place_of(simulation, "runner") - Eigen::Vector2d(4, 0)).norm(), 0.35);
+  EXPECT_LT((goal_place(simulation, "runner") - Eigen::Vector2d(4, 0)).norm(), 0.35);
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
 }
 
 TEST(Goals, FollowsThroughTheGapAndKeepsItsDistance) {
-  Simulation simulation = make(two_rooms());
+  Simulation simulation = make(rooms_with_a_goal());
   AgentDefinition guide = moving("guide", AgentKind::person, -3, 3, BehaviourKind::go, 0.5);
   guide.behaviour.waypoints = {{4, 4}};
   spawn(simulation, guide);
@@ -106,9 +106,9 @@ TEST(Goals, FollowsThroughTheGapAndKeepsItsDistance) {
   for (int i = 0; i < 240 * 60; ++i) {
     simulation.step({}, requests);
     if (i % 24 == 0)
-      nearest = std::min(nearest, (place_of(simulation, "dog") - place_of(simulation, "guide")).norm());
+      nearest = std::min(nearest, (goal_place(simulation, "dog") - goal_place(simulation, "guide")).norm());
   }
-  const double end = (place_of(simulation, "dog") - place_of(simulation, "guide")).norm();
+  const double end = (goal_place(simulation, "dog") - goal_place(simulation, "guide")).norm();
   EXPECT_LT(end, 1.0 + 0.65 + 0.5);
   EXPECT_GT(nearest, 1.0) << "between outlines 1 m, less a little";
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
@@ -118,14 +118,14 @@ TEST(Goals, FleesFromNearbyObjectsAndThenStops) {
   Simulation simulation = make(room(20));
   spawn(simulation, targeting("shy", AgentKind::person, 2, 0, BehaviourKind::flee, 2.5), real_at(-8, 0));
   run(simulation, 5, real_at(-8, 0));
-  EXPECT_LT((place_of(simulation, "shy") - Eigen::Vector2d(2, 0)).norm(), 0.01) << "nothing is near";
+  EXPECT_LT((goal_place(simulation, "shy") - Eigen::Vector2d(2, 0)).norm(), 0.01) << "nothing is near";
   std::vector<LaserRequest> requests;
   double nearest = 10;
   for (int i = 0; i < 240 * 40; ++i) {
     const double x = -3 + 0.2 * i / 240;
     simulation.step(real_at(x, 0, 0, {0.2, 0, 0}), requests);
     if (i > 240 * 10)
-      nearest = std::min(nearest, (place_of(simulation, "shy") - Eigen::Vector2d(x, 0)).norm());
+      nearest = std::min(nearest, (goal_place(simulation, "shy") - Eigen::Vector2d(x, 0)).norm());
   }
   EXPECT_GT(nearest, 2.0);
   EXPECT_EQ(count(simulation.take_events(), EventKind::contact_started), 0U);
@@ -134,7 +134,7 @@ TEST(Goals, FleesFromNearbyObjectsAndThenStops) {
 /// Area that the robot cannot avoid: its footprint swept until it stands.
 bool inside_stopping_distance(const Simulation& simulation, const std::string& name,
                               const RealRobotState& real) {
-  const Footprint person = make_disc(place_of(simulation, name), 0.25);
+  const Footprint person = make_disc(goal_place(simulation, name), 0.25);
   const RobotLimits limits = robot().limits;
   const double v = std::abs(real.twist.vx),
                braking_distance = v * limits.reaction_time + v * v / (2 * limits.deceleration);
@@ -191,13 +191,13 @@ TEST(Goals, OnlyYieldingAgentsStepAside) {
     const auto events = simulation.take_events();
     EXPECT_EQ(count(events, EventKind::contact_started) > 0, !yields);
     if (yields) {
-      EXPECT_GT(std::abs(place_of(simulation, "visitor").y()), 0.4);
+      EXPECT_GT(std::abs(goal_place(simulation, "visitor").y()), 0.4);
     }
   }
 }
 
 TEST(Goals, ManyAgentsWithGoalsKeepStepsShort) {
-  Simulation simulation = make(two_rooms());
+  Simulation simulation = make(rooms_with_a_goal());
   for (int i = 0; i < 12; ++i) {
     AgentDefinition runner = moving("r" + std::to_string(i), AgentKind::person, -5 + 0.9 * (i % 4),
                                     1 + 1.2 * (i / 4), BehaviourKind::go);

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "robots_world.hpp"
+#include "tests/degree.hpp"
 #include "tests/server/tick/crawler_arm.hpp"
 
 namespace parhelion::simulation {
@@ -11,7 +12,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 /// A gripper, one load and the resulting events, step by step.
 class LoadHandling : public testing::Test {

@@ -10,7 +10,7 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kStep = 1.0 / 240, kGravity = 9.81;
+constexpr double kTreeStep = 1.0 / 240, kGravity = 9.81;
 constexpr double kLink = 0.05, kLoad = 3;  // kg
 constexpr double kReach = 0.5;             // m from each joint to the next, and to the load
 // N m about the first joint, of both stretched out.
@@ -40,7 +40,7 @@ Eigen::Isometry3d hinge_at(double x, double z) {
 class Arm {
  public:
   explicit Arm(bool limited = false, int sweeps = 0, double link = kLink, double load = kLoad)
-      : physics_(kStep, sweeps) {
+      : physics_(kTreeStep, sweeps) {
     physics_.add_floor(0);
     handles_ = physics_.add_parts(
         {part({1.6, 0.6, 0.2}, 30), part({0.3, 0.02, 0.02}, link), part({0.1, 0.1, 0.1}, load)},
@@ -63,7 +63,7 @@ class Arm {
     for (const PhysicsHandle handle : handles_) physics_.keep_awake(handle, true);
   }
   void run(double seconds, double effort) {
-    for (long i = std::lround(seconds / kStep); i > 0; --i) {
+    for (long i = std::lround(seconds / kTreeStep); i > 0; --i) {
       physics_.drive_joint(shoulder_, 0, effort);
       physics_.drive_joint(wrist_, 0, 50);
       physics_.step();
@@ -119,8 +119,8 @@ TEST(JointTree, EqualsManySweepsOverAllConstraintRows) {
   Arm exact(true, 0, weight, weight), swept(true, 2000, weight, weight);
   for (const double effort : {0.0, 60.0, 12.0}) {
     for (int i = 0; i < 24; ++i) {
-      exact.run(5 * kStep, effort);
-      swept.run(5 * kStep, effort);
+      exact.run(5 * kTreeStep, effort);
+      swept.run(5 * kTreeStep, effort);
       for (int part = 0; part < 3; ++part) {
         const RigidState a = exact.state(part), b = swept.state(part);
         ASSERT_LT((a.T_map_body.translation() - b.T_map_body.translation()).norm(), 2e-4)

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
+constexpr double kOutlineAhead = 0.25, kSide = 0.2;  // m, of the robot's outline
 
 template <class Motion>
 std::vector<Event> near_misses(Simulation& simulation, double duration, Motion robot_at) {
@@ -48,7 +48,7 @@ TEST(NearMiss, ANearMissIsReportedAfterPassingWithItsSmallestGap) {
   EXPECT_FALSE(misses[0].undetectable);
   // Distance along x when its rear corner is kAway from the crate's.
   const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - 0.12 * 0.12);
-  const double over = (2 + 0.25 + along + kFront) / 0.5 + NearMissWatch::kHold;
+  const double over = (2 + 0.25 + along + kOutlineAhead) / 0.5 + NearMissWatch::kHold;
   EXPECT_NEAR((misses[0].stamp - kStart).seconds(), over, 0.04);
 }
 
@@ -70,7 +70,7 @@ TEST(NearMiss, StoppingLateBeforeAWallIsANearMissByTime) {
   const double brakes = 1.5, v = 1, a = 2;
   const auto misses = near_misses(simulation, brakes + v / a + 2, [=](double t) {
     const double slow = std::clamp(t - brakes, 0.0, v / a);
-    const double x0 = 3 - kFront - 0.35 - v * v / (2 * a) - v * brakes;
+    const double x0 = 3 - kOutlineAhead - 0.35 - v * v / (2 * a) - v * brakes;
     const double x = x0 + v * std::min(t, brakes) + v * slow - a * slow * slow / 2;
     return real_at(x, 0, 0, {v - a * slow, 0, 0});
   });
@@ -89,7 +89,7 @@ TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
     Simulation simulation = make(building ? room(6) : SemanticModel{});
     if (!building) spawn(simulation, crate(3.25, 0));
     const auto misses = near_misses(simulation, 3, [](double t) {
-      const double at = 3 - kFront - 0.08;
+      const double at = 3 - kOutlineAhead - 0.08;
       return real_at(at - 0.5 * std::max(0.0, 2 - t), 0, 0, {t < 2 ? 0.5 : 0.0, 0, 0});
     });
     const auto by = [&](const std::string& text) {
@@ -107,7 +107,7 @@ TEST(NearMiss, StoppingTooNearIsReportedForBuildingsAndObjects) {
 TEST(NearMiss, ContactOrDrivingAwayIsNoNearMiss) {
   Simulation simulation = make(room(6));
   const auto misses = near_misses(simulation, 6, [](double t) {
-    const double at = 3 - kFront + 0.005;  // more than it drives in a step
+    const double at = 3 - kOutlineAhead + 0.005;  // more than it drives in a step
     if (t < 2) return real_at(at - 0.5 * (2 - t), 0, 0, {0.5, 0, 0});
     if (t < 3) return real_at(at, 0);
     return real_at(at - 0.5 * (t - 3), 0, 0, {-0.5, 0, 0});

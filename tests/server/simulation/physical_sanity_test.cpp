@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "server/simulation/physics.hpp"
+#include "tests/degree.hpp"
 #include "tests/server/simulation/worlds.hpp"
 
 namespace parhelion::simulation {
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStep = 1.0 / 240;
 constexpr double kGravity = 9.81;
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 constexpr double kFriction = 0.36;  // of two free or fixed bodies: 0.6 each, multiplied
 
 Transform<Map, Body> at(double x, double y, double z) { return Transform<Map, Body>::planar(x, y, 0, z); }

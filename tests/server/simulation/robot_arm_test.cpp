@@ -3,6 +3,7 @@
 #include <map>
 
 #include "robots_world.hpp"
+#include "tests/degree.hpp"
 #include "tests/server/tick/crawler_arm.hpp"
 
 namespace parhelion::simulation {
@@ -10,7 +11,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 void joints(Simulation& simulation, const std::map<std::string, double>& positions) {
   Joints command;

@@ -1,13 +1,14 @@
 // The shipped robots, one of each kind: each drives, turns and stops as expected, on level floors, slopes and
 // stairs.
 #include "robots_world.hpp"
+#include "tests/degree.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 struct Kind {
   const char* model;

@@ -1,12 +1,14 @@
 // Scripted runs of simulated robots on stairs: the expected times are derived from their motion.
 #include "scripted_robots.hpp"
 
+#include "tests/degree.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 constexpr double kTread = 0.29;
 
 /// base_link moves over the steps of a flight that starts at x = 1 m, close above their tops; its nose

@@ -5,13 +5,14 @@
 #include <algorithm>
 
 #include "server/simulation/near_miss.hpp"
+#include "tests/degree.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 constexpr double kPause = 0.25;               // s, of a stop and of a contact's end
 constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
 constexpr double kWarning = 2.0;              // s before a collision

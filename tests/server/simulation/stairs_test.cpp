@@ -1,13 +1,14 @@
 // The tracked robot on stairs, as with an operator: flippers on the first step, then pressed down on its
 // tread, then in line with the tracks.
 #include "robots_world.hpp"
+#include "tests/degree.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
 using namespace test;
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 constexpr double kRise = 0.17;
 constexpr int kSteps = 7;
 

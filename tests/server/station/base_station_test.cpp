@@ -22,8 +22,8 @@ namespace parhelion::station {
 namespace {
 
 using Json = nlohmann::json;
-using parhelion::testing::RawAnswer;
-using parhelion::testing::RawClient;
+using parhelion::test::RawAnswer;
+using parhelion::test::RawClient;
 using ::testing::HasSubstr;
 
 constexpr const char* kPassword = "correct horse";

@@ -27,8 +27,8 @@ namespace parhelion::station {
 namespace {
 
 using Json = nlohmann::json;
-using parhelion::testing::RawAnswer;
-using parhelion::testing::RawClient;
+using parhelion::test::RawAnswer;
+using parhelion::test::RawClient;
 
 const std::string kScenarios = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/";
 

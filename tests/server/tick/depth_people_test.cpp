@@ -29,7 +29,7 @@ RobotDescription robot_with_depth() {
 }
 
 /// Walks to and fro in front of the camera.
-Eigen::Vector2d walker_at(double t) { return {-0.6 + 0.9 * std::sin(0.5 * t), 0.5 * std::cos(0.5 * t)}; }
+Eigen::Vector2d walker_before(double t) { return {-0.6 + 0.9 * std::sin(0.5 * t), 0.5 * std::cos(0.5 * t)}; }
 
 /// m along the optical axis to the walker's legs or trunk; 0: beside them.
 double depth_of(const Eigen::Vector2d& place, double t, const Eigen::Vector3d& eye,
@@ -59,7 +59,8 @@ Message depth_at(const RobotDescription& robot, double t, bool with_walker) {
     for (int x = 0; x < kWidth; ++x) {
       const Eigen::Vector3d direction =
           T_map_depth.rotation() * Eigen::Vector3d((x - 79.5) / 140, (y - 59.5) / 140, 1);
-      const double depth = with_walker ? depth_of(walker_at(t), t, T_map_depth.translation(), direction) : 0;
+      const double depth =
+          with_walker ? depth_of(walker_before(t), t, T_map_depth.translation(), direction) : 0;
       const auto mm = static_cast<std::uint16_t>(std::lround(1000 * depth));
       image.bytes.push_back(static_cast<std::uint8_t>(mm & 0xFF));
       image.bytes.push_back(static_cast<std::uint8_t>(mm >> 8));
@@ -98,7 +99,7 @@ class DepthPeopleTest : public TickTest {
       if (each.channel != channel::kDepth) continue;
       const double t = static_cast<double>(each.arrival.utime() - kStartUs) * 1e-6;
       for (const simulation::RealPerson& person : state_->bystanders.persons)
-        followed += (person.position - walker_at(t)).norm() < 0.5 ? 1 : 0;
+        followed += (person.position - walker_before(t)).norm() < 0.5 ? 1 : 0;
     }
     return followed;
   }

@@ -3,13 +3,14 @@
 #include <gmock/gmock.h>
 
 #include "protocols/door.hpp"
+#include "tests/degree.hpp"
 #include "tests/server/tick/level_1.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
 namespace parhelion::tick {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 /// The room, with a free-standing door 1 m wide at x = 2, closed across the x axis: hinged at y = -0.5, it
 /// opens towards the origin.

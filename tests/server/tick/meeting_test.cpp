@@ -13,9 +13,9 @@ namespace {
 
 using test::TickTest;
 
-constexpr double kPeriod = 0.05;  // s of odometry; each second one comes with a scan
-constexpr double kReached = 0.3;  // m
-constexpr double kPatience = 40;  // s
+constexpr double kOdometryPeriod = 0.05;  // s of odometry; each second one comes with a scan
+constexpr double kReached = 0.3;          // m
+constexpr double kPatience = 40;          // s
 const Eigen::Vector2d kGoal(3.2, 0);
 // Sanitizers slow each meeting down ten times.
 #if defined(PARHELION_ADDRESS_SANITIZER) || defined(PARHELION_THREAD_SANITIZER)
@@ -25,13 +25,13 @@ constexpr unsigned kMeetings = 100;
 #endif
 constexpr unsigned kLongMeetings = 1000;
 
-enum class Kind { parked, crosses, ahead, head_on };
+enum class MeetingKind { parked, crosses, ahead, head_on };
 constexpr const char* kNames[] = {"parked", "crosses", "ahead", "head on"};
 
 /// Initial conditions of a meeting: a virtual robot on the path of a real one that drives along x from (-3.5,
 /// 0).
 struct Meeting {
-  Kind kind = Kind::parked;
+  MeetingKind kind = MeetingKind::parked;
   double speed = 0.5;       ///< m/s, desired speed of the robot
   double trainee = 0;       ///< m/s
   Transform<Map, Base> at;  ///< start of the virtual robot
@@ -44,24 +44,24 @@ Meeting meeting(unsigned n) {
     return low + (high - low) * static_cast<double>(random() - 1) / (random.max() - 1);
   };
   Meeting one;
-  one.kind = static_cast<Kind>(n % 4);
+  one.kind = static_cast<MeetingKind>(n % 4);
   one.speed = within(0.4, 0.7);
   const double side = n % 8 < 4 ? 1 : -1;
   switch (one.kind) {
-    case Kind::parked:
+    case MeetingKind::parked:
       one.at = Transform<Map, Base>::planar(within(-1.5, 0.5), within(-0.4, 0.4), within(-3, 3));
       break;
-    case Kind::crosses: {
+    case MeetingKind::crosses: {
       one.trainee = within(0.5, 0.8);
       const double x = -3.5 + one.speed * (2.5 / one.trainee + within(0.2, 1.0));
       one.at = Transform<Map, Base>::planar(x, 2.5 * side, -side * std::numbers::pi / 2);
       break;
     }
-    case Kind::ahead:
+    case MeetingKind::ahead:
       one.trainee = within(0.05, 0.2);
       one.at = Transform<Map, Base>::planar(-2, within(-0.3, 0.3), 0);
       break;
-    case Kind::head_on:
+    case MeetingKind::head_on:
       one.trainee = within(0.2, 0.5);
       one.at = Transform<Map, Base>::planar(within(0, 1), within(-0.3, 0.3), std::numbers::pi);
       break;
@@ -88,8 +88,8 @@ class Meetings : public TickTest {
     Outcome outcome;
     Pose2 pose{-3.5, 0, 0};
     Twist2 twist, wanted;
-    for (int i = 0; i * kPeriod < kPatience && !outcome.arrived; ++i) {
-      const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(i * kPeriod * 1e6);
+    for (int i = 0; i * kOdometryPeriod < kPatience && !outcome.arrived; ++i) {
+      const std::int64_t utime = test::kStartUs + static_cast<std::int64_t>(i * kOdometryPeriod * 1e6);
       const auto T_map_base = Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw);
       feed(test::message(channel::kOdometry, utime + 2000,
                          Odometry{SensorTime::from_utime(utime), T_map_base.as<Odom, Base>()}));
@@ -100,13 +100,13 @@ class Meetings : public TickTest {
         give_pose(T_map_base, utime);
         drive_virtual(one, pose, utime);
       }
-      const double max_change = test::AutonomousRobot::kAcceleration * kPeriod;
+      const double max_change = test::AutonomousRobot::kAcceleration * kOdometryPeriod;
       twist.vx += std::clamp(wanted.vx - twist.vx, -max_change, max_change);
-      twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kPeriod, 3 * kPeriod);
-      pose = simulation::advance(pose, twist, kPeriod);
+      twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kOdometryPeriod, 3 * kOdometryPeriod);
+      pose = simulation::advance(pose, twist, kOdometryPeriod);
       outcome.arrived = (kGoal - pose.position()).norm() < kReached;
       outcome.closest = std::min(outcome.closest, state_->simulation.clearance(T_map_base, {}, 10).distance);
-      outcome.took = i * kPeriod;
+      outcome.took = i * kOdometryPeriod;
     }
     for (const Event& event : decoded<Event>(channel::kMrEvents)) {
       const bool both = event.subject == "synthetic" && event.object == "robot_1";

@@ -8,13 +8,14 @@
 #include <sstream>
 
 #include "fusion/scan/leaf_fit.hpp"
+#include "tests/degree.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
 namespace parhelion::tick {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 
 struct PlacedScan {
   Eigen::Vector3d pose;  ///< m, m, rad: of the laser in the map, from SLAM over the whole recording

@@ -194,10 +194,10 @@ TEST_F(SeveralLasersTest, EachLaserHasNoiseOfItsOwn) {
 }
 
 /// Walks to and fro beside the robot's circle, at up to 0.9 m/s.
-Eigen::Vector2d walker_at(double t) { return {-1.5, 2.5 * std::sin(0.36 * t)}; }
+Eigen::Vector2d walker_between(double t) { return {-1.5, 2.5 * std::sin(0.36 * t)}; }
 
 /// The drive of both lasers, with a walker in the scans of the channels in `shown`.
-std::vector<Message> drive_past_a_walker(const std::vector<std::string>& shown) {
+std::vector<Message> drive_with_a_walker(const std::vector<std::string>& shown) {
   const RobotDescription robot = robot_with_two_lasers();
   std::vector<Message> log = two_lasers_drive(10);
   for (Message& each : log) {
@@ -206,7 +206,7 @@ std::vector<Message> drive_past_a_walker(const std::vector<std::string>& shown) 
     EXPECT_TRUE(decode(each.channel, each.payload, scan).ok());
     const double t = (scan.stamp - SensorTime::from_utime(kStartUs)).seconds();
     const LaserDescription& laser = robot.laser_at(each.channel == kRearScan ? 1 : 0);
-    put_walker(walker_at(t), t, pose_at(t) * laser.T_base_laser, scan);
+    put_walker(walker_between(t), t, pose_at(t) * laser.T_base_laser, scan);
     each = message(each.channel, each.arrival.utime(), scan);
   }
   return log;
@@ -225,7 +225,7 @@ class PeopleOfBothLasersTest : public SeveralLasersTest {
       const auto& persons = state_->bystanders.persons;
       seen.second = std::max(seen.second, persons.size());
       seen.first += std::any_of(persons.begin(), persons.end(), [&](const simulation::RealPerson& person) {
-        return (person.position - walker_at(t)).norm() < 0.5;
+        return (person.position - walker_between(t)).norm() < 0.5;
       });
     }
     return seen;
@@ -233,12 +233,12 @@ class PeopleOfBothLasersTest : public SeveralLasersTest {
 };
 
 TEST_F(PeopleOfBothLasersTest, AWalkerWhomOnlyTheRearLaserShowsIsFollowed) {
-  EXPECT_EQ(follow(drive_past_a_walker({})).first, 0);
-  EXPECT_GE(follow(drive_past_a_walker({kRearScan})).first, 40);
+  EXPECT_EQ(follow(drive_with_a_walker({})).first, 0);
+  EXPECT_GE(follow(drive_with_a_walker({kRearScan})).first, 40);
 }
 
 TEST_F(PeopleOfBothLasersTest, AWalkerWhomBothLasersShowIsOnePerson) {
-  const auto [followed, max_persons] = follow(drive_past_a_walker({channel::kScan, kRearScan}));
+  const auto [followed, max_persons] = follow(drive_with_a_walker({channel::kScan, kRearScan}));
   EXPECT_GE(followed, 60);
   EXPECT_EQ(max_persons, 1U);
 }

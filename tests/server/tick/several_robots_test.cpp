@@ -29,11 +29,11 @@ class SeveralRobotsTest : public TickTest {
   }
 };
 
-const std::vector<AgentDefinition> kBarrels{agent("barrel_1", AgentKind::barrel, 0, 0),
-                                            agent("barrel_2", AgentKind::barrel, 2.5, -1.5)};
+const std::vector<AgentDefinition> kTwoBarrels{agent("barrel_1", AgentKind::barrel, 0, 0),
+                                               agent("barrel_2", AgentKind::barrel, 2.5, -1.5)};
 
 TEST_F(SeveralRobotsTest, EachRobotsScansComeBackOnItsOwnChannel) {
-  run(two_robots(kBarrels), two_robots_drive(3));
+  run(two_robots(kTwoBarrels), two_robots_drive(3));
   EXPECT_EQ(scans_of(kRover1).size(), 30U);
   EXPECT_EQ(scans_of(kRover2).size(), 30U);
   EXPECT_TRUE(out_[channel::kMrScan].empty());
@@ -47,10 +47,10 @@ TEST_F(SeveralRobotsTest, EachRobotsScansComeBackOnItsOwnChannel) {
 
 /// One session's answer for a robot is what a session of that robot alone gives, with the same agents.
 TEST_F(SeveralRobotsTest, AnotherRobotDoesNotChangeARobotsScans) {
-  start(configuration(kBarrels));
+  start(configuration(kTwoBarrels));
   feed(drive(3));
   const auto alone = out_[channel::kMrScan];
-  run(two_robots(kBarrels), two_robots_drive(3));
+  run(two_robots(kTwoBarrels), two_robots_drive(3));
   ASSERT_EQ(alone.size(), scans_of(kRover1).size());
   std::size_t different = 0;
   for (std::size_t i = 0; i < alone.size(); ++i) different += alone[i] != scans_of(kRover1)[i];
@@ -153,13 +153,13 @@ std::vector<Message> with_fault_of_rover_2(std::vector<Message> log, const std::
 }
 
 TEST_F(SeveralRobotsTest, OneRobotsFaultDegradesThatRobotAlone) {
-  run(two_robots(kBarrels), two_robots_drive(4));
+  run(two_robots(kTwoBarrels), two_robots_drive(4));
   const auto healthy = scans_of(kRover1);
   for (const std::vector<std::string>& lost :
        {std::vector<std::string>{channel::kPoseCov, channel::kOdometry},
         {channel::kScan},
         {channel::kOdometry}}) {
-    run(two_robots(kBarrels), with_fault_of_rover_2(two_robots_drive(4), lost));
+    run(two_robots(kTwoBarrels), with_fault_of_rover_2(two_robots_drive(4), lost));
     EXPECT_EQ(scans_of(kRover1), healthy) << lost.front();
     for (const EventKind kind : {EventKind::localization_lost, EventKind::injection_suspended}) {
       for (const Event& event : events_of(kind)) {
@@ -169,7 +169,7 @@ TEST_F(SeveralRobotsTest, OneRobotsFaultDegradesThatRobotAlone) {
     }
   }
   // The fault is not silent either.
-  run(two_robots(kBarrels), with_fault_of_rover_2(two_robots_drive(4), {channel::kScan}));
+  run(two_robots(kTwoBarrels), with_fault_of_rover_2(two_robots_drive(4), {channel::kScan}));
   const auto suspended = events_of(EventKind::injection_suspended);
   ASSERT_FALSE(suspended.empty());
   EXPECT_EQ(suspended.back().subject, kRover2);
@@ -277,7 +277,7 @@ TEST_F(SeveralRobotsTest, NoAgentMayAppearOnAnyRealRobot) {
 }
 
 TEST(SeveralRobotsConfiguration, TheSessionHeaderKeepsEveryDescription) {
-  Scenario scenario = two_robots(kBarrels);
+  Scenario scenario = two_robots(kTwoBarrels);
   RobotDescription heavy = robot();
   heavy.mass = 120;
   const auto made = configure_robots(scenario, std::vector<RobotDescription>{robot(), heavy}, room());

@@ -11,7 +11,7 @@ namespace parhelion::training {
 namespace {
 
 using testing::HasSubstr;
-using Kind = NextTask::Kind;
+using NextKind = NextTask::Kind;
 
 struct Tried {
   double difficulty;
@@ -102,7 +102,7 @@ std::vector<TaskOffer> offers() {
 
 TEST(NextTask, ABeginnerGetsAnEasyTaskAndTheReason) {
   const NextTask next = next_task(Skills(), offers(), 1);
-  EXPECT_EQ(next.kind, Kind::task);
+  EXPECT_EQ(next.kind, NextKind::task);
   EXPECT_EQ(offers()[next.offer].level, 1);
   EXPECT_THAT(next.reason, HasSubstr("'" + offers()[next.offer].name + "' of programme trains "));
   EXPECT_THAT(next.reason, HasSubstr("should succeed with"));
@@ -120,7 +120,7 @@ TEST(NextTask, MasteringAllCompletesTheCourseWithConfidence) {
   for (int i = 0; i < 40; ++i)
     for (const char* skill : {"doors", "stairs"}) skills.observe({skill}, 1.5, true);
   const NextTask next = next_task(skills, offers(), 3);
-  EXPECT_EQ(next.kind, Kind::complete);
+  EXPECT_EQ(next.kind, NextKind::complete);
   EXPECT_GE(next.confidence, 0.9);
   EXPECT_LT(next.confidence, 1);
   EXPECT_THAT(next.reason, HasSubstr("Training is complete: all 2 skills"));
@@ -133,7 +133,7 @@ TEST(NextTask, FailingALevelStepsBack) {
   for (int i = 0; i < 12; ++i)
     for (const char* skill : {"doors", "stairs"}) skills.observe({skill}, 0.5, false);
   const NextTask next = next_task(skills, offers(), 3);
-  EXPECT_EQ(next.kind, Kind::step_back);
+  EXPECT_EQ(next.kind, NextKind::step_back);
   EXPECT_LT(offers()[next.offer].level, 3);
   EXPECT_THAT(next.reason, HasSubstr("Step back to level 1"));
 }

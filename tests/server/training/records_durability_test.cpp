@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using test::RecordsTest;
 using testing::HasSubstr;
 using testing::Not;
-using Stored = Records::Stored;
+using StoredAs = Records::Stored;
 
 /// About 100 ns per call, until the child has ended.
 void pass_time(unsigned calls, pid_t child) {
@@ -224,7 +224,7 @@ TEST_F(RecordsTest, ReportsATimeoutWaitingForAnotherProgram) {
   }));
   ASSERT_FALSE(store_status.ok());
   EXPECT_THAT(store_status.error().message, HasSubstr("another program"));
-  EXPECT_EQ(*impatient->store(anna, test::recorded_session(1)), Stored::added) << "afterwards it can";
+  EXPECT_EQ(*impatient->store(anna, test::recorded_session(1)), StoredAs::added) << "afterwards it can";
 }
 
 /// Stores until an error, then checks that all acknowledged sessions exist and that storing works again with
@@ -242,7 +242,7 @@ void fill_up(Records& records, const std::string& pseudonym, const std::string& 
   EXPECT_THAT(error, HasSubstr("nothing was stored"));
   make_room();
   EXPECT_EQ(records.sessions(pseudonym)->size(), static_cast<std::size_t>(stored));
-  EXPECT_EQ(*records.store(pseudonym, test::recorded_session(stored)), Stored::added);
+  EXPECT_EQ(*records.store(pseudonym, test::recorded_session(stored)), StoredAs::added);
   EXPECT_EQ(test::text_of(records.sessions(pseudonym)->back()),
             test::text_of(test::recorded_session(stored)));
 }

@@ -19,8 +19,8 @@ namespace parhelion::tools {
 namespace {
 
 using attack::Json;
-using testing::RawAnswer;
-using testing::RawClient;
+using test::RawAnswer;
+using test::RawClient;
 
 constexpr const char* kPassword = "correct horse";
 constexpr double kBarrelDistance = 2;  ///< m, ahead of the robot

@@ -8,7 +8,7 @@
 namespace parhelion::attack {
 
 using Json = nlohmann::json;
-using testing::RawClient;
+using test::RawClient;
 
 inline const std::string kMarkup = "</script><script>alert(1)</script>";
 

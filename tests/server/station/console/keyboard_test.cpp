@@ -10,7 +10,7 @@ namespace {
 
 using Keys = std::vector<Key>;
 
-WallTime at(double s) { return WallTime{seconds(s).ns}; }
+WallTime wall_time(double s) { return WallTime{seconds(s).ns}; }
 
 TEST(Keyboard, ReadsLettersAndArrowsOfBothModes) {
   KeyReader reader;
@@ -44,40 +44,40 @@ RC_GTEST_PROP(Keyboard, SurvivesRandomBytesInRandomPieces, ()) {
 
 TEST(Keyboard, DrivesWhileAKeyRepeatsAndStopsOnRelease) {
   KeyboardDrive drive({});
-  drive.press(Key::forward, at(1));
-  EXPECT_GT(drive.twist(at(1.65)).vx, 0) << "until a terminal begins to repeat";
+  drive.press(Key::forward, wall_time(1));
+  EXPECT_GT(drive.twist(wall_time(1.65)).vx, 0) << "until a terminal begins to repeat";
   double t = 1.66;
   for (; t < 3; t += 0.04) {
-    drive.press(Key::forward, at(t));
-    EXPECT_GT(drive.twist(at(t + 0.1)).vx, 0);
+    drive.press(Key::forward, wall_time(t));
+    EXPECT_GT(drive.twist(wall_time(t + 0.1)).vx, 0);
   }
-  EXPECT_EQ(drive.twist(at(t + 0.15)).vx, 0) << "released: no repeat any more";
+  EXPECT_EQ(drive.twist(wall_time(t + 0.15)).vx, 0) << "released: no repeat any more";
 }
 
 TEST(Keyboard, FollowsTheLastKeyAndStopsAtOnceOnSpace) {
   KeyboardDrive drive({.speed = 1, .yaw_rate = 2, .joint_speed = 0.5, .first_hold = seconds(1), .hold = {}});
-  drive.press(Key::forward, at(0));
-  drive.press(Key::right, at(0.1));
-  EXPECT_EQ(drive.twist(at(0.2)).vx, 0);
-  EXPECT_DOUBLE_EQ(drive.twist(at(0.2)).wz, -1) << "half of the steps";
-  drive.press(Key::joint_down, at(0.2));
-  EXPECT_DOUBLE_EQ(drive.joint_speed(at(0.3)), -0.25);
-  drive.press(Key::stop, at(0.3));
-  EXPECT_EQ(drive.twist(at(0.3)).wz, 0);
-  EXPECT_EQ(drive.joint_speed(at(0.3)), 0);
-  for (int i = 0; i < 20; ++i) drive.press(Key::faster, at(1));
-  drive.press(Key::backward_left, at(1));
-  EXPECT_DOUBLE_EQ(drive.twist(at(1)).vx, -1);
-  EXPECT_DOUBLE_EQ(drive.twist(at(1)).wz, 1);
-  for (int i = 0; i < 20; ++i) drive.press(Key::slower, at(1));
-  EXPECT_DOUBLE_EQ(drive.twist(at(1)).vx, -0.1);
+  drive.press(Key::forward, wall_time(0));
+  drive.press(Key::right, wall_time(0.1));
+  EXPECT_EQ(drive.twist(wall_time(0.2)).vx, 0);
+  EXPECT_DOUBLE_EQ(drive.twist(wall_time(0.2)).wz, -1) << "half of the steps";
+  drive.press(Key::joint_down, wall_time(0.2));
+  EXPECT_DOUBLE_EQ(drive.joint_speed(wall_time(0.3)), -0.25);
+  drive.press(Key::stop, wall_time(0.3));
+  EXPECT_EQ(drive.twist(wall_time(0.3)).wz, 0);
+  EXPECT_EQ(drive.joint_speed(wall_time(0.3)), 0);
+  for (int i = 0; i < 20; ++i) drive.press(Key::faster, wall_time(1));
+  drive.press(Key::backward_left, wall_time(1));
+  EXPECT_DOUBLE_EQ(drive.twist(wall_time(1)).vx, -1);
+  EXPECT_DOUBLE_EQ(drive.twist(wall_time(1)).wz, 1);
+  for (int i = 0; i < 20; ++i) drive.press(Key::slower, wall_time(1));
+  EXPECT_DOUBLE_EQ(drive.twist(wall_time(1)).vx, -0.1);
 }
 
 TEST(Keyboard, ChangingTheRobotReleasesTheKey) {
   KeyboardDrive drive({});
-  drive.press(Key::forward, at(0));
-  drive.press(Key::next_robot, at(0.1));
-  EXPECT_EQ(drive.twist(at(0.1)).vx, 0);
+  drive.press(Key::forward, wall_time(0));
+  drive.press(Key::next_robot, wall_time(0.1));
+  EXPECT_EQ(drive.twist(wall_time(0.1)).vx, 0);
 }
 
 }  // namespace

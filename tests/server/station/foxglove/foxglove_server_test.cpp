@@ -83,7 +83,7 @@ struct FrameHeader {
   std::int64_t time = 0;  ///< ns
 };
 
-FrameHeader header_of(const testing::RawClient::Frame& frame) {
+FrameHeader header_of(const test::RawClient::Frame& frame) {
   const std::size_t at = frame.opcode == 2 && frame.payload[0] == 1 ? 5 : 1;
   if (frame.opcode != 2 || frame.payload.size() < at + 8) return {};
   std::uint64_t time = 0;
@@ -104,7 +104,7 @@ TEST_F(FoxgloveServerTest, ATimeResetIsSentBeforeItsMessages) {
   std::atomic<std::int64_t> clock = late;
   const auto server = open([&clock] { return ArrivalTime{clock.load()}; });
   ASSERT_NE(server, nullptr);
-  testing::RawClient client(server->port());
+  test::RawClient client(server->port());
   ASSERT_EQ(client.open_socket("/", "", "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n").status, 101);
   std::uint64_t building = 0;
   for (bool time_received = false; !time_received || building == 0;) {

@@ -6,7 +6,7 @@
 
 #include "tests/server/station/http/site_fixture.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 namespace {
 
 class Server : public SiteTest {
@@ -298,4 +298,4 @@ TEST_F(Server, ServesMetricsToLocalAndLoggedInClients) {
 }
 
 }  // namespace
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

@@ -3,7 +3,7 @@
 
 #include "tests/server/station/http/site_fixture.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 namespace {
 
 using LogIn = SiteTest;
@@ -358,4 +358,4 @@ TEST_F(FirstStart, PeopleEnteringByOneLinkGetDifferentNames) {
 }
 
 }  // namespace
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

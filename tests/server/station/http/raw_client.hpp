@@ -18,7 +18,7 @@
 #include <string>
 #include <string_view>
 
-namespace parhelion::testing {
+namespace parhelion::test {
 
 struct RawAnswer {
   int status = 0;                              ///< 0: the server closed without a response
@@ -256,4 +256,4 @@ class RawClient {
   std::string host_, origin_, buffer_;
 };
 
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

@@ -4,7 +4,7 @@
 #include "server/station/http/token.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -174,4 +174,4 @@ TEST_F(KeptLogIns, OfALinkEndWithTheProcessEvenUnderTheNameOfAnAccount) {
 }
 
 }  // namespace
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

@@ -10,7 +10,7 @@
 #include "server/station/http/web_site.hpp"
 #include "tests/server/station/http/raw_client.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 
 class SiteTest : public ::testing::Test {
  protected:
@@ -95,4 +95,4 @@ class SiteTest : public ::testing::Test {
   std::atomic<std::int64_t> now_ns{1'000'000'000'000}, passed_ns{0};
 };
 
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

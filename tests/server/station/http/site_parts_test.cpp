@@ -10,7 +10,7 @@
 #include "server/station/http/slow_work.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -235,4 +235,4 @@ TEST(MetricsText, GroupsValuesByName) {
 }
 
 }  // namespace
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

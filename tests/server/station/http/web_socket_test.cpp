@@ -3,7 +3,7 @@
 
 #include "tests/server/station/http/site_fixture.hpp"
 
-namespace parhelion::testing {
+namespace parhelion::test {
 namespace {
 
 class Socket : public SiteTest {
@@ -219,4 +219,4 @@ TEST_F(Socket, StreamsWriteBytesUnchanged) {
 }
 
 }  // namespace
-}  // namespace parhelion::testing
+}  // namespace parhelion::test

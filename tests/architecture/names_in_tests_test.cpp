@@ -1,0 +1,94 @@
+// Test files of one program are compiled together in a clean build (tests/CMakeLists.txt), so none may define
+// a name at namespace scope that another defines, even in an unnamed namespace. Functions with other numbers
+// of parameters and equal aliases are no conflict.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+
+namespace parhelion {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a line at the left edge defines, and what it must be equal to where it stands twice; both empty: no
+/// definition.
+struct Definition {
+  std::string name, text;
+};
+
+Definition definition_in(const std::string& line) {
+  static const std::regex type("^(?:struct|class|enum class) (\\w+)\\b(?!;).*"), alias("^using (\\w+) = .*"),
+      constant("^(?:inline |static |constexpr |const )+[\\w:<>,*& .]*?\\b(k[A-Z]\\w*)\\b.*"),
+      function(
+          "^(?!return|using|namespace|template)[a-z]\\w*[\\w:<>,*& ]*[ &*]([a-z_]\\w*)\\(([^)]*)\\).*\\{.*");
+  std::smatch found;
+  if (std::regex_match(line, found, alias)) return {found[1], line};
+  if (std::regex_match(line, found, type) || std::regex_match(line, found, constant)) return {found[1], {}};
+  if (!std::regex_match(line, found, function)) return {};
+  const std::string parameters = found[2];
+  const auto count = parameters.empty() ? 0 : 1 + std::count(parameters.begin(), parameters.end(), ',');
+  return {found[1].str() + "(" + std::to_string(count) + ")", {}};
+}
+
+struct Defined {
+  std::string file, text;
+};
+using Names = std::map<std::string, Defined>;
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Adds the names of a file; conflicts with the files before it as sentences.
+std::string add_names(const std::string& name, const std::string& source, Names& names) {
+  std::string conflicts;
+  std::istringstream lines(source);
+  for (std::string line; std::getline(lines, line);) {
+    const Definition definition = definition_in(line);
+    if (definition.name.empty()) continue;
+    const auto [at, first] = names.try_emplace(definition.name, Defined{name, definition.text});
+    const bool same = !definition.text.empty() && at->second.text == definition.text;
+    if (!first && at->second.file != name && !same)
+      conflicts += name + " and " + at->second.file + " both define " + definition.name + "\n";
+  }
+  return conflicts;
+}
+
+TEST(NamesInTests, AreDefinedOnceInEachProgram) {
+  const fs::path tests = fs::path(PARHELION_SOURCE_DIR) / "tests";
+  std::map<std::string, std::set<fs::path>> programs;
+  for (const auto& entry : fs::recursive_directory_iterator(tests)) {
+    const fs::path& path = entry.path();
+    if (path.filename().string().ends_with("_test.cpp")) programs[path.parent_path().string()].insert(path);
+  }
+  ASSERT_GT(programs.size(), 20U);
+  for (const auto& [folder, files] : programs) {
+    Names names;
+    for (const fs::path& file : files)
+      EXPECT_EQ(add_names(fs::relative(file, tests).string(), read(file), names), "")
+          << "rename one, or move it to a header";
+  }
+}
+
+TEST(NamesInTests, ConflictsAreFound) {
+  Names names;
+  EXPECT_EQ(
+      add_names("a", "struct One {\nconstexpr int kTwo = 2;\nint three(int x) {\nusing F = int;\n", names),
+      "");
+  EXPECT_EQ(add_names("b", "using F = int;\nint three(int x, int y) {\n  constexpr int kTwo = 3;\n", names),
+            "");
+  EXPECT_NE(add_names("c", "struct One {\n", names), "");
+  EXPECT_NE(add_names("d", "const double kTwo = 2;\n", names), "");
+  EXPECT_NE(add_names("e", "std::string three(const std::string& x) {\n", names), "");
+  EXPECT_NE(add_names("f", "using F = double;\n", names), "");
+}
+
+}  // namespace
+}  // namespace parhelion
