@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "fusion/people/assignment.hpp"
-#include "fusion/people/boosted_trees.hpp"
 #include "fusion/people/mover.hpp"
+#include "fusion/people/person_trees.hpp"
 #include "fusion/people/seen_free.hpp"
 #include "fusion/people/segments.hpp"
 #include "fusion/people/track.hpp"

@@ -1,5 +1,5 @@
 // Written by tests/bench/train_people.cpp, from synthetic scans alone.
-#include "fusion/people/boosted_trees.hpp"
+#include "fusion/people/person_trees.hpp"
 
 namespace parhelion::people {
 namespace {

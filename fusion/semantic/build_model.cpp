@@ -188,6 +188,7 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
     built.model.meshes.push_back(std::move(mesh->of_owner[o]));
   }
   built.objects = std::move(found.objects);
+  built.object_features = std::move(found.features);
   built.object_of = std::move(found.object_of);
   if (mesh->cube > options.mesh.cube * 1.001)
     built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +

@@ -41,14 +41,15 @@ struct ModelOptions {
 };
 
 struct BuiltModel {
-  SemanticModel model;                   ///< T_map_cloud is how the cloud was levelled and moved
-  cloud::PointCloud<Map> cloud;          ///< levelled, in the model's frame; labels: EntityLabel per point
-  SemanticNet net;                       ///< its entities are in `model`
-  std::vector<std::string> notes;        ///< warnings for the user: a suspected unit, a coarsened mesh
-  double floor = 0;                      ///< m, top of the ground floor in the levelled cloud's coordinates
-  std::vector<ModelObject> objects;      ///< furniture and others; the model's meshes have their names
-  std::vector<std::uint32_t> object_of;  ///< per point: into `objects`, or kNoObject
-  SiteHeights heights;                   ///< in the levelled cloud's coordinates
+  SemanticModel model;               ///< T_map_cloud is how the cloud was levelled and moved
+  cloud::PointCloud<Map> cloud;      ///< levelled, in the model's frame; labels: EntityLabel per point
+  SemanticNet net;                   ///< its entities are in `model`
+  std::vector<std::string> notes;    ///< warnings for the user: a suspected unit, a coarsened mesh
+  double floor = 0;                  ///< m, top of the ground floor in the levelled cloud's coordinates
+  std::vector<ModelObject> objects;  ///< furniture and others; the model's meshes have their names
+  std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by
+  std::vector<std::uint32_t> object_of;         ///< per point: into `objects`, or kNoObject
+  SiteHeights heights;                          ///< in the levelled cloud's coordinates
   double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift
 };
 

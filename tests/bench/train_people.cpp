@@ -1,150 +1,21 @@
 // Trains the classifiers of fusion/people on synthetic crowds alone (tests/fusion/people/synthetic_crowd) and
 // writes fusion/people/{segment,track}_trees.cpp:
 //   train_people FOLDER [crowds] [seed]
-// Gradient boosting of oblivious trees (Friedman 2001, Prokhorenkova et al. 2018) with Newton steps.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <numeric>
 #include <string>
 #include <vector>
 
 #include "fusion/people/people_tracker.hpp"
+#include "tests/bench/boosting.hpp"
 #include "tests/fusion/people/synthetic_crowd.hpp"
 
 namespace parhelion {
 namespace {
 
-using people::Tree;
-
-struct Samples {
-  std::size_t features = 0;
-  std::vector<float> values;  // row by row
-  std::vector<char> label;
-  std::size_t size() const { return label.size(); }
-  float at(std::size_t i, std::size_t f) const { return values[i * features + f]; }
-  template <class Row>
-  void add(const Row& row, bool positive) {
-    features = row.size();
-    values.insert(values.end(), row.begin(), row.end());
-    label.push_back(positive ? 1 : 0);
-  }
-};
-
-struct Model {
-  float start = 0;
-  std::vector<Tree> trees;
-  people::Trees view() const { return {start, trees}; }
-};
-
-class Boosting {
- public:
-  static constexpr std::size_t kBins = 40;
-  static constexpr double kRate = 0.25, kRegularization = 5;
-
-  explicit Boosting(const Samples& samples) : samples_(samples) {
-    for (std::size_t f = 0; f < samples.features; ++f) add_thresholds(f);
-    bins_.resize(samples.values.size());
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      for (std::size_t f = 0; f < samples.features; ++f) {
-        const auto& t = thresholds_[f];
-        bins_[i * samples.features + f] =
-            static_cast<std::uint8_t>(std::lower_bound(t.begin(), t.end(), samples.at(i, f)) - t.begin());
-      }
-    }
-  }
-
-  Model train(std::size_t trees) {
-    Model model;
-    const double positive = std::accumulate(samples_.label.begin(), samples_.label.end(), 0.0);
-    const auto n = static_cast<double>(samples_.size());
-    model.start = static_cast<float>(std::log(positive / (n - positive)));
-    sum_.assign(samples_.size(), double{model.start});
-    for (std::size_t k = 0; k < trees; ++k) model.trees.push_back(grow());
-    return model;
-  }
-
- private:
-  void add_thresholds(std::size_t f) {
-    std::vector<float> all;
-    for (std::size_t i = 0; i < samples_.size(); i += 1 + samples_.size() / 20000)
-      all.push_back(samples_.at(i, f));
-    std::sort(all.begin(), all.end());
-    std::vector<float> t;
-    for (std::size_t b = 1; b < kBins; ++b) {
-      const float value = all[all.size() * b / kBins];
-      if (t.empty() || value > t.back()) t.push_back(value);
-    }
-    thresholds_.push_back(t);
-  }
-
-  Tree grow() {
-    const std::size_t n = samples_.size();
-    std::vector<double> gradient(n), hessian(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const double p = 1 / (1 + std::exp(-sum_[i]));
-      gradient[i] = samples_.label[i] - p;
-      hessian[i] = std::max(p * (1 - p), 1e-6);
-    }
-    Tree tree;
-    std::vector<std::uint8_t> leaf(n, 0);
-    for (std::size_t level = 0; level < Tree::kDepth; ++level) split(level, gradient, hessian, leaf, tree);
-    double g[1U << Tree::kDepth] = {}, h[1U << Tree::kDepth] = {};
-    for (std::size_t i = 0; i < n; ++i) {
-      g[leaf[i]] += gradient[i];
-      h[leaf[i]] += hessian[i];
-    }
-    for (std::size_t l = 0; l < tree.leaf.size(); ++l)
-      tree.leaf[l] = static_cast<float>(kRate * g[l] / (h[l] + kRegularization));
-    for (std::size_t i = 0; i < n; ++i) sum_[i] += double{tree.leaf[leaf[i]]};
-    return tree;
-  }
-
-  void split(std::size_t level, const std::vector<double>& gradient, const std::vector<double>& hessian,
-             std::vector<std::uint8_t>& leaf, Tree& tree) const {
-    double best = -1;
-    std::size_t best_bin = 0, best_feature = 0;
-    const std::size_t leaves = std::size_t{1} << level;
-    std::vector<double> g(leaves * kBins), h(leaves * kBins);
-    for (std::size_t f = 0; f < samples_.features; ++f) {
-      std::fill(g.begin(), g.end(), 0);
-      std::fill(h.begin(), h.end(), 0);
-      for (std::size_t i = 0; i < samples_.size(); ++i) {
-        const std::size_t cell = leaf[i] * kBins + bins_[i * samples_.features + f];
-        g[cell] += gradient[i];
-        h[cell] += hessian[i];
-      }
-      for (std::size_t b = 0; b < thresholds_[f].size(); ++b) {
-        double gain = 0;
-        for (std::size_t l = 0; l < leaves; ++l) {
-          double gl = 0, hl = 0, gr = 0, hr = 0;
-          for (std::size_t k = 0; k < kBins; ++k) {
-            (k <= b ? gl : gr) += g[l * kBins + k];
-            (k <= b ? hl : hr) += h[l * kBins + k];
-          }
-          gain += gl * gl / (hl + kRegularization) + gr * gr / (hr + kRegularization);
-        }
-        if (gain > best) {
-          best = gain;
-          best_bin = b;
-          best_feature = f;
-        }
-      }
-    }
-    tree.feature[level] = static_cast<std::uint8_t>(best_feature);
-    tree.threshold[level] = thresholds_[best_feature][best_bin];
-    for (std::size_t i = 0; i < samples_.size(); ++i)
-      leaf[i] |= static_cast<std::uint8_t>((bins_[i * samples_.features + best_feature] > best_bin ? 1U : 0U)
-                                           << level);
-  }
-
-  const Samples& samples_;
-  std::vector<std::vector<float>> thresholds_;
-  std::vector<std::uint8_t> bins_;
-  std::vector<double> sum_;
-};
+using test::Samples, test::Boosting, test::TrainedTrees;
 
 people::LaserSweep sweep_of(const test::Crowd& crowd, const test::CrowdScan& scan) {
   return {0,           scan.scan,  crowd.laser, scan.estimated, crowd.beam_time, scan.building,
@@ -184,7 +55,7 @@ void add_tracks(const test::Crowd& crowd, const people::PeopleOptions& options, 
   }
 }
 
-void report(const char* name, const Samples& test, const Model& model) {
+void report(const char* name, const Samples& test, const TrainedTrees& model) {
   std::size_t right = 0, positive = 0, true_positive = 0, called = 0;
   for (std::size_t i = 0; i < test.size(); ++i) {
     const bool yes =
@@ -199,31 +70,15 @@ void report(const char* name, const Samples& test, const Model& model) {
               1.0 * true_positive / positive, 1.0 * true_positive / called);
 }
 
-std::string number(float value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", double{value});
-  std::string result = text;
-  if (result.find_first_of(".e") == std::string::npos) result += ".0";
-  return result + "F";
-}
-
-void write(const std::string& path, const std::string& name, const Model& model) {
+void write(const std::string& path, const std::string& name, const TrainedTrees& model) {
   std::ofstream file(path);
   file << "// Written by tests/bench/train_people.cpp, from synthetic scans alone.\n#include "
-          "\"fusion/people/boosted_trees.hpp\"\n\nnamespace parhelion::people {\nnamespace {\n\n// "
+          "\"fusion/people/person_trees.hpp\"\n\nnamespace parhelion::people {\nnamespace {\n\n// "
           "clang-format "
           "off\nconstexpr Tree kTrees[] = {\n";
-  for (const Tree& tree : model.trees) {
-    file << "  {{";
-    for (std::size_t k = 0; k < Tree::kDepth; ++k) file << (k ? ", " : "") << int{tree.feature[k]};
-    file << "}, {";
-    for (std::size_t k = 0; k < Tree::kDepth; ++k) file << (k ? ", " : "") << number(tree.threshold[k]);
-    file << "},\n   {";
-    for (std::size_t k = 0; k < tree.leaf.size(); ++k) file << (k ? ", " : "") << number(tree.leaf[k]);
-    file << "}},\n";
-  }
+  test::write_trees(file, model.trees);
   file << "};\n// clang-format on\n\n}  // namespace\n\nTrees " << name << "_trees() { return {"
-       << number(model.start) << ", kTrees}; }\n\n}  // namespace parhelion::people\n";
+       << test::number_text(model.start) << ", kTrees}; }\n\n}  // namespace parhelion::people\n";
 }
 
 int train(const std::string& folder, int crowds, std::uint64_t seed) {
@@ -236,15 +91,15 @@ int train(const std::string& folder, int crowds, std::uint64_t seed) {
   Samples segments, held_segments;
   for (const test::Crowd& each : known) add_segments(each, segments);
   for (const test::Crowd& each : unknown) add_segments(each, held_segments);
-  const Model segment_model = Boosting(segments).train(80);
+  const TrainedTrees segment_model = Boosting(segments).train(80);
   report("segments, trained on", segments, segment_model);
   report("segments, held out", held_segments, segment_model);
-  Model track_model;
+  TrainedTrees track_model;
   // The tracks depend on which of them are persons, so the second round starts from the first.
   for (int round = 0; round < 2; ++round) {
     people::PeopleOptions options;
     options.segment = segment_model.view();
-    const Model previous = track_model;
+    const TrainedTrees previous = track_model;
     options.track = previous.view();
     test::Random random(seed);
     Samples tracks, held_tracks;

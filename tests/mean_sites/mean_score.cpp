@@ -329,6 +329,28 @@ MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic
   return Scoring(site, scan, built).run();
 }
 
+std::vector<std::string> true_kinds(const MeanSite& site, const MeanScan& scan,
+                                    const semantic::BuiltModel& built) {
+  std::vector<std::string> kind_of_box(site.model.entities.size(), "no object");
+  for (const TrueObject& object : site.objects) {
+    for (const std::size_t b : object.boxes) kind_of_box[b] = object.kind;
+  }
+  std::vector<std::map<std::string, int>> points(built.objects.size());
+  for (std::size_t i = 0; i < built.object_of.size(); ++i) {
+    if (built.object_of[i] == semantic::kNoObject) continue;
+    ++points[built.object_of[i]][scan.box[i] == kNobody ? "no object" : kind_of_box[scan.box[i]]];
+  }
+  std::vector<std::string> kinds;
+  for (const auto& of_object : points) {
+    int all = 0;
+    for (const auto& [kind, count] : of_object) all += count;
+    const auto first = std::max_element(of_object.begin(), of_object.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+    kinds.push_back(first != of_object.end() && 10 * first->second > 7 * all ? first->first : "");
+  }
+  return kinds;
+}
+
 MeanScore score_mean_site(SiteKind kind, Device device, std::uint64_t seed, const std::string& picture) {
   const MeanSite site = mean_site(kind, seed);
   const MeanScan scan = mean_scan(site, device, seed);

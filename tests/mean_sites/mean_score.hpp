@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "fusion/semantic/build_model.hpp"
 #include "tests/mean_sites/mean_scan.hpp"
@@ -41,5 +42,10 @@ struct MeanScore {
 MeanScore score_mean_site(SiteKind kind, Device device, std::uint64_t seed, const std::string& picture = "");
 
 MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic::BuiltModel& built);
+
+/// What each of the model's objects is: the kind of the true one with most of its points; "no object" where
+/// these lie on the building; empty where no true one is most of it.
+std::vector<std::string> true_kinds(const MeanSite& site, const MeanScan& scan,
+                                    const semantic::BuiltModel& built);
 
 }  // namespace parhelion::test

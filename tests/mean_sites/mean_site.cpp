@@ -23,6 +23,16 @@ void walk(SitePen& pen, double x0, double y0, double x1, double y1) {
   }
 }
 
+/// Persons, bins and boxes anywhere on a floor, where things are varied.
+void scatter(SitePen& pen, double x0, double y0, double x1, double y1, double z = 0) {
+  if (!pen.varied()) return;
+  const auto place = [&] { return Eigen::Vector3d(pen.shape(x0, x1, 0), pen.shape(y0, y1, 0), z); };
+  for (int k = 0; k < 3; ++k) pen.person(place(), static_cast<int>(pen.shape(0, 4, 0)));
+  const double bin = pen.shape(0.2, 0.4, 0), size = pen.shape(0.3, 1.1, 0);
+  pen.solid("bin", place(), 0, {bin, bin, pen.shape(0.3, 0.8, 0)});
+  pen.solid("box", place(), 0, {size, pen.shape(0.25, 1.0, 0), pen.shape(0.2, 1.1, 0)});
+}
+
 /// Chairs around a table that may fill what a scanner sees of the floor.
 void dining(SitePen& pen, const Eigen::Vector3d& at) {
   const double along = pen.range(1.2, 2.6), deep = pen.range(0.7, 1.3);
@@ -75,6 +85,7 @@ MeanSite flat(SitePen& pen) {
   if (pen.chance(0.7)) pen.shelf({1.4, 0.16, 0}, 2, 1.2, pen.range(1.2, 2.1));
   if (pen.chance(0.7)) pen.plant({5.2, 0.5, 0});
   if (pen.chance(0.5)) pen.solid("bin", {5.2, d - 0.35, 0}, 0, {0.3, 0.3, 0.5});
+  scatter(pen, 0.8, 0.8, w - 0.8, d - 0.8);
   pen.stand({pen.range(4.0, 5.0), pen.range(2.7, 3.2), pen.range(1.1, 1.6)});
   pen.stand({w - 1.6, d - by - 1.1, pen.range(1.1, 1.6)});
   pen.stand({w - bx / 2, d - by / 2, pen.range(1.1, 1.5)});
@@ -154,6 +165,20 @@ MeanSite storeys(SitePen& pen) {
   return std::move(pen.site());
 }
 
+/// Bushes, a hedge, a piece of fence, bollards.
+void plant_yard(SitePen& pen, double w, double d) {
+  for (int k = 0; k < 2; ++k)
+    pen.bush({pen.shape(1, w - 1, 0), pen.shape(1.5, d - 0.5, 0), 0}, pen.shape(0.5, 1.8, 0),
+             pen.shape(0.5, 2, 0));
+  pen.bush({pen.shape(1, w - 1, 0), 0.4, 0}, pen.shape(1, 2.5, 0), pen.shape(0.8, 1.6, 0));
+  const double x = pen.shape(1, w - 4, 0), along = pen.shape(1, 2.5, 0), high = pen.shape(0.8, 1.8, 0);
+  std::vector<SitePen::Part> bars = {{{0, 0, high - 0.06}, {along, 0.04, high}}};
+  for (double s = 0; s < along; s += 0.15) bars.push_back({{s, 0, 0}, {s + 0.04, 0.04, high}});
+  pen.thing("thing", {x, 0.1, 0}, 0, bars);
+  for (int k = 0; k < 3; ++k)
+    pen.solid("thing", {pen.shape(1, w - 1, 0), d - 0.3, 0}, 0, {0.15, 0.15, pen.shape(0.5, 2.8, 0)});
+}
+
 /// Outdoors: a facade, a kerb, a ramp to a door, steps, cars, boxes; no ceiling.
 MeanSite yard(SitePen& pen) {
   const double w = pen.range(12, 18), d = pen.range(8, 12), h = pen.range(3.5, 5),
@@ -185,6 +210,8 @@ MeanSite yard(SitePen& pen) {
   pen.solid("box", {w * 0.55, d * 0.5, 0}, 0,
             {pen.range(0.5, 1.2), pen.range(0.5, 1.2), pen.range(0.4, 1.2)});
   pen.person({w * 0.35, d * 0.45, 0}, 0);
+  if (pen.varied()) plant_yard(pen, w, d);
+  scatter(pen, 1, 1, w - 1, d - 1);
   pen.box(L::pillar, {w * 0.6, d + 2.0, kerb}, {w * 0.6 + 0.3, d + 2.3, 3.0});
   pen.stand({w * 0.3, d * 0.6, pen.range(1.2, 1.7)});
   pen.stand({w * 0.7, d * 0.55, pen.range(1.2, 1.7)});
@@ -221,6 +248,7 @@ MeanSite office(SitePen& pen) {
   if (pen.chance(0.6)) pen.plant({w - 0.5, d - 0.5, 0});
   if (pen.chance(0.6)) pen.person({w - 1.2, d * 0.5, 0}, 1);
   pen.solid("bin", {w - 0.35, 0.35, 0}, 0, {0.3, 0.3, 0.6});
+  scatter(pen, 0.8, 0.8, w - 0.8, d - 0.8);
   pen.stand({mx + 0.7, d * 0.5, pen.range(1.2, 1.6)});
   pen.stand({w - 0.9, d * 0.5 + 0.9, pen.range(1.2, 1.6)});
   if (pen.chance(0.7)) pen.stand({mx * 0.5, d - my + 0.6, pen.range(1.2, 1.6)});
@@ -300,6 +328,7 @@ MeanSite apartment(SitePen& pen) {
   pen.solid("cupboard", {x1 + 0.46, 0.35, 0}, 0, {0.62, 0.62, pen.chance(0.5) ? h - 0.02 : 1.8});
   dining(pen, {0.5 * (x1 + w) + 0.2, y1 - 1.3, 0});
   litter(pen, x1, 0, w, y1, 3);
+  scatter(pen, 0.8, 0.8, w - 0.8, d - 0.8);
   if (pen.chance(0.6)) pen.site().walkers.push_back({{x1 - 1.2, 1.2, 0}, {x1 - 1.0, y1 - 0.4, 0}});
   const double eye = pen.range(0.9, 1.5);
   for (const auto& [x, y] : {std::pair{x1 * 0.62, y1 * 0.6},
@@ -376,6 +405,7 @@ MeanSite two_plans(SitePen& pen) {
     dining(pen, {f == 0 ? 2.4 : w - 2.0, d - 1.4, z});
     pen.shelf({0.17, d - 1.0, z}, 1, 1.0, pen.range(1.0, 2.1));
     pen.oddment({w - 0.6, d - 0.6, z}, 0.4);
+    scatter(pen, 0.8, wide + 0.6, w - 0.8, d - 0.8, z);
     pen.stand({at - 1.0, d * 0.55, z + pen.range(1.1, 1.6)});
     pen.stand({std::min(at + 0.9, w - 0.5), d * 0.5, z + pen.range(1.1, 1.6)});
   }
@@ -387,9 +417,10 @@ MeanSite two_plans(SitePen& pen) {
 
 }  // namespace
 
-MeanSite mean_site(SiteKind kind, std::uint64_t seed) {
+MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
   SitePen pen(static_cast<int>(kind) < 5 ? seed * 5 + static_cast<std::uint64_t>(kind)
-                                         : seed * 8 + 1'000'000 + static_cast<std::uint64_t>(kind));
+                                         : seed * 8 + 1'000'000 + static_cast<std::uint64_t>(kind),
+              varied);
   pen.site().kind = kind;
   switch (kind) {
     case SiteKind::flat:

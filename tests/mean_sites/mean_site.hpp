@@ -69,13 +69,20 @@ inline constexpr EntityLabel kNotJudged = EntityLabel::window;
 /// Draws pieces; its own arithmetic on the generator's words, so that every library draws the same.
 class SitePen {
  public:
-  explicit SitePen(std::uint64_t seed) : random_(seed), postures_(~seed) {}
+  /// `varied`: things of one kind differ in their proportions and parts, and there are more outdoors.
+  explicit SitePen(std::uint64_t seed, bool varied = false)
+      : random_(seed), postures_(~seed), shapes_(seed + 77), varied_(varied) {}
   MeanSite& site() { return site_; }
 
   double uniform() { return static_cast<double>(random_() >> 11) * 0x1.0p-53; }
   double range(double low, double high) { return low + (high - low) * uniform(); }
   int whole(int low, int high) { return low + static_cast<int>(uniform() * (high - low + 1)); }
   bool chance(double p) { return uniform() < p; }
+  bool varied() const { return varied_; }
+  /// Of a thing's shape: `usual` unless things are varied.
+  double shape(double low, double high, double usual) {
+    return varied_ ? low + (high - low) * static_cast<double>(shapes_() >> 11) * 0x1.0p-53 : usual;
+  }
 
   std::size_t box(EntityLabel label, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
     auto& boxes = site_.model.entities;
@@ -114,8 +121,12 @@ class SitePen {
     object.kind = kind;
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(quarter * EIGEN_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const bool person = kind.ends_with("person");
+    Eigen::Vector3d scale;
+    for (double& s : scale) s = person ? shape(0.92, 1.08, 1) : shape(0.85, 1.2, 1);
     for (const Part& part : parts) {
-      const Eigen::Vector3d a = at + turn * part.low, b = at + turn * part.high;
+      const Eigen::Vector3d a = at + turn * part.low.cwiseProduct(scale),
+                            b = at + turn * part.high.cwiseProduct(scale);
       object.boxes.push_back(box(EntityLabel::unknown, a.cwiseMin(b), a.cwiseMax(b)));
     }
     site_.objects.push_back(object);
@@ -124,6 +135,15 @@ class SitePen {
   /// `along` x `deep` m, its top at `high`.
   void table(const Eigen::Vector3d& at, int quarter, double along, double deep, double high) {
     std::vector<Part> parts = {{{-along / 2, -deep / 2, high - 0.03}, {along / 2, deep / 2, high}}};
+    const double style = shape(0, 1, 0);
+    if (style > 0.85) {  // on a column
+      parts.push_back({{-0.05, -0.05, 0.04}, {0.05, 0.05, high - 0.03}});
+      parts.push_back({{-0.3, -0.3, 0}, {0.3, 0.3, 0.04}});
+      return thing("table", at, quarter, parts);
+    }
+    if (style > 0.65)  // with drawers
+      parts.push_back(
+          {{along / 2 - 0.45, -deep / 2 + 0.05, 0.05}, {along / 2 - 0.05, deep / 2 - 0.05, high - 0.03}});
     for (const double x : {-along / 2 + 0.03, along / 2 - 0.08}) {
       for (const double y : {-deep / 2 + 0.03, deep / 2 - 0.08})
         parts.push_back({{x, y, 0}, {x + 0.05, y + 0.05, high - 0.03}});
@@ -131,20 +151,34 @@ class SitePen {
     thing("table", at, quarter, parts);
   }
   void chair(const Eigen::Vector3d& at, int quarter) {
-    std::vector<Part> parts = {{{-0.22, -0.22, 0.42}, {0.22, 0.22, 0.46}},
-                               {{-0.22, 0.18, 0.46}, {0.22, 0.22, 0.9}}};
-    for (const double x : {-0.2, 0.16}) {
-      for (const double y : {-0.2, 0.16}) parts.push_back({{x, y, 0}, {x + 0.04, y + 0.04, 0.42}});
+    const double half = shape(0.18, 0.27, 0.22), seat = shape(0.38, 0.5, 0.42), back = shape(0.7, 1.1, 0.9),
+                 style = shape(0, 1, 0);
+    std::vector<Part> parts = {{{-half, -half, seat}, {half, half, seat + 0.04}}};
+    if (style < 0.9) parts.push_back({{-half, half - 0.04, seat + 0.04}, {half, half, back}});
+    if (style > 0.45 && style < 0.9) {  // arms
+      for (const double x : {-half - 0.03, half - 0.02})
+        parts.push_back({{x, -half + 0.05, seat + 0.18}, {x + 0.05, half, seat + 0.22}});
+    }
+    if (style > 0.35 && style < 0.7) {  // turns on a column with a star of feet
+      parts.push_back({{-0.03, -0.03, 0.08}, {0.03, 0.03, seat}});
+      parts.push_back({{-half, -0.03, 0}, {half, 0.03, 0.08}});
+      parts.push_back({{-0.03, -half, 0}, {0.03, half, 0.08}});
+      return thing("chair", at, quarter, parts);
+    }
+    for (const double x : {-half + 0.02, half - 0.06}) {
+      for (const double y : {-half + 0.02, half - 0.06})
+        parts.push_back({{x, y, 0}, {x + 0.04, y + 0.04, seat}});
     }
     thing("chair", at, quarter, parts);
   }
   void sofa(const Eigen::Vector3d& at, int quarter, double along) {
-    const double l = along / 2;
-    thing("sofa", at, quarter,
-          {{{-l, -0.42, 0}, {l, 0.2, 0.42}},
-           {{-l, 0.2, 0}, {l, 0.42, 0.85}},
-           {{-l, -0.42, 0.42}, {-l + 0.18, 0.2, 0.62}},
-           {{l - 0.18, -0.42, 0.42}, {l, 0.2, 0.62}}});
+    const double l = along / 2, seat = shape(0.36, 0.48, 0.42), back = shape(0.65, 0.95, 0.85),
+                 arm = shape(0.5, 0.7, 0.62), style = shape(0, 1, 0);
+    std::vector<Part> parts = {{{-l, -0.42, style > 0.7 ? 0.12 : 0}, {l, 0.2, seat}},
+                               {{-l, 0.2, 0}, {l, 0.42, back}}};
+    if (style < 0.8) parts.push_back({{-l, -0.42, seat}, {-l + 0.18, 0.2, arm}});
+    if (style < 0.6) parts.push_back({{l - 0.18, -0.42, seat}, {l, 0.2, arm}});
+    thing("sofa", at, quarter, parts);
   }
   void bed(const Eigen::Vector3d& at, int quarter) {
     const double w = range(0.45, 0.9), high = range(0.4, 0.6);
@@ -156,13 +190,14 @@ class SitePen {
     thing(kind, at, quarter, {{{-size.x() / 2, -size.y() / 2, 0}, {size.x() / 2, size.y() / 2, size.z()}}});
   }
   void shelf(const Eigen::Vector3d& at, int quarter, double along, double high) {
-    const double l = along / 2;
-    std::vector<Part> parts = {{{-l, -0.15, 0}, {-l + 0.02, 0.15, high}},
-                               {{l - 0.02, -0.15, 0}, {l, 0.15, high}}};
-    for (double z = 0.08; z < high; z += 0.36) {
-      parts.push_back({{-l, -0.15, z}, {l, 0.15, z + 0.02}});
+    const double l = along / 2, deep = shape(0.1, 0.22, 0.15), each = shape(0.28, 0.45, 0.36);
+    std::vector<Part> parts = {{{-l, -deep, 0}, {-l + 0.02, deep, high}},
+                               {{l - 0.02, -deep, 0}, {l, deep, high}}};
+    if (shape(0, 1, 1) < 0.4) parts.push_back({{-l, deep - 0.01, 0}, {l, deep, high}});  // a back
+    for (double z = 0.08; z < high; z += each) {
+      parts.push_back({{-l, -deep, z}, {l, deep, z + 0.02}});
       if (z + 0.3 < high)
-        parts.push_back({{-l + 0.1, -0.1, z + 0.02}, {range(-0.2, l - 0.1), 0.15, z + 0.25}});
+        parts.push_back({{-l + 0.1, -0.1, z + 0.02}, {range(-0.2, l - 0.1), deep, z + 0.25}});
     }
     thing("shelf", at, quarter, parts);
   }
@@ -172,6 +207,16 @@ class SitePen {
       const Eigen::Vector3d leaf(range(-0.3, 0.3), range(-0.3, 0.3), range(0.4, 1.4));
       parts.push_back(
           {leaf, leaf + Eigen::Vector3d(range(0.03, 0.14), range(0.03, 0.14), range(0.02, 0.12))});
+    }
+    thing("plant", at, 0, parts);
+  }
+  /// A bush, its foliage down to the ground.
+  void bush(const Eigen::Vector3d& at, double wide, double high) {
+    std::vector<Part> parts;
+    for (int k = 0; k < 60; ++k) {
+      const Eigen::Vector3d leaf(shape(-wide, wide, 0) / 2, shape(-wide, wide, 0) / 2, shape(0, high, 0));
+      parts.push_back(
+          {leaf, leaf + Eigen::Vector3d(shape(0.03, 0.2, 0), shape(0.03, 0.2, 0), shape(0.02, 0.15, 0))});
     }
     thing("plant", at, 0, parts);
   }
@@ -261,11 +306,12 @@ class SitePen {
   void stand(const Eigen::Vector3d& p) { site_.scanners.push_back(p); }
 
  private:
-  std::mt19937_64 random_, postures_;
+  std::mt19937_64 random_, postures_, shapes_;
+  bool varied_;
   MeanSite site_;
 };
 
-/// The site of a kind and a seed.
-MeanSite mean_site(SiteKind kind, std::uint64_t seed);
+/// The site of a kind and a seed; `varied`: with things of other shapes than usual.
+MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied = false);
 
 }  // namespace parhelion::test

@@ -106,9 +106,8 @@ bool is_movable(const ModelObject& object) {
   }
 }
 
-ModelObject object_of(const ObjectShape& shape) {
+ModelObject object_of(const ObjectShape& shape, const ObjectClass& found) {
   ModelObject object;
-  const ObjectClass found = classify(shape);
   object.kind = found.kind;
   object.confidence = found.confidence;
   object.posture = found.posture;
@@ -186,13 +185,17 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
     if (is_of_floor(shape) || is_of_stairs(grid, group, steps) ||
         std::any_of(entities.begin(), entities.end(), has_piece))
       continue;
-    ModelObject object = object_of(shape);
+    const ObjectFeatures features = features_of(grid, group, shape, entities);
+    const ObjectClass kind = classify(shape, features);
+    if (kind.building && !options.building_too) continue;
+    ModelObject object = object_of(shape, kind);
     object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);
     for (const std::uint32_t c : group.cubes) {
       for (const std::uint32_t i : grid.points_of(c))
         found.object_of[i] = static_cast<std::uint32_t>(found.objects.size());
     }
     found.objects.push_back(std::move(object));
+    found.features.push_back(features);
   }
   relate(found.objects);
   return found;

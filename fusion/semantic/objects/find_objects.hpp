@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/objects/object_features.hpp"
 #include "protocols/model.hpp"
 #include "protocols/model_objects.hpp"
 
@@ -14,11 +15,13 @@ namespace parhelion::semantic {
 inline constexpr std::uint32_t kNoObject = ~std::uint32_t{0};
 
 struct ObjectOptions {
-  double cell = 0;  ///< m, of the cubes; 0: by the points' spacing
+  double cell = 0;            ///< m, of the cubes; 0: by the points' spacing
+  bool building_too = false;  ///< what seems to be a piece of the building stays among the objects
 };
 
 struct FoundObjects {
   std::vector<ModelObject> objects;
+  std::vector<ObjectFeatures> features;  ///< of each: what its kind was chosen by
   std::vector<std::uint32_t> object_of;  ///< per point: into `objects`, or kNoObject
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/model_box.hpp"
 
@@ -103,6 +104,32 @@ TEST(FindObjects, PointsOfTheBuildingBelongToNone) {
   const FoundObjects found = found_in(cloud);
   ASSERT_EQ(found.objects.size(), 1U);
   for (std::size_t i = chair; i < cloud.size(); ++i) ASSERT_EQ(found.object_of[i], kNoObject);
+}
+
+TEST(FindObjects, EachHasTheFeaturesThatItsKindWasChosenBy) {
+  cloud::PointCloud<Map> cloud;
+  add_table(cloud, 0, 0);
+  add_box(cloud, {3, 3, 0}, {3.6, 4.5, 1.9});
+  const FoundObjects found = found_in(cloud);
+  ASSERT_EQ(found.features.size(), found.objects.size());
+  for (std::size_t o = 0; o < found.objects.size(); ++o) {
+    EXPECT_NEAR(found.features[o][0], found.objects[o].size.x(), 0.01);
+    EXPECT_TRUE(std::all_of(found.features[o].begin(), found.features[o].end(),
+                            [](float value) { return std::isfinite(value); }));
+  }
+}
+
+// A piece of a wall that was not found as one.
+TEST(FindObjects, ALooseSheetUpToTheCeilingIsNone) {
+  cloud::PointCloud<Map> cloud;
+  add_box(cloud, {0, 0, 0}, {1.6, 0.04, 2.6});
+  std::vector<ModelEntity> entities = floor_of();
+  entities.push_back(test::model_box("ceiling 1", EntityLabel::ceiling, {0, 0, 2.65}, {20, 20, 0.1}));
+  entities.push_back(test::model_box("wall 1", EntityLabel::wall, {-1.5, 0.02, 1.3}, {2.9, 0.1, 2.6}));
+  EXPECT_TRUE(find_objects(cloud, cloud.labels, entities).objects.empty());
+  ObjectOptions options;
+  options.building_too = true;
+  EXPECT_LE(find_objects(cloud, cloud.labels, entities, options).objects.size(), 1U);
 }
 
 TEST(FindObjects, APersonStandsSitsOrLies) {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace parhelion::people {
+namespace parhelion {
 
 /// A tree that asks the same three questions on every path (an oblivious tree): bit k of the leaf's index is
 /// features[feature[k]] > threshold[k]; NaN is not greater.
@@ -34,9 +34,4 @@ inline float evaluate(const Trees& trees, std::span<const float> features) {
   return sum;
 }
 
-/// Log-odds that a segment (SegmentFeatures) is a person's leg, legs or body, and that a track
-/// (TrackFeatures) is a person. Trained on synthetic scans only: tests/bench/train_people.cpp.
-Trees segment_trees();
-Trees track_trees();
-
-}  // namespace parhelion::people
+}  // namespace parhelion

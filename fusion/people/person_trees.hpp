@@ -1,0 +1,13 @@
+// The classifiers of segments and tracks. Trained on synthetic scans only: tests/bench/train_people.cpp.
+#pragma once
+
+#include "protocols/boosted_trees.hpp"
+
+namespace parhelion::people {
+
+/// Log-odds that a segment (SegmentFeatures) is a person's leg, legs or body, and that a track
+/// (TrackFeatures) is a person.
+Trees segment_trees();
+Trees track_trees();
+
+}  // namespace parhelion::people
