@@ -147,8 +147,9 @@ Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std:
 Error ros_2_recording(const std::filesystem::path& path) {
   return Error{
       path.string() +
-      ": a ROS 2 recording, which is not read. Convert it to a ROS 1 bag with rosbags-convert (pip install "
-      "rosbags): rosbags-convert --src FOLDER --dst drive.bag, and import drive.bag"};
+      ": a ROS 2 recording, which is not read. Convert it to a ROS 1 bag with rosbags-convert: python3 -m "
+      "venv ~/rosbags; ~/rosbags/bin/pip install rosbags; ~/rosbags/bin/rosbags-convert --src FOLDER --dst "
+      "drive.bag; and import drive.bag"};
 }
 
 Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
