@@ -10,15 +10,22 @@
 namespace parhelion::semantic {
 namespace {
 
+bool is_victim(const Thing& thing) {
+  return thing.posture == Posture::sitting || thing.posture == Posture::lying;
+}
+
 /// Log-odds against it. The trees know made-up things only: what is usual for real ones counts as much.
 double doubt_in(const Thing& thing, const ObjectShape& shape) {
   constexpr double kMaxOddness = 4, kOfAnything = 0.5;
+  // Chairs with arms and bushes are about as large as somebody who sits.
+  constexpr double kOddVictim = 0.4, kNever = 20;
   // A thing that is lost is worse than a scrap of a wall among the things; and such scraps are thin or low.
   constexpr double kOfBuilding = 1.5, kBroad = 3, kWide = 0.6, kHigh = 0.5;  // .., m, m
   if (thing.building)
     return shape.width > kWide && shape.top - shape.bottom > kHigh ? kOfBuilding + kBroad : kOfBuilding;
   if (thing.kind == ObjectKind::object) return kOfAnything;
-  return std::min(kMaxOddness, oddness(shape, thing.kind, thing.posture));
+  const double odd = oddness(shape, thing.kind, thing.posture);
+  return is_victim(thing) && odd > kOddVictim ? kNever : std::min(kMaxOddness, odd);
 }
 
 }  // namespace
@@ -30,6 +37,8 @@ ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features) {
   const auto best = static_cast<std::size_t>(std::max_element(odds.begin(), odds.end()) - odds.begin());
   double sum = 0;
   for (const double each : odds) sum += std::exp(each - odds[best]);
+  constexpr double kUnsure = 0.4;
+  if (1 / sum < kUnsure) return {ObjectKind::object, Posture::unknown, 0.5, false};
   return {kThings[best].kind, kThings[best].posture, 1 / sum, kThings[best].building};
 }
 
