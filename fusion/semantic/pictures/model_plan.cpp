@@ -65,7 +65,7 @@ class PlanRenderer {
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && entity.hinge) paint_swing(entity);
     }
-    paint_doubts(plan_.remarks, canvas_, legend_);
+    paint_doubts(model_, plan_.remarks, canvas_, legend_);
     write_dimensions();
     paint_objects(plan_.remarks, canvas_, labels_, legend_);
     paint_coordinates(view_, canvas_);
@@ -83,10 +83,10 @@ class PlanRenderer {
     Eigen::AlignedBox2d whole = view_;
     const Eigen::Vector2d half = whole.sizes();
     whole.extend(Eigen::Vector2d(view_.center() + half)).extend(Eigen::Vector2d(view_.center() - half));
-    canvas_.fill(
-        {{whole.min(), {whole.max().x(), whole.min().y()}, whole.max(), {whole.min().x(), whole.max().y()}}},
-        {247, 248, 250}, 1);
-    hatch(canvas_, whole, kHatchColour, 13);
+    const Outline corners{
+        whole.min(), {whole.max().x(), whole.min().y()}, whole.max(), {whole.min().x(), whole.max().y()}};
+    canvas_.fill({corners}, {247, 248, 250}, 1);
+    hatch(canvas_, corners, kHatchColour, 13);
     legend_.add({"not observed", kHatchColour, LegendEntry::Mark::area});
   }
 

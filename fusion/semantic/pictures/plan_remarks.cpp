@@ -22,6 +22,21 @@ std::string label_of(const ModelObject& object) {
          (object.posture == Posture::unknown ? "" : std::string(", ") + to_string(object.posture));
 }
 
+/// The doubtful part, wide enough to be seen.
+ModelEntity doubtful_box(const SemanticModel& model, const ModelRemarks& remarks, const ModelDoubt& doubt) {
+  constexpr double kMin = 0.3;  // m
+  const auto is_meant = [&](const auto& part) { return part.name == doubt.entity; };
+  const auto entity = std::find_if(model.entities.begin(), model.entities.end(), is_meant);
+  const auto object = std::find_if(remarks.objects.begin(), remarks.objects.end(), is_meant);
+  ModelEntity box;
+  box.T_map_body = Transform<Map, Body>::planar(doubt.place.x(), doubt.place.y(), 0, doubt.place.z());
+  box.size = Eigen::Vector3d::Constant(doubt.extent);
+  if (object != remarks.objects.end()) box = box_of(*object);
+  if (entity != model.entities.end()) box = *entity;
+  box.size = box.size.cwiseMax(kMin);
+  return box;
+}
+
 /// Most pictures show rooms of some metres: a step with at most twelve numbers.
 double step_of(double extent) {
   for (const double step : {0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
@@ -39,14 +54,15 @@ std::string number(double v) {
 
 }  // namespace
 
-void hatch(PlanCanvas& canvas, const Eigen::AlignedBox2d& box, Colour colour, double spacing) {
+void hatch(PlanCanvas& canvas, const Outline& convex, Colour colour, double spacing) {
+  const Eigen::Rotation2Dd turn(EIGEN_PI / 4);
+  Outline turned;
+  Eigen::AlignedBox2d extent;
+  for (const Eigen::Vector2d& corner : convex) extent.extend(turned.emplace_back(turn * corner));
   const double step = spacing / canvas.pixels_per_metre();
-  const double reach = box.sizes().sum();
-  for (double d = 0; d < reach; d += step) {
-    Eigen::Vector2d a(box.min().x() + d, box.min().y()), b(box.min().x(), box.min().y() + d);
-    if (a.x() > box.max().x()) a = {box.max().x(), box.min().y() + d - box.sizes().x()};
-    if (b.y() > box.max().y()) b = {box.min().x() + d - box.sizes().y(), box.max().y()};
-    canvas.line({a, b}, colour, 1);
+  for (double at = std::ceil(extent.min().y() / step) * step; at < extent.max().y(); at += step) {
+    if (const auto line = chord(turned, 1, at))
+      canvas.line({turn.inverse() * line->first, turn.inverse() * line->second}, colour, 1);
   }
 }
 
@@ -62,11 +78,12 @@ void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& 
   legend.add({"object", kObjectColour, LegendEntry::Mark::line});
 }
 
-void paint_doubts(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLegend& legend) {
-  constexpr double kMin = 0.3;  // m
+void paint_doubts(const SemanticModel& model, const ModelRemarks& remarks, PlanCanvas& canvas,
+                  PlanLegend& legend) {
   for (const ModelDoubt& doubt : remarks.doubts) {
-    const Eigen::Vector2d half = Eigen::Vector2d::Constant(0.5 * std::max(kMin, std::min(doubt.extent, 1.2)));
-    hatch(canvas, {doubt.place.head<2>() - half, doubt.place.head<2>() + half}, kDoubtColour, 7);
+    const Outline outline = outline_of(doubtful_box(model, remarks, doubt));
+    hatch(canvas, outline, kDoubtColour, 7);
+    canvas.line(outline, kDoubtColour, 1, true);
   }
   if (!remarks.doubts.empty()) legend.add({"doubtful", kDoubtColour, LegendEntry::Mark::area});
 }
@@ -81,7 +98,7 @@ void paint_coordinates(const Eigen::AlignedBox2d& view, PlanCanvas& canvas) {
   for (double y = std::ceil(view.min().y() / step) * step; y < view.max().y(); y += step) {
     const double at = canvas.pixel({view.min().x(), y}).y();
     canvas.pixel_line({0, at}, {8, at}, kCoordinate, 1.2);
-    canvas.text({11, at + 4}, number(y), 10, kCoordinate, true);
+    canvas.text({3, at - 3}, number(y), 10, kCoordinate, true);
   }
 }
 
