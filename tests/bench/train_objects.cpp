@@ -101,10 +101,10 @@ void report(const std::vector<Sample>& samples, const std::vector<test::TrainedT
   int right = 0;
   for (const Sample& sample : samples) {
     std::size_t best = 0;
-    float most = -1e9F;
+    float max_odds = -1e9F;
     for (std::size_t k = 0; k < trees.size(); ++k) {
       const float odds = evaluate(trees[k].view(), sample.features);
-      if (odds > most) most = odds, best = k;
+      if (odds > max_odds) max_odds = odds, best = k;
     }
     right += best == sample.thing;
     ++count[sample.thing * kThings.size() + best];

@@ -189,11 +189,12 @@ double oddness_for(const ObjectShape& s, const Usual& u) {
 }  // namespace
 
 double oddness(const ObjectShape& shape, ObjectKind kind, Posture posture) {
-  double least = std::numeric_limits<double>::max();
+  double min_oddness = std::numeric_limits<double>::max();
   for (const Usual& usual : kUsual) {
-    if (usual.kind == kind && usual.posture == posture) least = std::min(least, oddness_for(shape, usual));
+    if (usual.kind == kind && usual.posture == posture)
+      min_oddness = std::min(min_oddness, oddness_for(shape, usual));
   }
-  return least < std::numeric_limits<double>::max() ? least : 0;
+  return min_oddness < std::numeric_limits<double>::max() ? min_oddness : 0;
 }
 
 }  // namespace parhelion::semantic

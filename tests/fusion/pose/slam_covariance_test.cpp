@@ -12,7 +12,7 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kShareInside = 7.815;  ///< chi^2, 95 % of three degrees of freedom
+constexpr double kFractionInside = 7.815;  ///< chi^2, 95 % of three degrees of freedom
 
 /// Offices have a corridor of 22 m, which is driven there and back. Seeds that nothing was
 /// tuned on.
@@ -48,7 +48,7 @@ bool is_inside(const PoseEstimate& estimate, const Pose2& truth, const Pose2& T_
   const Pose2 expected = T_true_map.inverse() * truth, is = planar(estimate.T_map_base);
   const Eigen::Vector3d off(is.x - expected.x, is.y - expected.y, wrap_angle(is.yaw - expected.yaw));
   const Eigen::Matrix3d covariance = estimate.covariance(rows, rows);
-  return off.dot(covariance.inverse() * off) <= kShareInside;
+  return off.dot(covariance.inverse() * off) <= kFractionInside;
 }
 
 SlamCounts counted(Slam& slam, const test::TrueDrive& drive, bool from_the_start) {
