@@ -9,7 +9,9 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace parhelion {
 namespace {
@@ -26,9 +28,13 @@ Definition definition_in(const std::string& line) {
   static const std::regex type("^(?:struct|class|enum class) (\\w+)\\b(?!;).*"), alias("^using (\\w+) = .*"),
       constant("^(?:inline |static |constexpr |const )+[\\w:<>,*& .]*?\\b(k[A-Z]\\w*)\\b.*"),
       function(
-          "^(?!return|using|namespace|template)[a-z]\\w*[\\w:<>,*& ]*[ &*]([a-z_]\\w*)\\(([^)]*)\\).*\\{.*");
+          "^(?!return|using|namespace|template)[A-Za-z]\\w*[\\w:<>,*& ]*[ "
+          "&*]([a-z_]\\w*)\\(([^)]*)\\).*\\{.*");
   std::smatch found;
-  if (std::regex_match(line, found, alias)) return {found[1], line};
+  if (std::regex_match(line, found, alias)) {
+    const bool same_name = line.ends_with("::" + found[1].str() + ";");  // of another namespace
+    return same_name ? Definition{} : Definition{found[1], line};
+  }
   if (std::regex_match(line, found, type) || std::regex_match(line, found, constant)) return {found[1], {}};
   if (!std::regex_match(line, found, function)) return {};
   const std::string parameters = found[2];
@@ -61,8 +67,21 @@ std::string add_names(const std::string& name, const std::string& source, Names&
   return conflicts;
 }
 
+/// The headers of the tests that a file includes itself.
+std::vector<fs::path> headers_of(const fs::path& file, const fs::path& root) {
+  static const std::regex include("#include \"([^\"]+)\"");
+  const std::string source = read(file);
+  std::vector<fs::path> headers;
+  for (std::sregex_iterator at(source.begin(), source.end(), include), end; at != end; ++at) {
+    const std::string name = (*at)[1];
+    const fs::path path = name.starts_with("tests/") ? root / name : file.parent_path() / name;
+    if (fs::exists(path)) headers.push_back(path);
+  }
+  return headers;
+}
+
 TEST(NamesInTests, AreDefinedOnceInEachProgram) {
-  const fs::path tests = fs::path(PARHELION_SOURCE_DIR) / "tests";
+  const fs::path root = PARHELION_SOURCE_DIR, tests = root / "tests";
   std::map<std::string, std::set<fs::path>> programs;
   for (const auto& entry : fs::recursive_directory_iterator(tests)) {
     const fs::path& path = entry.path();
@@ -70,7 +89,13 @@ TEST(NamesInTests, AreDefinedOnceInEachProgram) {
   }
   ASSERT_GT(programs.size(), 20U);
   for (const auto& [folder, files] : programs) {
+    std::set<fs::path> headers;
+    for (const fs::path& file : files) {
+      for (const fs::path& header : headers_of(file, root)) headers.insert(fs::canonical(header));
+    }
     Names names;
+    // Two headers may define the same name, in namespaces of their own.
+    for (const fs::path& header : headers) add_names(header.filename().string(), read(header), names);
     for (const fs::path& file : files)
       EXPECT_EQ(add_names(fs::relative(file, tests).string(), read(file), names), "")
           << "rename one, or move it to a header";
@@ -87,6 +112,7 @@ TEST(NamesInTests, ConflictsAreFound) {
   EXPECT_NE(add_names("c", "struct One {\n", names), "");
   EXPECT_NE(add_names("d", "const double kTwo = 2;\n", names), "");
   EXPECT_NE(add_names("e", "std::string three(const std::string& x) {\n", names), "");
+  EXPECT_NE(add_names("g", "Eigen::Vector2d three(double) {\n", names), "");
   EXPECT_NE(add_names("f", "using F = double;\n", names), "");
 }
 

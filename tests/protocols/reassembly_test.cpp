@@ -24,7 +24,7 @@ Payload short_message(const std::string& channel, const Payload& payload) {
   return test::short_message({channel, {}, payload});
 }
 
-Payload fragment(const Fields& fields, const Payload& data, const std::string& channel = "SCAN") {
+Payload datagram_of(const Fields& fields, const Payload& data, const std::string& channel = "SCAN") {
   return test::fragment(fields, channel, data);
 }
 
@@ -43,10 +43,10 @@ std::vector<Payload> fragments_of(const Payload& payload, std::size_t piece, std
   for (std::size_t i = 0; i < count; ++i) {
     const auto begin = payload.begin() + static_cast<std::ptrdiff_t>(i * piece);
     const auto end = payload.begin() + static_cast<std::ptrdiff_t>(std::min(payload.size(), (i + 1) * piece));
-    all.push_back(
-        fragment({sequence, static_cast<std::uint32_t>(payload.size()), static_cast<std::uint32_t>(i * piece),
-                  static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(count)},
-                 Payload(begin, end), channel));
+    all.push_back(datagram_of(
+        {sequence, static_cast<std::uint32_t>(payload.size()), static_cast<std::uint32_t>(i * piece),
+         static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(count)},
+        Payload(begin, end), channel));
   }
   return all;
 }
@@ -111,14 +111,14 @@ TEST_F(ReassemblyTest, ASenderThatStartsAgainReplacesItsOldMessage) {
 
 // liblcm 1.3.1 adds in 32 bits, and writes outside the heap.
 TEST_F(ReassemblyTest, AnOffsetThatWrapsIsRefused) {
-  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, random_bytes(500, 1))));
-  EXPECT_FALSE(add(fragment({1, 1000, 0xffffff00, 1, 2}, random_bytes(500, 2))));
+  EXPECT_FALSE(add(datagram_of({1, 1000, 0, 0, 2}, random_bytes(500, 1))));
+  EXPECT_FALSE(add(datagram_of({1, 1000, 0xffffff00, 1, 2}, random_bytes(500, 2))));
   EXPECT_EQ(faults(DatagramFault::inconsistent), 1U);
 }
 
 // liblcm 1.3.1 completes it with memory that was never written.
 TEST_F(ReassemblyTest, AMessageThatCarriesLessThanItDeclaresIsNotComplete) {
-  EXPECT_FALSE(add(fragment({1, 60'000, 0, 0, 1}, Payload(8))));
+  EXPECT_FALSE(add(datagram_of({1, 60'000, 0, 0, 1}, Payload(8))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
   EXPECT_EQ(reassembly_.pending_messages(), 0U);
 }
@@ -126,8 +126,8 @@ TEST_F(ReassemblyTest, AMessageThatCarriesLessThanItDeclaresIsNotComplete) {
 // liblcm 1.3.1 allocates what a datagram declares.
 TEST_F(ReassemblyTest, DeclaredSizesTakeNoMemory) {
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    EXPECT_FALSE(add(fragment({i, 200'000'000, 0, 0, 4000}, Payload(40))));
-    EXPECT_FALSE(add(fragment({i, 200'000'000, 50, 1, 4000}, Payload(40)), {0x7f000001, 6000}));
+    EXPECT_FALSE(add(datagram_of({i, 200'000'000, 0, 0, 4000}, Payload(40))));
+    EXPECT_FALSE(add(datagram_of({i, 200'000'000, 50, 1, 4000}, Payload(40)), {0x7f000001, 6000}));
   }
   EXPECT_LE(reassembly_.pending_messages(), ReassemblyLimits{}.messages);
   EXPECT_LE(reassembly_.pending_bytes(), std::size_t{1} << 20);
@@ -136,16 +136,16 @@ TEST_F(ReassemblyTest, DeclaredSizesTakeNoMemory) {
 
 TEST_F(ReassemblyTest, RepeatedAndOverlappingFragmentsAreRefused) {
   const Payload payload = random_bytes(1000, 1);
-  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Payload(payload.begin(), payload.begin() + 600))));
-  EXPECT_FALSE(add(fragment({1, 1000, 0, 0, 2}, Payload(600, 9))));
+  EXPECT_FALSE(add(datagram_of({1, 1000, 0, 0, 2}, Payload(payload.begin(), payload.begin() + 600))));
+  EXPECT_FALSE(add(datagram_of({1, 1000, 0, 0, 2}, Payload(600, 9))));
   EXPECT_EQ(faults(DatagramFault::repeated), 1U);
-  EXPECT_EQ(add(fragment({1, 1000, 600, 1, 2}, Payload(payload.begin() + 600, payload.end()))), payload)
+  EXPECT_EQ(add(datagram_of({1, 1000, 600, 1, 2}, Payload(payload.begin() + 600, payload.end()))), payload)
       << "the first of two counts";
-  EXPECT_FALSE(add(fragment({2, 1000, 0, 0, 2}, Payload(600))));
-  EXPECT_FALSE(add(fragment({2, 1000, 500, 1, 2}, Payload(500))));
+  EXPECT_FALSE(add(datagram_of({2, 1000, 0, 0, 2}, Payload(600))));
+  EXPECT_FALSE(add(datagram_of({2, 1000, 500, 1, 2}, Payload(500))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 1U);
-  EXPECT_FALSE(add(fragment({3, 1000, 0, 0, 2}, Payload(400))));
-  EXPECT_FALSE(add(fragment({3, 1000, 600, 1, 2}, Payload(400))));
+  EXPECT_FALSE(add(datagram_of({3, 1000, 0, 0, 2}, Payload(400))));
+  EXPECT_FALSE(add(datagram_of({3, 1000, 600, 1, 2}, Payload(400))));
   EXPECT_EQ(faults(DatagramFault::overlapping), 2U) << "a hole";
   EXPECT_EQ(reassembly_.pending_bytes(), 0U);
 }
@@ -157,14 +157,14 @@ TEST_F(ReassemblyTest, MalformedDatagramsAreCountedByKind) {
   endless.resize(endless.size() + 64, 'C');
   EXPECT_FALSE(add(endless));
   EXPECT_FALSE(add(short_message("", {1})));
-  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 1}, Payload(10), "")));
-  const Payload whole = fragment({1, 10, 0, 1, 2}, Payload(5));
+  EXPECT_FALSE(add(datagram_of({1, 10, 0, 0, 1}, Payload(10), "")));
+  const Payload whole = datagram_of({1, 10, 0, 1, 2}, Payload(5));
   for (std::size_t size = 8; size < 20; ++size)
     EXPECT_FALSE(add(Payload(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))));
-  EXPECT_FALSE(add(fragment({1, 10, 0, 2, 2}, Payload(5)))) << "number 2 of 2";
-  EXPECT_FALSE(add(fragment({1, 10, 0, 0, 0}, Payload(5)))) << "no fragment at all";
-  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 2}, {}))) << "an empty fragment";
-  EXPECT_FALSE(add(fragment({1, 10, 0, 1, 20}, Payload(1)))) << "more fragments than bytes";
+  EXPECT_FALSE(add(datagram_of({1, 10, 0, 2, 2}, Payload(5)))) << "number 2 of 2";
+  EXPECT_FALSE(add(datagram_of({1, 10, 0, 0, 0}, Payload(5)))) << "no fragment at all";
+  EXPECT_FALSE(add(datagram_of({1, 10, 0, 1, 2}, {}))) << "an empty fragment";
+  EXPECT_FALSE(add(datagram_of({1, 10, 0, 1, 20}, Payload(1)))) << "more fragments than bytes";
   EXPECT_EQ(faults(DatagramFault::truncated), 8U + 12U);
   EXPECT_EQ(faults(DatagramFault::not_lcm), 1U);
   EXPECT_EQ(faults(DatagramFault::bad_channel), 3U);
@@ -211,7 +211,7 @@ TEST_F(ReassemblyTest, AFloodOfOneSenderDoesNotCostAnotherItsMessage) {
   const auto fragments = fragments_of(payload, 60'000);
   EXPECT_FALSE(add(fragments[0]));
   for (std::uint32_t i = 0; i < 10'000; ++i)
-    EXPECT_FALSE(add(fragment({i, 1'000'000, 1'000, 1, 20}, Payload(50'000)), {0x7f000001, 6000}));
+    EXPECT_FALSE(add(datagram_of({i, 1'000'000, 1'000, 1, 20}, Payload(50'000)), {0x7f000001, 6000}));
   EXPECT_LE(reassembly_.pending_bytes(), ReassemblyLimits{}.bytes);
   EXPECT_EQ(add(fragments[1]), payload);
 }
@@ -227,7 +227,7 @@ RC_GTEST_FIXTURE_PROP(ReassemblyTest, RandomFragmentsNeverGiveWhatWasNotSent, ()
     fields.index = *rc::gen::inRange<std::uint16_t>(0, 4);
     fields.offset = *rc::gen::element<std::uint32_t>(0, 20, 40, 0xffffffec, 0xffffffff);
     const std::size_t size = *rc::gen::element<std::size_t>(0, 1, 20, 40);
-    const auto given = add(fragment(fields, Payload(size, 0xaa)));
+    const auto given = add(datagram_of(fields, Payload(size, 0xaa)));
     if (given)
       RC_ASSERT(std::all_of(given->begin(), given->end(), [](std::uint8_t each) { return each == 0xaa; }));
     if (given) RC_ASSERT(given->size() == fields.size);

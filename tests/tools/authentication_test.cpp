@@ -14,7 +14,9 @@
 namespace parhelion::tools {
 namespace {
 
-std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
+std::string signed_url() {
+  return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
+}
 
 class AuthenticationTest : public testing::Test {
  protected:
@@ -43,7 +45,7 @@ class AuthenticationTest : public testing::Test {
   }
   /// `name`: of the sender; nullptr: without keys.
   std::unique_ptr<Bus> open(const char* name) {
-    auto bus = open_network_bus(url());
+    auto bus = open_network_bus(signed_url());
     EXPECT_TRUE(bus) << bus.error().message;
     if (!bus || name == nullptr) return bus ? std::move(*bus) : nullptr;
     const auto keys = load_keys(folder_ / (std::string(name) + ".keys"));
@@ -56,7 +58,7 @@ class AuthenticationTest : public testing::Test {
             "-o",
             folder_ / "session.lcm",
             "--url",
-            url(),
+            signed_url(),
             "--no-restart",
             "--state-folder",
             folder_ / "state",
@@ -198,8 +200,9 @@ TEST_F(AuthenticationTest, TheRelayPassesOnWhatTheServerSignedAndNothingElse) {
   test::Process server(serve(), folder_ / "serve.txt");
   const std::string robot_url =
       "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
-  test::Process relay({"relay", "--keys", folder_ / "rover.keys", "--url", url(), "--robot-url", robot_url},
-                      folder_ / "relay.txt");
+  test::Process relay(
+      {"relay", "--keys", folder_ / "rover.keys", "--url", signed_url(), "--robot-url", robot_url},
+      folder_ / "relay.txt");
   auto motor = open_network_bus(robot_url);
   ASSERT_TRUE(motor) << motor.error().message;
   ASSERT_TRUE((*motor)->subscribe("MR_CMD", 100));

@@ -26,7 +26,8 @@ ImportOptions jarvis_options(const std::filesystem::path& input, const std::file
 }
 
 /// Reference pose at `stamp`, interpolated.
-std::optional<Transform<Map, Base>> reference_at(const std::vector<PoseStamped>& poses, SensorTime stamp) {
+std::optional<Transform<Map, Base>> bag_reference_at(const std::vector<PoseStamped>& poses,
+                                                     SensorTime stamp) {
   for (std::size_t i = 1; i < poses.size(); ++i) {
     if (poses[i - 1].stamp > stamp || poses[i].stamp < stamp) continue;
     const double s = (stamp - poses[i - 1].stamp).seconds() / (poses[i].stamp - poses[i - 1].stamp).seconds();
@@ -41,7 +42,7 @@ double wall_thickness(const ImportedLog& log, bool mirror) {
   const auto truth = log.all<PoseStamped>(channel::kReferencePose);
   const LaserDescription laser = *log.robot().laser;
   const auto points = [&](const Scan& scan) {
-    const auto T_map_base = reference_at(truth, scan.stamp);
+    const auto T_map_base = bag_reference_at(truth, scan.stamp);
     const Scan as = mirror ? test::mirrored(scan) : scan;
     return T_map_base ? test::hits(as, laser.convention, *T_map_base * laser.T_base_laser, 12)
                       : std::vector<Eigen::Vector2d>{};

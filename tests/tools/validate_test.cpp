@@ -79,7 +79,7 @@ TEST_F(Validate, ReportsTheKindOfEachFile) {
   EXPECT_THAT(validate_file(file("empty", "")).errors, ElementsAre(HasSubstr("the file is empty")));
 }
 
-std::string write_log(const std::string& path, const std::vector<Message>& messages) {
+std::string write_checked_log(const std::string& path, const std::vector<Message>& messages) {
   auto writer = LogWriter::create(path, true);
   EXPECT_TRUE(writer);
   EXPECT_TRUE(writer->write(messages));
@@ -124,7 +124,7 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
       {"name: x\nagents:\n  - {name: a, kind: box, pose: {x: 1 m}}\n"
        "  - {name: b, kind: box, pose: {x: 1 m}}\n",
        "s.yaml:4: scenario agent 'b': "}};
-  const std::string log = write_log((folder_ / "s.lcm").string(), test::drive(1));
+  const std::string log = write_checked_log((folder_ / "s.lcm").string(), test::drive(1));
   for (const auto& [text, words] : cases) {
     const std::string path = file("s.yaml", text);
     const auto verdict = validate_file(path);
@@ -154,7 +154,7 @@ TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   std::vector<Message> messages{message(channel::kScan, 10, scan), message(channel::kScan, 20, scan),
                                 message("OTHER", 30, scan)};
   const std::string path = (folder_ / "a.lcm").string();
-  const auto good = validate_file(write_log(path, messages));
+  const auto good = validate_file(write_checked_log(path, messages));
   EXPECT_THAT(good.errors, IsEmpty());
   EXPECT_THAT(good.summary, HasSubstr("LCM log, 3 events on 2 channels, 0.000 s"));
   EXPECT_THAT(good.notes, ElementsAre(HasSubstr("OTHER"), HasSubstr("SCAN")));
@@ -163,7 +163,7 @@ TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   messages.push_back({"FOREIGN", ArrivalTime::from_utime(50), {1, 2, 3, 4, 5, 6, 7, 8, 9}});
   messages.push_back(message(channel::kScan, 60, scan));
   messages.back().payload.resize(30);
-  const auto bad = validate_file(write_log(path, messages));
+  const auto bad = validate_file(write_checked_log(path, messages));
   ASSERT_EQ(bad.errors.size(), 2U);
   EXPECT_THAT(bad.errors[0], HasSubstr("channel ODOMETRY: 1 of 1 messages cannot be used; first: event 3"));
   EXPECT_THAT(bad.errors[0], HasSubstr("expected pose2D_t"));
@@ -178,7 +178,7 @@ TEST_F(Validate, ADamagedLogIsAnErrorButTheRestIsCounted) {
   scan.angle_increment = 0.1F;
   std::vector<Message> messages;
   for (int i = 0; i < 10; ++i) messages.push_back(message(channel::kScan, i, scan));
-  const std::string path = write_log((folder_ / "b.lcm").string(), messages);
+  const std::string path = write_checked_log((folder_ / "b.lcm").string(), messages);
   const auto size = std::filesystem::file_size(path);
   std::fstream(path, std::ios::in | std::ios::out | std::ios::binary)
       .seekp(static_cast<long>(size / 2))
@@ -193,7 +193,7 @@ TEST_F(Validate, ADamagedLogIsAnErrorButTheRestIsCounted) {
 TEST_F(Validate, YamlInsideALogIsChecked) {
   Message robot{channel::kRobot, ArrivalTime::from_utime(1), {}};
   encode(RobotMessage{SensorTime::from_utime(1'600'000'000'000'000), "mass: heavy"}, robot.payload);
-  const auto verdict = validate_file(write_log((folder_ / "c.lcm").string(), {robot}));
+  const auto verdict = validate_file(write_checked_log((folder_ / "c.lcm").string(), {robot}));
   EXPECT_THAT(verdict.errors,
               ElementsAre(HasSubstr("ROBOT:1: 'mass': expected a finite number with its unit, kg or g")));
 }

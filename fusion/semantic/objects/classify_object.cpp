@@ -10,15 +10,17 @@
 namespace parhelion::semantic {
 namespace {
 
+constexpr double kNever = 20;  ///< log-odds
+
 bool is_victim(const Thing& thing) {
   return thing.posture == Posture::sitting || thing.posture == Posture::lying;
 }
 
 /// Log-odds against it. The trees know made-up things only: what is usual for real ones counts as much.
 double doubt_in(const Thing& thing, const ObjectShape& shape) {
-  constexpr double kMaxOddness = 4, kOfAnything = 0.5;
+  constexpr double kMaxOddness = 6, kOfAnything = 0.5;
   // Chairs with arms and bushes are about as large as somebody who sits.
-  constexpr double kOddVictim = 0.4, kNever = 20;
+  constexpr double kOddVictim = 0.4;
   // A thing that is lost is worse than a scrap of a wall among the things; and such scraps are thin or low.
   constexpr double kOfBuilding = 1.5, kBroad = 3, kWide = 0.6, kHigh = 0.5;  // .., m, m
   if (thing.building)
@@ -32,8 +34,12 @@ double doubt_in(const Thing& thing, const ObjectShape& shape) {
 
 ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features) {
   std::array<double, kThings.size()> odds{};
-  for (std::size_t k = 0; k < kThings.size(); ++k)
-    odds[k] = static_cast<double>(evaluate(thing_trees()[k], features)) - doubt_in(kThings[k], shape);
+  for (std::size_t k = 0; k < kThings.size(); ++k) {
+    const auto seen = static_cast<double>(evaluate(thing_trees()[k], features));
+    // Nothing is a piece of the building only because it is like no thing.
+    const bool unlike_building = kThings[k].building && seen < 0;
+    odds[k] = unlike_building ? -kNever : seen - doubt_in(kThings[k], shape);
+  }
   const auto best = static_cast<std::size_t>(std::max_element(odds.begin(), odds.end()) - odds.begin());
   double sum = 0;
   for (const double each : odds) sum += std::exp(each - odds[best]);

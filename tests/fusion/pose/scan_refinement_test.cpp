@@ -47,7 +47,7 @@ const std::shared_ptr<const MatchingMap>& ring_map() {
 }
 
 /// m, of a phantom 8 m before the robot.
-double phantom_error(const Pose2& estimated, const Pose2& truth) {
+double refined_phantom_error(const Pose2& estimated, const Pose2& truth) {
   const Eigen::Vector2d phantom(8, 0);
   return (estimated * phantom - truth * phantom).norm();
 }
@@ -100,8 +100,8 @@ Errors drive_with_bad_odometry() {
       refined.refine(sample.stamp, found.T_map_base, found.covariance, found.twist);
     const auto a = carried.at(sample.stamp), b = refined.at(sample.stamp);
     if (!a || !b || i < 20) continue;
-    errors.carried.push_back(phantom_error(planar(a->T_map_base), sample.T_map_base));
-    errors.matched.push_back(phantom_error(planar(b->T_map_base), sample.T_map_base));
+    errors.carried.push_back(refined_phantom_error(planar(a->T_map_base), sample.T_map_base));
+    errors.matched.push_back(refined_phantom_error(planar(b->T_map_base), sample.T_map_base));
   }
   return errors;
 }
@@ -222,7 +222,7 @@ double error_in_unknown_turn(bool twist_refined) {
     const RefinedPose found = refiner.refine(scan, prior);
     EXPECT_EQ(found.match, ScanMatch::matched);
     EXPECT_NEAR(found.twist.wz, twist_refined ? twist.wz : 0, 0.25);
-    worst = std::max(worst, phantom_error(found.T_map_base, truth));
+    worst = std::max(worst, refined_phantom_error(found.T_map_base, truth));
   }
   return worst;
 }

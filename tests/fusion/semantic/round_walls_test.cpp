@@ -12,7 +12,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kNear = 0.05, kMinLength = 0.4, kPixel = 10.0 / 512;
+constexpr double kNearArc = 0.05, kMinLength = 0.4, kPixel = 10.0 / 512;
 
 struct Plan {
   std::vector<Eigen::Vector3f> evidence;
@@ -60,11 +60,11 @@ struct Plan {
     std::size_t lines_before = 0, lines_left = 0;
   };
   Found find() const {
-    LineRefiner refiner(evidence, kPixel, kNear, kMinLength);
+    LineRefiner refiner(evidence, kPixel, kNearArc, kMinLength);
     std::vector<PlanLine> left = lines(refiner);
     Found found;
     found.lines_before = left.size();
-    found.arcs = find_arcs(refiner.evidence(), kNear, kMinLength, left);
+    found.arcs = find_arcs(refiner.evidence(), kNearArc, kMinLength, left);
     found.lines_left = left.size();
     return found;
   }
@@ -79,7 +79,7 @@ TEST(RoundWalls, AnArcIsFoundWithItsRadius) {
     EXPECT_NEAR(found.arcs[0].radius, radius, 0.02 * radius);
     EXPECT_NEAR(found.arcs[0].high - found.arcs[0].low, std::min(4.0 * radius, 9.0), 0.2);
     EXPECT_EQ(found.lines_left, 0U) << radius;
-    for (const Eigen::Vector2d& corner : corners_of(found.arcs[0], kNear))
+    for (const Eigen::Vector2d& corner : corners_of(found.arcs[0], kNearArc))
       EXPECT_NEAR((corner - Eigen::Vector2d(3, -2)).norm(), radius, 0.03);
   }
 }

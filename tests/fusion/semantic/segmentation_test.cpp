@@ -16,7 +16,7 @@ using test::CloudSampler;
 using testing::HasSubstr;
 
 /// Distance of a point of the plan to a surface's segment.
-double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
+double plane_distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
   const Eigen::Vector2d d = surface.end - surface.start;
   const double t = std::clamp(d.dot(p - surface.start) / d.squaredNorm(), 0.0, 1.0);
   return (surface.start + t * d - p).norm();
@@ -26,7 +26,7 @@ double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
 const VerticalSurface* along(const Segmentation& s, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
                              double off) {
   for (const VerticalSurface& surface : s.verticals) {
-    if (distance(surface, a) <= off && distance(surface, b) <= off) return &surface;
+    if (plane_distance(surface, a) <= off && plane_distance(surface, b) <= off) return &surface;
   }
   return nullptr;
 }

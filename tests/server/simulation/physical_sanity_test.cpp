@@ -10,7 +10,7 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kStep = 1.0 / 240;
+constexpr double kSanityStep = 1.0 / 240;
 constexpr double kGravity = 9.81;
 using test::kDegree;
 constexpr double kFriction = 0.36;  // of two free or fixed bodies: 0.6 each, multiplied
@@ -25,13 +25,13 @@ struct Slope {
     physics.keep_awake(block, true);
   }
   void run(double duration) {
-    for (int i = 0; i < duration / kStep; ++i) physics.step();
+    for (int i = 0; i < duration / kSanityStep; ++i) physics.step();
   }
   /// m down the slope.
   double slid() const { return (turn.conjugate() * physics.state(block).T_map_body.translation()).x() + 5; }
   double speed() const { return (turn.conjugate() * physics.state(block).velocity).x(); }
 
-  Physics physics{kStep};
+  Physics physics{kSanityStep};
   Eigen::Quaterniond turn;
   PhysicsHandle block = 0;
 };
@@ -90,7 +90,7 @@ TEST(PhysicalSanity, BodiesStayAtTheirModelPoses) {
 }
 
 TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
-  Physics physics(kStep);
+  Physics physics(kSanityStep);
   physics.add_floor(0);
   physics.add_fixed_box(at(-2, 0, 1), {4, 2, 2}, false);
   const Eigen::Vector3d centre(0, 0, 0.15);
@@ -103,7 +103,7 @@ TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
   int flying = 0;
   for (int i = 0; i < 480; ++i) {
     const bool swings = x < -0.5;
-    x += swings ? bat_speed * kStep : 0;
+    x += swings ? bat_speed * kSanityStep : 0;
     physics.move_kinematic(bat, at(x, 0, 2), {swings ? bat_speed : 0, 0, 0}, Eigen::Vector3d::Zero());
     physics.step();
     const RigidState state = physics.state(box);
@@ -117,17 +117,17 @@ TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
       ASSERT_GT(v0.x(), 2);
       continue;
     }
-    const double t = (flying - 1) * kStep;
+    const double t = (flying - 1) * kSanityStep;
     const Eigen::Vector3d expected = p0 + v0 * t - Eigen::Vector3d(0, 0, kGravity * t * t / 2);
     // A step of semi-implicit Euler is g t dt / 2 off, and air drag takes 2 % of the speed in a second.
-    const double off = kGravity * t * kStep / 2 + 0.02 * v0.norm() * t * t;
+    const double off = kGravity * t * kSanityStep / 2 + 0.02 * v0.norm() * t * t;
     EXPECT_NEAR((p - expected).norm(), 0, off + 1e-6) << t;
   }
   EXPECT_GT(flying, 60);
 }
 
 TEST(PhysicalSanity, AStackOfBoxesStandsForAMinuteAndGainsNoEnergy) {
-  Physics physics(kStep);
+  Physics physics(kSanityStep);
   physics.add_floor(0);
   constexpr int kBoxes = 5;
   constexpr double kSide = 0.3, kMass = 4;
@@ -151,7 +151,7 @@ TEST(PhysicalSanity, AStackOfBoxesStandsForAMinuteAndGainsNoEnergy) {
   for (int i = 0; i < 60 * 240; ++i) {
     physics.step();
     if (i % 24 == 0) {
-      ASSERT_LT(energy(), before + 0.01) << "after " << i * kStep << " s";
+      ASSERT_LT(energy(), before + 0.01) << "after " << i * kSanityStep << " s";
     }
   }
   for (int i = 0; i < kBoxes; ++i) {

@@ -181,7 +181,7 @@ Run crate_falls(double h) {
   return run;
 }
 
-SemanticModel flight(int steps, double rise, double tread) {
+SemanticModel stairway(int steps, double rise, double tread) {
   SemanticModel model;
   model.entities.push_back(model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1}));
   for (int i = 0; i < steps; ++i) {
@@ -197,7 +197,7 @@ Run climbs(int steps, double rise, double tread, double v, double turns = 1e9) {
   const double end = 1 + steps * tread;
   const double all = turns < 1e9 ? 3 * turns : end / v;
   Run run{.name = "stairs", .duration = all - kStep};
-  run.model = flight(steps, rise, tread);
+  run.model = stairway(steps, rise, tread);
   run.on_stairs = true;
   run.robot_at = [=](double t) {
     const double moving_time = t < turns ? t : (t < 2 * turns ? 2 * turns - t : t - 2 * turns);

@@ -14,7 +14,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-RobotDescription robot() {
+RobotDescription contact_robot() {
   RobotDescription description;
   description.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
   description.limits.speed = description.limits.yaw_rate = 5;  // above what any_input() asks
@@ -48,7 +48,7 @@ RC_GTEST_PROP(VirtualContact, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
   VirtualContactState state;
   for (int i = 0; i < 20; ++i) {
     const VirtualContactInput input = any_input();
-    const VirtualContactResult out = limit(limits, robot(), input, state);
+    const VirtualContactResult out = limit(limits, contact_robot(), input, state);
     RC_ASSERT(out.scale >= 0 && out.scale <= 1);
     const Twist2 asked = input.teleop ? input.teleop->twist : Twist2{};
     const double pairs[3][2] = {
@@ -68,7 +68,7 @@ RC_GTEST_PROP(VirtualContact, CommandsAreOnlyReducedAndKeepTheirCurvature, ()) {
 
 RC_GTEST_PROP(VirtualContact, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
   const ContactLimits limits;
-  RobotDescription machine = robot();
+  RobotDescription machine = contact_robot();
   machine.limits.deceleration = *rc::gen::inRange(1, 50) / 10.0;
   machine.limits.reaction_time = *rc::gen::inRange(0, 10) / 10.0;
   VirtualContactState state;
@@ -81,7 +81,7 @@ RC_GTEST_PROP(VirtualContact, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
 }
 
 RC_GTEST_PROP(VirtualContact, CommandsNeverExceedTheRobotsLimits, ()) {
-  RobotDescription machine = robot();
+  RobotDescription machine = contact_robot();
   machine.limits.speed = *rc::gen::inRange(0, 20) / 10.0;
   machine.limits.yaw_rate = *rc::gen::inRange(0, 20) / 10.0;
   VirtualContactState state;
@@ -102,7 +102,7 @@ RC_GTEST_PROP(VirtualContact, CommandsNeverExceedTheRobotsLimits, ()) {
 
 TEST(VirtualContact, AMillionMetresASecondBecomesTheRobotsSpeed) {
   VirtualContactState state;
-  const VirtualContactResult out = limit({}, robot(), pressed({1e6, 0, 1e5}, true, 100), state);
+  const VirtualContactResult out = limit({}, contact_robot(), pressed({1e6, 0, 1e5}, true, 100), state);
   EXPECT_EQ(out.reason, SpeedLimitReason::robot_limits);
   EXPECT_NEAR(out.command.twist.vx, 5, 1e-9);
   EXPECT_NEAR(out.command.twist.wz, 0.5, 1e-9) << "on the same arc";
@@ -117,57 +117,59 @@ RC_GTEST_PROP(VirtualContact, SpeedScaleNeverGrowsNearerToAnObstacle, ()) {
 RC_GTEST_PROP(VirtualContact, CommandsAreUnchangedBeyondTheLookahead, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
   VirtualContactState state;
-  const double distance = contact_lookahead({}, robot(), twist);
-  RC_ASSERT(limit({}, robot(), pressed(twist, true, distance), state).scale == 1);
+  const double distance = contact_lookahead({}, contact_robot(), twist);
+  RC_ASSERT(limit({}, contact_robot(), pressed(twist, true, distance), state).scale == 1);
 }
 
 RC_GTEST_PROP(VirtualContact, WithoutAPoseTheRobotStopsAndCrawlsAfterRelease, ()) {
   const Twist2 twist{any(3), any(3), any(4)};
-  RC_PRE(footprint_speed(robot(), twist) > 0);
+  RC_PRE(footprint_speed(contact_robot(), twist) > 0);
   VirtualContactState state;
-  limit({}, robot(), pressed(twist, true), state);
-  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
-  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).reason == SpeedLimitReason::localization_lost);
-  RC_ASSERT(limit({}, robot(), pressed({}, false), state).scale <= 1);  // released
+  limit({}, contact_robot(), pressed(twist, true), state);
+  RC_ASSERT(limit({}, contact_robot(), pressed(twist, false), state).scale == 0);
+  RC_ASSERT(limit({}, contact_robot(), pressed(twist, false), state).reason ==
+            SpeedLimitReason::localization_lost);
+  RC_ASSERT(limit({}, contact_robot(), pressed({}, false), state).scale <= 1);  // released
   // Virtual contact must not trap it where SLAM cannot recover.
-  const VirtualContactResult out = limit({}, robot(), pressed(twist, false, 0), state);
+  const VirtualContactResult out = limit({}, contact_robot(), pressed(twist, false, 0), state);
   RC_ASSERT(out.reason == SpeedLimitReason::crawl);
   RC_ASSERT(out.scale > 0);
-  RC_ASSERT(footprint_speed(robot(), out.command.twist) <= ContactLimits{}.crawl_speed * (1 + 1e-12));
+  RC_ASSERT(footprint_speed(contact_robot(), out.command.twist) <= ContactLimits{}.crawl_speed * (1 + 1e-12));
   // Lost again: stop again.
-  limit({}, robot(), pressed(twist, true), state);
-  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
+  limit({}, contact_robot(), pressed(twist, true), state);
+  RC_ASSERT(limit({}, contact_robot(), pressed(twist, false), state).scale == 0);
 }
 
 TEST(VirtualContact, ATimeoutCountsAsStickRelease) {
   VirtualContactState state;
-  limit({}, robot(), pressed({1, 0, 0}, true), state);
-  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
+  limit({}, contact_robot(), pressed({1, 0, 0}, true), state);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({1, 0, 0}, false), state).scale, 0);
   VirtualContactInput silent = pressed({1, 0, 0}, false);
   silent.teleop_age = milliseconds(500);
-  EXPECT_EQ(limit({}, robot(), silent, state).reason, SpeedLimitReason::silence);
-  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, SpeedLimitReason::crawl);
+  EXPECT_EQ(limit({}, contact_robot(), silent, state).reason, SpeedLimitReason::silence);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({1, 0, 0}, false), state).reason, SpeedLimitReason::crawl);
 }
 
 TEST(VirtualContact, HoldingTheStickWithoutAPoseNeverStartsCrawling) {
   VirtualContactState state;
-  limit({}, robot(), pressed({1, 0, 0}, true), state);
-  for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
+  limit({}, contact_robot(), pressed({1, 0, 0}, true), state);
+  for (int i = 0; i < 1000; ++i)
+    EXPECT_EQ(limit({}, contact_robot(), pressed({1, 0, 0}, false), state).scale, 0);
 }
 
 TEST(VirtualContact, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   VirtualContactState state;
   VirtualContactInput input = pressed({0.5, 0, 0.1}, true);
   input.emergency_stop = true;
-  EXPECT_EQ(limit({}, robot(), input, state).reason, SpeedLimitReason::emergency_stop);
-  EXPECT_EQ(limit({}, robot(), pressed({0, 0, 0}, true), state).scale, 1) << "let go";
-  limit({}, robot(), input, state);
-  const auto held = limit({}, robot(), pressed({0.5, 0, 0.1}, true), state);
+  EXPECT_EQ(limit({}, contact_robot(), input, state).reason, SpeedLimitReason::emergency_stop);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({0, 0, 0}, true), state).scale, 1) << "let go";
+  limit({}, contact_robot(), input, state);
+  const auto held = limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state);
   EXPECT_EQ(held.reason, SpeedLimitReason::emergency_stop) << "taken back, and the stick still pushed";
   EXPECT_EQ(held.command.twist.vx, 0);
   EXPECT_EQ(held.command.twist.wz, 0);
-  limit({}, robot(), pressed({0, 0, 0}, true), state);
-  EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
+  limit({}, contact_robot(), pressed({0, 0, 0}, true), state);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
 }
 
 TEST(VirtualContact, ANonFiniteTeleopCommandStopsTheRobot) {
@@ -176,7 +178,7 @@ TEST(VirtualContact, ANonFiniteTeleopCommandStopsTheRobot) {
         Twist2{1, 0, -kInfinity}, Twist2{1e308, 1e308, 1e308}}) {
     for (const bool pose_known : {true, false}) {
       VirtualContactState state{true};
-      const VirtualContactResult out = limit({}, robot(), pressed(twist, pose_known), state);
+      const VirtualContactResult out = limit({}, contact_robot(), pressed(twist, pose_known), state);
       EXPECT_EQ(out.command.twist.vx, 0);
       EXPECT_EQ(out.command.twist.vy, 0);
       EXPECT_EQ(out.command.twist.wz, 0);
@@ -186,7 +188,7 @@ TEST(VirtualContact, ANonFiniteTeleopCommandStopsTheRobot) {
 
 TEST(VirtualContact, ANaNClearanceStopsTheRobot) {
   VirtualContactState state;
-  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, true, kNan), state).scale, 0);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({1, 0, 0}, true, kNan), state).scale, 0);
 }
 
 }  // namespace
