@@ -1,5 +1,6 @@
 #include "server/runtime/report.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,40 @@ std::uint64_t degraded_total(const tick::Tally& tally) {
   std::uint64_t total = 0;
   for (const std::uint64_t count : tally.scans_degraded) total += count;
   return total;
+}
+
+const char* advice_for(tick::Degraded why) {
+  switch (why) {
+    case tick::Degraded::pose:
+      return "no pose of the robot; `parhelion slam --log` adds POSE_COV to a log";
+    case tick::Degraded::error:
+      return "predicted error above the limit; see `max_error` of the scenario, and the map that "
+             "SLAM uses";
+    case tick::Degraded::clock:
+      return "stamps disagree with the robot's clock";
+    case tick::Degraded::history:
+      return "stamps older than what is remembered, or ahead of it";
+    case tick::Degraded::unreadable:
+      return "bytes that are no scan";
+    case tick::Degraded::guard:
+      return "no result in time";
+    case tick::Degraded::none:
+    case tick::Degraded::fault:
+      break;
+  }
+  return "a fault of the server; its text is in the events";
+}
+
+/// The most frequent reason of degraded scans, or why no scan shows an agent, as a line; empty: neither.
+std::string why_unchanged(const tick::Tally& tally) {
+  const auto& counts = tally.scans_degraded;
+  const auto max_count = std::max_element(counts.begin(), counts.end());
+  if (*max_count > 0) {
+    const auto why = static_cast<tick::Degraded>(max_count - counts.begin());
+    return "because " + std::to_string(*max_count) + " scans: " + advice_for(why) + "\n";
+  }
+  if (tally.scans_in == 0 || tally.beams_replaced > 0) return {};
+  return "because no beam met an agent: are they on floor that the laser sees, and as high as its plane?\n";
 }
 
 }  // namespace
@@ -243,7 +278,7 @@ std::string summary(const Report& report) {
       static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
       report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
       report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
-  std::string text = line;
+  std::string text = line + why_unchanged(tally);
   for (const RobotReport& robot : report.robots) {
     std::snprintf(line, sizeof line, "robot   %s: %llu scans, %llu degraded; %.0f us median, %.0f us p99\n",
                   robot.name.c_str(), static_cast<unsigned long long>(robot.scans_in),

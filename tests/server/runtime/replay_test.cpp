@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include "tests/server/tick/synthetic.hpp"
@@ -152,6 +153,23 @@ TEST_F(ReplayTest, ReplayUsesTheRobotOfTheSession) {
   ReplayOptions again;
   again.log = folder_ / "a.lcm";
   EXPECT_EQ(run(again).hash, first.hash);
+}
+
+TEST_F(ReplayTest, AFailedReplayLeavesNoEmptySession) {
+  std::ofstream(folder_ / "drive.lcm", std::ios::trunc);
+  EXPECT_FALSE(replay(options("a.lcm")).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.lcm"));
+}
+
+TEST_F(ReplayTest, TheSummaryGivesTheReasonWhereNothingWasInjected) {
+  EXPECT_EQ(summary(run(options("a.lcm"))).find("no beam met"), std::string::npos);
+  Report report;
+  report.tally.scans_in = report.tally.scans_out = 9;
+  EXPECT_NE(summary(report).find("no beam met an agent"), std::string::npos);
+  report.tally.scans_degraded[static_cast<std::size_t>(tick::Degraded::pose)] = 7;
+  report.tally.scans_degraded[static_cast<std::size_t>(tick::Degraded::clock)] = 2;
+  EXPECT_NE(summary(report).find("because 7 scans: no pose of the robot"), std::string::npos)
+      << summary(report);
 }
 
 TEST_F(ReplayTest, ReplayReadsATruncatedLogAsFarAsItGoes) {
