@@ -21,13 +21,9 @@
 #include <vector>
 
 #include "protocols/status.hpp"
+#include "tests/file_bytes.hpp"
 
 namespace parhelion::test {
-
-inline std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 inline void replace_file(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/file_bytes.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -47,11 +49,6 @@ struct Defined {
 };
 using Names = std::map<std::string, Defined>;
 
-std::string read(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// Adds the names of a file; conflicts with the files before it as sentences.
 std::string add_names(const std::string& name, const std::string& source, Names& names) {
   std::string conflicts;
@@ -70,7 +67,7 @@ std::string add_names(const std::string& name, const std::string& source, Names&
 /// The headers of the tests that a file includes itself.
 std::vector<fs::path> headers_of(const fs::path& file, const fs::path& root) {
   static const std::regex include("#include \"([^\"]+)\"");
-  const std::string source = read(file);
+  const std::string source = test::bytes_of(file);
   std::vector<fs::path> headers;
   for (std::sregex_iterator at(source.begin(), source.end(), include), end; at != end; ++at) {
     const std::string name = (*at)[1];
@@ -95,9 +92,10 @@ TEST(NamesInTests, AreDefinedOnceInEachProgram) {
     }
     Names names;
     // Two headers may define the same name, in namespaces of their own.
-    for (const fs::path& header : headers) add_names(header.filename().string(), read(header), names);
+    for (const fs::path& header : headers)
+      add_names(header.filename().string(), test::bytes_of(header), names);
     for (const fs::path& file : files)
-      EXPECT_EQ(add_names(fs::relative(file, tests).string(), read(file), names), "")
+      EXPECT_EQ(add_names(fs::relative(file, tests).string(), test::bytes_of(file), names), "")
           << "rename one, or move it to a header";
   }
 }

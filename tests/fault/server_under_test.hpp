@@ -40,7 +40,7 @@ class ServerUnderTest {
   /// The process that serves; 0: none now.
   pid_t child() const { return child_of(process_->pid()); }
   std::string session() const { return folder_ / "session.lcm"; }
-  std::string output() const { return text_of(folder_ / "serve.txt"); }
+  std::string output() const { return bytes_of(folder_ / "serve.txt"); }
   const TemporaryFolder& folder() const { return folder_; }
 
  private:

@@ -164,7 +164,7 @@ class Site {
 
   std::string url() const { return server_.url(); }
   StandInRobot& robot() { return *robot_; }
-  std::string output() const { return server_.output() + text_of(folder_ / "relay.txt"); }
+  std::string output() const { return server_.output() + bytes_of(folder_ / "relay.txt"); }
 
   /// The trainee holds the stick until the robot moves or `time` is over.
   bool drives(Duration time) {

@@ -62,7 +62,7 @@ class ClosedLoop {
 
  private:
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string text(const std::string& name) const { return text_of(path(name)); }
+  std::string text(const std::string& name) const { return bytes_of(path(name)); }
   bool lifts() const { return arrangement_ == Arrangement::trainee_lifts; }
   bool drives_itself() const { return arrangement_ == Arrangement::robot_drives_itself; }
 

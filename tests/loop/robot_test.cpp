@@ -24,7 +24,7 @@ const std::string kProgram = std::string(PARHELION_BINARY_DIR) + "/examples/robo
 class ExampleRobot : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::string url = "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
+    const std::string url = bus_url();
     setenv("LCM_DEFAULT_URL", url.c_str(), 1);
     auto bus = open_network_bus(url);
     ASSERT_TRUE(bus.ok()) << bus.error().message;
@@ -114,12 +114,12 @@ TEST_F(ExampleRobot, PublishesAllItsSensors) {
       if (count_[each] < 2) return false;
     }
     return true;
-  })) << text_of(folder_ / "robot.txt");
+  })) << bytes_of(folder_ / "robot.txt");
 }
 
 TEST_F(ExampleRobot, DrivesByMrCmdAndStopsWhenThatIsSilent) {
   command_ = 0.3;
-  ASSERT_TRUE(until([&] { return x_ > 0.3; })) << text_of(folder_ / "robot.txt");
+  ASSERT_TRUE(until([&] { return x_ > 0.3; })) << bytes_of(folder_ / "robot.txt");
   command_.reset();
   EXPECT_TRUE(until([&] { return stands(); }));
 }
@@ -158,7 +158,7 @@ TEST_F(ExampleRobot, StopsBeforeWhatOnlyMrScanShowsAndMayBackAway) {
 TEST_F(ExampleRobot, ThatDrivesItselfStandsWhileMrCmdBringsStops) {
   switch_on({"--to", "3,0"});
   localizes_ = true;
-  ASSERT_TRUE(until([&] { return x_ > 0.2; })) << text_of(folder_ / "robot.txt");
+  ASSERT_TRUE(until([&] { return x_ > 0.2; })) << bytes_of(folder_ / "robot.txt");
   command_ = 0;
   ASSERT_TRUE(until([&] { return stands(); }));
   const double stopped = x_;

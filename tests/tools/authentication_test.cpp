@@ -14,10 +14,6 @@
 namespace parhelion::tools {
 namespace {
 
-std::string signed_url() {
-  return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
-}
-
 class AuthenticationTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -45,7 +41,7 @@ class AuthenticationTest : public testing::Test {
   }
   /// `name`: of the sender; nullptr: without keys.
   std::unique_ptr<Bus> open(const char* name) {
-    auto bus = open_network_bus(signed_url());
+    auto bus = open_network_bus(test::bus_url());
     EXPECT_TRUE(bus) << bus.error().message;
     if (!bus || name == nullptr) return bus ? std::move(*bus) : nullptr;
     const auto keys = load_keys(folder_ / (std::string(name) + ".keys"));
@@ -58,7 +54,7 @@ class AuthenticationTest : public testing::Test {
             "-o",
             folder_ / "session.lcm",
             "--url",
-            signed_url(),
+            test::bus_url(),
             "--no-restart",
             "--state-folder",
             folder_ / "state",
@@ -127,7 +123,7 @@ TEST_F(AuthenticationTest, WithoutKeysAServerWhoseScenarioAsksForThemDoesNotStar
 TEST_F(AuthenticationTest, AStrangerMovesNothingAndIsNamedOnce) {
   test::Process server(serve(), folder_ / "serve.txt");
   const auto ann = open("ann"), rover = open("rover");
-  ASSERT_TRUE(drives(*ann)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(drives(*ann)) << test::bytes_of(folder_ / "serve.txt");
   ASSERT_FALSE(recorded_.empty());
   send(*rover, test::message(channel::kScan, 0, test::scan_at(1)));
   const EmergencyStopCommand stop{.request = 1, .robot = test::robot().name, .engaged = true};
@@ -178,7 +174,7 @@ TEST_F(AuthenticationTest, AStrangerMovesNothingAndIsNamedOnce) {
       refusals_.contains("a message on TELEOP was signed too long ago, or with another clock: refused, and "
                          "counted from now on"));
   server.signal(SIGTERM);
-  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  EXPECT_EQ(server.wait(), 0) << test::bytes_of(folder_ / "serve.txt");
   const auto replayed = test::run({"replay", folder_ / "session.lcm", "--report", folder_ / "report.json"},
                                   folder_ / "replay.txt");
   EXPECT_EQ(replayed.exit, 0) << replayed.output;
@@ -187,7 +183,7 @@ TEST_F(AuthenticationTest, AStrangerMovesNothingAndIsNamedOnce) {
 TEST_F(AuthenticationTest, TheTraineeMayNotSendWhatTheRobotSends) {
   test::Process server(serve(), folder_ / "serve.txt");
   const auto ann = open("ann");
-  ASSERT_TRUE(drives(*ann)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(drives(*ann)) << test::bytes_of(folder_ / "serve.txt");
   for (int tries = 0; tries < 100 && refusals_.empty(); ++tries) {
     send(*ann, test::message(channel::kScan, 0, test::scan_at(1)));
     listen(milliseconds(50));
@@ -198,10 +194,9 @@ TEST_F(AuthenticationTest, TheTraineeMayNotSendWhatTheRobotSends) {
 
 TEST_F(AuthenticationTest, TheRelayPassesOnWhatTheServerSignedAndNothingElse) {
   test::Process server(serve(), folder_ / "serve.txt");
-  const std::string robot_url =
-      "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
+  const std::string robot_url = test::bus_url(68);
   test::Process relay(
-      {"relay", "--keys", folder_ / "rover.keys", "--url", signed_url(), "--robot-url", robot_url},
+      {"relay", "--keys", folder_ / "rover.keys", "--url", test::bus_url(), "--robot-url", robot_url},
       folder_ / "relay.txt");
   auto motor = open_network_bus(robot_url);
   ASSERT_TRUE(motor) << motor.error().message;
@@ -221,7 +216,7 @@ TEST_F(AuthenticationTest, TheRelayPassesOnWhatTheServerSignedAndNothingElse) {
       driven = std::max(driven, command.twist.vx);
     }
   }
-  EXPECT_GT(driven, 0) << test::text_of(folder_ / "relay.txt") << test::text_of(folder_ / "serve.txt");
+  EXPECT_GT(driven, 0) << test::bytes_of(folder_ / "relay.txt") << test::bytes_of(folder_ / "serve.txt");
   // Both ends of the server's death: the relay stops the robot.
   server.signal(SIGKILL);
   const WallTime killed = runtime::steady_now();
@@ -232,7 +227,7 @@ TEST_F(AuthenticationTest, TheRelayPassesOnWhatTheServerSignedAndNothingElse) {
   }
   EXPECT_EQ(command.twist.vx, 0);
   relay.signal(SIGTERM);
-  EXPECT_EQ(relay.wait(), 0) << test::text_of(folder_ / "relay.txt");
+  EXPECT_EQ(relay.wait(), 0) << test::bytes_of(folder_ / "relay.txt");
 }
 
 }  // namespace

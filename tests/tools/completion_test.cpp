@@ -34,7 +34,7 @@ class CompletionTest : public testing::Test {
             "; printf '%s\\n' \"${COMPREPLY[@]}\"";
     test::Process bash({"--norc", "-c", line}, folder_ / "offers", "/bin/bash");
     EXPECT_EQ(bash.wait(), 0);
-    std::istringstream text(test::text_of(folder_ / "offers"));
+    std::istringstream text(test::bytes_of(folder_ / "offers"));
     Words all;
     for (std::string word; text >> word;) all.insert(word);
     return all;

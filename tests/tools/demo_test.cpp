@@ -43,7 +43,7 @@ void ask_what_if(const test::TemporaryFolder& folder) {
     EXPECT_EQ(ran.exit, 0) << ran.output;
     return review::review_session(folder / (name + ".lcm"));
   };
-  const std::string scenario = test::text_of(folder / "demo/scenario.yaml") + kTrainingYaml;
+  const std::string scenario = test::bytes_of(folder / "demo/scenario.yaml") + kTrainingYaml;
   const auto alone = again("alone", scenario);
   ASSERT_TRUE(alone.ok()) << alone.error().message;
   EXPECT_TRUE(alone->grade->deductions.empty());
@@ -63,7 +63,7 @@ void ask_what_if(const test::TemporaryFolder& folder) {
       test::run({"report", folder / "alone.lcm", "--against", folder / "met.lcm", "-o", folder / "both.html"},
                 folder / "report.txt");
   EXPECT_EQ(page.exit, 0) << page.output;
-  const std::string html = test::text_of(folder / "both.html");
+  const std::string html = test::bytes_of(folder / "both.html");
   EXPECT_NE(html.find("\"log\":\"alone.lcm\""), std::string::npos);
   EXPECT_NE(html.find("\"log\":\"met.lcm\""), std::string::npos);
 }
@@ -97,7 +97,7 @@ TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
                               folder / "session.lcm", "--report", folder / "report.json"},
                              folder / "demo.txt");
   ASSERT_EQ(ran.exit, 0) << ran.output;
-  const auto report = nlohmann::json::parse(test::text_of(folder / "report.json"));
+  const auto report = nlohmann::json::parse(test::bytes_of(folder / "report.json"));
   EXPECT_EQ(report["scans"]["in"], 225);
   EXPECT_EQ(report["scans"]["out"], 225);
   // Just below the deterministic results for this recording and these agents: 1,406 and 230.
@@ -114,7 +114,7 @@ TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
       test::run({"replay", folder / "session.lcm", "-o", folder / "again.lcm", "--threads", "1"},
                 folder / "replay.txt");
   ASSERT_EQ(again.exit, 0) << again.output;
-  EXPECT_TRUE(test::text_of(folder / "session.lcm") == test::text_of(folder / "again.lcm"));
+  EXPECT_TRUE(test::bytes_of(folder / "session.lcm") == test::bytes_of(folder / "again.lcm"));
   ask_what_if(folder);
 }
 
@@ -128,7 +128,7 @@ TEST_P(DemoWithEngine, FeedsTheWholeChainFromImportToComposition) {
                               folder / "demo", "--report", folder / "report.json"},
                              folder / "demo.txt");
   ASSERT_EQ(ran.exit, 0) << ran.output;
-  const auto report = nlohmann::json::parse(test::text_of(folder / "report.json"));
+  const auto report = nlohmann::json::parse(test::bytes_of(folder / "report.json"));
   std::printf("%s: %s beams replaced, %s of %s frames composited\n", GetParam(),
               report["beams"]["replaced"].dump().c_str(), report["frames"]["composited"].dump().c_str(),
               report["frames"]["in"].dump().c_str());

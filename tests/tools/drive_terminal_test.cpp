@@ -15,17 +15,12 @@
 namespace parhelion::tools {
 namespace {
 
-/// A separate multicast group for each test process.
-std::string terminal_url() {
-  return "udpm://239.255.76.69:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
-}
-
 /// The program at the other end of a pseudo terminal.
 class Terminal {
  public:
   Terminal() : keys_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
     if (keys_ < 0 || grantpt(keys_) != 0 || unlockpt(keys_) != 0) return;
-    const std::string side = ptsname(keys_), program = test::program(), where = terminal_url();
+    const std::string side = ptsname(keys_), program = test::program(), where = test::bus_url(69);
     pid_ = fork();
     if (pid_ != 0) return;
     setsid();
@@ -70,7 +65,7 @@ class Terminal {
 class DriveTerminalTest : public testing::Test {
  protected:
   void SetUp() override {
-    auto bus = open_network_bus(terminal_url());
+    auto bus = open_network_bus(test::bus_url(69));
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     for (const char* name : {channel::kJointCmd, channel::kTeleop, channel::kOperators})

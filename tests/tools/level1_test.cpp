@@ -15,15 +15,10 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A separate multicast group for each test process.
-std::string level_1_url() {
-  return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
-}
-
 class Level1Test : public testing::Test {
  protected:
   void SetUp() override {
-    auto bus = open_network_bus(level_1_url());
+    auto bus = open_network_bus(test::bus_url(68));
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     for (const char* name : {channel::kScan, channel::kOdometry, channel::kMrScan, channel::kMrEvents})
@@ -67,16 +62,16 @@ class Level1Test : public testing::Test {
   std::vector<Event> events_;
 };
 
-nlohmann::json report_of(const std::string& path) { return nlohmann::json::parse(test::text_of(path)); }
+nlohmann::json report_of(const std::string& path) { return nlohmann::json::parse(test::bytes_of(path)); }
 
 TEST_F(Level1Test, TheShippedScenarioReplaysToTheSameBytes) {
   const std::string scenario = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml";
   const auto valid = test::run({"validate", scenario}, folder_ / "validate.txt");
   EXPECT_EQ(valid.exit, 0) << valid.output;
   test::Process server({"serve", scenario, "-o", folder_ / "session.lcm", "--report", folder_ / "live.json",
-                        "--url", level_1_url(), "--no-restart"},
+                        "--url", test::bus_url(68), "--no-restart"},
                        folder_ / "serve.txt");
-  const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
+  const auto server_output = [this] { return test::bytes_of(folder_ / "serve.txt"); };
   ASSERT_TRUE(drive(server, {}, [this] {
     return count_[channel::kScan] > 10 && count_[channel::kOdometry] > 10 && count_[channel::kMrScan] > 10;
   })) << server_output();
@@ -97,7 +92,7 @@ TEST_F(Level1Test, TheShippedScenarioReplaysToTheSameBytes) {
   })) << server_output();
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << server_output();
   const auto reset =
-      test::run({"inject", "reset", "--name", "trainee", "--url", level_1_url()}, folder_ / "reset.txt");
+      test::run({"inject", "reset", "--name", "trainee", "--url", test::bus_url(68)}, folder_ / "reset.txt");
   EXPECT_EQ(reset.exit, 0) << reset.output;
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::agent_moved); })) << server_output();
   server.signal(SIGINT);
@@ -115,9 +110,9 @@ TEST_F(Level1Test, DrivingAShippedProgrammeRaisesAndExplainsTheScore) {
   const std::string scenario =
       std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/doorway.yaml";
   const std::string log = folder_ / "session.lcm";
-  test::Process server({"serve", scenario, "-o", log, "--url", level_1_url(), "--no-restart"},
+  test::Process server({"serve", scenario, "-o", log, "--url", test::bus_url(68), "--no-restart"},
                        folder_ / "serve.txt");
-  const auto server_output = [this] { return test::text_of(folder_ / "serve.txt"); };
+  const auto server_output = [this] { return test::bytes_of(folder_ / "serve.txt"); };
   const auto scores = [this] {
     std::vector<double> all;
     for (const Event& event : events_) {
@@ -145,7 +140,7 @@ TEST_F(Level1Test, DrivingAShippedProgrammeRaisesAndExplainsTheScore) {
   EXPECT_THAT(graded.output, HasSubstr("100 of 100 points (100.0 %), grade excellent, passed"));
   const auto reported = test::run({"report", log, "-o", folder_ / "report.html"}, folder_ / "report.txt");
   EXPECT_EQ(reported.exit, 0) << reported.output;
-  EXPECT_THAT(test::text_of(folder_ / "report.html"), HasSubstr("stop at the start"));
+  EXPECT_THAT(test::bytes_of(folder_ / "report.html"), HasSubstr("stop at the start"));
 }
 
 }  // namespace

@@ -137,12 +137,12 @@ TEST_F(OtherHostsTest, AHostThatTheScenarioDoesNotListMovesNothingAndIsNamed) {
   ASSERT_TRUE(own && other);
   const InNamespace here(here_);
   test::Process server(serve({}), folder_ / "serve.txt");
-  ASSERT_TRUE(drives(*own, 200)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(drives(*own, 200)) << test::bytes_of(folder_ / "serve.txt");
   ASSERT_TRUE(stops(*own));
   EXPECT_FALSE(drives(*other, 50));
   const std::string expected = std::string("messages of ") + kOtherAddress + " are refused";
-  EXPECT_NE(test::text_of(folder_ / "serve.txt").find(expected), std::string::npos)
-      << test::text_of(folder_ / "serve.txt");
+  EXPECT_NE(test::bytes_of(folder_ / "serve.txt").find(expected), std::string::npos)
+      << test::bytes_of(folder_ / "serve.txt");
 }
 
 TEST_F(OtherHostsTest, AListedHostDrives) {
@@ -150,7 +150,7 @@ TEST_F(OtherHostsTest, AListedHostDrives) {
   ASSERT_TRUE(other);
   const InNamespace here(here_);
   test::Process server(serve({kOtherAddress}), folder_ / "serve.txt");
-  EXPECT_TRUE(drives(*other, 200)) << test::text_of(folder_ / "serve.txt");
+  EXPECT_TRUE(drives(*other, 200)) << test::bytes_of(folder_ / "serve.txt");
 }
 
 TEST_F(OtherHostsTest, ADatagramToTheMachinesOwnAddressMovesNothing) {
@@ -158,7 +158,7 @@ TEST_F(OtherHostsTest, ADatagramToTheMachinesOwnAddressMovesNothing) {
   ASSERT_TRUE(own);
   const InNamespace here(here_);
   test::Process server(serve({kOtherAddress}), folder_ / "serve.txt");
-  ASSERT_TRUE(drives(*own, 200)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(drives(*own, 200)) << test::bytes_of(folder_ / "serve.txt");
   ASSERT_TRUE(stops(*own));
   const InNamespace there(there_);
   const test::RawSender sender(kUrl, kServerAddress);
@@ -232,11 +232,11 @@ TEST_F(OtherHostsTest, WithARelayNoOtherMachineReachesAMotorOnTheRobotsOwnBus) {
   test::Process relay({"relay", "--keys", folder_ / "rover.keys", "--url", kUrl, "--robot-url", kRobot},
                       folder_ / "relay.txt");
   const Motor motor(kRobot);
-  for (int i = 0; i < 200 && test::text_of(folder_ / "relay.txt").find("stop with ^C") == std::string::npos;
+  for (int i = 0; i < 200 && test::bytes_of(folder_ / "relay.txt").find("stop with ^C") == std::string::npos;
        ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   attack("AFTER");
-  EXPECT_EQ(motor.received("AFTER"), 0) << test::text_of(folder_ / "relay.txt");
+  EXPECT_EQ(motor.received("AFTER"), 0) << test::bytes_of(folder_ / "relay.txt");
   test::RawSender(kRobot).send(test::short_message({"OWN", {}, {1}}));
   EXPECT_EQ(motor.received("OWN"), 1) << "the robot's own programs";
 }

@@ -12,7 +12,15 @@
 #include <string>
 #include <vector>
 
+#include "tests/file_bytes.hpp"
+
 namespace parhelion::test {
+
+/// A bus of this machine that no other test process has; another group for a second bus.
+inline std::string bus_url(int group = 67) {
+  return "udpm://239.255.76." + std::to_string(group) + ":" + std::to_string(20'000 + getpid() % 20'000) +
+         "?ttl=0";
+}
 
 inline std::string program() { return std::string(PARHELION_BINARY_DIR) + "/tools/parhelion"; }
 
@@ -70,11 +78,6 @@ inline pid_t child_of(pid_t parent) {
   return 0;
 }
 
-inline std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 struct Ran {
   int exit = -1;
   std::string output;
@@ -84,7 +87,7 @@ inline Ran run(const std::vector<std::string>& arguments, const std::string& log
                const std::string& path = program()) {
   Process process(arguments, log, path);
   const int exit = process.wait();
-  return {exit, text_of(log)};
+  return {exit, bytes_of(log)};
 }
 
 }  // namespace parhelion::test

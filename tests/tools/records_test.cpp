@@ -51,12 +51,12 @@ TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {
   EXPECT_THAT(run_command({"records", "list", "Anna Schmidt"}).output, HasSubstr("lesson-2.lcm"));
   const std::string out = folder_ / "out.csv";
   EXPECT_EQ(run_command({"records", "export", "--format", "csv", "-o", out}).exit, 0);
-  EXPECT_THAT(test::text_of(out),
+  EXPECT_THAT(test::bytes_of(out),
               AllOf(HasSubstr(pseudonym), Not(HasSubstr("Anna")), Not(HasSubstr("lesson-1.lcm"))));
   EXPECT_THAT(run_command({"records", "export", "--format", "csv", "-o", out}).output,
               HasSubstr("exists already"));
   EXPECT_EQ(run_command({"records", "export", "--format", "csv", "--names", "--force", "-o", out}).exit, 0);
-  EXPECT_THAT(test::text_of(out), AllOf(HasSubstr("Anna"), HasSubstr("lesson-1.lcm")));
+  EXPECT_THAT(test::bytes_of(out), AllOf(HasSubstr("Anna"), HasSubstr("lesson-1.lcm")));
   struct stat found {};
   ASSERT_EQ(stat(out.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0600U) << "it has names, and its owner alone reads it";
@@ -65,7 +65,7 @@ TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {
   EXPECT_EQ(run_command({"records", "list", "Anna Schmidt"}).exit, 1);
   std::filesystem::remove(out);
   for (const char* file : {"records.db", "records.db-wal", "records.db-shm"})
-    EXPECT_THAT(test::text_of(folder_ / file), Not(HasSubstr("Anna"))) << file;
+    EXPECT_THAT(test::bytes_of(folder_ / file), Not(HasSubstr("Anna"))) << file;
 }
 
 TEST_F(RecordsCommand, ASessionOfAnotherTraineeIsRefused) {
@@ -152,7 +152,7 @@ TEST_F(RecordsCommand, BatchWritesATableAndNamesTheBadLog) {
   const auto ran = run_command({"batch", folder_ / "", "-o", table});
   EXPECT_EQ(ran.exit, 1);
   EXPECT_THAT(ran.output, AllOf(HasSubstr("bad.lcm"), HasSubstr("2 sessions graded, 2 passed, 1 could not")));
-  EXPECT_THAT(test::text_of(table), HasSubstr("\"score\": 93.0"));
+  EXPECT_THAT(test::bytes_of(table), HasSubstr("\"score\": 93.0"));
   EXPECT_THAT(run_command({"batch", folder_ / "", "-o", table}).output, HasSubstr("--force"));
   for (const char* shard : {"3/2", "1/-1", "+1/2", "1/", "0/1"})
     EXPECT_EQ(run_command({"batch", folder_ / "", "--shard", shard}).exit, 2) << shard;

@@ -43,7 +43,7 @@ class SameBytesTest : public testing::Test {
          folder_ / "report.json", "--threads", std::to_string(pace.threads), "--rate", pace.rate, "--force"},
         folder_ / "replay.txt", program);
     EXPECT_EQ(ran.exit, 0) << program << ": " << ran.output;
-    return nlohmann::json::parse(test::text_of(folder_ / "report.json"), nullptr, false);
+    return nlohmann::json::parse(test::bytes_of(folder_ / "report.json"), nullptr, false);
   }
   void expect_the_same_bytes(const std::string& log, const std::string& scenario,
                              const std::vector<std::string>& channels) {
@@ -52,7 +52,7 @@ class SameBytesTest : public testing::Test {
     for (const std::string& program : programs()) {
       for (const Pace& pace : paces()) {
         const auto report = replay(program, log, scenario, pace);
-        const std::string session = test::text_of(folder_ / "session.lcm");
+        const std::string session = test::bytes_of(folder_ / "session.lcm");
         if (first.is_null()) {
           first = report;
           first_session = session;

@@ -17,11 +17,6 @@
 
 namespace parhelion::test {
 
-/// A separate multicast group for each test process, so that parallel runs do not interfere.
-inline std::string url() {
-  return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0";
-}
-
 /// A scenario with a room and a robot, and the robot's end of the bus of `parhelion serve`.
 class ServeTest : public ::testing::Test {
  protected:
@@ -33,7 +28,7 @@ class ServeTest : public ::testing::Test {
     scenario.model = "model.yaml";
     scenario.robot = "robot.yaml";
     std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
-    auto bus = open_network_bus(url());
+    auto bus = open_network_bus(bus_url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     ASSERT_TRUE(bus_->subscribe("MR_.*", 2000).ok());
@@ -44,7 +39,7 @@ class ServeTest : public ::testing::Test {
             "-o",
             folder_ / session,
             "--url",
-            url(),
+            bus_url(),
             "--no-restart",
             "--force",
             "--state-folder",
@@ -74,11 +69,11 @@ class ServeTest : public ::testing::Test {
   ::testing::AssertionResult await_server(Process& server, std::uint64_t request) {
     const Message hello = spawn(request, 0);
     for (int tries = 0; tries < 200; ++tries) {
-      if (!server.running()) return ::testing::AssertionFailure() << text_of(folder_ / "serve.txt");
+      if (!server.running()) return ::testing::AssertionFailure() << bytes_of(folder_ / "serve.txt");
       EXPECT_TRUE(bus_->publish(hello.channel, hello.payload).ok());
       if (answer(milliseconds(100)) == request) return ::testing::AssertionSuccess();
     }
-    return ::testing::AssertionFailure() << "no answer: " << text_of(folder_ / "serve.txt");
+    return ::testing::AssertionFailure() << "no answer: " << bytes_of(folder_ / "serve.txt");
   }
   /// Sends the robot's emergency stop until the server has replied.
   ::testing::AssertionResult emergency_stop(bool engaged, std::uint64_t request) {
@@ -90,7 +85,7 @@ class ServeTest : public ::testing::Test {
            answered = answer(milliseconds(400)))
         if (answered == request) return ::testing::AssertionSuccess();
     }
-    return ::testing::AssertionFailure() << "no answer: " << text_of(folder_ / "serve.txt");
+    return ::testing::AssertionFailure() << "no answer: " << bytes_of(folder_ / "serve.txt");
   }
   /// The reason why the server limits the robot's command.
   std::string why_reduced() {

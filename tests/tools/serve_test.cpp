@@ -17,8 +17,8 @@
 namespace parhelion::tools {
 namespace {
 
+using test::bus_url;
 using test::ServeTest;
-using test::url;
 
 TEST_F(ServeTest, ServeLosesNoAcknowledgedDataWhenKilled) {
   const int kills = test::long_run() ? 1000 : 50;
@@ -101,7 +101,7 @@ TEST_F(ServeTest, ServeComesBackAfterEachDeathAndKeepsTheRobotStopped) {
   }
   EXPECT_EQ(why_reduced(), "emergency_stop");
   server.signal(SIGTERM);
-  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  EXPECT_EQ(server.wait(), 0) << test::bytes_of(folder_ / "serve.txt");
   for (int number = 2; number < deaths + 2; ++number)
     EXPECT_TRUE(std::filesystem::exists(folder_ / ("session-" + std::to_string(number) + ".lcm"))) << number;
 }
@@ -129,7 +129,7 @@ TEST_F(ServeTest, AnInstructorStopsTheRobotAfterACrashWithoutLoggingInAgain) {
   ASSERT_TRUE(await_server(server, 2));
   ASSERT_NE(child_of(server), child);
   test::RawClient page(port);
-  ASSERT_EQ(page.open_socket("/ws/state", cookie).status, 101) << test::text_of(folder_ / "serve.txt");
+  ASSERT_EQ(page.open_socket("/ws/state", cookie).status, 101) << test::bytes_of(folder_ / "serve.txt");
   ASSERT_TRUE(page.send_text(R"({"type":"estop","request":7})"));
   bool stopped = false;
   while (const auto frame = page.frame()) {
@@ -228,7 +228,7 @@ TEST_F(ServeEndTest, ACommandFromBeforeAPauseOfTheServerIsRefused) {
   ASSERT_TRUE(await_server(server, 1));
   std::mt19937 random(5);
   for (int pause = 0; pause < pauses; ++pause) {
-    ASSERT_TRUE(drives()) << test::text_of(folder_ / "serve.txt");
+    ASSERT_TRUE(drives()) << test::bytes_of(folder_ / "serve.txt");
     server.signal(SIGSTOP);
     newest_command(milliseconds(100));  // all that was sent before
     teleop(0.3);
@@ -252,14 +252,14 @@ TEST_F(ServeTest, AMalformedRobotIsRefusedAndTheNextOneIsServed) {
   const auto waited_for = [&](const std::string& text, const Message& sent) {
     for (int tries = 0; tries < 200; ++tries) {
       EXPECT_TRUE(bus_->publish(sent.channel, sent.payload).ok());
-      if (test::text_of(folder_ / "serve.txt").find(text) != std::string::npos) return true;
+      if (test::bytes_of(folder_ / "serve.txt").find(text) != std::string::npos) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     return false;
   };
-  ASSERT_TRUE(waited_for("still waiting", bad)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(waited_for("still waiting", bad)) << test::bytes_of(folder_ / "serve.txt");
   const Message good = test::message(channel::kRobot, 0, RobotMessage{{}, to_yaml(test::robot())});
-  ASSERT_TRUE(waited_for("serving", good)) << test::text_of(folder_ / "serve.txt");
+  ASSERT_TRUE(waited_for("serving", good)) << test::bytes_of(folder_ / "serve.txt");
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0);
 }
@@ -274,10 +274,10 @@ TEST_F(ServeTest, ServeKeepsAStoppedRobotStoppedAfterACrash) {
   kill(child, SIGKILL);
   ASSERT_TRUE(await_server(server, 3));
   EXPECT_NE(child_of(server), child);
-  EXPECT_NE(test::text_of(folder_ / "serve.txt").find("still is"), std::string::npos);
+  EXPECT_NE(test::bytes_of(folder_ / "serve.txt").find("still is"), std::string::npos);
   EXPECT_EQ(why_reduced(), "emergency_stop");
   server.signal(SIGTERM);
-  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  EXPECT_EQ(server.wait(), 0) << test::bytes_of(folder_ / "serve.txt");
 }
 
 TEST_F(ServeTest, ASessionWhoseLogWasDeletedFails) {
@@ -289,7 +289,7 @@ TEST_F(ServeTest, ASessionWhoseLogWasDeletedFails) {
   ASSERT_TRUE(await_server(server, 2)) << "it goes on serving, and answers";
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 1);
-  const std::string output = test::text_of(folder_ / "serve.txt");
+  const std::string output = test::bytes_of(folder_ / "serve.txt");
   EXPECT_NE(output.find("session.lcm: deleted or moved during the session"), std::string::npos) << output;
   EXPECT_NE(output.find("INCOMPLETE"), std::string::npos) << output;
 }
@@ -319,7 +319,7 @@ TEST_F(ServeTest, AnEmergencyStopPersistsAcrossServersUntilReset) {
   }
   test::Process server(serve("fourth.lcm"), folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 6));
-  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("emergency stop"), std::string::npos);
+  EXPECT_EQ(test::bytes_of(folder_ / "serve.txt").find("emergency stop"), std::string::npos);
   EXPECT_NE(why_reduced(), "emergency_stop");
 }
 
@@ -332,8 +332,8 @@ TEST_F(ServeTest, ServeExitsCleanlyWhenItsProcessGroupIsStopped) {
   test::Process server(arguments, folder_ / "serve.txt", "/usr/bin/timeout");
   ASSERT_TRUE(await_server(server, 1));
   server.signal(SIGTERM);
-  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
-  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("starting it again"), std::string::npos);
+  EXPECT_EQ(server.wait(), 0) << test::bytes_of(folder_ / "serve.txt");
+  EXPECT_EQ(test::bytes_of(folder_ / "serve.txt").find("starting it again"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "report.json")) << "the session has come to its end";
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / ""))
     EXPECT_FALSE(entry.path().filename().string().starts_with("session-")) << entry.path();
@@ -353,7 +353,7 @@ TEST_F(ServeTest, ServeAndReplayRefuseUnwritablePathsBeforeRunning) {
     for (const std::string command : {"replay", "serve"}) {
       std::vector<std::string> arguments{command, each.option, each.path};
       if (command == "serve") {
-        arguments.insert(arguments.end(), {folder_ / "scenario.yaml", "--url", url()});
+        arguments.insert(arguments.end(), {folder_ / "scenario.yaml", "--url", bus_url()});
         if (each.option != "-o") arguments.insert(arguments.end(), {"-o", folder_ / "fresh.lcm"});
       } else {
         arguments.insert(arguments.end(), {folder_ / "drive.lcm", "--scenario", folder_ / "scenario.yaml"});
@@ -366,7 +366,7 @@ TEST_F(ServeTest, ServeAndReplayRefuseUnwritablePathsBeforeRunning) {
     }
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "fresh.lcm"));
-  EXPECT_EQ(test::text_of(folder_ / "there.json"), "{}");
+  EXPECT_EQ(test::bytes_of(folder_ / "there.json"), "{}");
 }
 
 TEST_F(ServeTest, InjectReceivesAReplyFromTheServer) {
@@ -374,7 +374,7 @@ TEST_F(ServeTest, InjectReceivesAReplyFromTheServer) {
   ASSERT_TRUE(await_server(server, 1));
   const auto inject = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "inject");
-    arguments.insert(arguments.end(), {"--url", url(), "--timeout", "20"});
+    arguments.insert(arguments.end(), {"--url", bus_url(), "--timeout", "20"});
     return test::run(arguments, folder_ / "inject.txt");
   };
   EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90deg"}).exit, 0);
@@ -401,7 +401,7 @@ TEST_F(ServeTest, InjectReceivesAReplyFromTheServer) {
   EXPECT_EQ(why_reduced(), "emergency_stop");
   EXPECT_EQ(inject({"release-emergency-stop", "--name", test::robot().name}).exit, 0);
   server.signal(SIGINT);
-  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  EXPECT_EQ(server.wait(), 0) << test::bytes_of(folder_ / "serve.txt");
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ class ServiceTest : public test::ServeTest {
 TEST_F(ServiceTest, TheServerReportsReadinessAndItsLoopFeedsTheWatchdog) {
   const auto server = start_notifying();
   const auto ready = manager_.await("READY=1");
-  ASSERT_TRUE(ready) << test::text_of(log());
+  ASSERT_TRUE(ready) << test::bytes_of(log());
   EXPECT_TRUE(answers_a_scan());
   const pid_t child = child_of(*server);
   EXPECT_EQ(ready->sender, child) << "the process that answers scans";
@@ -136,7 +136,7 @@ TEST_F(ServiceTest, TheServerReportsReadinessAndItsLoopFeedsTheWatchdog) {
   }
 
   kill(child, SIGSTOP);
-  while (test::text_of("/proc/" + std::to_string(child) + "/stat").find(") T ") == std::string::npos)
+  while (test::bytes_of("/proc/" + std::to_string(child) + "/stat").find(") T ") == std::string::npos)
     std::this_thread::yield();
   manager_.discard();
   const auto late = manager_.receive(Duration{3 * kWatchdog.ns});
@@ -148,19 +148,19 @@ TEST_F(ServiceTest, TheServerReportsReadinessAndItsLoopFeedsTheWatchdog) {
   const auto stopping = manager_.await("STOPPING=1");
   ASSERT_TRUE(stopping);
   EXPECT_EQ(stopping->sender, child);
-  EXPECT_EQ(server->wait(), 0) << test::text_of(log());
+  EXPECT_EQ(server->wait(), 0) << test::bytes_of(log());
 }
 
 TEST_F(ServiceTest, ARestartOfTheServerKeepsTheService) {
   const auto server = start_notifying();
   const auto first = manager_.await("READY=1");
-  ASSERT_TRUE(first) << test::text_of(log());
+  ASSERT_TRUE(first) << test::bytes_of(log());
   kill(first->sender, SIGKILL);
   const auto died = manager_.await("STATUS=the server died");
   ASSERT_TRUE(died);
   EXPECT_EQ(died->sender, server->pid());
   const auto second = manager_.await("READY=1");
-  ASSERT_TRUE(second) << test::text_of(log());
+  ASSERT_TRUE(second) << test::bytes_of(log());
   EXPECT_NE(second->sender, first->sender);
   EXPECT_NE(second->sender, server->pid()) << "the supervisor answers no scans";
   const auto fed = manager_.await("WATCHDOG=1");
@@ -168,7 +168,7 @@ TEST_F(ServiceTest, ARestartOfTheServerKeepsTheService) {
   EXPECT_EQ(fed->sender, second->sender);
   EXPECT_TRUE(server->running()) << "a manager takes the end of this process as the end of the service";
   server->signal(SIGTERM);
-  EXPECT_EQ(server->wait(), 0) << test::text_of(log());
+  EXPECT_EQ(server->wait(), 0) << test::bytes_of(log());
 }
 
 TEST_F(ServiceTest, StatesWhatItWaitsForBeforeItIsReady) {
@@ -178,7 +178,7 @@ TEST_F(ServiceTest, StatesWhatItWaitsForBeforeItIsReady) {
   std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
   const auto server = start_notifying();
   const auto first = manager_.receive(seconds(20));
-  ASSERT_TRUE(first) << test::text_of(log());
+  ASSERT_TRUE(first) << test::bytes_of(log());
   EXPECT_TRUE(first->text.starts_with("STATUS=waiting for the robot description")) << first->text;
   const auto early = manager_.receive(kWatchdog);
   EXPECT_FALSE(early) << early->text;
@@ -193,7 +193,7 @@ TEST_F(ServiceTest, LinesHavePrioritiesOnlyInTheJournal) {
     ASSERT_TRUE(await_server(*server, 2));
     server->signal(SIGTERM);
     EXPECT_EQ(server->wait(), 0);
-    const std::string lines = "\n" + test::text_of(log());
+    const std::string lines = "\n" + test::bytes_of(log());
     EXPECT_EQ(lines.find("\n<6>parhelion serve: serving") != std::string::npos, journal) << lines;
     EXPECT_EQ(lines.find("\n<3>parhelion serve: the server died") != std::string::npos, journal) << lines;
   }

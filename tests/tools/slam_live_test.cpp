@@ -34,9 +34,9 @@ class LiveSlam : public test::ServeTest, public ::testing::WithParamInterface<En
   }
 
   std::vector<std::string> slam(const EngineCase& engine) {
-    std::vector<std::string> arguments{"slam",      "--engine", engine.engine,
-                                       "--start",   kStart,     "--url",
-                                       test::url(), "--robot",  folder_ / "robot.yaml"};
+    std::vector<std::string> arguments{"slam",          "--engine", engine.engine,
+                                       "--start",       kStart,     "--url",
+                                       test::bus_url(), "--robot",  folder_ / "robot.yaml"};
     if (engine.maps) return arguments;
     test::write_log(folder_ / "drive.lcm", test::drive(40));
     const auto mapped =
@@ -98,7 +98,8 @@ TEST_P(LiveSlam, PosesOfEachEnginePutTheBoxIntoTheScans) {
   }
   receive_until(runtime::steady_now() + milliseconds(300));
   EXPECT_GE(injected_, enough) << reason_ << "\n"
-                               << test::text_of(folder_ / "slam.txt") << test::text_of(folder_ / "serve.txt");
+                               << test::bytes_of(folder_ / "slam.txt")
+                               << test::bytes_of(folder_ / "serve.txt");
   EXPECT_EQ(answered_, sent_);
 }
 

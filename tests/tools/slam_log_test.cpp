@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <iterator>
 
+#include "tests/file_bytes.hpp"
 #include "tests/fusion/pose/room.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
@@ -13,13 +13,9 @@
 namespace parhelion::tools {
 namespace {
 
+using test::bytes_of;
 using test::ImportedLog;
 using test::TemporaryFolder;
-
-std::string log_bytes(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct LogOfADrive {
   explicit LogOfADrive(const std::filesystem::path& path, bool with_robot = true) {
@@ -113,7 +109,7 @@ TEST(SlamLog, MappingAndLocalizationAreReproducible) {
     }
   }
   for (const char* end : {".lcm", "simplemap.lcm", "yaml.lcm", ".pgm"}) {
-    EXPECT_TRUE(log_bytes(folder / (std::string("a") + end)) == log_bytes(folder / (std::string("b") + end)))
+    EXPECT_TRUE(bytes_of(folder / (std::string("a") + end)) == bytes_of(folder / (std::string("b") + end)))
         << end;
   }
   const ImportedLog out(folder / "a.lcm");
@@ -146,8 +142,7 @@ TEST(SlamLog, EnginesOfMrptMapAndLocalizeWithTheSameBytesEachTime) {
       EXPECT_EQ(located->map_id, report->map_id);
     }
     for (const char* end : {".lcm", "l.lcm", ".pgm"})
-      EXPECT_TRUE(log_bytes(folder / (std::string("a") + end)) ==
-                  log_bytes(folder / (std::string("b") + end)))
+      EXPECT_TRUE(bytes_of(folder / (std::string("a") + end)) == bytes_of(folder / (std::string("b") + end)))
           << end;
   }
 }
@@ -159,7 +154,7 @@ TEST(SlamLog, RunOverItsOwnOutputReplacesThePoses) {
   const auto again = map_log(options(folder / "once.lcm", folder / "twice.lcm"));
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(again->replaced, 2 * drive.scans + 1);
-  EXPECT_EQ(log_bytes(folder / "once.lcm"), log_bytes(folder / "twice.lcm"));
+  EXPECT_EQ(bytes_of(folder / "once.lcm"), bytes_of(folder / "twice.lcm"));
 }
 
 TEST(SlamLog, RefusesChannelsThatCarryVirtualReturns) {
@@ -189,7 +184,7 @@ TEST(SlamLog, ReportsMissingInputAndLeavesNoPartialOutput) {
   EXPECT_FALSE(map_log(options(folder / "in.lcm", folder / "in.lcm")).ok());
   std::ofstream(folder / "there.lcm") << "mine";
   EXPECT_FALSE(map_log(options(folder / "in.lcm", folder / "there.lcm")).ok());
-  EXPECT_EQ(log_bytes(folder / "there.lcm"), "mine");
+  EXPECT_EQ(bytes_of(folder / "there.lcm"), "mine");
   EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm" + ".part"));
 }
@@ -197,7 +192,7 @@ TEST(SlamLog, ReportsMissingInputAndLeavesNoPartialOutput) {
 TEST(SlamLog, CountsDamagedEventsAndContinues) {
   const TemporaryFolder folder;
   const LogOfADrive drive(folder / "in.lcm");
-  std::string bytes = log_bytes(folder / "in.lcm");
+  std::string bytes = bytes_of(folder / "in.lcm");
   const auto at = bytes.find("SCAN", bytes.size() / 2);
   for (std::size_t i = 0; i < 12; ++i) bytes[at + 4 + i] = '\x7f';  // its fingerprint and stamp
   std::ofstream(folder / "damaged.lcm", std::ios::binary) << bytes;

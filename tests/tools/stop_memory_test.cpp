@@ -65,8 +65,7 @@ TEST_F(StopMemoryTest, AServerWhoseStateFolderOthersCanChangeDoesNotStart) {
   std::ofstream(folder_ / "robot.yaml") << to_yaml(test::robot());
   std::ofstream(folder_ / "scenario.yaml") << "name: open\nlevel: 3\nrobot: robot.yaml\n";
   const auto ran = test::run({"serve", folder_ / "scenario.yaml", "-o", folder_ / "session.lcm", "--url",
-                              "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0",
-                              "--no-restart", "--state-folder", state_},
+                              test::bus_url(), "--no-restart", "--state-folder", state_},
                              folder_ / "serve.txt");
   EXPECT_EQ(ran.exit, 1);
   EXPECT_NE(ran.output.find("other users may change what is in this folder; run: chmod 700"),

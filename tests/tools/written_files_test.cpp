@@ -66,7 +66,7 @@ TEST(WrittenFiles, SavedMapsAreNotOverwrittenWithoutForce) {
   const auto refused = test::run({"slam", "--log", log, "--save-map", site}, folder / "said.txt");
   EXPECT_EQ(refused.exit, 1);
   EXPECT_THAT(refused.output, AllOf(HasSubstr("site.pgm: exists already"), HasSubstr("--force")));
-  EXPECT_EQ(test::text_of(site + ".pgm"), "mine");
+  EXPECT_EQ(test::bytes_of(site + ".pgm"), "mine");
   EXPECT_FALSE(std::filesystem::exists(site + ".yaml"));
   const auto forced = test::run({"slam", "--log", log, "--save-map", site, "--force"}, folder / "said.txt");
   EXPECT_EQ(forced.exit, 0) << forced.output;
@@ -81,7 +81,7 @@ TEST(WrittenFiles, AFullDiskLeavesTheOldMapIntact) {
   std::filesystem::create_directory(folder / "maps");
   const std::string site = folder / "maps/site";
   ASSERT_EQ(test::run({"slam", "--log", log, "--save-map", site}, folder / "said.txt").exit, 0);
-  const std::string before = test::text_of(site + ".pgm");
+  const std::string before = test::bytes_of(site + ".pgm");
   const auto names = names_in(folder / "maps");
   EXPECT_EQ(names.size(), 4U);
   const std::vector<std::string> again{"slam", "--log", log, "--save-map", site, "--force"};
@@ -95,7 +95,7 @@ TEST(WrittenFiles, AFullDiskLeavesTheOldMapIntact) {
       ran = test::run(again, output_file);
     }
     EXPECT_EQ(names_in(folder / "maps"), names) << bytes;
-    EXPECT_EQ(test::text_of(site + ".pgm"), before) << bytes;
+    EXPECT_EQ(test::bytes_of(site + ".pgm"), before) << bytes;
     if (ran.exit == 0) continue;
     ++failures;
     EXPECT_EQ(ran.exit, 1) << ran.output;
@@ -147,7 +147,7 @@ TEST(WrittenFiles, AnExistingReportIsRefusedBeforeTheReplay) {
   EXPECT_EQ(ran.exit, 1);
   EXPECT_THAT(ran.output, HasSubstr("r.json: exists already"));
   EXPECT_FALSE(std::filesystem::exists(folder / "session.lcm"));
-  EXPECT_EQ(test::text_of(report), "mine");
+  EXPECT_EQ(test::bytes_of(report), "mine");
 }
 
 TEST(Replay, ALogWithoutUsableScansFails) {
@@ -182,7 +182,7 @@ TEST(DemoWithoutEgl, ContinuesWithoutTheCameraAndReportsWhy) {
   EXPECT_EQ(ran.exit, 0) << ran.output;
   EXPECT_THAT(ran.output,
               HasSubstr("camera   none: the recording has none, and no stand-in can be rendered"));
-  EXPECT_THAT(test::text_of(folder / "report.json"), HasSubstr("no stand-in can be rendered"));
+  EXPECT_THAT(test::bytes_of(folder / "report.json"), HasSubstr("no stand-in can be rendered"));
   EXPECT_TRUE(std::filesystem::exists(folder / "demo/map.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "demo/camera.jpg"));
 }

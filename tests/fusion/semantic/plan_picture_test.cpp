@@ -4,17 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "fusion/semantic/grid/extrude.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/fusion/semantic/rooms.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
 using Eigen::Vector2d;
+using test::bytes_of;
 
 struct Site {
   pose::GridMap map;
@@ -83,13 +83,6 @@ Site make_site() {
   site.picture.subtitle = "synthetic grid of 5 cm; one augmented scan";
   site.picture.paths.push_back(path);
   return site;
-}
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream out;
-  out << file.rdbuf();
-  return out.str();
 }
 
 std::string out_path(const std::string& name) { return ::testing::TempDir() + "parhelion_" + name; }

@@ -6,6 +6,7 @@
 
 #include "server/runtime/replay.hpp"
 #include "server/tick/tick.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -172,10 +173,7 @@ TEST_F(ModelChangeTest, ReplayAppliesModelChangesAndGivesTheSameBytes) {
   EXPECT_EQ(once.tally.events[static_cast<std::size_t>(EventKind::model_changed)], 2U);
   const Report again = run("a.lcm", "b.lcm", false);
   EXPECT_EQ(again.hash, once.hash);
-  std::ifstream a(folder / "a.lcm", std::ios::binary), b(folder / "b.lcm", std::ios::binary);
-  const std::string bytes_a{std::istreambuf_iterator<char>(a), {}},
-      bytes_b{std::istreambuf_iterator<char>(b), {}};
-  EXPECT_EQ(bytes_a, bytes_b);
+  EXPECT_EQ(test::bytes_of(folder / "a.lcm"), test::bytes_of(folder / "b.lcm"));
   EXPECT_NE(run("plain.lcm", "c.lcm", true).hash, once.hash) << "the models make a difference";
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/runtime/replay.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/tick/same_bytes.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
@@ -42,7 +43,7 @@ class ReplayFixture : public testing::Test {
     for (const int threads : {1, 2, 8}) {
       const std::string session = "b" + std::to_string(threads) + ".lcm";
       EXPECT_EQ(run(options(session, threads)).hash, first.hash) << threads;
-      EXPECT_TRUE(bytes_of(session) == bytes_of("a.lcm"))
+      EXPECT_TRUE(bytes_of(folder_ / session) == bytes_of(folder_ / "a.lcm"))
           << threads << " threads" << difference(folder_ / "a.lcm", folder_ / session);
     }
   }
@@ -53,16 +54,10 @@ class ReplayFixture : public testing::Test {
     again.log = folder_ / "a.lcm";
     again.session = folder_ / "b.lcm";
     EXPECT_EQ(run(again).hash, first.hash);
-    EXPECT_TRUE(bytes_of("a.lcm") == bytes_of("b.lcm"));
+    EXPECT_TRUE(bytes_of(folder_ / "a.lcm") == bytes_of(folder_ / "b.lcm"));
   }
 
   TemporaryFolder folder_;
-
- private:
-  std::string bytes_of(const std::string& file) {
-    std::ifstream stream(folder_ / file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
 };
 
 }  // namespace parhelion::test

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/file_bytes.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -14,11 +15,7 @@ namespace parhelion::runtime {
 namespace {
 
 using test::agent;
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+using test::bytes_of;
 
 /// A drive, its model and its scenario.
 void write_files(const test::TemporaryFolder& folder) {

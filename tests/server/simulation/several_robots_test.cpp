@@ -37,11 +37,6 @@ std::vector<Event> drive_towards(Simulation& simulation, double from, double to,
   return simulation.take_events();
 }
 
-std::vector<Event> only_of(std::vector<Event> events, EventKind kind) {
-  std::erase_if(events, [kind](const Event& event) { return event.kind != kind; });
-  return events;
-}
-
 double half_length() {
   double half = 0;
   for (const auto& corner : robot().footprint) half = std::max(half, std::abs(corner.x()));
@@ -52,7 +47,7 @@ TEST(SeveralRobots, ARobotThatDrivesIntoAnotherIsTheSubjectOfTheContact) {
   Simulation simulation = make_robots(2);
   const double touch = -2 * half_length();
   auto events = drive_towards(simulation, touch - 1, touch, 0.5);
-  const auto started = only_of(events, EventKind::contact_started);
+  const auto started = only(events, EventKind::contact_started);
   ASSERT_EQ(started.size(), 1U);
   EXPECT_EQ(started.front().subject, "rover_1");
   EXPECT_EQ(started.front().object, "rover_2");
@@ -61,14 +56,14 @@ TEST(SeveralRobots, ARobotThatDrivesIntoAnotherIsTheSubjectOfTheContact) {
   EXPECT_NEAR(started.front().impulse, robot().mass / 2 * 0.5, 1.0) << "the reduced mass times closing speed";
   EXPECT_NEAR(started.front().position.x(), -half_length(), 0.05);
   events = drive_towards(simulation, touch, touch - 1, 0.5);
-  EXPECT_EQ(only_of(events, EventKind::contact_ended).size(), 1U);
-  EXPECT_TRUE(only_of(events, EventKind::poses_conflict).empty());
+  EXPECT_EQ(only(events, EventKind::contact_ended).size(), 1U);
+  EXPECT_TRUE(only(events, EventKind::poses_conflict).empty());
 }
 
 TEST(SeveralRobots, ACollisionAheadIsPredictedForTheRobotThatDrives) {
   Simulation simulation = make_robots(2);
   const auto events = drive_towards(simulation, -2 * half_length() - 2, -2 * half_length() - 0.3, 0.5);
-  const auto predicted = only_of(events, EventKind::collision_predicted);
+  const auto predicted = only(events, EventKind::collision_predicted);
   ASSERT_FALSE(predicted.empty());
   EXPECT_EQ(predicted.front().subject, "rover_1");
   EXPECT_EQ(predicted.front().object, "rover_2");
@@ -86,8 +81,8 @@ TEST(SeveralRobots, PassingCloselyIsANearMissAndFarOffIsNothing) {
       simulation.step_robots(States{known(real_at(2, 2 * half_width + gap)), known(real_at(0, 0))}, requests);
     const auto rest = simulation.take_events();
     events.insert(events.end(), rest.begin(), rest.end());
-    const auto missed = only_of(events, EventKind::near_miss);
-    EXPECT_TRUE(only_of(events, EventKind::contact_started).empty()) << gap;
+    const auto missed = only(events, EventKind::near_miss);
+    EXPECT_TRUE(only(events, EventKind::contact_started).empty()) << gap;
     ASSERT_EQ(missed.size(), gap < 0.2 ? 1U : 0U) << gap;
     if (missed.empty()) continue;
     EXPECT_EQ(missed.front().subject, "rover_1");
@@ -102,13 +97,13 @@ TEST(SeveralRobots, TwoPosesInOnePlaceAreAConflictAndNoContact) {
   for (int i = 0; i < 480; ++i)
     simulation.step_robots(States{known(real_at(1, 1)), known(real_at(1.05, 1))}, requests);
   const auto events = simulation.take_events();
-  const auto conflicts = only_of(events, EventKind::poses_conflict);
+  const auto conflicts = only(events, EventKind::poses_conflict);
   ASSERT_EQ(conflicts.size(), 1U) << "reported once";
   EXPECT_EQ(conflicts.front().subject, "rover_1");
   EXPECT_EQ(conflicts.front().object, "rover_2");
   EXPECT_GT(conflicts.front().value, 0.1);
   EXPECT_NE(conflicts.front().text.find("localization"), std::string::npos);
-  EXPECT_TRUE(only_of(events, EventKind::contact_started).empty());
+  EXPECT_TRUE(only(events, EventKind::contact_started).empty());
 }
 
 TEST(SeveralRobots, AnOverlapWithinThePosesUncertaintyIsNoConflict) {
@@ -118,7 +113,7 @@ TEST(SeveralRobots, AnOverlapWithinThePosesUncertaintyIsNoConflict) {
   for (int i = 0; i < 240; ++i)
     simulation.step_robots(
         States{known(real_at(0, 0), 0.1), known(real_at(2 * half_length() - overlap, 0), 0.1)}, requests);
-  EXPECT_TRUE(only_of(simulation.take_events(), EventKind::poses_conflict).empty());
+  EXPECT_TRUE(only(simulation.take_events(), EventKind::poses_conflict).empty());
 }
 
 TEST(SeveralRobots, AConflictIsReportedAgainAfterItWasResolved) {
@@ -131,7 +126,7 @@ TEST(SeveralRobots, AConflictIsReportedAgainAfterItWasResolved) {
   steps(0);
   steps(5);
   steps(0);
-  EXPECT_EQ(only_of(simulation.take_events(), EventKind::poses_conflict).size(), 2U);
+  EXPECT_EQ(only(simulation.take_events(), EventKind::poses_conflict).size(), 2U);
 }
 
 /// An agent that one robot's sensors do not show freezes near that robot, not near the other.

@@ -9,6 +9,7 @@
 
 #include "server/simulation/robot_model.hpp"
 #include "server/simulation/urdf.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/shape_mesh.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -140,9 +141,7 @@ TEST(UrdfMeshes, ATurtleBot4IsReadWithItsMeshesAndWithoutTheMissingOnes) {
   const std::string path =
       std::string(PARHELION_SOURCE_DIR) + "/../shared/data/urdf-turtlebot4/turtlebot4_from_bag.urdf";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path;
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const auto embedded = embed_meshes(text, path);
+  const auto embedded = embed_meshes(test::bytes_of(path), path);
   for (const std::string& warning : embedded.warnings) EXPECT_THAT(warning, HasSubstr("oakd_lite"));
   const auto urdf = read_urdf(embedded.urdf, path, {});
   ASSERT_TRUE(urdf.ok()) << urdf.error().message;

@@ -19,6 +19,7 @@
 #include "server/runtime/session_files.hpp"
 #include "server/simulation/base_body.hpp"
 #include "server/station/base_station.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/station/http/raw_client.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
@@ -60,8 +61,7 @@ TEST(FairToTrainees, EveryRouteOfTheStationIsSearchedForWhatATraineeMustNotKnow)
        std::filesystem::recursive_directory_iterator(std::string(PARHELION_SOURCE_DIR) + "/server/station")) {
     if (entry.path().extension() != ".cpp" || entry.path().string().find("/foxglove/") != std::string::npos)
       continue;
-    std::ifstream file(entry.path());
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = test::bytes_of(entry.path());
     for (std::sregex_iterator at(text.begin(), text.end(), route), end; at != end; ++at) {
       const std::string path = (*at)[3];
       if (!kSockets.contains(path) && !kPages.contains(path) && !kOthers.contains(path)) unknown.insert(path);
@@ -82,8 +82,7 @@ TEST(FairToTrainees, OnlyTheAudienceSendsToPagesOfTheSession) {
        std::filesystem::directory_iterator(std::string(PARHELION_SOURCE_DIR) + "/server/station")) {
     const std::string name = entry.path().filename().string();
     if (entry.path().extension() != ".cpp" || name.starts_with("teleop_")) continue;
-    std::ifstream file(entry.path());
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = test::bytes_of(entry.path());
     const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), sends), {});
     const auto allowed = known.find(name);
     EXPECT_EQ(count, allowed == known.end() ? 0 : allowed->second)
@@ -402,8 +401,7 @@ std::vector<std::string> shipped_scenarios() {
   for (const char* folder : {"", "programmes", "lanes"}) {
     for (const auto& entry : std::filesystem::directory_iterator(kScenarios + folder)) {
       if (entry.path().extension() != ".yaml") continue;
-      std::ifstream file(entry.path());
-      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      const std::string text = test::bytes_of(entry.path());
       if (text.find("\ntraining:") != std::string::npos)
         all.push_back(std::filesystem::relative(entry.path(), kScenarios).string());
     }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/training/records.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/training/recorded_session.hpp"
 
 namespace parhelion::test {
@@ -36,10 +37,7 @@ class RecordsTest : public testing::Test {
   /// All bytes of all files of the database.
   std::string bytes() const {
     std::string bytes;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-      std::ifstream file(entry.path(), std::ios::binary);
-      bytes.append(std::istreambuf_iterator<char>(file), {});
-    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) bytes += bytes_of(entry.path());
     return bytes;
   }
 

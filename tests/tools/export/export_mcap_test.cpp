@@ -41,7 +41,7 @@ class ExportMcapTest : public ::testing::Test {
     const auto ran = test::run({kBrowserFolder + "/mcap.mjs", options_.output, folder_ / "summary.json"},
                                folder_ / "node.txt", "/usr/bin/node");
     EXPECT_EQ(ran.exit, 0) << ran.output;
-    return json::parse(test::text_of(folder_ / "summary.json"), nullptr, false);
+    return json::parse(test::bytes_of(folder_ / "summary.json"), nullptr, false);
   }
   /// False, with a message, if the reader's packages are not installed.
   static bool can_read_back() {
@@ -81,7 +81,7 @@ TEST_F(ExportMcapTest, TheFoxgloveReaderFindsMessagesByIndexAndSchema) {
 TEST_F(ExportMcapTest, TheFoxgloveLayoutShowsTheExportedTopics) {
   const ExportReport report = exported();
   const json layout =
-      json::parse(test::text_of(std::string(PARHELION_SOURCE_DIR) + "/server/station/foxglove/layout.json"),
+      json::parse(test::bytes_of(std::string(PARHELION_SOURCE_DIR) + "/server/station/foxglove/layout.json"),
                   nullptr, false);
   ASSERT_TRUE(layout.is_object());
   const json& panels = layout["configById"];
@@ -171,7 +171,7 @@ TEST_F(ExportMcapTest, AFileThatIsNoSessionLeavesNoOutput) {
   std::ofstream(options_.output) << "mine";
   options_.log = log_;
   EXPECT_NE(refusal().find("--force"), std::string::npos);
-  EXPECT_EQ(test::text_of(options_.output), "mine");
+  EXPECT_EQ(test::bytes_of(options_.output), "mine");
 }
 
 TEST_F(ExportMcapTest, ADamagedLogIsExportedAndItsErrorsCounted) {

@@ -25,8 +25,6 @@ using test::RawClient;
 constexpr const char* kPassword = "correct horse";
 constexpr double kBarrelDistance = 2;  ///< m, ahead of the robot
 
-std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
-
 class AttackTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -40,33 +38,33 @@ class AttackTest : public ::testing::Test {
     scenario.robot = "robot.yaml";
     std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
     make_accounts();
-    auto bus = open_network_bus(url());
+    auto bus = open_network_bus(test::bus_url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     for (const char* output : {channel::kMrScan, channel::kTeleop, channel::kJointCmd})
       ASSERT_TRUE(bus_->subscribe(output, 1000).ok());
     for (const char* command : kInstructorChannels) ASSERT_TRUE(bus_->subscribe(command, 1000).ok());
     server_.emplace(
-        std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url", url(),
-                                 "--no-restart", "--state-folder", folder_ / "state", "--http", "127.0.0.1:0",
-                                 "--report", folder_ / "report.json"},
+        std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url",
+                                 test::bus_url(), "--no-restart", "--state-folder", folder_ / "state",
+                                 "--http", "127.0.0.1:0", "--report", folder_ / "report.json"},
         folder_ / "serve.txt");
     const WallTime deadline = runtime::steady_now() + seconds(20.0);
     while (port_ == 0 && server_->running() && runtime::steady_now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const std::string output = test::text_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
+      const std::string output = test::bytes_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
       const std::size_t at = output.find(before),
                         end = output.find_first_not_of("0123456789", at + before.size());
       if (at != std::string::npos && end != std::string::npos)
         port_ = static_cast<std::uint16_t>(std::stoi(output.substr(at + before.size())));
     }
-    ASSERT_NE(port_, 0) << test::text_of(folder_ / "serve.txt");
+    ASSERT_NE(port_, 0) << test::bytes_of(folder_ / "serve.txt");
     // From the first pose on, the barrel is in the robot's scans.
     for (int tries = 0; tries < 200 && injected_ == 0; ++tries) {
       (void)answered(milliseconds(100));
-      ASSERT_TRUE(server_->running()) << test::text_of(folder_ / "serve.txt");
+      ASSERT_TRUE(server_->running()) << test::bytes_of(folder_ / "serve.txt");
     }
-    ASSERT_GT(injected_, 0U) << test::text_of(folder_ / "serve.txt");
+    ASSERT_GT(injected_, 0U) << test::bytes_of(folder_ / "serve.txt");
   }
 
   void make_accounts() {
@@ -218,8 +216,8 @@ TEST_F(AttackTest, AttacksAreRefusedAndLoggedWhileScansArePublished) {
   }
 
   server_->signal(SIGINT);
-  EXPECT_EQ(server_->wait(), 0) << test::text_of(folder_ / "serve.txt");
-  const Json report = Json::parse(test::text_of(folder_ / "report.json"));
+  EXPECT_EQ(server_->wait(), 0) << test::bytes_of(folder_ / "serve.txt");
+  const Json report = Json::parse(test::bytes_of(folder_ / "report.json"));
   EXPECT_EQ(report["scans"]["in"], report["scans"]["out"]) << report["scans"];
   EXPECT_GE(report["scans"]["in"].get<std::size_t>(), scans);
   // Injection continued: the report lists each scan without the barrel (late, or before the first pose).

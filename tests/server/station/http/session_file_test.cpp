@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "server/station/http/token.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
 
 namespace parhelion::test {
@@ -32,10 +33,7 @@ class KeptLogIns : public SiteTest {
     fs::permissions(file(), fs::perms::owner_read | fs::perms::owner_write);
   }
   fs::path file() const { return folder_ / ("log-ins-" + std::to_string(port_) + ".json"); }
-  std::string text() const {
-    std::ifstream stream(file());
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  std::string text() const { return test::bytes_of(file()); }
   int status_of(const std::string& cookie) { return RawClient(port_).get("/api/v1/me", cookie).status; }
 
   const std::uint16_t port_ = free_port();

@@ -8,6 +8,7 @@
 #include "server/station/http/login_guard.hpp"
 #include "server/station/http/request_checks.hpp"
 #include "server/station/http/slow_work.hpp"
+#include "tests/file_bytes.hpp"
 #include "tests/server/station/http/site_fixture.hpp"
 
 namespace parhelion::test {
@@ -21,10 +22,7 @@ class SiteFolder : public SiteTest {
     SiteTest::SetUp();
     fs::create_directory(folder_);
   }
-  std::string text_of(const char* name) {
-    std::ifstream file(folder_ / name);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string text_of(const char* name) { return test::bytes_of(folder_ / name); }
 };
 
 TEST_F(SiteFolder, AccountsFileIsReadableOnlyByItsOwner) {
