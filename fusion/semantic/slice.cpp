@@ -72,6 +72,12 @@ class Slicer {
   std::vector<Evidence> cells_;
 };
 
+/// nullptr: unknown.
+const Eigen::Vector3d* viewpoint_of(const cloud::PointCloud<Map>& cloud, std::size_t point) {
+  const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[point];
+  return scan < cloud.viewpoints.size() ? &cloud.viewpoints[scan] : nullptr;
+}
+
 }  // namespace
 
 Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOptions& options) {
@@ -96,11 +102,13 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
   map.height = static_cast<int>(cells.y());
   map.occupied.assign(static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height), 0.5F);
   Slicer slicer(options, map);
-  for (const Eigen::Vector3f& p : cloud.points) slicer.add(p.cast<double>());
   const std::size_t stride = 1 + cloud.size() / kMaxRays;
-  for (std::size_t i = 0; i < cloud.size() && !cloud.viewpoints.empty(); i += stride) {
-    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
-    if (scan < cloud.viewpoints.size()) slicer.cross(cloud.viewpoints[scan], cloud.points[i].cast<double>());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d p = cloud.points[i].cast<double>();
+    const Eigen::Vector3d* eye = viewpoint_of(cloud, i);
+    if (eye != nullptr && (p - *eye).norm() < options.min_range) continue;
+    slicer.add(p);
+    if (eye != nullptr && i % stride == 0) slicer.cross(*eye, p);
   }
   if (slicer.write() == 0)
     return Error{"slice: no surface at the laser's height of " + std::to_string(options.height) +

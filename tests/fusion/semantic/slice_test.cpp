@@ -57,6 +57,26 @@ TEST(Slice, ATableTopAppearsOnlyAtItsOwnHeight) {
   EXPECT_EQ(at(*high, 3, 2.3), 1.F);
 }
 
+TEST(Slice, WhatCarriesTheScannerIsNoObstacle) {
+  cloud::PointCloud<Map> cloud = room();
+  const Eigen::Vector3d& eye = cloud.viewpoints.front() = {2, 1.5, 0.4};
+  for (double angle = 0; angle < 6.28; angle += 0.05) {
+    for (const double range : {0.17, 0.62}) {
+      for (const double up : {-0.05, 0.0, 0.05}) {
+        const Eigen::Vector3d p = eye + Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), up);
+        cloud.points.push_back(p.cast<float>());
+      }
+    }
+  }
+  const auto map = slice(cloud);
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_NE(at(*map, 2.17, 1.5), 1.F);
+  EXPECT_EQ(at(*map, 2.62, 1.5), 1.F) << "a post around it";
+  EXPECT_EQ(at(*map, 1, 0.01), 1.F);
+  cloud.viewpoints.clear();
+  EXPECT_EQ(at(*slice(cloud), 2.17, 1.5), 1.F) << "with an unknown scanner all points count";
+}
+
 TEST(Slice, ReportsErrors) {
   EXPECT_FALSE(slice({}));
   SliceOptions options;
