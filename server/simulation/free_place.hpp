@@ -32,16 +32,24 @@ class PlaceSearch {
 
   /// Name of the obstacle at the pose; empty: the pose is free.
   std::string obstruction(const Pose2& pose);
-  /// Within 6 m.
+  /// Within 6 m, and not behind a wall: in a straight line from the pose or connected with it by free floor
+  /// within that distance. From a pose inside an obstacle only in a straight line, to either side.
   std::optional<Pose2> nearest_free(const Pose2& pose);
 
  private:
+  /// Obstacles of the building that a small disc at p touches.
+  const std::vector<const FixedObstacle*>& touched_at(const Eigen::Vector2d& p, double floor);
+  bool in_straight_line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double floor);
+  void flood(const Eigen::Vector2d& from, double floor);
+  bool reachable(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+
   AgentForm form_;
   const Agent* except_;
   std::vector<Footprint> zone_;
   const Environment& environment_;
   const Agents& agents_;
   std::vector<const FixedObstacle*> near_;
+  std::vector<char> connected_;  ///< by flood(), row by row; empty: not yet computed
 };
 
 /// Checks the agent's T_map_base; the error for an occupied pose gives the nearest free one. `now`: the state

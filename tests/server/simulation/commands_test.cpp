@@ -36,6 +36,47 @@ TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAFreePlace) {
   EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, p.x(), p.y()), real).ok());
 }
 
+/// A room of 6 m with a partition along x = 1 m that leaves no gap, or one of 1 m at its upper end.
+SemanticModel divided_room(bool gap) {
+  SemanticModel model = room(6);
+  const double top = gap ? 2 : 3;
+  model.entities.push_back(
+      model_box("partition", EntityLabel::wall, {1, (top - 3) / 2, 1.25}, {0.1, top + 3, 2.5}));
+  return model;
+}
+
+TEST(Commands, TheNearestFreePlaceIsNotBehindAWall) {
+  // The robot at x = 0.4 m and its margin reach the partition: the nearest free place in the plane is behind.
+  Simulation simulation = make(divided_room(false));
+  const RealRobotState real = real_at(0.4, 0);
+  const Eigen::Vector2d p = suggested(refusal(simulation, agent("c", AgentKind::box, 0.85, 0), real));
+  EXPECT_LT(p.x(), 0.95) << "behind the partition";
+  EXPECT_TRUE(simulation.spawn(agent("c", AgentKind::box, p.x(), p.y()), real).ok());
+}
+
+TEST(Commands, TheNearestFreePlaceMayLieAroundTheEndOfAWall) {
+  // The rest of the near side is full.
+  Simulation simulation = make(divided_room(true));
+  std::vector<RealObstacle> full;
+  for (double x = -2.9; x < 1; x += 0.3) {
+    for (double y = -2.9; y < 3; y += 0.3) full.push_back({{x, y}, 0.3});
+  }
+  simulation.set_real_obstacles(full);
+  const Eigen::Vector2d p = suggested(refusal(simulation, agent("c", AgentKind::box, 0.5, 0)));
+  EXPECT_GT(p.x(), 1);
+  Simulation closed = make(divided_room(false));
+  closed.set_real_obstacles(full);
+  EXPECT_THAT(refusal(closed, agent("c", AgentKind::box, 0.5, 0)), HasSubstr("no free place within 6.00 m"));
+}
+
+TEST(Commands, FromInsideAWallEitherSideIsNear) {
+  Simulation simulation = make(divided_room(false));
+  for (const double x : {0.97, 1.03}) {
+    const Eigen::Vector2d p = suggested(refusal(simulation, agent("c", AgentKind::box, x, 0)));
+    EXPECT_LT(std::abs(p.x() - x), 0.5);
+  }
+}
+
 TEST(Commands, StoppingDistanceIsAheadAndGrowsWithSpeed) {
   // v^2 / (2 a) + v r = 1 / 2 + 0.2 m for 1 m/s, a = 1, r = 0.2: up to 0.25 + 0.7 + 0.15 m in front.
   const RealRobotState fast = real_at(0, 0, 0, {1, 0, 0});
