@@ -139,6 +139,17 @@ Error error_at(const std::string& origin, int line, const std::string& words) {
   return problems.error();
 }
 
+/// The first line, up to `last`, with a tab before its content; 0: none.
+int line_with_tab(const std::string& text, int last) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; number <= last && std::getline(lines, line); ++number) {
+    const std::size_t content = line.find_first_not_of(" -\t");
+    if (content != std::string::npos && line.find('\t') < content) return number;
+  }
+  return 0;
+}
+
 template <class Container>
 auto find_key(Container& node, std::string_view key) -> decltype(&node.items.front()) {
   const auto found = std::find(node.keys.begin(), node.keys.end(), key);
@@ -185,7 +196,10 @@ Result<Node> read_document(const std::string& text, const std::string& origin) {
   } catch (const Refusal& refusal) {
     return error_at(origin, refusal.line, refusal.words);
   } catch (const YAML::Exception& fault) {
-    return error_at(origin, fault.mark.line + 1, "not YAML: " + fault.msg);
+    const int line = fault.mark.line + 1;
+    if (const int tab = line_with_tab(text, line); tab > 0)
+      return error_at(origin, tab, "not YAML: a tab before the content; indent with spaces");
+    return error_at(origin, line, "not YAML: " + fault.msg);
   }
   return std::move(builder.root);
 }

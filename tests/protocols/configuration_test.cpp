@@ -368,6 +368,21 @@ TEST(Scenario, ChannelsOfFurtherLasersCanBeRenamed) {
   }
 }
 
+TEST(YamlDocument, ATabThatIndentsIsNamedWithItsLine) {
+  for (const char* text :
+       {"name: x\nagents:\n\t- {name: a}\n", "name: x\nagents:\n  - name: a\n",
+        "name: x\ntraining:\n\tlimit: 3 s\n", "name: x\nagents:\n  -\tname: a\n    kind: box\n"}) {
+    const auto refused = parse_scenario(text, "s.yaml");
+    ASSERT_FALSE(refused);
+    const bool has_tab = std::string(text).find('\t') != std::string::npos;
+    EXPECT_EQ(refused.error().message.find("s.yaml:3: not YAML: a tab") == 0, has_tab)
+        << refused.error().message;
+  }
+  const auto other = parse_scenario("name: \"x\ty\"\nagents: [\n", "s.yaml");
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().message.find("tab"), std::string::npos) << "a tab inside a text is no mistake";
+}
+
 TEST(YamlDocument, KindOfAFileIsGuessedFromItsKeys) {
   const auto kind = [](const std::string& yaml) {
     return yaml::guess_schema(*yaml::read_document(yaml, "f"));
