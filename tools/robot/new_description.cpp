@@ -8,6 +8,7 @@
 
 #include "fusion/scan/laser_learning.hpp"
 #include "protocols/nearest_name.hpp"
+#include "protocols/robot.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -123,15 +124,34 @@ class Writer {
     line("  stamp_beam: " + stamp, "[guess] read the driver");
   }
 
+  /// The limits in the log's own description, such as of a laser preset, where no range in the log is outside
+  /// them: the robot need not have met its sensor's limits.
+  bool take_described_ranges(RangeConvention& ranges) const {
+    if (log_->robot_yaml.empty()) return false;
+    const auto robot = parse_robot_description(log_->robot_yaml, log_->path + ", ROBOT");
+    if (!robot || !robot->laser) return false;
+    const RangeConvention& known = robot->laser->convention;
+    const LaserSurvey& survey = *log_->laser;
+    if (known.range_min > survey.min_range || known.range_max < survey.max_range) return false;
+    if (survey.repeated && known.range_max > *survey.repeated) return false;
+    ranges.range_min = known.range_min;
+    ranges.range_max = known.range_max;
+    return true;
+  }
+
   void laser_from_log() {
     const LaserSurvey& survey = *log_->laser;
     LaserDescription laser = laser_seen(survey);
     const RangeConvention& ranges = laser.convention;
     using Sentinel = RangeConvention::Sentinel;
-    line("  range_min: " + length(ranges.range_min), "[log] least range seen; the data sheet's is better");
+    const bool described = take_described_ranges(laser.convention);
+    const char* source = "[log] ROBOT";
+    line("  range_min: " + length(ranges.range_min),
+         described ? source : "[log] least range seen; the data sheet's is better");
     line("  range_max: " + length(std::ceil(double{ranges.range_max} * 1e4 - 1e-3) / 1e4),
-         survey.repeated ? "[log] the value without a return"
-                         : "[log] greatest range seen; the data sheet's is better");
+         described         ? source
+         : survey.repeated ? "[log] the value without a return"
+                           : "[log] greatest range seen; the data sheet's is better");
     const std::string no_return = ranges.no_return == Sentinel::infinity ? "infinity"
                                   : ranges.no_return == Sentinel::nan
                                       ? "nan"

@@ -130,6 +130,19 @@ TEST(RobotNew, TakesAnglesTimesAndSentinelsFromTheLog) {
   }
 }
 
+TEST(RobotNew, TakesTheRangesOfTheDescriptionInTheLogUnlessScansContradictThem) {
+  Made made;
+  const float nearest = made.log.laser->min_range, farthest = made.log.laser->max_range;
+  made.log.robot_yaml = "laser: {preset: utm-30lx, pose: {x: 0 m}}\n";
+  EXPECT_FLOAT_EQ(made.description().laser->convention.range_min, 0.1F);
+  EXPECT_FLOAT_EQ(made.description().laser->convention.range_max, 30);
+  for (const char* wrong : {"range_max: 2 m", "range_min: 3 m"}) {
+    made.log.robot_yaml = std::string("laser: {pose: {x: 0 m}, ") + wrong + "}\n";
+    EXPECT_NEAR(made.description().laser->convention.range_min, nearest, 1e-4) << wrong;
+    EXPECT_NEAR(made.description().laser->convention.range_max, farthest, 1e-3) << wrong;
+  }
+}
+
 TEST(RobotNew, ACamerasOpticalFrameIsTurnedToItsLink) {
   Made made;
   made.log.camera = ImageSurvey{10, 320, 240, 0.1};
