@@ -20,9 +20,9 @@ RosBytes transform(const std::string& parent, const std::string& child, std::ini
   return bytes;
 }
 
-RosBytes scan(float time_increment) {
+RosBytes scan(float time_increment, std::uint32_t seconds = 100) {
   RosBytes bytes;
-  bytes.header(100, 1000, "laser");
+  bytes.header(seconds, 1000, "laser");
   for (const float value : {-1.0F, 1.0F, 0.5F, time_increment, 0.1F, 0.2F, 30.0F}) bytes.add(value);
   bytes.array<float>({1, 2, 3, 4, 5}).array<float>({10, 20, 30, 40, 50});
   return bytes;
@@ -132,6 +132,25 @@ TEST(ImportRosbagCamera, DepthIsConvertedToMillimetresAndKeepsHoles) {
   EXPECT_EQ(mm.at<std::uint16_t>(0, 0), 0);
   EXPECT_EQ(mm.at<std::uint16_t>(0, 1), 0);
   EXPECT_NEAR(mm.at<std::uint16_t>(2, 3), 1234.5, 0.6);
+}
+
+TEST(ImportRosbagCamera, AnOldStampOfStaticTransformsDoesNotSetTheStart) {
+  TemporaryFolder folder;
+  WrittenBag bag;
+  const std::uint32_t start = 50'000;  // s; the static transforms are of second 100
+  for (int i = 0; i < 30; ++i) {
+    bag.add("/tf_static", "tf2_msgs/TFMessage", start,
+            transform("base_link", "sensor_" + std::to_string(i), {0.2, 0, 0.4, 0, 0, 0, 1}));
+  }
+  bag.add("/scan", "sensor_msgs/LaserScan", start, scan(0.01F, start));
+  bag.write(folder / "latched.bag");
+  const auto report =
+      import_recording(test::import_options(folder / "latched.bag", folder / "latched.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const ImportedLog log(folder / "latched.lcm");
+  ASSERT_EQ(log.events.size(), 2U);
+  EXPECT_EQ(log.events.front().channel, channel::kRobot);
+  EXPECT_NEAR(static_cast<double>(log.events.front().arrival.ns) * 1e-9, start, 1);
 }
 
 TEST(ImportRosbagCamera, ScanIsOrderedByTime) {

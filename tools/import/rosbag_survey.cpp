@@ -43,6 +43,8 @@ void state(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& 
 
 std::string name_of(const RosFrames::Key& edge) { return "tf:" + edge.first + "->" + edge.second; }
 
+bool is_static_tf(const std::string& topic) { return topic.ends_with("tf_static"); }
+
 std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 /// CameraInfo topics beside the images (also beside image_raw/compressed), else those of the images' frame.
@@ -198,7 +200,8 @@ void BagSurvey::take(const BagMessage& message) {
     const auto transforms = ros::read_tf(message.bytes);
     if (!transforms) return;
     for (const ros::StampedTransform& transform : *transforms) {
-      see(transform.header);
+      // Published once, maybe hours before the recording: its stamp is not of the recording's time.
+      if (!is_static_tf(message.topic)) see(transform.header);
       frames.add(transform);
     }
   } else if (message.type == kCameraInfo) {
