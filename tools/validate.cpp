@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <variant>
 
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/build_model.hpp"
@@ -18,6 +19,8 @@
 #include "protocols/yaml/schema.hpp"
 #include "server/runtime/session_files.hpp"
 #include "server/simulation/robot_model.hpp"
+#include "server/tick/check_limits.hpp"
+#include "server/tick/check_waypoints.hpp"
 #include "tools/validate_log.hpp"
 
 namespace parhelion::tools {
@@ -57,6 +60,42 @@ RobotDescription any_robot(const Scenario& scenario, std::string_view in_channel
   return robot;
 }
 
+/// The node at these keys and indices of a document; its lines are those of errors.
+const yaml::Node* find_node(const yaml::Node& document,
+                            std::initializer_list<std::variant<const char*, std::size_t>> steps) {
+  const yaml::Node* node = &document;
+  for (const auto& step : steps) {
+    if (const auto* key = std::get_if<const char*>(&step)) {
+      node = node->find(*key);
+    } else {
+      const std::size_t index = std::get<std::size_t>(step);
+      node = index < node->items.size() ? &node->items[index] : nullptr;
+    }
+    if (node == nullptr) return nullptr;
+  }
+  return node;
+}
+
+/// Waypoints that cannot be reached, and limits that are too short.
+void check_paths(const tick::Configuration& configuration, const std::string& path, Validation& validation) {
+  const auto text = yaml::read_text(path);
+  const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
+  if (!document) return;
+  const auto place = [&](const yaml::Node* node) {
+    return path + ":" + std::to_string(node == nullptr ? 1 : node->line) + ": ";
+  };
+  const auto waypoints = tick::wrong_waypoints(configuration);
+  if (!waypoints) return;  // reported with the start
+  for (const tick::WrongWaypoint& each : *waypoints) {
+    const auto* node = find_node(*document, {"agents", each.agent, "behaviour", "waypoints", each.waypoint});
+    validation.errors.push_back(place(node) + each.text);
+  }
+  for (const tick::ShortLimit& each : tick::short_limits(configuration)) {
+    const auto* node = find_node(*document, {"training", "tasks", each.task, "limit"});
+    validation.notes.push_back("warning: " + place(node) + each.text);
+  }
+}
+
 /// The errors that serve and replay would report.
 Validation validate_scenario(const std::string& path) {
   Validation validation;
@@ -82,6 +121,7 @@ Validation validate_scenario(const std::string& path) {
                                                     files->robot_models, nullptr, files->objects);
   const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
   if (!begun) validation.errors.push_back(begun.error().message);
+  if (configuration) check_paths(*configuration, path, validation);
   return validation;
 }
 

@@ -148,6 +148,49 @@ Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) 
 
 TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   Scan scan;
+TEST_F(Validate, AWaypointInAWallOrOutsideTheSiteIsNamedWithItsLine) {
+  file("room.yaml", to_yaml(test::room()));
+  const auto errors_with = [&](const std::string& waypoint) {
+    return validate_file(file("s.yaml",
+                              "model: room.yaml\nagents:\n  - name: walker\n    kind: person\n"
+                              "    pose: {x: 1 m, y: 1 m}\n    behaviour:\n      kind: patrol\n"
+                              "      waypoints:\n        - [2 m, 2 m]\n        - " +
+                                  waypoint + "\n"))
+        .errors;
+  };
+  EXPECT_THAT(errors_with("[3 m, 2 m]"), IsEmpty());
+  EXPECT_THAT(errors_with("[5.02 m, 1 m]"),
+              ElementsAre(HasSubstr("s.yaml:10: agent 'walker': waypoint 2: (5.02, 1.00) is in 'wall 4'")));
+  EXPECT_THAT(
+      errors_with("[500 m, 0 m]"),
+      ElementsAre(AllOf(HasSubstr("s.yaml:3: "), HasSubstr("waypoint (500.00, 0.00) is far outside"))));
+}
+
+TEST_F(Validate, WarnsOfALimitThatTheStraightPathDoesNotMeet) {
+  file("room.yaml", to_yaml(test::room()));
+  const auto notes_with = [&](const std::string& first, const std::string& second) {
+    const auto verdict = validate_file(
+        file("s.yaml",
+             "level: 1\nmodel: room.yaml\ntrainee: {model: rover, pose: {x: -4 m}}\nzones:\n"
+             "  - {name: east, box: {center: [3 m, 0 m], size: [1 m, 1 m]}}\n"
+             "  - {name: west, box: {center: [-3 m, 0 m], size: [1 m, 1 m]}}\ntraining:\n  tasks:\n"
+             "    - {name: go, points: 1, limit: " +
+                 first +
+                 ", done: {reach: east}}\n"
+                 "    - {name: back, points: 1, limit: " +
+                 second + ", done: {reach: west}}\n"));
+    EXPECT_THAT(verdict.errors, IsEmpty());
+    return verdict.notes;
+  };
+  EXPECT_THAT(notes_with("10 min", "10 min"), IsEmpty());
+  EXPECT_THAT(notes_with("1 s", "10 min"),
+              ElementsAre(AllOf(HasSubstr("warning: "), HasSubstr("s.yaml:9: task 'go': its limit of 1.0 s"),
+                                HasSubstr("6.50 m"))));
+  EXPECT_THAT(
+      notes_with("10 min", "1 s"),
+      ElementsAre(AllOf(HasSubstr("s.yaml:10: task 'back': its limit of 1.0 s"), HasSubstr("5.00 m"))));
+}
+
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
   scan.angle_increment = 0.1F;
