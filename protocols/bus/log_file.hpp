@@ -39,7 +39,8 @@ class LogReader {
 /// event.
 class LogWriter {
  public:
-  /// Fails where the file exists, unless `overwrite`.
+  /// Fails where the file exists, unless `overwrite`: then it keeps its events until the first write. A file
+  /// that is created and never written is removed again.
   static Result<LogWriter> create(const std::string& path, bool overwrite);
   LogWriter(LogWriter&&) noexcept;
   LogWriter& operator=(LogWriter&&) noexcept;

@@ -23,11 +23,17 @@ struct LogWriter::State {
   std::int64_t number = 0;  ///< of the next event
   bool broken = false;      ///< the end of the file could not be truncated
   bool directory_synced = false;
+  bool created = false;  ///< the file did not exist before
+  bool begun = false;    ///< something was to be written: what the file had before is gone
   std::vector<std::uint8_t> buffer;
 
   ~State() {
-    if (file >= 0) close(file);
+    if (file < 0) return;
+    remove_if_unused();
+    close(file);
   }
+  Status begin();
+  void remove_if_unused() const;
   Status append(std::string_view channel, ArrivalTime stamp, std::span<const std::uint8_t> payload);
   Status flush(std::int64_t events);
   void sync_directory();
@@ -55,7 +61,27 @@ Status LogWriter::State::append(std::string_view channel, ArrivalTime stamp,
   return {};
 }
 
+/// A file that is overwritten keeps its events until there are new ones.
+Status LogWriter::State::begin() {
+  if (begun) return {};
+  if (ftruncate(file, 0) != 0) return Error{path + ": cannot be emptied: " + std::strerror(errno)};
+  begun = true;
+  return {};
+}
+
+/// An empty file of ours would be in the way of the next attempt. Another one under its name is left alone.
+void LogWriter::State::remove_if_unused() const {
+  struct stat ours {
+  }, found{};
+  if (!created || size > 0 || fstat(file, &ours) != 0 || ::stat(path.c_str(), &found) != 0) return;
+  if (ours.st_dev == found.st_dev && ours.st_ino == found.st_ino && ours.st_size == 0) ::unlink(path.c_str());
+}
+
 Status LogWriter::State::flush(std::int64_t events) {
+  if (Status ready = begin(); !ready) {
+    number -= events;
+    return ready;
+  }
   std::size_t written = 0;
   while (written < buffer.size()) {
     const ssize_t n = ::write(file, buffer.data() + written, buffer.size() - written);
@@ -90,10 +116,13 @@ LogWriter::~LogWriter() = default;
 Result<LogWriter> LogWriter::create(const std::string& path, bool overwrite) {
   auto state = std::make_unique<State>();
   state->path = path;
-  state->file =
-      ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | (overwrite ? 0 : O_EXCL), 0644);
-  if (state->file < 0 && errno == EEXIST) {
-    return Error{path + ": exists and is not overwritten; choose another name or use --force"};
+  constexpr int flags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC;
+  state->file = ::open(path.c_str(), flags | O_EXCL, 0644);
+  state->created = state->file >= 0;
+  if (!state->created && errno == EEXIST) {
+    if (!overwrite)
+      return Error{path + ": exists and is not overwritten; choose another name or use --force"};
+    state->file = ::open(path.c_str(), flags, 0644);
   }
   if (state->file < 0) return Error{path + ": cannot be created: " + std::strerror(errno)};
   struct stat found {};
@@ -101,7 +130,6 @@ Result<LogWriter> LogWriter::create(const std::string& path, bool overwrite) {
     return Error{path + ": not a regular file: an LCM log cannot be written there"};
   }
   if (flock(state->file, LOCK_EX | LOCK_NB) != 0) return Error{path + ": another program is writing it"};
-  if (ftruncate(state->file, 0) != 0) return Error{path + ": cannot be emptied: " + std::strerror(errno)};
   return LogWriter(std::move(state));
 }
 

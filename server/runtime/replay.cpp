@@ -247,13 +247,6 @@ Result<std::shared_ptr<const SiteTexture>> choose_texture(const ReplayOptions& o
   return scenario ? load_texture_of(scenario->model, map_id) : scenario.error();
 }
 
-/// An empty session log would be in the way of the next attempt.
-void remove_empty(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored) && std::filesystem::file_size(path, ignored) == 0)
-    std::filesystem::remove(path, ignored);
-}
-
 }  // namespace
 
 Result<Report> replay(const ReplayOptions& options) {
@@ -272,13 +265,9 @@ Result<Report> replay(const ReplayOptions& options) {
     if (!created) return created.error();
     log = std::move(*created);
   }
-  auto report = [&] {
-    Outbox outbox(options.bus, std::move(log));
-    return Run(options, *preview, *configuration,
-               without_objects(std::move(*texture), configuration->objects), outbox)();
-  }();
-  if (!report) remove_empty(options.session);
-  return report;
+  Outbox outbox(options.bus, std::move(log));
+  return Run(options, *preview, *configuration, without_objects(std::move(*texture), configuration->objects),
+             outbox)();
 }
 
 }  // namespace parhelion::runtime

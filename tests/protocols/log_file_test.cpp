@@ -103,8 +103,31 @@ TEST_F(LogFile, OverwritesOnlyOnRequest) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("a.lcm: exists"), std::string::npos) << refused.error().message;
   EXPECT_EQ(read_log(path("a.lcm")).events.size(), 3U);
+  const Message message = sample(7);
+  ASSERT_TRUE(
+      LogWriter::create(path("a.lcm"), true)->write(message.channel, message.arrival, message.payload));
+  EXPECT_EQ(read_log(path("a.lcm")).events.size(), 1U);
+}
+
+TEST_F(LogFile, AnOverwrittenFileIsKeptUntilTheFirstEvent) {
+  const auto before = read_all(write_samples(path("a.lcm"), 3));
   ASSERT_TRUE(LogWriter::create(path("a.lcm"), true));
-  EXPECT_EQ(fs::file_size(path("a.lcm")), 0U);
+  EXPECT_EQ(read_all(path("a.lcm")), before);
+}
+
+TEST_F(LogFile, AFileWithoutEventsIsRemovedAgain) {
+  ASSERT_TRUE(LogWriter::create(path("a.lcm"), false));
+  EXPECT_FALSE(fs::exists(path("a.lcm")));
+}
+
+TEST_F(LogFile, AnotherFileOfTheSameNameIsNotRemoved) {
+  {
+    const auto writer = LogWriter::create(path("a.lcm"), false);
+    ASSERT_TRUE(writer);
+    fs::remove(path("a.lcm"));
+    write_all(path("a.lcm"), std::vector<std::uint8_t>{1, 2, 3});
+  }
+  EXPECT_EQ(read_all(path("a.lcm")).size(), 3U);
 }
 
 TEST_F(LogFile, TwoWritersOfOneFileAreRefused) {

@@ -158,6 +158,16 @@ TEST_F(ReplayTest, AFailedReplayLeavesNoEmptySession) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.lcm"));
 }
 
+TEST_F(ReplayTest, AFailedReplayKeepsTheSessionThatItWouldOverwrite) {
+  run(options("a.lcm"));
+  const std::string before = bytes_of(folder_ / "a.lcm");
+  std::ofstream(folder_ / "drive.lcm", std::ios::trunc);
+  ReplayOptions again = options("a.lcm");
+  again.overwrite = true;
+  EXPECT_FALSE(replay(again).ok());
+  EXPECT_EQ(bytes_of(folder_ / "a.lcm"), before);
+}
+
 TEST_F(ReplayTest, TheSummaryGivesTheReasonWhereNothingWasInjected) {
   EXPECT_EQ(summary(run(options("a.lcm"))).find("no beam met"), std::string::npos);
   Report report;
