@@ -44,15 +44,29 @@ const char* advice_for(tick::Degraded why) {
   return "a fault of the server; its text is in the events";
 }
 
-/// The most frequent reason of degraded scans, or why no scan shows an agent, as a line; empty: neither.
-std::string why_unchanged(const tick::Tally& tally) {
+std::string scan_count(std::uint64_t count) {
+  return std::to_string(count) + (count == 1 ? " scan" : " scans");
+}
+
+/// The most frequent reason of degraded scans as a line; empty: there are none.
+std::string why_degraded(const tick::Tally& tally) {
   const auto& counts = tally.scans_degraded;
   const auto max_count = std::max_element(counts.begin(), counts.end());
-  if (*max_count > 0) {
-    const auto why = static_cast<tick::Degraded>(max_count - counts.begin());
-    return "because " + std::to_string(*max_count) + " scans: " + advice_for(why) + "\n";
-  }
-  if (tally.scans_in == 0 || tally.beams_replaced > 0) return {};
+  if (*max_count == 0) return {};
+  const auto why = static_cast<tick::Degraded>(max_count - counts.begin());
+  return "because " + scan_count(*max_count) + ": " + advice_for(why) + "\n";
+}
+
+/// Why none of the other scans shows an agent, as a line; empty: one does, or there are none. Nothing is
+/// injected into the scans of a simulated laser: it measures the agents.
+std::string why_no_agent(const tick::Tally& tally) {
+  const std::uint64_t degraded = degraded_total(tally);
+  if (tally.beams_replaced > 0 || tally.scans_of_real_lasers <= degraded) return {};
+  if (tally.scans_without_agent >= tally.scans_of_real_lasers - degraded)
+    return "because no agent was within the range of the laser\n";
+  if (tally.scans_all_hidden > 0)
+    return "because " + scan_count(tally.scans_all_hidden) +
+           " met agents only behind what is really there; the others met none\n";
   return "because no beam met an agent: are they on floor that the laser sees, and as high as its plane?\n";
 }
 
@@ -278,7 +292,7 @@ std::string summary(const Report& report) {
       static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
       report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
       report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
-  std::string text = line + why_unchanged(tally);
+  std::string text = line + why_degraded(tally) + why_no_agent(tally);
   for (const RobotReport& robot : report.robots) {
     std::snprintf(line, sizeof line, "robot   %s: %llu scans, %llu degraded; %.0f us median, %.0f us p99\n",
                   robot.name.c_str(), static_cast<unsigned long long>(robot.scans_in),

@@ -110,6 +110,7 @@ Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const
                   [&](const BodyDefinition& body, const BodyState&) {
                     return is_real_door(body) || is_other_robot(body, context.robot().name);
                   });
+  if (scan.motions.empty()) ++context.tally.scans_without_agent;
   double nearest = std::numeric_limits<double>::infinity();
   scan.info.predicted_error = pose::predicted_error(poses.end, laser_origin);
   auto kept = scan.motions.begin();
@@ -154,6 +155,13 @@ void cast(const RangeConvention& convention, const SweepPoses& poses, ScanState&
   }
 }
 
+void count_replaced(std::size_t replaced, std::span<const scan::RangeHit> virtual_hits, Tally& tally) {
+  tally.beams_replaced += replaced;
+  const bool met = std::any_of(virtual_hits.begin(), virtual_hits.end(),
+                               [](const scan::RangeHit& hit) { return hit.body >= 0; });
+  if (met && replaced == 0) ++tally.scans_all_hidden;
+}
+
 /// MR_SCAN_INFO: the agent hit by each replaced beam. The bodies of an agent are contiguous in `motions`.
 void name_agents(ScanState& scan) {
   scan.info.agents.clear();
@@ -192,8 +200,9 @@ Outcome inject(const TickContext& context, const Message& input, const ScanPath&
   stages.ended(Stage::cast);
   const scan::NoiseKey key{context.configuration.scenario.seed,
                            record_number(context.robot_index, scan.sequence, scan.laser)};
-  context.tally.beams_replaced += scan::augment_scan(scan.real, laser, key, scan.virtual_hits,
-                                                     scan.building_hits, scan.out, scan.beam_body);
+  count_replaced(scan::augment_scan(scan.real, laser, key, scan.virtual_hits, scan.building_hits, scan.out,
+                                    scan.beam_body),
+                 scan.virtual_hits, context.tally);
   stages.ended(Stage::augment);
   return {};
 }
@@ -340,6 +349,7 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
   if (!has_form_of_scan(input.payload)) return report_foreign(context, input, path.scan.laser);
   ++path.scan.sequence;
   ++context.tally.scans_in;
+  ++context.tally.scans_of_real_lasers;
   path.injection.last_scan = context.now;
   SweepPoses poses;
   const Outcome outcome = compute_scan(context, input, path, poses, stages);

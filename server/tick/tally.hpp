@@ -29,6 +29,9 @@ struct Tally {
   std::uint64_t scans_in = 0, scans_out = 0;
   std::uint64_t scans_left_out = 0;  ///< of these, published unchanged and missing in the session log
   std::uint64_t foreign_scans = 0;   ///< messages on SCAN of another type: not forwarded, not in scans_in
+  std::uint64_t scans_of_real_lasers = 0;  ///< in scans_in; a simulated laser measures agents directly
+  std::uint64_t scans_without_agent = 0;   ///< of real lasers: no agent was within range
+  std::uint64_t scans_all_hidden = 0;  ///< of real lasers: beams met agents, all behind what is really there
   std::array<std::uint64_t, kDegradedKinds> scans_degraded{};
   std::uint64_t scans_matched = 0, scans_not_matched = 0;  ///< to the map
   std::uint64_t beams_total = 0, beams_replaced = 0;

@@ -41,6 +41,7 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
     case Kind::scans_left_out:
       state.tally.scans_left_out += count;
       state.tally.scans_in += count;
+      state.tally.scans_of_real_lasers += count;
       state.tally.scans_out += count;
       state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
       return;

@@ -58,6 +58,13 @@ class LevelsSession : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(LevelsSession, TheSummaryDoesNotExplainWhyNothingWasInjected) {
+  const Report report = serve_and_drive(level_1());
+  EXPECT_GT(report.tally.scans_in, 0U);
+  EXPECT_EQ(report.tally.scans_of_real_lasers, 0U);
+  EXPECT_EQ(summary(report).find("because"), std::string::npos) << summary(report);
+}
+
 TEST_F(LevelsSession, ASimulatedSessionReplaysToTheSameBytes) {
   const Report live = serve_and_drive(
       level_1({test::agent("robot_1", AgentKind::robot, 2, 0, BehaviourKind::wander)}, hazardous()));
