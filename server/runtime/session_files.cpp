@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "protocols/yaml/document.hpp"
+#include "server/runtime/check_hazards.hpp"
 #include "server/runtime/fixed_texture.hpp"
 #include "server/runtime/session_state.hpp"
 #include "server/simulation/movable_objects.hpp"
@@ -177,6 +178,7 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     if (!texture) return texture.error();
     files.texture = without_objects(std::move(*texture), files.objects);
   }
+  if (const Status known = check_hazards(path, files); !known) return known.error();
   if (const Status loaded = load_map(path, files); !loaded) return loaded.error();
   if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();
   if (tick::simulates_trainee(files.scenario)) {

@@ -123,7 +123,15 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
       {"robot: no_laser.yaml\n", "no_laser.yaml:1: robot description 'r' has no laser"},
       {"name: x\nagents:\n  - {name: a, kind: box, pose: {x: 1 m}}\n"
        "  - {name: b, kind: box, pose: {x: 1 m}}\n",
-       "s.yaml:4: scenario agent 'b': "}};
+       "s.yaml:4: scenario agent 'b': "},
+      {"name: x\nagents:\n  - {name: case_1, kind: box, pose: {x: 1 m}}\n"
+       "  - {name: drum, kind: barrel, pose: {x: 3 m}}\nhazards:\n"
+       "  - {name: device, kind: device, agent: case_2, tilt: 30 deg}\n",
+       "s.yaml:6: hazard 'device': there is no agent 'case_2', did you mean 'case_1'?; there are: case_1, "
+       "drum"},
+      {"name: x\ntraining:\n  tasks:\n    - {name: t, points: 1, done: {still: 1 s}}\n  penalties:\n"
+       "    - {name: p, points: 1, when: {event: dose_limit, object: lead}}\n",
+       "s.yaml:6: penalty 'p': there is no dose of 'lead'; there are: radiation, gas"}};
   const std::string log = write_checked_log((folder_ / "s.lcm").string(), test::drive(1));
   for (const auto& [text, words] : cases) {
     const std::string path = file("s.yaml", text);
@@ -140,14 +148,6 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
               ElementsAre(HasSubstr("has a footprint of 0 corners")));
 }
 
-Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) {
-  Message out{channel, ArrivalTime::from_utime(arrival_us), {}};
-  encode(scan, out.payload);
-  return out;
-}
-
-TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
-  Scan scan;
 TEST_F(Validate, AWaypointInAWallOrOutsideTheSiteIsNamedWithItsLine) {
   file("room.yaml", to_yaml(test::room()));
   const auto errors_with = [&](const std::string& waypoint) {
@@ -191,6 +191,14 @@ TEST_F(Validate, WarnsOfALimitThatTheStraightPathDoesNotMeet) {
       ElementsAre(AllOf(HasSubstr("s.yaml:10: task 'back': its limit of 1.0 s"), HasSubstr("5.00 m"))));
 }
 
+Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) {
+  Message out{channel, ArrivalTime::from_utime(arrival_us), {}};
+  encode(scan, out.payload);
+  return out;
+}
+
+TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
+  Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
   scan.angle_increment = 0.1F;

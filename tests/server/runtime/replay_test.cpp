@@ -200,6 +200,28 @@ TEST_F(ReplayTest, TheSummaryDistinguishesHiddenAgentsFromThoseOutOfRange) {
   EXPECT_NE(hidden.find("met agents only behind what is really there"), std::string::npos) << hidden;
 }
 
+TEST_F(ReplayTest, ASessionWhoseHazardIsOfNobodyIsReplayedAsItWas) {
+  Scenario scenario;
+  scenario.name = "hazard";
+  scenario.model = folder_ / "model.yaml";
+  scenario.agents = {test::agent("case_1", AgentKind::box, 0, 0)};
+  Hazard& device = scenario.hazards.emplace_back();
+  device.name = "device";
+  device.agent = "case_1";
+  device.tilt = 1;
+  std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
+  run(options("a.lcm"));
+  // A file with such a hazard is refused; logs from before that check may have one.
+  std::string bytes = bytes_of(folder_ / "a.lcm");
+  const auto name = bytes.find("case_1", bytes.find("hazards:"));
+  ASSERT_NE(name, std::string::npos);
+  bytes.replace(name, 6, "case_9");
+  std::ofstream(folder_ / "old.lcm", std::ios::binary) << bytes;
+  ReplayOptions again;
+  again.log = folder_ / "old.lcm";
+  EXPECT_EQ(run(again).tally.scans_in, 60U);
+}
+
 TEST_F(ReplayTest, ReplayReadsATruncatedLogAsFarAsItGoes) {
   const std::string whole = bytes_of(folder_ / "drive.lcm");
   for (const std::size_t cut : {std::size_t{1}, std::size_t{30}, whole.size() / 2, whole.size() - 1}) {
