@@ -18,7 +18,9 @@ constexpr double kRim = 0.08;       ///< m about the plate: its edge
 constexpr double kLeg = 0.7;        ///< of a leg's height that is measured
 constexpr std::size_t kSmall = 12;  ///< cubes of a fragment
 constexpr double kNear = 0.2;       ///< m, from a fragment to what it is a part of
-constexpr double kStacked = 0.35, kOver = 0.7, kTallest = 2.3;  ///< m, fraction of the plan, m
+constexpr double kStacked = 0.35, kOver = 0.7, kTallest = 2.3;  ///< m, fraction of the cubes, m
+
+using Column = std::pair<int, int>;
 
 class Grouping {
  public:
@@ -136,25 +138,48 @@ class Grouping {
     }
   }
 
+  /// The columns of a group and those around them.
+  std::set<Column> columns_about(const ObjectGroup& group) const {
+    std::set<Column> columns;
+    for (const std::uint32_t c : group.cubes) {
+      const Eigen::Vector3i& at = grid_.cubes()[c].at;
+      for (int k = 0; k < 25; ++k) columns.emplace(at.x() + k % 5 - 2, at.y() + k / 5 - 2);
+    }
+    return columns;
+  }
+  /// Fraction of a group's cubes that stand in the columns.
+  double fraction_in(const std::set<Column>& columns, const ObjectGroup& group) const {
+    std::size_t inside = 0;
+    for (const std::uint32_t c : group.cubes)
+      inside += columns.contains({grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y()});
+    return static_cast<double>(inside) / static_cast<double>(group.cubes.size());
+  }
+
   /// Pieces over one another that a scan's gap parts.
   void join_stacks(std::size_t tables) {
     std::vector<Eigen::AlignedBox3d> box = boxes();
+    std::vector<std::set<Column>> columns(groups_.size());
     for (std::size_t g = tables; g < groups_.size(); ++g) {
       if (groups_[g].cubes.empty()) continue;
       for (std::size_t o = tables; o < groups_.size(); ++o) {
         if (o == g || groups_[o].cubes.size() < groups_[g].cubes.size() || groups_[o].cubes.empty()) continue;
         const double gap = std::max(box[g].min().z() - box[o].max().z(), box[o].min().z() - box[g].max().z());
-        const Eigen::Vector2d both =
-            (box[g].max().cwiseMin(box[o].max()) - box[g].min().cwiseMax(box[o].min())).head<2>().cwiseMax(0);
         const Eigen::AlignedBox3d all = box[g].merged(box[o]);
-        if (gap > kStacked || all.sizes().z() > kTallest ||
-            both.prod() < kOver * box[g].sizes().head<2>().prod())
-          continue;
+        if (gap > kStacked || all.sizes().z() > kTallest || !box[g].intersects(columns_box(box[o]))) continue;
+        if (columns[o].empty()) columns[o] = columns_about(groups_[o]);
+        if (fraction_in(columns[o], groups_[g]) < kOver) continue;
         merge(g, o);
         box[o] = all;
+        columns[o].clear();
         break;
       }
     }
+  }
+
+  static Eigen::AlignedBox3d columns_box(Eigen::AlignedBox3d box) {
+    constexpr double kFar = 1e3;  // m
+    return box.extend(box.min() - Eigen::Vector3d(0, 0, kFar))
+        .extend(box.max() + Eigen::Vector3d(0, 0, kFar));
   }
 
   const ObjectGrid& grid_;

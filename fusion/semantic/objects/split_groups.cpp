@@ -6,6 +6,8 @@
 #include <deque>
 #include <map>
 
+#include "fusion/semantic/objects/split_corners.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -159,11 +161,9 @@ std::vector<Cubes> split_groups(const ObjectGrid& grid, const std::vector<Object
         !seats.empty() && wide ? split_at_seats(grid, groups[g], seats) : std::vector<Cubes>{groups[g]};
     for (Cubes& part : by_seat) {
       Heights heights(grid, part);
-      if (!heights.differ()) {
-        parts.push_back(std::move(part));
-        continue;
+      for (Cubes& row : heights.differ() ? heights.split(part) : std::vector<Cubes>{part}) {
+        for (Cubes& piece : split_corners(grid, std::move(row))) parts.push_back(std::move(piece));
       }
-      for (Cubes& piece : heights.split(part)) parts.push_back(std::move(piece));
     }
   }
   return parts;

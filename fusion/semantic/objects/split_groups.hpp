@@ -9,7 +9,7 @@
 
 namespace parhelion::semantic {
 
-/// Chairs part at their seats, rows of furniture where their height changes.
+/// Chairs part at their seats, rows of furniture where their height changes and at corners.
 std::vector<std::vector<std::uint32_t>> split_groups(const ObjectGrid& grid,
                                                      const std::vector<ObjectPlate>& plates,
                                                      std::vector<std::vector<std::uint32_t>> groups);

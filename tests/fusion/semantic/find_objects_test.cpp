@@ -82,6 +82,17 @@ TEST(FindObjects, ThingsInARowPartWhereTheirHeightChanges) {
   EXPECT_EQ(count_kind(found, ObjectKind::cupboard), 1);
 }
 
+TEST(FindObjects, WhatStandsBetweenTheArmsOfACornerIsNoPartOfIt) {
+  cloud::PointCloud<Map> cloud;
+  add_box(cloud, {0, 0, 0}, {2.6, 0.6, 0.9});
+  add_box(cloud, {2.0, 0.6, 0}, {2.6, 3.0, 0.9});
+  add_chair(cloud, 1.0, 1.5);
+  const FoundObjects found = found_in(cloud);
+  ASSERT_EQ(found.objects.size(), 3U);
+  EXPECT_EQ(count_kind(found, ObjectKind::chair), 1);
+  for (const ModelObject& o : found.objects) EXPECT_LT(o.size.y(), 0.7) << o.name;
+}
+
 TEST(FindObjects, WhatStandsOnATableIsOnIt) {
   cloud::PointCloud<Map> cloud;
   add_table(cloud, 0, 0);
