@@ -188,7 +188,7 @@ Status run(const Arguments& a) {
   std::string note;
   const std::string name = fs::path(a.cloud).stem().string();
   const Status drawn = write_file(a.picture, [&](const fs::path& p) {
-    return draw_model(built->model, name, ModelPicture::both, p, &note, {remarks, false});
+    return draw_model(built->model, name, ModelPicture::both, p, &note, remarks);
   });
   if (!drawn) return drawn;
   if (!note.empty()) print_note(note);

@@ -35,7 +35,7 @@ Status run(const Arguments& a) {
   std::string note;
   const std::string name = fs::path(a.model).stem().string();
   const Status status = write_beside(path, {path.filename().string()}, [&](const fs::path& folder) {
-    return draw_model(*model, name, what, folder / path.filename(), &note, {*remarks, true});
+    return draw_model(*model, name, what, folder / path.filename(), &note, *remarks);
   });
   if (status && !note.empty()) std::fprintf(stderr, "parhelion map view: %s\n", note.c_str());
   return status;

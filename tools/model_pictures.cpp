@@ -59,7 +59,7 @@ Result<cv::Mat> solid_view(const SemanticModel& model, const std::string& name) 
 }  // namespace
 
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
-                  const std::filesystem::path& path, std::string* note, const PlanNotes& notes) {
+                  const std::filesystem::path& path, std::string* note, const ModelRemarks& remarks) {
   if (what == ModelPicture::solid) {
     const auto solid = solid_view(semantic::main_part(model).model, name);
     return solid ? write_png(*solid, path) : Status(solid.error());
@@ -67,8 +67,7 @@ Status draw_model(const SemanticModel& model, const std::string& name, ModelPict
   semantic::ModelPlan plan;
   plan.title = name + ": plan";
   plan.subtitle = contents(model);
-  plan.remarks = notes.remarks;
-  plan.names = notes.names;
+  plan.remarks = remarks;
   if (Status status = semantic::draw_model_plan(model, plan, path.string());
       !status || what == ModelPicture::plan)
     return status;

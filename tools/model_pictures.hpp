@@ -12,16 +12,11 @@ namespace parhelion::tools {
 
 enum class ModelPicture { both, plan, solid };
 
-/// What the plan shows beside the model.
-struct PlanNotes {
-  ModelRemarks remarks;  ///< objects and doubtful parts
-  bool names = false;    ///< of walls
-};
-
 /// Writes a PNG. `name`: of the model, for the title. If only the solid view of `both` cannot be drawn (no
-/// EGL), the plan is written and the reason is in `note`.
+/// EGL), the plan is written and the reason is in `note`. The plan shows the objects and doubtful parts of
+/// `remarks`.
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
                   const std::filesystem::path& path, std::string* note = nullptr,
-                  const PlanNotes& notes = {});
+                  const ModelRemarks& remarks = {});
 
 }  // namespace parhelion::tools

@@ -200,8 +200,10 @@ class PlanRenderer {
                      [](const auto* a, const auto* b) { return a->size.x() > b->size.x(); });
     for (const ModelEntity* wall : walls) {
       if (walls.size() > 60 && wall->size.x() * canvas_.pixels_per_metre() < 60) break;
-      const std::string name = plan_.names ? wall->name + "  " : "";
-      labels_.beside(*wall, name + length_text(wall->size.x()), 12, wall->is_virtual ? kVirtualColour : kInk);
+      const std::string length = length_text(wall->size.x());
+      const Colour colour = wall->is_virtual ? kVirtualColour : kInk;
+      if (!labels_.beside(*wall, wall->name + "  " + length, 12, colour))
+        labels_.beside(*wall, length, 12, colour);
     }
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))

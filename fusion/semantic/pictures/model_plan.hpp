@@ -14,10 +14,9 @@ struct ModelPlan {
   std::string subtitle;
   int width = 1600;           ///< pixels; the height follows from the content
   ModelRemarks remarks = {};  ///< objects are drawn with their names, doubtful parts hatched
-  bool names = false;         ///< walls bear their names
 };
 
-/// Writes a PNG. Lengths of walls and widths of doors in metres, rises of stairs; the
+/// Writes a PNG. Names and lengths of walls, widths of doors in metres, rises of stairs; the
 /// map's axes, and its coordinates along the edges. Errors:
 /// nothing to draw, coordinates that are not finite, a path that cannot be written.
 Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path);

@@ -16,8 +16,9 @@ class PlanLabels {
 
   /// Later labels avoid this outline where possible.
   void keep_clear(const Outline& outline);
-  /// Writes beside the middle of a long side, else near its ends; not at all where every position is taken.
-  void beside(const ModelEntity& entity, const std::string& words, double size, Colour colour);
+  /// Writes beside the middle of a long side, else near its ends; false where every position is taken:
+  /// nothing is written.
+  bool beside(const ModelEntity& entity, const std::string& words, double size, Colour colour);
 
  private:
   double cost(const Eigen::AlignedBox2d& box) const;
