@@ -21,6 +21,7 @@ constexpr double kReach = 2.3;                       ///< voxels, of the neighbo
 constexpr double kFlat = 0.25;                       ///< of the smallest to the middle variance
 constexpr std::size_t kQueries = 600, kFewest = 500;
 constexpr std::size_t kMaxSparse = 1'000'000;
+constexpr std::size_t kCrowded = 256;  ///< points of a cube: where clouds are sparse there are fewer
 constexpr double kDenseSide = 0.05, kSparsest = 0.13;  ///< m
 constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has in a closed surface
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
@@ -71,7 +72,8 @@ class Cubes {
     return std::span(sorted_).subspan(begin_[cube], begin_[cube + 1] - begin_[cube]);
   }
   /// The points in the 27 cubes at and around one: by z, y and x of their cubes, so that sums over them do
-  /// not depend on how cubes are stored.
+  /// not depend on how cubes are stored. Of a crowded cube an even choice: a sensor that reports each missing
+  /// return at one place fills one with all of them.
   void collect_about(std::size_t cube, std::vector<Eigen::Vector3f>& about) const {
     const Eigen::Array3i& at = numbers_.cubes()[cube];
     std::array<std::uint32_t, 27> number;
@@ -83,7 +85,9 @@ class Cubes {
     about.clear();
     for (const std::uint32_t n : number) {
       if (n == cloud::VoxelIndex::kNone) continue;
-      for (const std::uint32_t i : in(n)) about.push_back(points_[i]);
+      const std::span<const std::uint32_t> inside = in(n);
+      const std::size_t step = 1 + inside.size() / kCrowded;
+      for (std::size_t k = 0; k < inside.size(); k += step) about.push_back(points_[inside[k]]);
     }
   }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/mean_sites/mean_scan.hpp"
@@ -56,6 +57,16 @@ TEST(SpreadVoxels, TakesStepsOfAVoxelOutOfASlope) {
     return std::sqrt(squares / n - sum * sum / n / n);
   };
   EXPECT_LT(spread_of(spread.cloud), 0.6 * spread_of(steps));
+}
+
+// A sensor may report all that returned nothing in one place; a neighbourhood of all with all took minutes.
+TEST(SpreadVoxels, IsNotMovedByManyPointsInOnePlaceFarAway) {
+  cloud::PointCloud<Cloud> cloud = sloping_plane(0.3);
+  const SpreadCloud alone = spread_voxels(cloud, 0.1, 2);
+  cloud.points.insert(cloud.points.end(), 200'000, {-20, 0, 0});
+  const SpreadCloud crowded = spread_voxels(cloud, 0.1, 2);
+  ASSERT_GT(crowded.cloud.size(), alone.cloud.size() + 200'000);
+  EXPECT_TRUE(std::equal(alone.cloud.points.begin(), alone.cloud.points.end(), crowded.cloud.points.begin()));
 }
 
 TEST(SpreadVoxels, IsTheSameForAnyNumberOfThreads) {
