@@ -237,6 +237,29 @@ void CloudBuilder::drop_unfit_columns() {
   }
 }
 
+void CloudBuilder::drop_missing_returns() {
+  constexpr std::ptrdiff_t kFewest = 10;  // a single point may lie there
+  PointCloud<Scanner>& cloud = scan_.cloud;
+  const auto is_origin = [](const Eigen::Vector3f& p) { return p.isZero(0); };
+  if (std::count_if(cloud.points.begin(), cloud.points.end(), is_origin) < kFewest) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (is_origin(cloud.points[i])) continue;
+    cloud.points[kept] = cloud.points[i];
+    if (!cloud.normals.empty()) cloud.normals[kept] = cloud.normals[i];
+    if (!cloud.colours.empty()) cloud.colours[kept] = cloud.colours[i];
+    if (!cloud.labels.empty()) cloud.labels[kept] = cloud.labels[i];
+    if (!cloud.scans.empty()) cloud.scans[kept] = cloud.scans[i];
+    ++kept;
+  }
+  scan_.no_return = cloud.size() - kept;
+  cloud.points.resize(kept);
+  if (!cloud.normals.empty()) cloud.normals.resize(kept);
+  if (!cloud.colours.empty()) cloud.colours.resize(kept);
+  if (!cloud.labels.empty()) cloud.labels.resize(kept);
+  if (!cloud.scans.empty()) cloud.scans.resize(kept);
+}
+
 void CloudBuilder::note_suspected_unit() {
   const double height = height_of(scan_.cloud.points);
   char text[128];
@@ -252,6 +275,10 @@ void CloudBuilder::note_suspected_unit() {
 }
 
 Result<ScanFile> CloudBuilder::finish() {
+  drop_missing_returns();
+  if (scan_.cloud.empty() && scan_.no_return > 0)
+    return Error{scan_.name + ": no point: all " + std::to_string(scan_.no_return) +
+                 " are at the origin, where sensors put what returned nothing"};
   if (scan_.cloud.empty()) {
     const std::string lost = scan_.not_finite == 0
                                  ? ": it has no points"
@@ -261,6 +288,9 @@ Result<ScanFile> CloudBuilder::finish() {
   drop_unfit_columns();
   note_suspected_unit();
   if (scan_.not_finite > 0) note(std::to_string(scan_.not_finite) + " points left out: NaN or infinite");
+  if (scan_.no_return > 0)
+    note(std::to_string(scan_.no_return) +
+         " points left out: all at the origin, where sensors put what returned nothing");
   return std::move(scan_);
 }
 

@@ -67,6 +67,8 @@ class CloudBuilder {
  private:
   void add_attributes(const Record& record);
   void drop_unfit_columns();
+  /// Many sensors write a beam that returned nothing as a point in the sensor itself.
+  void drop_missing_returns();
   void note_suspected_unit();
 
   ScanFile scan_;

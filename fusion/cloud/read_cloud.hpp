@@ -47,7 +47,8 @@ struct ScanFile {
   std::optional<Transform<Cloud, Scanner>> guess;  ///< from the .pose of a .3d
   std::optional<double> spacing;                   ///< m, of the cubes of an octree
   std::uint64_t not_finite = 0;                    ///< points left out for NaN or infinity
-  std::vector<std::string> notes;                  ///< notes for the user: a suspected unit, dropped labels
+  std::uint64_t no_return = 0;     ///< points left out, all at the origin: what returned nothing
+  std::vector<std::string> notes;  ///< notes for the user: a suspected unit, dropped labels
 };
 
 /// Reads one file; its format is detected from its first bytes, else from its extension (.ply .pcd .las .bt

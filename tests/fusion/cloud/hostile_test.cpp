@@ -147,6 +147,32 @@ TEST(HostileCloud, points_that_are_not_finite_are_dropped_and_counted_and_duplic
   EXPECT_NE(none.error().message.find("all 1 are NaN"), std::string::npos);
 }
 
+TEST(HostileCloud, points_of_beams_that_returned_nothing_are_dropped_and_counted) {
+  const auto parsed = [](int missing, const std::string& rest) {
+    std::string text = rest;
+    for (int i = 0; i < missing; ++i) text += "0 0 0 0 0 0 9\n";
+    return parse_scan("ply\nformat ascii 1.0\nelement vertex " +
+                          std::to_string(std::count(text.begin(), text.end(), '\n')) +
+                          "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n"
+                          "property float ny\nproperty float nz\nproperty uchar label\nend_header\n" +
+                          text,
+                      "a.ply", ScanFormat::ply);
+  };
+  const auto scan = parsed(20, "1 2 3 0 0 1 4\n4 5 6 1 0 0 5\n");
+  ASSERT_TRUE(scan) << scan.error().message;
+  EXPECT_EQ(scan->no_return, 20U);
+  ASSERT_EQ(scan->cloud.size(), 2U);
+  EXPECT_EQ(scan->cloud.points[1], Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(scan->cloud.normals.size(), 2U);
+  EXPECT_EQ(scan->cloud.labels, (std::vector<std::uint8_t>{4, 5}));
+  ASSERT_FALSE(scan->notes.empty());
+  EXPECT_NE(scan->notes.back().find("20 points left out: all at the origin"), std::string::npos);
+  EXPECT_EQ(parsed(1, "1 2 3 0 0 1 4\n")->cloud.size(), 2U) << "one may be a point of a surface";
+  const auto none = parsed(20, "");
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("all 20 are at the origin"), std::string::npos);
+}
+
 TEST(HostileCloud, every_truncation_is_an_error_or_fewer_whole_lines) {
   for (const Sample& sample : samples()) {
     const bool counted = sample.format == ScanFormat::ply || sample.format == ScanFormat::pcd;
