@@ -205,13 +205,15 @@ TEST_F(AuthenticationTest, TheRelayPassesOnWhatTheServerSignedAndNothingElse) {
   Message message;
   TwistCommand command;
   double driven = 0;
-  for (int tries = 0; tries < 400 && driven == 0; ++tries) {
-    send(*ann, teleop(tries < 40 ? 0 : 0.3));
+  // The server obeys a stick that it has seen let go: first zeros, until it answers.
+  for (int tries = 0, answers = 0; tries < 400 && driven == 0; ++tries) {
+    send(*ann, teleop(answers == 0 ? 0 : 0.3));
     const Message forged =
         test::message(channel::kMrCmd, 0, TwistCommand{{runtime::wall_now().ns}, {9, 0, 0}});
     send(*stranger_, forged);
     while (*(*motor)->receive(message, milliseconds(20))) {
       ASSERT_TRUE(decode(message.channel, message.payload, command));
+      ++answers;
       ASSERT_LE(command.twist.vx, 0.31) << "forged";
       driven = std::max(driven, command.twist.vx);
     }
