@@ -20,28 +20,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a line at the left edge defines, and what it must be equal to where it stands twice; both empty: no
-/// definition.
+/// What a line at the left edge defines, and what it must be equal to where it stands twice.
 struct Definition {
   std::string name, text;
 };
 
-Definition definition_in(const std::string& line) {
+std::vector<Definition> definitions_in(const std::string& line) {
   static const std::regex type("^(?:struct|class|enum class) (\\w+)\\b(?!;).*"), alias("^using (\\w+) = .*"),
-      constant("^(?:inline |static |constexpr |const )+[\\w:<>,*& .]*?\\b(k[A-Z]\\w*)\\b.*"),
+      constants("^(?:inline |static |constexpr |const )+[\\w:<>,*& .]*?\\bk[A-Z]\\w*\\b.*"),
+      constant("\\b(k[A-Z]\\w*)(?:\\[[^\\]]*\\])*(?: =(?!=)|[{(])"),
       function(
           "^(?!return|using|namespace|template)[A-Za-z]\\w*[\\w:<>,*& ]*[ "
           "&*]([a-z_]\\w*)\\(([^)]*)\\).*\\{.*");
   std::smatch found;
   if (std::regex_match(line, found, alias)) {
     const bool same_name = line.ends_with("::" + found[1].str() + ";");  // of another namespace
-    return same_name ? Definition{} : Definition{found[1], line};
+    if (same_name) return {};
+    return {{found[1], line}};
   }
-  if (std::regex_match(line, found, type) || std::regex_match(line, found, constant)) return {found[1], {}};
+  if (std::regex_match(line, found, type)) return {{found[1], {}}};
+  if (std::regex_match(line, constants)) {
+    std::vector<Definition> definitions;
+    for (std::sregex_iterator at(line.begin(), line.end(), constant), end; at != end; ++at)
+      definitions.push_back({(*at)[1], {}});
+    return definitions;
+  }
   if (!std::regex_match(line, found, function)) return {};
   const std::string parameters = found[2];
   const auto count = parameters.empty() ? 0 : 1 + std::count(parameters.begin(), parameters.end(), ',');
-  return {found[1].str() + "(" + std::to_string(count) + ")", {}};
+  return {{found[1].str() + "(" + std::to_string(count) + ")", {}}};
 }
 
 struct Defined {
@@ -54,12 +61,12 @@ std::string add_names(const std::string& name, const std::string& source, Names&
   std::string conflicts;
   std::istringstream lines(source);
   for (std::string line; std::getline(lines, line);) {
-    const Definition definition = definition_in(line);
-    if (definition.name.empty()) continue;
-    const auto [at, first] = names.try_emplace(definition.name, Defined{name, definition.text});
-    const bool same = !definition.text.empty() && at->second.text == definition.text;
-    if (!first && at->second.file != name && !same)
-      conflicts += name + " and " + at->second.file + " both define " + definition.name + "\n";
+    for (const Definition& definition : definitions_in(line)) {
+      const auto [at, first] = names.try_emplace(definition.name, Defined{name, definition.text});
+      const bool same = !definition.text.empty() && at->second.text == definition.text;
+      if (!first && at->second.file != name && !same)
+        conflicts += name + " and " + at->second.file + " both define " + definition.name + "\n";
+    }
   }
   return conflicts;
 }
@@ -109,6 +116,7 @@ TEST(NamesInTests, ConflictsAreFound) {
             "");
   EXPECT_NE(add_names("c", "struct One {\n", names), "");
   EXPECT_NE(add_names("d", "const double kTwo = 2;\n", names), "");
+  EXPECT_NE(add_names("h", "const double kFour = 2, kTwo = 2;\n", names), "");
   EXPECT_NE(add_names("e", "std::string three(const std::string& x) {\n", names), "");
   EXPECT_NE(add_names("g", "Eigen::Vector2d three(double) {\n", names), "");
   EXPECT_NE(add_names("f", "using F = double;\n", names), "");

@@ -28,7 +28,7 @@ class SidePictures {
   }
 
   /// Level lines, as heights (m) over blocks: [block column or row 0..9] -> heights.
-  using Levels = LevelHeights;
+  using Levels = HeightsByBlock;
   Levels levels(Projection projection, StageImages* stages) {
     ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
     threshold_ridges(chain.input, kMinLayers, static_cast<int>(kRidgeReach / site_.options.pixel),

@@ -9,10 +9,10 @@
 namespace parhelion::semantic {
 
 /// Per block column or row of a tile and its margins: heights (m) of level lines.
-using LevelHeights = std::array<std::vector<double>, kTileBlocks + 2>;
+using HeightsByBlock = std::array<std::vector<double>, kTileBlocks + 2>;
 
 struct LevelLines {
-  LevelHeights along_x, along_y;  ///< in OXZ by block column, in OYZ by block row
+  HeightsByBlock along_x, along_y;  ///< in OXZ by block column, in OYZ by block row
 };
 
 LevelLines level_lines(const Site& site, Tile tile, StageImages* stages);

@@ -14,7 +14,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kTread = 0.26, kWidth = 1.2, kStrip = 0.5;  // m
+constexpr double kTread = 0.26, kStepWidth = 1.2, kStrip = 0.5;  // m
 
 struct Stairs {
   cloud::PointCloud<Map> cloud;
@@ -28,7 +28,7 @@ Stairs stairs_of(const std::vector<double>& rises, const std::function<double(do
   double z = 0;
   const auto tread = [&](double from, double to) {
     const std::size_t before = sampler.cloud().size();
-    sampler.slab({from, 0}, {to, kWidth}, z);
+    sampler.slab({from, 0}, {to, kStepWidth}, z);
     std::vector<double> heights;
     for (std::size_t i = before; i < sampler.cloud().size(); ++i) {
       Eigen::Vector3f p = sampler.cloud().points[i];
@@ -36,7 +36,7 @@ Stairs stairs_of(const std::vector<double>& rises, const std::function<double(do
       stairs.cloud.points.push_back(p);
       heights.push_back(p.z());
     }
-    stairs.flight.steps.push_back({kNoSurface, median(heights), from, to, 0, kWidth});
+    stairs.flight.steps.push_back({kNoSurface, median(heights), from, to, 0, kStepWidth});
   };
   tread(-kStrip, 0);
   for (std::size_t i = 0; i < rises.size(); ++i) {

@@ -11,19 +11,19 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kWidth = 60, kHeight = 40;
+constexpr int kPictureWidth = 60, kPictureHeight = 40;
 
 /// A random picture of some lines, blobs and single pixels; its border is empty.
 cv::Mat random_picture() {
-  cv::Mat picture = cv::Mat::zeros(kHeight, kWidth, CV_8U);
-  const auto x = [] { return *rc::gen::inRange(2, kWidth - 2); };
-  const auto y = [] { return *rc::gen::inRange(2, kHeight - 2); };
+  cv::Mat picture = cv::Mat::zeros(kPictureHeight, kPictureWidth, CV_8U);
+  const auto x = [] { return *rc::gen::inRange(2, kPictureWidth - 2); };
+  const auto y = [] { return *rc::gen::inRange(2, kPictureHeight - 2); };
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i)
     cv::line(picture, {x(), y()}, {x(), y()}, 255, *rc::gen::inRange(1, 6));
   for (int i = *rc::gen::inRange(0, 4); i > 0; --i)
     cv::circle(picture, {x(), y()}, *rc::gen::inRange(1, 7), 255, cv::FILLED);
   for (int i = *rc::gen::inRange(0, 60); i > 0; --i) picture.at<std::uint8_t>(y(), x()) = 255;
-  cv::rectangle(picture, {0, 0}, {kWidth - 1, kHeight - 1}, 0);
+  cv::rectangle(picture, {0, 0}, {kPictureWidth - 1, kPictureHeight - 1}, 0);
   return picture;
 }
 
@@ -47,9 +47,9 @@ void expect_same(const PixelSet& set, const cv::Mat& picture) {
 RC_GTEST_PROP(ImagePipeline, FilterIsEquation3, ()) {
   const cv::Mat p = random_picture();
   const int strel[3][3] = {{1, 1, 1}, {1, 0, 1}, {1, 1, 1}};
-  cv::Mat out = cv::Mat::zeros(kHeight, kWidth, CV_8U);
-  for (int k = 1; k + 1 < kHeight; ++k) {
-    for (int l = 1; l + 1 < kWidth; ++l) {
+  cv::Mat out = cv::Mat::zeros(kPictureHeight, kPictureWidth, CV_8U);
+  for (int k = 1; k + 1 < kPictureHeight; ++k) {
+    for (int l = 1; l + 1 < kPictureWidth; ++l) {
       int sum = 0;
       for (int i = -1; i <= 1; ++i) {
         for (int j = -1; j <= 1; ++j)
@@ -68,7 +68,7 @@ RC_GTEST_PROP(ImagePipeline, DilationEqualsOpenCv, ()) {
   const cv::Mat picture = random_picture();
   cv::Mat out;
   cv::dilate(picture, out, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
-  cv::rectangle(out, {0, 0}, {kWidth - 1, kHeight - 1}, 0);
+  cv::rectangle(out, {0, 0}, {kPictureWidth - 1, kPictureHeight - 1}, 0);
   PixelSet dilated;
   dilate(pixels_of(picture), dilated);
   expect_same(dilated, out);

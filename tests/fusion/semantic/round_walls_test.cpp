@@ -124,22 +124,22 @@ TEST(RoundWalls, ARoundCornerKeepsItsStraightWalls) {
   EXPECT_GE(found.lines_left, 2U);
 }
 
-constexpr double kRadius = 5, kHeight = 3;
+constexpr double kRadius = 5, kWallHeight = 3;
 
 /// A hall of `kRadius` with 90 flat pieces around it, and a doorway of 1 m at angle 0.
 SemanticModel round_hall() {
   SemanticModel site;
   site.entities = {
       test::model_box("floor", EntityLabel::floor, {0, 0, -0.1}, {10.6, 10.6, 0.2}),
-      test::model_box("ceiling", EntityLabel::ceiling, {0, 0, kHeight + 0.1}, {10.6, 10.6, 0.2})};
+      test::model_box("ceiling", EntityLabel::ceiling, {0, 0, kWallHeight + 0.1}, {10.6, 10.6, 0.2})};
   constexpr int pieces = 90;
   const double length = 2 * (kRadius + 0.2) * std::tan(std::numbers::pi / pieces);
   for (int i = 0; i < pieces; ++i) {
     const double angle = 2 * std::numbers::pi * i / pieces;
     if (std::abs(std::remainder(angle, 2 * std::numbers::pi)) < 0.1) continue;
     const Eigen::Vector2d p = (kRadius + 0.1) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    site.entities.push_back(test::model_box("wall", EntityLabel::wall, {p.x(), p.y(), kHeight / 2},
-                                            {length, 0.2, kHeight}, angle + std::numbers::pi / 2));
+    site.entities.push_back(test::model_box("wall", EntityLabel::wall, {p.x(), p.y(), kWallHeight / 2},
+                                            {length, 0.2, kWallHeight}, angle + std::numbers::pi / 2));
   }
   return site;
 }

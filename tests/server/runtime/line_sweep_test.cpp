@@ -76,7 +76,7 @@ Scan line_at(double t, const LineLaserDescription& line, const Tilt& tilt, const
 
 /// Messages in order of arrival, each with its driver's latency: encoder values arrive 60 ms after their
 /// stamp.
-std::vector<Message> drive(double duration, const LineLaserDescription& line, const Tilt& tilt) {
+std::vector<Message> drive_with_line(double duration, const LineLaserDescription& line, const Tilt& tilt) {
   std::vector<Message> log = test::drive(duration);
   const SemanticModel site = furnished_room();
   for (int i = 0; i * 0.025 < duration; ++i) {
@@ -164,7 +164,7 @@ void expect_the_missing_wall(const std::vector<LineView>& views, const std::stri
 
 TEST(LineSweep, ANoddingLaserFindsAnUnmodelledWallAhead) {
   const auto line = line_laser(true);
-  const Swept swept = sweep(sweeping(line), drive(8, line, nodding));
+  const Swept swept = sweep(sweeping(line), drive_with_line(8, line, nodding));
   EXPECT_EQ(swept.refused, 0U);
   ASSERT_GE(swept.views.size(), 3U) << "5.6 rad a second and a half: a view for each radian";
   EXPECT_LT(swept.left_out, 30U) << "of 320 lines, those before the first pose";
@@ -173,7 +173,7 @@ TEST(LineSweep, ANoddingLaserFindsAnUnmodelledWallAhead) {
 
 TEST(LineSweep, AVerticalLaserFindsTheWallByDriving) {
   const auto line = line_laser(false);
-  const Swept swept = sweep(sweeping(line), drive(24, line, {}));
+  const Swept swept = sweep(sweeping(line), drive_with_line(24, line, {}));
   EXPECT_EQ(swept.refused, 0U);
   ASSERT_GE(swept.views.size(), 3U) << "5.6 m are driven, 3.8 rad turned";
   expect_the_missing_wall(swept.views, "wall 4");
@@ -181,7 +181,7 @@ TEST(LineSweep, AVerticalLaserFindsTheWallByDriving) {
 
 TEST(LineSweep, StaleEncoderValuesAreNotUsed) {
   const auto line = line_laser(true);
-  auto log = drive(4, line, nodding);
+  auto log = drive_with_line(4, line, nodding);
   // The encoder stops after two seconds; elsewhere its last value is used for 0.2 s.
   std::erase_if(log, [](const Message& m) {
     return m.channel == channel::kJointState && m.arrival > ArrivalTime::from_utime(at(2.06));
@@ -193,7 +193,7 @@ TEST(LineSweep, StaleEncoderValuesAreNotUsed) {
 
 TEST(LineSweep, AStandingLaserGivesNoView) {
   const auto line = line_laser(true);
-  auto log = drive(6, line, [](double) { return 0.3; });
+  auto log = drive_with_line(6, line, [](double) { return 0.3; });
   std::erase_if(log, [](const Message& m) {
     return m.channel == channel::kOdometry || m.channel == channel::kPoseCov || m.channel == channel::kScan;
   });
@@ -214,7 +214,7 @@ TEST(LineSweep, AStandingLaserGivesNoView) {
 TEST(LineSweep, ScanLinesOfAnUndescribedLaserAreRefused) {
   const auto line = line_laser(true);
   tick::Configuration configuration = sweeping(line);
-  const auto log = drive(0.3, line, nodding);
+  const auto log = drive_with_line(0.3, line, nodding);
   configuration.robot.line_laser.reset();
   auto state = tick::make_state(configuration, log.front().arrival - milliseconds(1));
   ASSERT_TRUE(state.ok());

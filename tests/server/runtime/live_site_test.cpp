@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kWallX = 3, kSideY = -1.5, kHeight = 2.6;  // m, of the room in front of the camera
+constexpr double kWallX = 3, kSideY = -1.5, kRoomHeight = 2.6;  // m, of the room in front of the camera
 
 /// A camera 1 m over the floor, level, with heading `yaw`.
 Transform<Map, DepthOptical> camera_at(double x, double y, double yaw) {
@@ -44,7 +44,7 @@ PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map
       const auto plane = [&](int axis, double at) {
         const double t = (at - from[axis]) / ray[axis];
         const double z = from.z() + t * ray.z();
-        if (t > 0 && t < depth && z > -0.01 && z < kHeight) depth = t;
+        if (t > 0 && t < depth && z > -0.01 && z < kRoomHeight) depth = t;
       };
       plane(0, kWallX);
       plane(1, kSideY);
@@ -67,7 +67,7 @@ SemanticModel known() {
   model.map_id = "site";
   model.entities = {
       test::model_box("floor 1", EntityLabel::floor, {2, 0, -0.05}, {8, 8, 0.1}),
-      test::model_box("wall 1", EntityLabel::wall, {1, kSideY, kHeight / 2}, {6, 0.1, kHeight})};
+      test::model_box("wall 1", EntityLabel::wall, {1, kSideY, kRoomHeight / 2}, {6, 0.1, kRoomHeight})};
   return model;
 }
 

@@ -11,7 +11,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kSanityStep = 1.0 / 240;
-constexpr double kGravity = 9.81;
+constexpr double kEarthGravity = 9.81;
 using test::kDegree;
 constexpr double kFriction = 0.36;  // of two free or fixed bodies: 0.6 each, multiplied
 
@@ -52,7 +52,7 @@ TEST(PhysicalSanity, ASlidingBodyAcceleratesByCoulombFriction) {
   const double before = slope.speed();
   slope.run(0.5);
   // Air drag: 2 % of the speed in a second.
-  const double expected = kGravity * (std::sin(angle) - kFriction * std::cos(angle));
+  const double expected = kEarthGravity * (std::sin(angle) - kFriction * std::cos(angle));
   EXPECT_NEAR((slope.speed() - before) / 0.5, expected, 0.05 * expected);
 }
 
@@ -118,9 +118,9 @@ TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
       continue;
     }
     const double t = (flying - 1) * kSanityStep;
-    const Eigen::Vector3d expected = p0 + v0 * t - Eigen::Vector3d(0, 0, kGravity * t * t / 2);
+    const Eigen::Vector3d expected = p0 + v0 * t - Eigen::Vector3d(0, 0, kEarthGravity * t * t / 2);
     // A step of semi-implicit Euler is g t dt / 2 off, and air drag takes 2 % of the speed in a second.
-    const double off = kGravity * t * kSanityStep / 2 + 0.02 * v0.norm() * t * t;
+    const double off = kEarthGravity * t * kSanityStep / 2 + 0.02 * v0.norm() * t * t;
     EXPECT_NEAR((p - expected).norm(), 0, off + 1e-6) << t;
   }
   EXPECT_GT(flying, 60);
@@ -141,7 +141,7 @@ TEST(PhysicalSanity, AStackOfBoxesStandsForAMinuteAndGainsNoEnergy) {
     double sum = 0;
     for (const PhysicsHandle box : boxes) {
       const RigidState state = physics.state(box);
-      sum += kMass * (kGravity * state.T_map_body.translation().z() + state.velocity.squaredNorm() / 2);
+      sum += kMass * (kEarthGravity * state.T_map_body.translation().z() + state.velocity.squaredNorm() / 2);
     }
     return sum;
   };

@@ -28,7 +28,7 @@ std::string urdf(const std::string& geometry, const std::string& mass, const std
          "</robot>\n";
 }
 
-constexpr const char* kBox = "<box size='0.4 0.3 0.1'/>";
+constexpr const char* kBoxGeometry = "<box size='0.4 0.3 0.1'/>";
 constexpr const char* kYaml =
     "urdf: cart.urdf\n"
     "drive: {kind: differential, left: [left], right: [right]}\n"
@@ -43,7 +43,7 @@ std::string refusal(const std::string& urdf_text, const std::string& yaml = kYam
 }
 
 TEST(RobotModel, AcceptsTheUnmodifiedModel) {
-  const auto model = parse_robot_model(urdf(kBox, "5", ""), kYaml, "robots/cart.yaml");
+  const auto model = parse_robot_model(urdf(kBoxGeometry, "5", ""), kYaml, "robots/cart.yaml");
   ASSERT_TRUE(model.ok()) << model.error().message;
   EXPECT_EQ(model->links.size(), 3U);
   EXPECT_NEAR(model->description.mass, 7, 1e-12);
@@ -59,7 +59,7 @@ TEST(RobotModel, AMissingMeshIsAWarningWithItsLine) {
 
 TEST(RobotModel, ANonPositiveMassIsRefused) {
   for (const char* mass : {"0", "-3"}) {
-    const std::string text = refusal(urdf(kBox, mass, ""));
+    const std::string text = refusal(urdf(kBoxGeometry, mass, ""));
     EXPECT_THAT(text, HasSubstr("'base'"));
     EXPECT_THAT(text, HasSubstr("mass"));
     EXPECT_THAT(text, HasSubstr("cart.urdf:2"));
@@ -69,14 +69,14 @@ TEST(RobotModel, ANonPositiveMassIsRefused) {
 TEST(RobotModel, AJointLoopIsRefused) {
   const std::string loop =
       "<joint name='back' type='fixed'><parent link='left'/><child link='base'/></joint>\n";
-  EXPECT_THAT(refusal(urdf(kBox, "5", loop)), HasSubstr("loop"));
+  EXPECT_THAT(refusal(urdf(kBoxGeometry, "5", loop)), HasSubstr("loop"));
   const std::string twice =
       "<joint name='second' type='fixed'><parent link='left'/><child link='right'/></joint>\n";
-  EXPECT_THAT(refusal(urdf(kBox, "5", twice)), HasSubstr("'right'"));
+  EXPECT_THAT(refusal(urdf(kBoxGeometry, "5", twice)), HasSubstr("'right'"));
 }
 
 TEST(RobotModel, AJointThatMimicsNoneThatExistsIsRefused) {
-  std::string text = urdf(kBox, "5", "");
+  std::string text = urdf(kBoxGeometry, "5", "");
   text.insert(text.rfind("</joint>"), "<mimic joint='rudder' multiplier='2'/>");
   const std::string error_text = refusal(text);
   EXPECT_THAT(error_text, HasSubstr("'right_joint': mimics 'rudder'"));
@@ -86,7 +86,7 @@ TEST(RobotModel, AJointThatMimicsNoneThatExistsIsRefused) {
 TEST(RobotModel, AMisspelledLinkGetsASuggestion) {
   std::string yaml = kYaml;
   yaml.replace(yaml.find("[right]"), 7, "[rigth]");
-  const std::string text = refusal(urdf(kBox, "5", ""), yaml);
+  const std::string text = refusal(urdf(kBoxGeometry, "5", ""), yaml);
   EXPECT_THAT(text, HasSubstr("robots/cart.yaml:2"));
   EXPECT_THAT(text, HasSubstr("'rigth'"));
   EXPECT_THAT(text, HasSubstr("'right'"));
@@ -103,19 +103,19 @@ TEST(RobotModel, TextInAPlaceOfNumbersIsRefusedWithItsLine) {
     EXPECT_THAT(text, HasSubstr("cart.urdf:3: link 'base': box: "));
     EXPECT_THAT(text, HasSubstr("size")) << size;
   }
-  EXPECT_THAT(refusal(urdf(kBox, "%n%n%s", "")), HasSubstr("value='%n%n%s'; expected 1 number"));
+  EXPECT_THAT(refusal(urdf(kBoxGeometry, "%n%n%s", "")), HasSubstr("value='%n%n%s'; expected 1 number"));
 }
 
 TEST(RobotModel, AVisualThatCannotBeDrawnIsRefusedWithItsLink) {
   const auto with_visual = [](const std::string& content) {
-    std::string text = urdf(kBox, "5", "");
+    std::string text = urdf(kBoxGeometry, "5", "");
     return text.insert(text.find("</link>"), "\n<visual>" + content + "</visual>");
   };
   EXPECT_THAT(refusal(with_visual("")),
               HasSubstr("cart.urdf:4: link 'base': visual: expected <geometry> in it"));
   EXPECT_THAT(refusal(with_visual("<geometry/>")),
               HasSubstr("expected <box>, <cylinder>, <sphere> or <mesh>"));
-  const std::string box = std::string("<geometry>") + kBox + "</geometry>";
+  const std::string box = std::string("<geometry>") + kBoxGeometry + "</geometry>";
   EXPECT_THAT(refusal(with_visual(box + "<material name='red'/>")),
               HasSubstr("material 'red': is defined nowhere"));
   EXPECT_THAT(refusal(with_visual(box + "<material name='red'><color rgba='2 0 0 1'/></material>")),
@@ -129,7 +129,7 @@ TEST(RobotModel, AUrdfThatIsTooDeepOrTooLargeIsRefused) {
   EXPECT_THAT(refusal(std::string(std::size_t{17} << 20, ' ')), HasSubstr("at most 16 MiB"));
   std::string links;
   for (int i = 0; i < 2000; ++i) links += "<link name='l" + std::to_string(i) + "'/>";
-  EXPECT_THAT(refusal(urdf(kBox, "5", links)), HasSubstr("at most 1000"));
+  EXPECT_THAT(refusal(urdf(kBoxGeometry, "5", links)), HasSubstr("at most 1000"));
 }
 
 TEST(RobotModel, SpawningARobotInAWallReportsTheNearestFreePlace) {

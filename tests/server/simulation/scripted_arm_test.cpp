@@ -23,7 +23,7 @@ constexpr double kFingerLength = 0.11;  // m
 constexpr double kAhead = 0.68;         // m from the turret's axis to the load
 constexpr double kTouch = 2e-5;         // m
 constexpr double kWall = 0.015;         // m, of a container
-const Eigen::Vector3d kLoad(0.08, 0.08, 0.16);
+const Eigen::Vector3d kHeldLoad(0.08, 0.08, 0.16);
 
 using Values = std::map<std::string, double>;
 
@@ -118,16 +118,16 @@ class LoadWitness {
     std::vector<Eigen::Vector3d> corners;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d p(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 1 : 0);
-      corners.emplace_back(load.T_map_body * Eigen::Vector3d(p.cwiseProduct(kLoad)));
+      corners.emplace_back(load.T_map_body * Eigen::Vector3d(p.cwiseProduct(kHeldLoad)));
     }
     return corners;
   }
   /// m between the load and the face of a pad, which points along `travel` times its finger's y axis.
   static double gap(const BodyState& load, const BodyState& finger, double travel) {
-    const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kLoad.z() / 2);
+    const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kHeldLoad.z() / 2);
     const Eigen::Vector3d ahead = finger.T_map_body.inverse() * center;
     double nearest = 1;
-    if (std::abs(ahead.z()) > kLoad.x() / 2 || std::abs(ahead.x() - kFingerLength) > kLoad.z() / 2)
+    if (std::abs(ahead.z()) > kHeldLoad.x() / 2 || std::abs(ahead.x() - kFingerLength) > kHeldLoad.z() / 2)
       return nearest;
     for (const Eigen::Vector3d& corner : corners(load))
       nearest = std::min(nearest, travel * (finger.T_map_body.inverse() * corner).y());
@@ -147,7 +147,7 @@ Run with_load(const std::string& name, double duration, std::vector<Command> scr
     if (t == kStep) {
       spawn(simulation, articulated("r", "crawler", 0, 0));
       AgentDefinition load = agent("load", AgentKind::box, kTurret + kAhead, 0);
-      load.size = kLoad;
+      load.size = kHeldLoad;
       spawn(simulation, load);
       AgentDefinition tub = agent("tub", AgentKind::container, kTurret, kAhead);
       tub.size = {0.4, 0.3, 0.2};
@@ -183,9 +183,9 @@ std::vector<Command> take(const Taking& taking) {
           {kRaises + taking.raises, {}, still}};
 }
 std::vector<Expected> taken(const Taking& taking) {
-  const double inner = kAhead - kLoad.x() / 2;  // m: its lower edge that rises last
+  const double inner = kAhead - kHeldLoad.x() / 2;  // m: its lower edge that rises last
   const double angle = solve([&](double a) { return raised(inner, -kShoulder, a); }, kLift);
-  return {{EventKind::gripped, gone("left_finger_joint", kGrips, taking.fingers, kPads - kLoad.y() / 2),
+  return {{EventKind::gripped, gone("left_finger_joint", kGrips, taking.fingers, kPads - kHeldLoad.y() / 2),
            "load", "r"},
           {EventKind::lifted, gone("shoulder_joint", kRaises, taking.shoulder, angle), "load", "r"}};
 }

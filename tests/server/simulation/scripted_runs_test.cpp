@@ -13,11 +13,11 @@ namespace {
 using namespace test;
 
 using test::kDegree;
-constexpr double kPause = 0.25;               // s, of a stop and of a contact's end
-constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
-constexpr double kWarning = 2.0;              // s before a collision
-constexpr double kZoneEdge = 0.05;            // m outside before a zone or a door's space counts as left
-constexpr double kRelease = 0.02;             // m in addition to the margin where a contact ends
+constexpr double kPause = 0.25;                   // s, of a stop and of a contact's end
+constexpr double kFront = 0.25, kPathSide = 0.2;  // m, of the robot's outline
+constexpr double kWarning = 2.0;                  // s before a collision
+constexpr double kZoneEdge = 0.05;                // m outside before a zone or a door's space counts as left
+constexpr double kRelease = 0.02;                 // m in addition to the margin where a contact ends
 constexpr double kOpened = 10 * kDegree, kClosed = 3 * kDegree;
 
 /// Straight along x from x0 at v until `until`, then it stands.
@@ -153,7 +153,7 @@ Run hits_a_wall(double v, double sigma, double stands, bool back) {
 Run along_a_wall(double v, double gap) {
   Run run{.name = "along a wall", .duration = 3};
   run.model = room(10);
-  run.robot_at = straight(-2, 5 - kSide - gap, v, 1e9);
+  run.robot_at = straight(-2, 5 - kPathSide - gap, v, 1e9);
   run.expected = {{EventKind::movement_started, 0}};
   return run;
 }
@@ -264,12 +264,12 @@ Run passes_a_door(double v, double y, std::optional<double> opening) {
     const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - gap * gap);
     return (last.x() + along + kFront) / v + NearMissWatch::kHold;
   };
-  if (const double gap = 0.5 - kSide - y; gap < NearMissWatch::kGap)
+  if (const double gap = 0.5 - kPathSide - y; gap < NearMissWatch::kGap)
     run.expected.push_back({EventKind::near_miss, leaves({2.05, 0.5}, gap), "wall b"});
   if (!opening) return run;
   const double c = std::cos(*opening), s = std::sin(*opening);
   const Eigen::Vector2d tip(2 - s + 0.02 * c, -0.5 + c + 0.02 * s), foot(2 + 0.02 * c, -0.5 + 0.02 * s);
-  const double right = y - kSide;
+  const double right = y - kPathSide;
   if (right - tip.y() < NearMissWatch::kGap)
     run.expected.push_back({EventKind::near_miss, leaves(foot, right - foot.y()), "door"});
   return run;
