@@ -13,7 +13,7 @@ namespace {
 using namespace test;
 
 using test::kDegree;
-constexpr double kEarthGravity = 9.81;
+constexpr double kFreeFall = 9.81;
 constexpr double kReleaseTime = 0.1, kRest = 0.3, kLift = 0.02,
                  kSink = 0.5;           // s, s, m, m/s: thresholds of gripper events
 constexpr double kSpeedUp = 0.2;        // s, for a joint's motor to reach its full speed
@@ -200,8 +200,7 @@ Run drops(const Taking& taking) {
   script.push_back({opens, {}, {{"shoulder_joint", 0}}, {{"left_finger_joint", -70}}});
   Run run = with_load("drops", opens + 1.2, script, release_time(opens));
   run.expected = taken(taking);
-  run.expected.push_back(
-      {EventKind::dropped, release_time(opens) - kStep + kSink / kEarthGravity, "load", "r"});
+  run.expected.push_back({EventKind::dropped, release_time(opens) - kStep + kSink / kFreeFall, "load", "r"});
   return run;
 }
 
