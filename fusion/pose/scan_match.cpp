@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
+#include <vector>
 
+#include "fusion/pose/scan_directions.hpp"
 #include "fusion/pose/scan_points.hpp"
 
 namespace parhelion::pose {
@@ -13,6 +15,7 @@ constexpr double kKnee = 9;  ///< chi^2 at which a point has weight 1/4; maximum
 
 /// Neighbouring beams share errors of the map and of the laser: they are not independent.
 constexpr double kIndependentFraction = 0.1;
+constexpr double kCrosses = 0.7;  ///< cosine between a line of points and the normal of a surface
 
 struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -22,23 +25,36 @@ struct NormalEquations {
   int explained = 0;
 };
 
-NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points, const Pose2& pose,
-                          const MatchOptions& options) {
+/// Direction in the map of points without one, or where directions are not asked for: zero.
+using Directions = std::span<const Eigen::Vector2d>;
+
+NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points,
+                          Directions directions, const Pose2& pose, const MatchOptions& options) {
   NormalEquations sum;
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   const double noise = options.range_sigma * options.range_sigma;
-  for (const Eigen::Vector2d& p : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d& p = points[i];
     const Eigen::Vector2d arm(c * p.x() - s * p.y(), s * p.x() + c * p.y());
     const Eigen::Vector2d q(pose.x + arm.x(), pose.y + arm.y());
     const Surfel* surfel = map.nearest(q);
     sum.cost += kKnee;
     if (surfel == nullptr) continue;
     const Eigen::Vector2d offset = q - surfel->mean;
+    Eigen::Vector2d along = Eigen::Vector2d::Zero();
+    if (!directions.empty())
+      along = {c * directions[i].x() - s * directions[i].y(), s * directions[i].x() + c * directions[i].y()};
+    const bool on_line = !along.isZero();
     Eigen::Matrix2d W;
     double distance;
     if (surfel->flat) {
+      if (on_line && std::abs(along.dot(surfel->normal)) > kCrosses) continue;
       distance = std::abs(surfel->normal.dot(offset));
       W = surfel->normal * surfel->normal.transpose() / (noise + surfel->thickness * surfel->thickness);
+    } else if (on_line) {
+      const Eigen::Vector2d normal(-along.y(), along.x());
+      distance = offset.norm();
+      W = 0.25 * normal * normal.transpose() / (noise + normal.dot(surfel->covariance * normal));
     } else {
       distance = offset.norm();
       W = (surfel->covariance + noise * Eigen::Matrix2d::Identity()).inverse() * 0.25;
@@ -71,16 +87,19 @@ Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, 
             const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options) {
   Match result;
   Pose2 pose = start;
+  thread_local std::vector<Eigen::Vector2d> directions;
+  directions.clear();
+  if (options.by_direction) assign_directions(points_base, directions);
   const Eigen::Matrix3d regular = 1e-3 * Eigen::Matrix3d::Identity();
   for (int i = 0; i < options.iterations; ++i) {
-    const NormalEquations sum = equations(map, points_base, pose, options);
+    const NormalEquations sum = equations(map, points_base, directions, pose, options);
     const Eigen::Vector3d off(pose.x - expected.x, pose.y - expected.y, wrap_angle(pose.yaw - expected.yaw));
     const Eigen::Vector3d step = (sum.H + prior + regular).ldlt().solve(-(sum.b + prior * off));
     if (!step.allFinite()) break;
     pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.yaw + step.z())};
     if (step.head<2>().norm() < 1e-4 && std::abs(step.z()) < 2e-5) break;
   }
-  const NormalEquations sum = equations(map, points_base, pose, options);
+  const NormalEquations sum = equations(map, points_base, directions, pose, options);
   result.T_map_base = pose;
   result.information = sum.H;
   const Eigen::Vector3d off(pose.x - expected.x, pose.y - expected.y, wrap_angle(pose.yaw - expected.yaw));

@@ -15,6 +15,10 @@ struct MatchOptions {
   double range_sigma = 0.01;  ///< m, 1 sigma about the surface, in addition to the surfel's thickness
   double gate = 0.3;          ///< m, points farther from their surfel are ignored
   double inlier = 0.1;        ///< m, counts as explained
+  /// Points on a line say nothing along it, and nothing of surfaces that cross it (Pulli 1999, "Multiview
+  /// registration for large data sets"; Segal et al. 2009, "Generalized-ICP"). Without this, the leaf of a
+  /// door that was open when the map was made is drawn to its hinges. Needs points in the order of the beams.
+  bool by_direction = false;
 };
 
 struct Match {

@@ -12,7 +12,9 @@ constexpr double kSure = 0.85;  ///< fraction of explained points of a match tha
 /// fraction: where the map is thin, many a wrong place costs a little less.
 constexpr double kGood = 0.6, kContradiction = 15, kMuchBetter = 0.65;
 constexpr double kAnnounced = 0.1, kAnnouncedYaw = 0.2;  ///< m, rad, of a robot at rest
-constexpr double kUsualErrors = 2;                       ///< sigma, of what was predicted so far
+/// m/s, and of the robot's speed so far: what it may have moved if odometry stood still.
+constexpr double kLeapSpeed = 2, kLeapFactor = 1.5;
+constexpr double kUsualErrors = 2;  ///< sigma, of what was predicted so far
 constexpr double kIrregular = 0.3;  ///< mean deviation of an interval from the usual one, as a fraction
 constexpr double kLongestGap = 10;  ///< intervals over which the motion is extrapolated
 constexpr double kSame = 0.04, kSameYaw = 0.03;              ///< m, rad: one start for both matches
@@ -130,7 +132,10 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
   if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
   const bool contradicted = is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
-  return {contradicted ? Followed{free, scans, false} : Followed{with, odometry, true}, free};
+  return {contradicted && !is_leap(scan.stamp, free.T_map_base, odometry.T_map_base)
+              ? Followed{free, scans, false}
+              : Followed{with, odometry, true},
+          free};
 }
 
 ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
@@ -216,6 +221,16 @@ bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted) cons
                                      kUsualErrors * std::sqrt(motion_.position_variance) &&
          std::abs(off.yaw) <
              kAnnouncedYaw + std::abs(motion_.step.yaw) / 2 + kUsualErrors * std::sqrt(motion_.yaw_variance);
+}
+
+/// Farther from where odometry predicts it than a robot gets since the previous scan, whatever odometry says:
+/// along a corridor the scans' own track may have been drawn away by people, by what is new, or to the next
+/// door.
+bool ScanTracking::is_leap(SensorTime stamp, const Pose2& found, const Pose2& odometry) const {
+  const double seconds = previous_ ? (stamp - previous_->stamp).seconds() : 0;
+  const double speed = motion_.known ? motion_.step.position().norm() / motion_.interval : 0;
+  const double possible = std::max(kLeapSpeed, kLeapFactor * speed) * std::max(seconds, motion_.interval);
+  return (found.position() - odometry.position()).norm() > max_leap_ + possible;
 }
 
 /// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it. Where

@@ -2,6 +2,7 @@
 // odometry, with the motion of the scans before.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "fusion/pose/map_accuracy.hpp"
@@ -23,7 +24,11 @@ Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const P
 
 class ScanTracking {
  public:
-  explicit ScanTracking(const RobotDescription& robot) : robot_(robot) {}
+  /// `max_leap`: m; no match is taken that contradicts odometry by so much more than a robot moves between
+  /// scans.
+  explicit ScanTracking(const RobotDescription& robot,
+                        double max_leap = std::numeric_limits<double>::infinity())
+      : robot_(robot), max_leap_(max_leap) {}
 
   /// As SLAM uses it, corrected.
   void add(const Odometry& odometry) { sanity_.add(odometry); }
@@ -79,6 +84,7 @@ class ScanTracking {
   void weigh(const Maps& maps, const ScanPoints& scan, const MatchOptions& options, const Match& found);
   void check_odometry(const ScanPoints& scan, const ScanOdometry::Step& step, const Match& free);
   bool moves_smoothly() const;
+  bool is_leap(SensorTime stamp, const Pose2& found, const Pose2& odometry) const;
   bool is_announced(const Pose2& found, const Pose2& predicted) const;
   void follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted, const Match& chosen,
                     const Match& free);
@@ -87,6 +93,7 @@ class ScanTracking {
   static constexpr std::size_t kWeighedPoints = 240;
 
   RobotDescription robot_;
+  double max_leap_;
   OdometrySanity sanity_;
   MatchConsistency consistency_{kWeighedPoints};
   MapAccuracy map_accuracy_{kWeighedPoints};

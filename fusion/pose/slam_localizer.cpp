@@ -4,11 +4,13 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/frozen_map.hpp"
 #include "fusion/pose/localizer_search.hpp"
+#include "fusion/pose/odometry_belief.hpp"
 #include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/pose_doubt.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/weak_directions.hpp"
 #include "fusion/pose/wide_search.hpp"
 
 namespace parhelion::pose {
@@ -29,12 +31,30 @@ constexpr double kUnsureSigma = 0.15, kLostSigma = 0.3;     ///< m
 constexpr Duration kRetryEvery = milliseconds(300);         ///< between two searches near the expected pose
 constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
+constexpr double kFoundSigma = 0.1, kFoundYawSigma = 0.05;  ///< m, rad: of a place found in the whole map
 constexpr std::size_t kMinPoints = 10;
+/// m: farther from where odometry predicts it, scans alone find a robot along a corridor where people walk.
+constexpr double kMaxLeap = 0.3;
+/// Errors (1 sigma; m, rad) of odometry since the robot was lost: at first, per m driven, per rad turned; and
+/// the position's from which on the robot may be anywhere. For odometry that is believed, and for another.
+struct AwayErrors {
+  double position, yaw, per_metre;
+};
+constexpr AwayErrors kAway{0.1, 0.03, 0.05}, kAwayByBadOdometry{0.15, 0.1, 0.2};
+constexpr double kAwayYawPerRadian = 0.05, kAwayYawPerMetre = 0.02, kAnywhereSigma = 0.7;
+constexpr double kSigmas = 3;  ///< that are searched
+/// m, rad, 1 sigma, where nothing is known of the motion.
+constexpr double kUnknownSigma = 0.5, kUnknownYawSigma = 0.2;
 constexpr double kSamePlace = 0.3, kSameYaw = 0.2;  ///< m, rad
 /// A lost robot that is this near to where odometry predicts it (m, rad), by points that determine the pose
 /// to this sigma (m) and of which the map explains nearly as many as usual, for so long, was never away.
 constexpr double kExact = 0.1, kExactYaw = 0.06, kExactSigma = 0.05, kNearlyUsual = 0.85;
 constexpr Duration kExactFor = seconds(1.0);
+
+/// Covariance of x, y, yaw; m, rad.
+Eigen::Matrix3d diagonal(double sigma, double yaw_sigma) {
+  return Eigen::Vector3d(sigma * sigma, sigma * sigma, yaw_sigma * yaw_sigma).asDiagonal();
+}
 
 class Localizer final : public Slam {
  public:
@@ -44,8 +64,10 @@ class Localizer final : public Slam {
         map_(std::move(map)),
         odometry_(robot.odometry),
         attitude_(robot.imu),
-        tracking_(robot) {
+        tracking_(robot, kMaxLeap),
+        belief_(robot.odometry_error_translation) {
     match_.range_sigma = map_->sigma;
+    match_.by_direction = true;
     if (!options.start) return;
     pose_ = {options.start->x(), options.start->y(), options.start->z()};
     mode_ = Mode::starting;
@@ -104,12 +126,14 @@ class Localizer final : public Slam {
 
   double sigma() const { return std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))); }
 
-  void settle(const Pose2& pose) {
+  void settle(const Pose2& pose) { settle({pose, diagonal(kFoundSigma, kFoundYawSigma)}); }
+
+  void settle(const Estimate2& found) {
     tracking_.forget();
     doubt_.forget();
     search_.restart();
-    pose_ = pose;
-    covariance_ = Eigen::Vector3d(0.01, 0.01, 0.0025).asDiagonal();
+    pose_ = found.T_map_base;
+    covariance_ = found.covariance;
     mode_ = Mode::tracking;
     was_tracking_ = true;
     matched_ = now_;
@@ -127,17 +151,21 @@ class Localizer final : public Slam {
     }
   }
 
-  /// Search around an approximate pose: correlative search, then the fine match of the best places. Fails
-  /// where the best one explains less than `enough`, or a second one about as much, by less than `lead`.
-  bool search_near(const ScanPoints& scan, double reach, double angle, double lead, double enough) {
+  /// Search around an approximate pose with these errors (1 sigma, m and rad): correlative search, then the
+  /// fine match of the best places. Fails where the best one explains less than `enough`, or a second one
+  /// about as much, by less than `lead`.
+  bool search_near(const ScanPoints& scan, double sigma, double yaw_sigma, double lead, double enough) {
     if (scan.points.size() < kMinPoints) return false;
-    const WideSearchOptions wide{reach, angle, 0.4, enough, lead, enough, lead};
+    const Eigen::Matrix3d covariance = diagonal(sigma, yaw_sigma), prior = covariance.inverse();
+    const WideSearchOptions wide{
+        kSigmas * sigma, kSigmas * yaw_sigma, 0.4, enough, lead, enough, lead, prior};
     const auto found = wide_search(map_->likelihood, map_->fine, scan.points, pose_, wide, match_);
     if (!found) return false;
     const Pose2 T_map_base = found->T_map_base;
-    if ((T_map_base.position() - pose_.position()).norm() > std::numbers::sqrt2 * reach) return false;
+    if ((T_map_base.position() - pose_.position()).norm() > std::numbers::sqrt2 * wide.reach) return false;
     if (!is_possible(scan, T_map_base)) return false;
-    settle(T_map_base);
+    // What is new along a corridor may draw the first scan.
+    settle(joined({pose_, covariance}, prior, T_map_base, found->information, new_fraction({})));
     return true;
   }
 
@@ -149,10 +177,8 @@ class Localizer final : public Slam {
 
   void start(const ScanPoints& scan, const Pose2& step) {
     pose_ = pose_ * step;
-    covariance_ =
-        Eigen::Vector3d(kStartSigma * kStartSigma, kStartSigma * kStartSigma, kStartYawSigma * kStartYawSigma)
-            .asDiagonal();
-    if (search_near(scan, 3 * kStartSigma, 3 * kStartYawSigma, 0, kFoundAgain)) return;
+    covariance_ = diagonal(kStartSigma, kStartYawSigma);
+    if (search_near(scan, kStartSigma, kStartYawSigma, 0, kFoundAgain)) return;
     if (give_up()) mode_ = Mode::searching;
   }
 
@@ -173,8 +199,7 @@ class Localizer final : public Slam {
     const double enough = std::max(kMinExplained, kMinOfUsual * usual_);
     if (found.match.explained >= enough && scan.points.size() >= kMinPoints &&
         is_possible(scan, found.match.T_map_base)) {
-      pose_ = found.match.T_map_base;
-      covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
+      take(found, step.step);
       matched_ = now_;
       usual_ += std::max(kUsualMemory, 1.0 / ++matches_) * (found.match.explained - usual_);
     } else {
@@ -190,6 +215,27 @@ class Localizer final : public Slam {
     } else if (suspicious_) {
       verify(scan, step.step);
     }
+  }
+
+  /// The pose and its covariance by a match; along a corridor by odometry, if it has been good.
+  void take(const ScanTracking::Followed& found, const Pose2& step) {
+    const ScanTracking::Where& expected = found.expected;
+    Estimate2 predicted{expected.T_map_base, expected.covariance};
+    double fresh = 1;
+    if (found.by_odometry) {
+      belief_.add(pose_, expected.T_map_base, found.match);
+      if (belief_.is_good()) {
+        const double driven = step.position().norm();
+        Eigen::Matrix3d odometry = odometry_covariance(robot_, driven, std::abs(step.yaw));
+        odometry(0, 0) = odometry(1, 1) = belief_.variance(driven);
+        predicted.covariance = propagated_covariance(covariance_, pose_, expected.T_map_base, odometry);
+        fresh = new_fraction(step);
+      }
+    }
+    const Estimate2 now = joined(predicted, expected.covariance.inverse(), found.match.T_map_base,
+                                 found.match.information, fresh);
+    pose_ = now.T_map_base;
+    covariance_ = now.covariance;
   }
 
   /// The robot moves while its wheels stand: it is carried, or odometry has failed. The pose is doubted until
@@ -210,6 +256,8 @@ class Localizer final : public Slam {
     exact_since_.reset();
     lost_since_.reset();
     search_.restart();
+    const AwayErrors& errors = belief_.is_good() ? kAway : kAwayByBadOdometry;
+    away_ = {errors.position, errors.yaw};
   }
 
   /// The robot is exactly where odometry predicts it, and has been for a while: only something in front of
@@ -232,23 +280,37 @@ class Localizer final : public Slam {
     const Pose2 before = pose_;
     pose_ = pose_ * step.step;
     doubt_.add(scan, before, pose_, step, 0);
-    displaced_ |= doubt_.displaced() || doubt_.carried() || give_up();
+    const AwayErrors& errors = belief_.is_good() ? kAway : kAwayByBadOdometry;
+    const double driven = step.step.position().norm();
+    away_.sigma += errors.per_metre * driven;
+    away_.yaw_sigma += kAwayYawPerRadian * std::abs(step.step.yaw) + kAwayYawPerMetre * driven;
+    const bool unknown =  // where odometry cannot be believed
+        !step.known || tracking_.fault() != OdometryFault::none || doubt_.moved_otherwise();
+    displaced_ |=
+        doubt_.displaced() || doubt_.carried() || away_.sigma > kAnywhereSigma || (give_up() && unknown);
     if (is_undisturbed(scan)) {
       settle(pose_);
       track(scan, {});
       return;
     }
-    if (const auto found = search_.add(*map_, scan, step.step)) {
-      settle(*found);
-      track(scan, {});
+    if (displaced_) {
+      if (const auto found = search_.add(*map_, scan, step.step)) {
+        settle(*found);
+        track(scan, {});
+      }
       return;
     }
-    if (displaced_ || (tried_ && now_ - *tried_ < kRetryEvery)) return;
+    if (tried_ && now_ - *tried_ < kRetryEvery) return;
     tried_ = now_;
-    const bool unknown = doubt_.moved_otherwise();  // where odometry cannot be believed
-    search_near(scan, unknown ? 1.5 : 0.4, unknown ? 0.6 : 0.3, kClearlyBetter,
-                std::max(kFoundAgain, kNearlyUsual * usual_));
+    const double enough = std::max(kFoundAgain, kNearlyUsual * usual_);
+    search_near(scan, unknown ? kUnknownSigma : away_.sigma, unknown ? kUnknownYawSigma : away_.yaw_sigma,
+                kClearlyBetter, enough);
   }
+
+  /// 1 sigma of the pose that odometry predicts, since the robot was lost; m, rad.
+  struct Away {
+    double sigma = 0, yaw_sigma = 0;
+  };
 
   RobotDescription robot_;
   SlamOptions options_;
@@ -257,8 +319,10 @@ class Localizer final : public Slam {
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
   ScanTracking tracking_;
+  OdometryBelief belief_;
   PoseDoubt doubt_;
   GlobalSearch search_;
+  Away away_;
   Mode mode_ = Mode::searching;
   bool was_tracking_ = false, displaced_ = false, suspicious_ = false;
   Pose2 pose_;

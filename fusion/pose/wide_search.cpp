@@ -18,17 +18,22 @@ std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelM
       likelihood.search(thinned(points_base, kPoints), {T_map_base, wide.reach, wide.reach, wide.yaw_reach},
                         {wide.min_score, kCandidates, 0.5, 0.3});
   Match best;
-  double second = 0;
+  double best_score = 0, second = 0;
   for (const CorrelativeMap::Candidate& candidate : candidates) {
     const Pose2& at = candidate.T_map_base;
-    const Match found = match(fine, points_base, at, at, Eigen::Matrix3d::Zero(), options);
+    const Match found = match(fine, points_base, at, T_map_base, wide.prior, options);
     const Pose2 apart = best.T_map_base.inverse() * found.T_map_base;
     const bool same = best.points > 0 && apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
-    if (!same) second = std::max(second, std::min(best.explained, found.explained));
-    if (found.explained > best.explained) best = found;
+    const Eigen::Vector3d off(found.T_map_base.x - T_map_base.x, found.T_map_base.y - T_map_base.y,
+                              wrap_angle(found.T_map_base.yaw - T_map_base.yaw));
+    const double score = found.explained - WideSearchOptions::kPriorWeight * off.dot(wide.prior * off);
+    if (!same) second = std::max(second, std::min(best_score, score));
+    if (best.points > 0 && score <= best_score) continue;
+    best = found;
+    best_score = score;
   }
   const double lead = best.explained < wide.good ? wide.lead : wide.lead_of_good;
-  if (best.explained < wide.min_explained || best.explained - second < lead) return std::nullopt;
+  if (best.explained < wide.min_explained || best_score - second < lead) return std::nullopt;
   return best;
 }
 

@@ -2,6 +2,7 @@
 // wrong way, scans that are missing, stamps that jitter.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <span>
@@ -20,10 +21,14 @@ struct WideSearchOptions {
   double min_explained = 0.35, lead = 0.12;
   /// A place that explains so much needs less of a lead.
   double good = 0.55, lead_of_good = 0.05;
+  /// Information of `T_map_base` (x, y, yaw; map frame), where something is known of it: places count by what
+  /// they explain, less kPriorWeight per squared sigma from there.
+  Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
+  static constexpr double kPriorWeight = 0.01;
 };
 
-/// Correlative search around `T_map_base` in `likelihood`, then the fine match of the best places, without a
-/// prior. nullopt: no place explains the scan well, or a second one explains it about as well.
+/// Correlative search around `T_map_base` in `likelihood`, then the fine match of the best places. nullopt:
+/// no place explains the scan well, or a second one explains it about as well.
 std::optional<Match> wide_search(const CorrelativeMap& likelihood, const SurfelMap& fine,
                                  std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base,
                                  const WideSearchOptions& wide, const MatchOptions& options);
