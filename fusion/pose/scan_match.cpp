@@ -25,7 +25,7 @@ struct NormalEquations {
   int explained = 0;
 };
 
-/// Direction in the map of points without one, or where directions are not asked for: zero.
+/// As assign_directions() gives them, in the frame of the points; empty where they are not asked for.
 using Directions = std::span<const Eigen::Vector2d>;
 
 NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points,

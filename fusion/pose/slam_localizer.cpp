@@ -33,16 +33,16 @@ constexpr Duration kGiveUpAfter = seconds(2.0);             ///< of those
 constexpr double kStartSigma = 0.3, kStartYawSigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr double kFoundSigma = 0.1, kFoundYawSigma = 0.05;  ///< m, rad: of a place found in the whole map
 constexpr std::size_t kMinPoints = 10;
-/// m: farther from where odometry predicts it, scans alone find a robot along a corridor where people walk.
+/// m, ScanTracking's limit: along a corridor people and new things may draw scans by metres.
 constexpr double kMaxLeap = 0.3;
-/// Errors (1 sigma; m, rad) of odometry since the robot was lost: at first, per m driven, per rad turned; and
-/// the position's from which on the robot may be anywhere. For odometry that is believed, and for another.
+/// Odometry's errors since the robot was lost (1 sigma): at first (m, rad), and per m driven. Odometry that
+/// is believed has the first, another the second. From kAnywhereSigma (m) on the robot may be anywhere.
 struct AwayErrors {
   double position, yaw, per_metre;
 };
 constexpr AwayErrors kAway{0.1, 0.03, 0.05}, kAwayByBadOdometry{0.15, 0.1, 0.2};
 constexpr double kAwayYawPerRadian = 0.05, kAwayYawPerMetre = 0.02, kAnywhereSigma = 0.7;
-constexpr double kSigmas = 3;  ///< that are searched
+constexpr double kSigmas = 3;  ///< searched to each side
 /// m, rad, 1 sigma, where nothing is known of the motion.
 constexpr double kUnknownSigma = 0.5, kUnknownYawSigma = 0.2;
 constexpr double kSamePlace = 0.3, kSameYaw = 0.2;  ///< m, rad

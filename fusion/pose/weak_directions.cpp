@@ -9,7 +9,7 @@ namespace parhelion::pose {
 namespace {
 
 /// m, formal 1 sigma of one scan: directions with less are determined by surfaces. Chosen on the buildings of
-/// tests/fusion/pose/repeating_building.hpp (seeds 31 to 38, four new cupboards in each room).
+/// tests/fusion/pose/repeating_building.hpp (seeds 31 to 38, four new cupboards in each room) and on UAL.
 constexpr double kDetermined = 0.02;
 constexpr double kLever = 5;         ///< m: rotations are compared as distances there
 constexpr double kNewAfter = 1;      ///< m, rad
