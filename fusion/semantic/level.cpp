@@ -2,12 +2,17 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <sstream>
+#include <utility>
 
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/voxel_index.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -112,14 +117,64 @@ Eigen::Vector3d dominant_normal(const std::vector<Patch>& patches, const Eigen::
   return best;
 }
 
+/// Slope (height per metre along two level axes) of the patches that lie in one square of the plan at about
+/// one height; nullopt: too few, in a row, or with a step among them.
+std::optional<Eigen::Vector2d> slope_of(std::span<const Eigen::Vector3d> patches) {
+  constexpr std::size_t fewest = 8;
+  if (patches.size() < fewest) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : patches) mean += p / static_cast<double>(patches.size());
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d with_height = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector3d& p : patches) {
+    const Eigen::Vector3d d = p - mean;
+    squares += d.head<2>() * d.head<2>().transpose();
+    with_height += d.head<2>() * d.z();
+  }
+  const double min_spread = static_cast<double>(patches.size()) * kPatchSide * kPatchSide / 4;
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(squares).eigenvalues()[0] < min_spread)
+    return std::nullopt;
+  return squares.ldlt().solve(with_height);
+}
+
+/// The up direction by the median slope of level squares of a metre. Planes through whole floors would be
+/// tilted by a step between two of them, such as a kerb; few squares hold one.
+std::optional<Eigen::Vector3d> level_squares(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+  constexpr double side = 1, apart = 0.06;  // m, of a square; between the heights of two floors
+  constexpr std::size_t fewest = 6;         // squares
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> squares;
+  for (const Patch& patch : patches) {
+    if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(kLevelWithin)) continue;
+    const Eigen::Vector3d p = turn * patch.mean;
+    squares[{static_cast<int>(std::floor(p.x() / side)), static_cast<int>(std::floor(p.y() / side))}]
+        .push_back(p);
+  }
+  std::vector<double> along_x, along_y;
+  for (auto& [place, all] : squares) {
+    std::sort(all.begin(), all.end(),
+              [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.z() < b.z(); });
+    for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+      for (end = begin + 1; end < all.size() && all[end].z() - all[end - 1].z() < apart;) ++end;
+      const auto slope = slope_of(std::span(all).subspan(begin, end - begin));
+      if (!slope) continue;
+      along_x.push_back(slope->x());
+      along_y.push_back(slope->y());
+    }
+  }
+  if (along_x.size() < fewest) return std::nullopt;
+  const Eigen::Vector3d normal(-quantile(along_x, 0.5), -quantile(along_y, 0.5), 1);
+  return turn.conjugate() * normal.normalized();
+}
+
 struct Layer {
   double height = 0;  ///< m
   int patches = 0;
 };
 
 /// Heights of level patches, those with the most patches first.
-std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
-  constexpr double thickness = 0.10;  // m
+std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up,
+                             double thickness = 0.10) {
   std::vector<double> heights;
   for (const Patch& patch : patches) {
     if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(kLevelWithin))
@@ -143,6 +198,15 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
     if (layers.size() == 8) break;
   }
   return layers;
+}
+
+/// How far level patches lie in a few thin layers: the sum of the squares of their numbers. A direction that
+/// is right has the most.
+double concentration(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+  constexpr double thickness = 0.03;  // m
+  double sum = 0;
+  for (const Layer& layer : layers_of(patches, up, thickness)) sum += std::pow(layer.patches, 2);
+  return sum;
 }
 
 /// One plane direction for all layers together, each about its own centre, perpendicular to upright patches:
@@ -177,6 +241,21 @@ Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up
     up = normal.dot(up) > 0 ? normal : -normal;
   }
   return up;
+}
+
+/// The fit to whole layers is the most accurate, but a step too low for two layers tilts it; then the fit
+/// that starts at the slope of squares, or this slope itself, puts clearly more patches into thin layers.
+Eigen::Vector3d up_of(const std::vector<Patch>& patches, const Eigen::Vector3d& faced) {
+  constexpr double clearly = 1.15;
+  Eigen::Vector3d best = fit_layers(patches, faced);
+  const auto by_squares = level_squares(patches, faced);
+  if (!by_squares) return best;
+  double max_value = concentration(patches, best);
+  for (const Eigen::Vector3d& up : {fit_layers(patches, *by_squares), *by_squares}) {
+    const double value = concentration(patches, up);
+    if (value > clearly * max_value) best = up, max_value = value;
+  }
+  return best;
 }
 
 /// The centre of the level points: heights there are unchanged.
@@ -256,7 +335,7 @@ Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const
                  std::to_string(planar) + " planar patches of " + std::to_string(patches.size()) +
                  " (0.25 m cubes): give the up direction of an accelerometer, or check the unit (metres)"};
   }
-  const Eigen::Vector3d up = fit_layers(patches, faced);
+  const Eigen::Vector3d up = up_of(patches, faced);
   if (!trust_hint) {
     const std::string why = what_hangs(patches, cloud.viewpoints, up);
     if (upside_down != nullptr) *upside_down = !why.empty();

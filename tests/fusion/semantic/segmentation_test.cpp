@@ -155,6 +155,21 @@ TEST(Levelling, TurnsATiltedRoomUpright) {
   }
 }
 
+TEST(Levelling, IsNotTiltedByAStepBetweenTwoFloors) {
+  for (const double kerb : {0.08, 0.12, 0.16, 0.25}) {
+    CloudSampler sampler(150, 0.005, 11);
+    sampler.slab({0, 0}, {15, 9}, 0);
+    sampler.slab({0, 9}, {15, 12.5}, kerb);
+    sampler.wall({0, 12.5}, {15, 12.5}, kerb, 4);
+    cloud::PointCloud<Cloud> cloud;
+    cloud.points = sampler.cloud().points;
+    const auto T_map_cloud = level(cloud);
+    ASSERT_TRUE(T_map_cloud.ok()) << kerb << ": " << T_map_cloud.error().message;
+    const double tilt = std::acos(std::min(1.0, T_map_cloud->rotation()(2, 2)));
+    EXPECT_LT(tilt * 180 / std::numbers::pi, 0.1) << kerb;
+  }
+}
+
 TEST(Segmentation, KeepsFloorsFromGrowingUpTheWalls) {
   // Sparse: the random content of a wall's slices differs by no more than 3 cm from one to the next.
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
