@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 
 #include "fusion/semantic/net/drop_doubles.hpp"
+#include "fusion/semantic/net/find_ramps.hpp"
 #include "fusion/semantic/net/net_graph.hpp"
 #include "fusion/semantic/net/observed_floors.hpp"
 #include "fusion/semantic/net/sagging_floors.hpp"
@@ -105,7 +107,9 @@ std::optional<SpreadCloud> spread_if_sparse(const cloud::PointCloud<Cloud>& clou
   } else {
     return std::nullopt;
   }
-  return spread_voxels(cloud, voxels ? *voxels : *sparse, options.segmentation.threads);
+  SpreadCloud spread = spread_voxels(cloud, voxels ? *voxels : *sparse, options.segmentation.threads);
+  spread.voxel = voxels.value_or(0);
+  return spread;
 }
 
 /// In place: a cloud of fifty million points must not be copied.
@@ -164,6 +168,9 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   begin("label", 2);
   auto net = label_entities(surfaces_of, *segmentation, options.net);
   if (!net) return net.error();
+  FoundRamps found_ramps = find_ramps(surfaces_of, net->labels, spread ? spread->voxel : 0);
+  add_landings(*segmentation, found_ramps, *net);
+  std::move(found_ramps.ramps.begin(), found_ramps.ramps.end(), std::back_inserter(net->entities));
   if (spread) net->labels = labels_of_parents(*spread, net->labels, built.cloud.size());
   built.net = std::move(*net);
   if (const std::string& stages = options.segmentation.stages; !stages.empty()) {

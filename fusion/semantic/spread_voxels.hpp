@@ -24,6 +24,7 @@ std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud);
 struct SpreadCloud {
   cloud::PointCloud<Cloud> cloud;     ///< scans and viewpoints as in the original
   std::vector<std::uint32_t> parent;  ///< per point: the original's point
+  double voxel = 0;                   ///< m, of a voxel map; 0: a sparse cloud
 };
 
 /// Points 1.5 to 2 cm apart over each voxel's face, moved onto the plane through the neighbours within 2.3

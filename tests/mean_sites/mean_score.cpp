@@ -51,6 +51,7 @@ class Scoring {
     openings();
     pillars();
     steps();
+    ramps();
     labels();
     objects();
     return score_;
@@ -221,6 +222,38 @@ class Scoring {
     }
   }
 
+  /// Found: its middle on a true one, half of either's length and width at least, and a slope within 1.5
+  /// degrees.
+  void ramps() {
+    std::vector<bool> used(found_.size());
+    for (const std::size_t r : site_.ramps) {
+      const ModelEntity& truth = boxes()[r];
+      const auto on_top = [&](std::size_t i) {
+        return scan_.box[i] == r && (truth.T_map_body.inverse() * points_[i]).z() > 0.4 * truth.size.z();
+      };
+      int points = 0;
+      for (std::size_t i = 0; i < points_.size(); ++i) points += on_top(i);
+      if (points < 50 * truth.size.x() * truth.size.y()) continue;
+      ++score_.ramps;
+      bool found = false;
+      for (std::size_t k = 0; k < found_.size(); ++k) {
+        const ModelEntity& e = found_[k];
+        if (!e.name.starts_with("ramp") || distance(truth, e.T_map_body.translation()) > 0.05) continue;
+        const double turn =
+            std::acos(std::min(1.0, e.T_map_body.rotation().col(2).dot(truth.T_map_body.rotation().col(2))));
+        const Eigen::Vector2d off = (e.size - truth.size).head<2>().cwiseAbs();
+        used[k] = true;
+        if (found || turn > 0.026 || (off.array() > 0.5 * truth.size.head<2>().array()).any()) continue;
+        found = true;
+        score_.slope_error += turn;
+        score_.edge_error += off.mean();
+      }
+      score_.ramps_found += found;
+    }
+    for (std::size_t k = 0; k < found_.size(); ++k)
+      score_.false_ramps += found_[k].name.starts_with("ramp") && !used[k];
+  }
+
   void labels() {
     std::vector<bool> of_object(boxes().size());
     for (const TrueObject& object : site_.objects) {
@@ -316,6 +349,8 @@ MeanScore& MeanScore::operator+=(const MeanScore& o) {
   crossing += o.crossing, false_doors += o.false_doors, false_pillars += o.false_pillars;
   false_flights += o.false_flights, doors += o.doors, doors_found += o.doors_found;
   steps += o.steps, steps_found += o.steps_found, false_steps += o.false_steps;
+  ramps += o.ramps, ramps_found += o.ramps_found, false_ramps += o.false_ramps;
+  slope_error += o.slope_error, edge_error += o.edge_error;
   rise_error = std::max(rise_error, o.rise_error);
   raised += o.raised, called_floor += o.called_floor, points += o.points, unknown += o.unknown;
   for (const auto& [pair, count] : o.kinds) kinds[pair] += count;

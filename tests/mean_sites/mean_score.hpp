@@ -20,8 +20,11 @@ struct MeanScore {
   int false_doors = 0, false_pillars = 0, false_flights = 0;
   int doors = 0, doors_found = 0;
   int steps = 0, steps_found = 0, false_steps = 0;
-  double rise_error = 0;                ///< of flights found, largest of the sites: |median of rises - truth|
-  double raised = 0, called_floor = 0;  ///< points of things over the floor; of these labelled floor
+  double rise_error = 0;  ///< of flights found, largest of the sites: |median of rises - truth|
+  int ramps = 0, ramps_found = 0, false_ramps = 0;  ///< of ramps with enough points in the scan
+  double slope_error = 0, edge_error = 0;  ///< of ramps found: rad and m, sums of |found - true|, the latter
+                                           ///< of length and width
+  double raised = 0, called_floor = 0;     ///< points of things over the floor; of these labelled floor
   double points = 0, unknown = 0;
   int objects = 0, objects_found = 0, objects_right = 0, false_objects = 0;
   std::map<std::pair<std::string, std::string>, int>

@@ -192,13 +192,8 @@ MeanSite yard(SitePen& pen) {
   pen.site().doors.push_back({{w * 0.4 + 0.55, front + 0.1}, 1.1});
   pen.wall({-0.9, d * 0.3}, {-0.9, front}, 0, h, 0.2);
   pen.flight({w * 0.75, front - 1.2, kerb}, 1, 4, pen.range(0.14, 0.17), 0.3, 1.6, false);
-  const double slope = pen.range(0.05, 0.11), l = 3.0;
-  ModelEntity ramp = model_box("ramp", L::unknown, {0, 0, 0}, {l, 1.4, 0.2});
-  ramp.T_map_body =
-      Transform<Map, Body>(Eigen::Quaterniond(Eigen::AngleAxisd(-slope, Eigen::Vector3d::UnitY())),
-                           {w * 0.15 + l / 2, front - 0.9, kerb + std::sin(slope) * l / 2 - 0.1});
-  pen.site().ramps.push_back(pen.site().model.entities.size());
-  pen.site().model.entities.push_back(ramp);
+  const double slope = pen.range(0.05, 0.11);
+  pen.ramp({w * 0.15, front - 0.9, kerb}, 0, slope, 3 * std::sin(slope), 1.4, 0.2);
   for (int k = 0; k < 2; ++k) {
     const double x = pen.range(2, w - 5), y = k == 0 ? d - 1.2 : 1.2;
     pen.thing("car", {x, y, 0}, 0,
@@ -217,6 +212,40 @@ MeanSite yard(SitePen& pen) {
   pen.stand({w * 0.7, d * 0.55, pen.range(1.2, 1.7)});
   if (pen.chance(0.5)) pen.stand({w * 0.5, front - 1.5, kerb + 1.4});
   walk(pen, 1, 3, w - 1, d - 2);
+  return std::move(pen.site());
+}
+
+/// A hall with a raised part: a ramp and steps up to it, a wedge before the sill of a door.
+MeanSite ramps(SitePen& pen) {
+  const double w = pen.range(13, 17), d = pen.range(6, 8), up = pen.range(0.35, 0.9),
+               h = up + pen.range(2.5, 3.2);
+  const double edge = w - pen.range(3.0, 4.5), wide = pen.range(1.0, 1.8);
+  slab(pen, -0.2, -0.2, w + 0.2, d + 0.2, pen.chance(0.7) ? h : 0);
+  pen.wall_with_door({-0.06, 0}, {-0.06, d}, 0, h, d / 2 - 0.45, 0.9);
+  pen.wall({w + 0.06, 0}, {w + 0.06, d}, 0, h);
+  pen.wall({-0.12, -0.06}, {w + 0.12, -0.06}, 0, h);
+  pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  pen.box(L::floor, {edge, 0, 0}, {w, d, up});
+  const double slope = std::max(pen.range(0.08, 0.22), std::atan(up / 7)), from = pen.chance(0.5) ? 0 : 0.8;
+  pen.ramp({edge - up / std::tan(slope), from + wide / 2, 0}, 0, slope, up, wide, up + 0.2);
+  const int steps = std::max(2, static_cast<int>(std::lround(up / 0.17)));
+  pen.flight({edge - 0.3 * steps, d - 1.2, 0}, 0, steps, up / steps, 0.3, 1.6, false);
+  const double sill = pen.range(0.10, 0.18), gentle = pen.range(0.09, 0.15);
+  pen.ramp({sill / std::tan(gentle), d / 2, 0}, EIGEN_PI, gentle, sill, 1.2, sill + 0.1);
+  if (pen.chance(0.5)) {  // a railing beside the ramp
+    std::vector<SitePen::Part> bars = {{{0, 0, up + 0.9}, {edge - 4, 0.04, up + 0.95}}};
+    for (double s = 0; s < edge - 4; s += 1.2) bars.push_back({{s, 0, 0}, {s + 0.04, 0.04, up + 0.9}});
+    pen.thing("thing", {4, from + wide + 0.05, 0}, 0, bars);
+  }
+  dining(pen, {pen.range(3.5, 4.5), d * 0.62, 0});
+  pen.solid("box", {edge + 1.5, d * 0.6, up}, 0, {pen.range(0.4, 1.0), 0.6, pen.range(0.3, 1.1)});
+  pen.solid("box", {edge - 1.2, d * 0.45, 0}, 0, {0.5, pen.range(0.4, 0.9), pen.range(0.3, 0.9)});
+  pen.person({edge * 0.55, d * 0.5, 0}, 0);
+  scatter(pen, 1, wide + 1, edge - 2, d - 1);
+  pen.stand({pen.range(2.2, 3.2), d * 0.35, pen.range(1.1, 1.6)});
+  pen.stand({edge - 2.5, d * 0.6, pen.range(1.1, 1.6)});
+  if (pen.chance(0.6)) pen.stand({edge + 1.0, d * 0.35, up + pen.range(1.1, 1.6)});
+  walk(pen, 1, 0.5, edge, d - 0.5);
   return std::move(pen.site());
 }
 
@@ -439,6 +468,8 @@ MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
       return big_steps(pen);
     case SiteKind::two_plans:
       return two_plans(pen);
+    case SiteKind::ramps:
+      return ramps(pen);
   }
   return {};
 }

@@ -21,13 +21,14 @@ enum class SiteKind : std::uint8_t {
   office,
   apartment,  ///< rooms full of furniture and clutter; curtains, glass, a mirror, somebody walks about
   big_steps,  ///< a wide flight outdoors, seen from its foot and its side only
-  two_plans   ///< two storeys whose walls stand in different places
+  two_plans,  ///< two storeys whose walls stand in different places
+  ramps       ///< a hall with a raised part, a ramp and steps up to it, a wedge before a door's sill
 };
-inline constexpr int kSiteKinds = 8;
+inline constexpr int kSiteKinds = 9;
 
 inline const char* to_string(SiteKind kind) {
-  constexpr const char* names[] = {"flat",   "stair hall", "storeys",   "yard",
-                                   "office", "apartment",  "big steps", "two plans"};
+  constexpr const char* names[] = {"flat",      "stair hall", "storeys",   "yard", "office",
+                                   "apartment", "big steps",  "two plans", "ramps"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -55,7 +56,7 @@ struct MeanSite {
   std::vector<TrueDoor> doors;
   std::vector<Eigen::Vector3d> scanners;
   std::vector<Eigen::Vector3d> path;  ///< where a camera is carried, m
-  std::vector<std::size_t> ramps;     ///< boxes
+  std::vector<std::size_t> ramps;     ///< boxes; x goes uphill, the upper side is the ramp
   std::vector<std::size_t> glass;     ///< boxes that return one ray of eight
   std::vector<std::size_t> mirrors;   ///< boxes that reflect
   /// Where somebody walks while a scanner turns: to and fro between two places on the floor, m.
@@ -184,6 +185,16 @@ class SitePen {
     const double w = range(0.45, 0.9), high = range(0.4, 0.6);
     thing("bed", at, quarter,
           {{{-w, -1.0, 0.15}, {w, 1.0, high}}, {{-w, 1.0, 0}, {w, 1.06, high + range(0.2, 0.5)}}});
+  }
+  /// From `foot`, the middle of its lower edge, uphill towards `yaw` (rad), up to `rise` over it; `thick` m.
+  void ramp(const Eigen::Vector3d& foot, double yaw, double slope, double rise, double wide, double thick) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(-slope, Eigen::Vector3d::UnitY()));
+    const double length = rise / std::sin(slope);
+    ModelEntity box = model_box("ramp", EntityLabel::unknown, {0, 0, 0}, {length, wide, thick});
+    box.T_map_body = Transform<Map, Body>(turn, foot + turn * Eigen::Vector3d(length / 2, 0, -thick / 2));
+    site_.ramps.push_back(site_.model.entities.size());
+    site_.model.entities.push_back(box);
   }
   /// Solid: cupboard, counter, bin, box.
   void solid(const std::string& kind, const Eigen::Vector3d& at, int quarter, const Eigen::Vector3d& size) {

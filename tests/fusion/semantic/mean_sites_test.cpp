@@ -2,12 +2,14 @@
 // docs/measurements/semantic-model.md.
 #include <gtest/gtest.h>
 
+#include "tests/degree.hpp"
 #include "tests/mean_sites/mean_score.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
 using test::Device;
+using test::kDegree;
 using test::MeanScore;
 using test::SiteKind;
 
@@ -37,6 +39,19 @@ TEST(MeanSites, ThingsAreFoundAndCalledWhatTheyAre) {
   EXPECT_GT(score.objects_right, 0.8 * score.objects_found) << score.objects_found;
   EXPECT_LT(score.false_objects, 0.25 * score.objects_found);
   EXPECT_LT(score.unknown, 0.15 * score.points);
+}
+
+TEST(MeanSites, RampsAreFoundAndHardlyAnythingElseIsCalledSo) {
+  MeanScore score;
+  for (const Device device :
+       {Device::terrestrial, Device::drifting, Device::voxels_5cm, Device::depth_camera}) {
+    for (const SiteKind kind : {SiteKind::ramps, SiteKind::yard, SiteKind::stair_hall})
+      score += test::score_mean_site(kind, device, 103);
+  }
+  EXPECT_GE(score.ramps, 8);
+  EXPECT_GE(score.ramps_found, 0.75 * score.ramps) << score.ramps;
+  EXPECT_LT(score.slope_error, 0.5 * kDegree * score.ramps_found);
+  EXPECT_LE(score.false_ramps, 1);
 }
 
 class MeanSitesBy : public testing::TestWithParam<Device> {};
