@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "fusion/pose/slam.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/quantile.hpp"
+#include "tests/fusion/pose/estimate_error.hpp"
 #include "tests/fusion/pose/recorded_drive.hpp"
 #include "tests/fusion/pose/trajectory_error.hpp"
 
@@ -25,6 +27,7 @@ double cpu_seconds() {
 }
 
 struct Run {
+  std::vector<PoseEstimate> estimates;
   test::Trajectory slam, odometry;  ///< at each scan that has an estimate
   std::vector<double> wall_ms, cpu_ms;
 };
@@ -48,6 +51,7 @@ Run run(pose::Slam& slam, const test::RecordedDrive& recording) {
     const auto step = odometry.step_to(input.scan->stamp);
     if (!estimate || !step) continue;
     T_odom_base = T_odom_base * step->step;
+    result.estimates.push_back(*estimate);
     result.slam.emplace_back(estimate->stamp, planar(estimate->T_map_base));
     result.odometry.emplace_back(estimate->stamp, T_odom_base);
   }
@@ -75,6 +79,49 @@ void print_rmse(const char* what, const test::Trajectory& trajectory, const test
   const test::AlignedError error = test::aligned_error(trajectory, recording.reference);
   std::printf("  %s: RMSE %.1f mm, largest %.1f mm, %zu poses\n", what, 1e3 * error.rmse, 1e3 * error.max,
               error.poses);
+}
+
+void print_states(const Run& run) {
+  std::map<SlamState, std::size_t> count;
+  for (const PoseEstimate& estimate : run.estimates) ++count[estimate.state];
+  std::printf("  %zu scans:", run.wall_ms.size());
+  for (const auto& [state, scans] : count) std::printf(" %zu %s", scans, to_string(state));
+  std::printf("\n");
+}
+
+void print_errors(const char* what, test::EstimateErrors errors) {
+  if (errors.distances.empty()) return;
+  const auto count = static_cast<double>(errors.distances.size());
+  std::printf("  tracking, against %s: %zu, p50 %.1f p95 %.1f max %.1f mm;", what, errors.distances.size(),
+              1e3 * quantile(errors.distances, 0.5), 1e3 * quantile(errors.distances, 0.95),
+              1e3 * quantile(errors.distances, 1));
+  std::printf(" in the 95 %% ellipse of x, y %.1f %%, of x, y, yaw %.1f %%\n",
+              100 * static_cast<double>(errors.inside_position) / count,
+              100 * static_cast<double>(errors.inside_pose) / count);
+}
+
+/// Of estimates in state tracking, against the trajectory that the map was made of.
+test::EstimateErrors errors_to(const test::Trajectory& final, const Run& run) {
+  std::map<std::int64_t, Pose2> at;
+  for (const auto& [stamp, pose] : final) at[stamp.ns] = pose;
+  test::EstimateErrors errors;
+  for (const PoseEstimate& estimate : run.estimates) {
+    const auto truth = at.find(estimate.stamp.ns);
+    if (truth != at.end() && estimate.state == SlamState::tracking) errors.add(estimate, truth->second);
+  }
+  return errors;
+}
+
+/// The same against certified poses, after one rigid alignment of the positions.
+test::EstimateErrors errors_to(const std::vector<PoseStamped>& reference, const Run& run) {
+  test::EstimateErrors errors;
+  const auto T_reference_map = test::alignment(run.slam, reference);
+  for (const PoseEstimate& estimate : run.estimates) {
+    const auto truth = test::reference_at(reference, estimate.stamp);
+    if (truth && estimate.state == SlamState::tracking)
+      errors.add(estimate, T_reference_map->inverse() * *truth);
+  }
+  return errors;
 }
 
 void bench_mapping(const std::string& name, const std::string& log,
@@ -118,6 +165,9 @@ void bench_mapping(const std::string& name, const std::string& log,
     Run located = run(**localizer, recording);
     print_times("wall", located.wall_ms);
     print_times("CPU", located.cpu_ms);
+    print_states(located);
+    print_errors("the final trajectory", errors_to(final, located));
+    print_errors("certified poses", errors_to(recording.reference, located));
     if (!recording.reference.empty()) print_rmse("causal", located.slam, recording);
   }
   for (const char* kind : {".simplemap", ".yaml", ".pgm"}) std::filesystem::remove(prefix + kind);

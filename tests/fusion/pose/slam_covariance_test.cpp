@@ -2,17 +2,14 @@
 // start and after loops, and localized in a map.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "fusion/pose/slam.hpp"
 #include "tests/fusion/pose/corrupted_odometry.hpp"
+#include "tests/fusion/pose/estimate_error.hpp"
 #include "tests/fusion/pose/true_drive.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace parhelion::pose {
 namespace {
-
-constexpr double kFractionInside = 7.815;  ///< chi^2, 95 % of three degrees of freedom
 
 /// Offices have a corridor of 22 m, which is driven there and back. Seeds that nothing was
 /// tuned on.
@@ -44,11 +41,8 @@ struct SlamCounts {
 
 /// `T_true_map`: where the map's origin is in the building.
 bool is_inside(const PoseEstimate& estimate, const Pose2& truth, const Pose2& T_true_map) {
-  constexpr int rows[] = {0, 1, 5};
-  const Pose2 expected = T_true_map.inverse() * truth, is = planar(estimate.T_map_base);
-  const Eigen::Vector3d off(is.x - expected.x, is.y - expected.y, wrap_angle(is.yaw - expected.yaw));
-  const Eigen::Matrix3d covariance = estimate.covariance(rows, rows);
-  return off.dot(covariance.inverse() * off) <= kFractionInside;
+  return test::holds_pose(test::planar_covariance(estimate),
+                          test::planar_error(planar(estimate.T_map_base), T_true_map.inverse() * truth));
 }
 
 SlamCounts counted(Slam& slam, const test::TrueDrive& drive, bool from_the_start) {

@@ -96,21 +96,16 @@ inline RelationError relation_error(const Trajectory& trajectory, const std::vec
   return result;
 }
 
-struct AlignedError {
-  std::size_t poses = 0;
-  double rmse = 0, max = 0;  ///< m
-};
-
-/// Position error after one rigid alignment to the reference, which is interpolated at each stamp.
-inline AlignedError aligned_error(const Trajectory& trajectory, const std::vector<PoseStamped>& reference) {
+/// T_reference_map: the rigid motion that brings the positions of `trajectory` nearest to the reference,
+/// which is interpolated at each stamp. nullopt: they have no stamp in common.
+inline std::optional<Pose2> alignment(const Trajectory& trajectory,
+                                      const std::vector<PoseStamped>& reference) {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> pairs;
   for (const auto& [stamp, pose] : trajectory) {
     if (const auto truth = reference_at(reference, stamp))
       pairs.emplace_back(truth->position(), pose.position());
   }
-  AlignedError result;
-  result.poses = pairs.size();
-  if (pairs.empty()) return result;
+  if (pairs.empty()) return std::nullopt;
   const auto count = static_cast<double>(pairs.size());
   Eigen::Vector2d mean_a(0, 0), mean_b(0, 0);
   for (const auto& [a, b] : pairs) mean_a += a / count, mean_b += b / count;
@@ -120,14 +115,31 @@ inline AlignedError aligned_error(const Trajectory& trajectory, const std::vecto
     cosine += v.dot(u);
     sine += v.x() * u.y() - v.y() * u.x();
   }
-  const Eigen::Rotation2Dd turn(std::atan2(sine, cosine));
+  const double yaw = std::atan2(sine, cosine);
+  const Eigen::Vector2d shift = mean_a - Eigen::Rotation2Dd(yaw) * mean_b;
+  return Pose2{shift.x(), shift.y(), yaw};
+}
+
+struct AlignedError {
+  std::size_t poses = 0;
+  double rmse = 0, max = 0;  ///< m
+};
+
+/// Position error after alignment().
+inline AlignedError aligned_error(const Trajectory& trajectory, const std::vector<PoseStamped>& reference) {
+  AlignedError result;
+  const auto T_reference_map = alignment(trajectory, reference);
+  if (!T_reference_map) return result;
   double squares = 0;
-  for (const auto& [a, b] : pairs) {
-    const double d = (a - mean_a - turn * (b - mean_b)).norm();
+  for (const auto& [stamp, pose] : trajectory) {
+    const auto truth = reference_at(reference, stamp);
+    if (!truth) continue;
+    const double d = (truth->position() - *T_reference_map * pose.position()).norm();
     squares += d * d;
     result.max = std::max(result.max, d);
+    ++result.poses;
   }
-  result.rmse = std::sqrt(squares / count);
+  result.rmse = std::sqrt(squares / static_cast<double>(result.poses));
   return result;
 }
 
