@@ -111,8 +111,11 @@ class ClientsTest(unittest.TestCase):
         return subprocess.run(command, env=self.environment, text=True, capture_output=True, timeout=TIMEOUT)
 
     def serve(self, session, *options):
-        return self.start([str(programs.parhelion), "serve", str(ROOT / "examples/clients/room.yaml"), "-o", session,
-                           "--no-restart", "--state-folder", str(self.folder / "state"), *options])
+        """A server that receives."""
+        server = self.start([str(programs.parhelion), "serve", str(ROOT / "examples/clients/room.yaml"), "-o", session,
+                             "--no-restart", "--state-folder", str(self.folder / "state"), *options])
+        server.wait_for(lambda line: "serving" in line)
+        return server
 
     def make_keys(self, name, *roles):
         """The path of a new sender's keys."""
@@ -149,7 +152,7 @@ class ClientsTest(unittest.TestCase):
         robot.terminate()
 
         self.assertEqual(server.terminate(), 0, server.output())
-        self.check_log(session)
+        self.check_log(session, robots=2)
 
     def test_a_session_with_authentication_obeys_clients_with_keys_and_no_others(self):
         robot_keys = self.make_keys("rover", "robot", "localization")
@@ -172,7 +175,7 @@ class ClientsTest(unittest.TestCase):
         self.assertEqual(code, 0, output)
         self.assertIn("a message on MR_SPAWN was not signed", output)
 
-    def check_log(self, session):
+    def check_log(self, session, robots):
         read = [self.run_client(client("read_session_log", session)) for client in (cpp, python)]
         for each in read:
             self.assertEqual(each.returncode, 0, each.stderr)
@@ -183,7 +186,8 @@ class ClientsTest(unittest.TestCase):
         self.assertGreater(messages["SCAN"], 0, text)
         self.assertEqual(messages["MR_SCAN"], messages["SCAN"], text)
         self.assertEqual(messages["MR_SCAN_INFO"], messages["SCAN"], text)
-        self.assertEqual(messages["POSE_COV"], messages["SCAN"], text)
+        # A robot may be ended after a pose and before its scan.
+        self.assertIn(messages["POSE_COV"] - messages["SCAN"], range(robots + 1), text)
         self.assertRegex(text, r"\n[1-9]\d* of \d+ scans live, [1-9]\d* beams replaced\n$")
 
         # A third reader of the same log.
