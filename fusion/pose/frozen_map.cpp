@@ -13,6 +13,7 @@ constexpr double kSearchResolution = 0.1, kRoughResolution = 0.2;  ///< m
 constexpr int kRoughLevels = 6, kMaxRoughLevels = 8;
 constexpr double kRoughSquares = 1000;  ///< largest ones of a map
 constexpr double kRoughSigma = 0.8;     ///< cells
+constexpr double kPerCell = 4;          ///< points that an occupied cell of a grid stands for
 
 bool occupied(const GridMap& grid, int x, int y) {
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) return false;
@@ -20,15 +21,41 @@ bool occupied(const GridMap& grid, int x, int y) {
                        static_cast<std::size_t>(x)] > 0.65F;
 }
 
-/// Centres of the occupied cells visible to a laser: those with a free or unknown neighbour.
+bool is_free(const GridMap& grid, int x, int y) {
+  constexpr float free = 0.4F;  // 0.5: unknown
+  if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) return false;
+  return grid.occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) +
+                       static_cast<std::size_t>(x)] < free;
+}
+
+/// Whether `test` holds for a cell no farther than `reach` along x and y.
+template <class Test>
+bool any_around(int x, int y, int reach, Test&& test) {
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      if (test(x + dx, y + dy)) return true;
+    }
+  }
+  return false;
+}
+
+/// Centres of the occupied cells visible to a laser: those beside a free one. A wall is some cells thick, as
+/// scans are noisy, and its far side, beside unknown cells, would draw scans into it. Far from the path of
+/// the robot nothing may be known to be free; there all cells beside an unknown one count.
 std::vector<Eigen::Vector2d> surface(const GridMap& grid) {
+  constexpr int thick = 2;  // cells from a wall's visible side
+  const auto is_front = [&](int x, int y) {
+    return occupied(grid, x, y) && any_around(x, y, 1, [&](int i, int k) { return is_free(grid, i, k); });
+  };
+  const auto is_inside = [&](int x, int y) {
+    return occupied(grid, x - 1, y) && occupied(grid, x + 1, y) && occupied(grid, x, y - 1) &&
+           occupied(grid, x, y + 1);
+  };
   std::vector<Eigen::Vector2d> points;
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       if (!occupied(grid, x, y)) continue;
-      const bool inside = occupied(grid, x - 1, y) && occupied(grid, x + 1, y) && occupied(grid, x, y - 1) &&
-                          occupied(grid, x, y + 1);
-      if (!inside)
+      if (any_around(x, y, 1, is_front) || (!is_inside(x, y) && !any_around(x, y, thick, is_front)))
         points.emplace_back(grid.x_min + (x + 0.5) * grid.resolution,
                             grid.y_min + (y + 0.5) * grid.resolution);
     }
@@ -62,12 +89,9 @@ KnownSpace known_space(std::span<const MappedScan> scans, std::span<const Eigen:
 KnownSpace known_space(const GridMap& grid) {
   const Eigen::Vector2d low(grid.x_min, grid.y_min);
   KnownSpace known(low, low + grid.resolution * Eigen::Vector2d(grid.width, grid.height));
-  constexpr float free = 0.4F;  // 0.5: unknown
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      const auto cell =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
-      if (grid.occupied[cell] < free) known.add(low + grid.resolution * Eigen::Vector2d(x + 0.5, y + 0.5));
+      if (is_free(grid, x, y)) known.add(low + grid.resolution * Eigen::Vector2d(x + 0.5, y + 0.5));
     }
   }
   return known;
@@ -97,14 +121,14 @@ Result<FrozenMap> from_grid(const std::string& path) {
   const double cell = std::max(0.1, 2 * grid->resolution);
   map.fine = SurfelMap(cell);
   map.coarse = SurfelMap(4 * cell);
-  map.fine.add(points, {});
-  map.coarse.add(points, {});
+  map.fine.add(points, {}, kPerCell);
+  map.coarse.add(points, {}, kPerCell);
   map.likelihood = CorrelativeMap(points, std::max(kSearchResolution, grid->resolution));
   map.rough = rough_map(points, std::max(kRoughResolution, grid->resolution));
   map.fine.finish();
   map.coarse.finish();
   map.known = known_space(*grid);
-  map.sigma = grid->resolution / 2;
+  map.sigma = map.bias = grid->resolution / 2;
   map.grid = std::move(*grid);
   return map;
 }

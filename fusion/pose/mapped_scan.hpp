@@ -24,7 +24,7 @@ struct MappedScan {
 Status write_simplemap(std::span<const MappedScan> scans, const std::string& path);
 Result<std::vector<MappedScan>> read_simplemap(const std::string& path);
 
-/// MRPT's occupancy grid after inserting every scan.
+/// MRPT's occupancy grid after inserting every scan; a cell that a scan hits is not freed by that scan.
 GridMap grid_of(std::span<const MappedScan> scans, double resolution);
 
 /// The points of a mapped scan, base_link.

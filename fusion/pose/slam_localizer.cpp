@@ -22,6 +22,7 @@ constexpr double kMinOfUsual = 0.6;
 constexpr double kUsualMemory = 0.02;  ///< weight of a scan in that
 /// Returns behind mapped surfaces, as a fraction of all: at a right place some doors have opened.
 constexpr double kMaxThrough = 0.25;
+constexpr double kMinFound = 0.4;  ///< the same near where the robot must be, in a map that explains little
 constexpr double kFoundAgain = 0.55;  ///< fraction of explained points that ends the lost state
 /// The best place near the expected one counts as found if the second explains fewer points by this fraction.
 constexpr double kClearlyBetter = 0.05;
@@ -97,7 +98,7 @@ class Localizer final : public Slam {
         recover(points, *step);
         break;
     }
-    PoseEstimate estimate = planar_estimate(scan.stamp, pose_, tracking_.published(covariance_), state());
+    PoseEstimate estimate = planar_estimate(scan.stamp, pose_, published(), state());
     estimate.map_id = map_->grid.id;
     return estimate;
   }
@@ -122,6 +123,13 @@ class Localizer final : public Slam {
     if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
     if (suspicious_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
     return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
+  }
+
+  /// With the errors that the map's surfaces have in common, which no number of scans removes.
+  Eigen::Matrix3d published() const {
+    Eigen::Matrix3d covariance = tracking_.published(covariance_);
+    covariance.topLeftCorner<2, 2>().diagonal().array() += map_->bias * map_->bias;
+    return covariance;
   }
 
   double sigma() const { return std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))); }
@@ -252,10 +260,11 @@ class Localizer final : public Slam {
   void lose(bool displaced) {
     mode_ = Mode::lost;
     displaced_ = displaced;
+    picked_up_ = suspicious_;
     tried_.reset();
     exact_since_.reset();
     lost_since_.reset();
-    search_.restart();
+    search_.restart(usual_);
     const AwayErrors& errors = belief_.is_good() ? kAway : kAwayByBadOdometry;
     away_ = {errors.position, errors.yaw};
   }
@@ -268,12 +277,18 @@ class Localizer final : public Slam {
     const Eigen::Matrix3d covariance = (found.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
     const bool exact = off.position().norm() < kExact && std::abs(off.yaw) < kExactYaw &&
                        covariance.topLeftCorner<2, 2>().trace() < kExactSigma * kExactSigma &&
-                       found.explained >= std::max(kFoundAgain, kNearlyUsual * usual_) &&
+                       found.explained >= std::max(kMinFound, kNearlyUsual * usual_) &&
                        is_possible(scan, found.T_map_base) && !doubt_.moved_otherwise();
     if (!exact) exact_since_.reset();
     if (exact && !exact_since_) exact_since_ = now_;
     if (exact) pose_ = found.T_map_base;
     return exact && now_ - *exact_since_ >= kExactFor;
+  }
+
+  /// Of a lost robot whose odometry has been good since.
+  std::optional<Vicinity> vicinity() const {
+    if (picked_up_ || away_.sigma > kAnywhereSigma) return std::nullopt;
+    return Vicinity{pose_, kSigmas * away_.sigma, kSigmas * away_.yaw_sigma};
   }
 
   void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
@@ -288,13 +303,14 @@ class Localizer final : public Slam {
         !step.known || tracking_.fault() != OdometryFault::none || doubt_.moved_otherwise();
     displaced_ |=
         doubt_.displaced() || doubt_.carried() || away_.sigma > kAnywhereSigma || (give_up() && unknown);
+    picked_up_ |= unknown || doubt_.carried();
     if (is_undisturbed(scan)) {
       settle(pose_);
       track(scan, {});
       return;
     }
     if (displaced_) {
-      if (const auto found = search_.add(*map_, scan, step.step)) {
+      if (const auto found = search_.add(*map_, scan, step.step, vicinity())) {
         settle(*found);
         track(scan, {});
       }
@@ -302,7 +318,7 @@ class Localizer final : public Slam {
     }
     if (tried_ && now_ - *tried_ < kRetryEvery) return;
     tried_ = now_;
-    const double enough = std::max(kFoundAgain, kNearlyUsual * usual_);
+    const double enough = std::max(kMinFound, kNearlyUsual * usual_);
     search_near(scan, unknown ? kUnknownSigma : away_.sigma, unknown ? kUnknownYawSigma : away_.yaw_sigma,
                 kClearlyBetter, enough);
   }
@@ -325,6 +341,7 @@ class Localizer final : public Slam {
   Away away_;
   Mode mode_ = Mode::searching;
   bool was_tracking_ = false, displaced_ = false, suspicious_ = false;
+  bool picked_up_ = false;  ///< perhaps, since the robot was lost
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
   SensorTime now_, matched_;  ///< stamps of this scan, and of the last one that the map explained

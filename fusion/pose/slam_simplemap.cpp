@@ -153,6 +153,35 @@ std::vector<Eigen::Vector2d> points_of(const MappedScan& mapped) {
   return points;
 }
 
+namespace {
+
+/// A cell that a scan has hit, and its probability of being free before that scan.
+struct HitCell {
+  int x = 0, y = 0;
+  float free = 0.5F;
+};
+
+std::vector<HitCell> hit_cells(const mrpt::maps::COccupancyGridMap2D& grid, const MappedScan& scan) {
+  std::vector<std::pair<int, int>> cells;
+  for (const Eigen::Vector2d& p : points_of(scan)) {
+    const Eigen::Vector2d q = scan.T_map_base * p;
+    cells.emplace_back(grid.x2idx(static_cast<float>(q.x())), grid.y2idx(static_cast<float>(q.y())));
+  }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  std::vector<HitCell> hits;
+  for (const auto& [x, y] : cells) hits.push_back({x, y, grid.getCell(x, y)});
+  return hits;
+}
+
+/// After one hit more, as MRPT's default.
+float with_hit(float free) {
+  constexpr float hit = 0.25F;  // of being free
+  return free * hit / (free * hit + (1 - free) * (1 - hit));
+}
+
+}  // namespace
+
 GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
   GridMap map;
   map.resolution = resolution;
@@ -179,12 +208,15 @@ GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
                                        static_cast<float>(resolution));
   grid.insertionOptions.maxDistanceInsertion = 80;
   grid.insertionOptions.considerInvalidRangesAsFreeSpace = false;
+  grid.insertionOptions.maxFreenessUpdateCertainty = 0.535F;
   for (const MappedScan& mapped : scans) {
     if (mapped.scan.ranges.size() < 2) continue;
     const auto pose =
         to_mrpt(Transform<Map, Base>::planar(mapped.T_map_base.x, mapped.T_map_base.y, mapped.T_map_base.yaw)
                     .isometry());
+    const std::vector<HitCell> hits = hit_cells(grid, mapped);
     grid.insertObservation(*to_mrpt(mapped), pose);
+    for (const HitCell& hit : hits) grid.setCell(hit.x, hit.y, with_hit(hit.free));
     map.path.emplace_back(mapped.T_map_base.x, mapped.T_map_base.y, mapped.T_map_base.yaw);
   }
   map.x_min = static_cast<double>(x0) * resolution, map.y_min = static_cast<double>(y0) * resolution;
