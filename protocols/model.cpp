@@ -20,9 +20,9 @@ namespace {
 using yaml::Node;
 using yaml::Quantity;
 
-constexpr std::array<const char*, 10> kLabelNames{
-    "wall",   "floor",   "ceiling",         "door",      "stairs", "window",
-    "pillar", "unknown", "wall_above_door", "free_space"};
+constexpr std::array<const char*, kEntityLabels> kLabelNames{
+    "wall",   "floor",   "ceiling",         "door",       "stairs", "window",
+    "pillar", "unknown", "wall_above_door", "free_space", "ramp"};
 
 constexpr std::array<const char*, 7> kRelationNames{
     "parallel", "orthogonal", "above", "under", "equal_height", "available_inside", "connected_via_joint"};

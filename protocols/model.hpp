@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,7 +26,9 @@ enum class EntityLabel : std::uint8_t {
   unknown,          ///< something is there, and it is solid
   wall_above_door,  ///< the piece of wall above a door's opening
   free_space,       ///< of a door: the empty volume that its leaf sweeps; never solid
+  ramp,             ///< an inclined floor: its own x goes uphill, its upper side is driven on
 };
+constexpr std::size_t kEntityLabels = 11;
 
 /// The hinge of a door, in the door's own frame (centre of its box, as drawn). Angles turn the leaf from
 /// there, counter-clockwise seen from above.
@@ -60,6 +63,9 @@ inline Transform<Map, ShapeFrame> T_map_box(const ModelEntity& entity) {
 inline bool is_solid(const ModelEntity& entity) {
   return entity.label != EntityLabel::free_space && !entity.deleted;
 }
+
+/// Whether robots and persons stand on it: a floor or a ramp.
+inline bool is_ground(EntityLabel label) { return label == EntityLabel::floor || label == EntityLabel::ramp; }
 
 /// Relations of the semantic net (paper 2.3, 2.4).
 enum class RelationKind : std::uint8_t {

@@ -15,9 +15,9 @@ namespace {
 using yaml::Node;
 using yaml::Quantity;
 
-constexpr std::array<const char*, 15> kKindNames{"chair",  "table", "counter", "cupboard", "sofa",
+constexpr std::array<const char*, 14> kKindNames{"chair",  "table", "counter", "cupboard", "sofa",
                                                  "bed",    "shelf", "plant",   "bin",      "box",
-                                                 "person", "car",   "ramp",    "kerb",     "object"};
+                                                 "person", "car",   "kerb",    "object"};
 
 constexpr std::array<const char*, 4> kPostureNames{"unknown", "standing", "sitting", "lying"};
 

@@ -26,7 +26,6 @@ enum class ObjectKind : std::uint8_t {
   box,
   person,
   car,
-  ramp,   ///< a slope that joins two levels; not movable
   kerb,   ///< a single low step along an edge; not movable
   object  ///< of unknown kind
 };

@@ -23,15 +23,16 @@ struct Paint {
   const char* words;
   std::array<std::uint8_t, 3> srgb;
 };
-constexpr std::array<Paint, 9> kPaints{{{EntityLabel::wall, "wall", {205, 208, 214}},
-                                        {EntityLabel::wall_above_door, "wall above door", {168, 178, 196}},
-                                        {EntityLabel::floor, "floor", {238, 234, 224}},
-                                        {EntityLabel::door, "door", {214, 137, 16}},
-                                        {EntityLabel::free_space, "free space of a door", {150, 214, 160}},
-                                        {EntityLabel::stairs, "stairs", {110, 140, 200}},
-                                        {EntityLabel::window, "window", {84, 174, 255}},
-                                        {EntityLabel::pillar, "pillar", {150, 100, 165}},
-                                        {EntityLabel::unknown, "unknown (solid)", {196, 164, 124}}}};
+constexpr std::array<Paint, 10> kPaints{{{EntityLabel::wall, "wall", {205, 208, 214}},
+                                         {EntityLabel::wall_above_door, "wall above door", {168, 178, 196}},
+                                         {EntityLabel::floor, "floor", {238, 234, 224}},
+                                         {EntityLabel::door, "door", {214, 137, 16}},
+                                         {EntityLabel::free_space, "free space of a door", {150, 214, 160}},
+                                         {EntityLabel::stairs, "stairs", {110, 140, 200}},
+                                         {EntityLabel::ramp, "ramp", {186, 199, 222}},
+                                         {EntityLabel::window, "window", {84, 174, 255}},
+                                         {EntityLabel::pillar, "pillar", {150, 100, 165}},
+                                         {EntityLabel::unknown, "unknown (solid)", {196, 164, 124}}}};
 
 const Paint* paint_of(EntityLabel label) {
   const auto* found =
@@ -189,6 +190,7 @@ class Viewer {
       case EntityLabel::door:
         return 0;
       case EntityLabel::stairs:
+      case EntityLabel::ramp:
         return 1;
       case EntityLabel::window:
       case EntityLabel::pillar:

@@ -50,7 +50,7 @@ double floor_of(const SemanticModel& building) {
     if (entity.is_virtual || !is_solid(entity)) continue;
     if (!entity.T_map_body.finite() || !entity.size.allFinite() || entity.size.minCoeff() <= 0) continue;
     const double z = entity.T_map_body.translation().z(), half = 0.5 * entity.size.z();
-    if (entity.label == EntityLabel::floor)
+    if (is_ground(entity.label))
       floor = std::min(floor.value_or(z + half), z + half);
     else
       foot = std::min(foot.value_or(z - half), z - half);

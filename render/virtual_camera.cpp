@@ -37,6 +37,8 @@ Eigen::Vector3f colour_of(EntityLabel label) {
       return {0.36F, 0.21F, 0.11F};
     case EntityLabel::stairs:
       return {0.42F, 0.42F, 0.44F};
+    case EntityLabel::ramp:
+      return {0.36F, 0.36F, 0.36F};
     case EntityLabel::window:
       return {0.45F, 0.62F, 0.72F};
     case EntityLabel::pillar:
@@ -188,7 +190,7 @@ void EglVirtualCamera::add_part(const CameraProjection& camera, const Shape& sha
   const bool seen = std::any_of(camera.views().begin(), camera.views().end(), [&](const PinholeView& view) {
     return !projected_box(view, T_optical_shape, half).empty();
   });
-  if (label != EntityLabel::floor && label != EntityLabel::ceiling && label != EntityLabel::window &&
+  if (!is_ground(label) && label != EntityLabel::ceiling && label != EntityLabel::window &&
       T_optical_shape.translation().norm() < kSight) {
     std::vector<PixelRect> ignored(camera.views().size());
     add_shadow(scenery_.shadows, ignored, camera, scenery_.T_map_optical, shape, T_map_shape, floor_z_, 0.6);
@@ -196,7 +198,7 @@ void EglVirtualCamera::add_part(const CameraProjection& camera, const Shape& sha
   if (!seen) return;
   Instance instance = make_instance(T_optical_shape, {half.cast<float>(), 0.F}, shape.material, 0);
   instance.metallic = label == EntityLabel::window ? 0.3F : 1.F;
-  instance.roughness = label == EntityLabel::floor ? 2.F : 0.85F;
+  instance.roughness = is_ground(label) ? 2.F : 0.85F;
   (label == EntityLabel::window ? scenery_.glass : scenery_.boxes).push_back(instance);
 }
 

@@ -223,7 +223,7 @@ void add_options(CLI::App& command, Arguments& a) {
                      "Folder for a picture of each stage and the net as a graph");
   command.add_option(
       "--labelled", a.labelled,
-      "The levelled cloud with a label per point (PLY): of the building 0 to 9, of objects 16 and more");
+      "The levelled cloud with a label per point (PLY): of the building 0 to 10, of objects 16 and more");
   command.add_option("--slice", a.slice, "PREFIX of a 2D map at laser height (ROS map YAML and PGM)");
   command.add_option("--slice-height", a.slice_height, "Height of the slice above the floor, m")
       ->check(CLI::Range(0.02, 10.0))

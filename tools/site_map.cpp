@@ -25,6 +25,7 @@ const cv::Scalar& colour_of(EntityLabel label) {
     case EntityLabel::floor:
       return kFloorColour;
     case EntityLabel::stairs:
+    case EntityLabel::ramp:
       return kStairsColour;
     case EntityLabel::door:
       return kDoorColour;

@@ -17,8 +17,8 @@ bool corrected(const ModelEntity& entity) { return entity.locked || entity.delet
 
 bool same_place(const ModelEntity& a, const ModelEntity& b) {
   if ((a.label == EntityLabel::free_space) != (b.label == EntityLabel::free_space)) return false;
-  const bool flat_a = a.label == EntityLabel::floor || a.label == EntityLabel::ceiling;
-  const bool flat_b = b.label == EntityLabel::floor || b.label == EntityLabel::ceiling;
+  const bool flat_a = is_ground(a.label) || a.label == EntityLabel::ceiling;
+  const bool flat_b = is_ground(b.label) || b.label == EntityLabel::ceiling;
   if (flat_a != flat_b) return false;
   // A door lies in its wall: deleting one does not affect the other.
   const bool opening_a = a.label == EntityLabel::door || a.label == EntityLabel::window;

@@ -11,6 +11,7 @@
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
 #include "fusion/cloud/voxel_index.hpp"
+#include "protocols/model.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -263,7 +264,7 @@ SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing,
 
 std::vector<std::uint8_t> labels_of_parents(const SpreadCloud& spread, std::span<const std::uint8_t> labels,
                                             std::size_t parents) {
-  std::vector<std::array<std::uint16_t, 10>> votes(parents);
+  std::vector<std::array<std::uint16_t, kEntityLabels>> votes(parents);
   for (std::size_t i = 0; i < labels.size(); ++i)
     ++votes[spread.parent[i]][std::min<std::uint8_t>(labels[i], 9)];
   std::vector<std::uint8_t> result;

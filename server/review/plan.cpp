@@ -53,7 +53,7 @@ Plan plan_of(const SemanticModel& model) {
   for (const ModelEntity& entity : model.entities)
     if (shown(entity)) plan.parts.push_back(part_of(entity));
   std::stable_partition(plan.parts.begin(), plan.parts.end(),
-                        [](const PlanPart& part) { return part.label == EntityLabel::floor; });
+                        [](const PlanPart& part) { return is_ground(part.label); });
   plan.rows = rows_of(model.meshes);
   return plan;
 }

@@ -61,8 +61,8 @@ Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
 }
 
 void Building::add(const ModelEntity& entity, BodyId number) {
-  // A "floor" steeper than 45 degrees is a wrong label: treated as an obstacle like a wall.
-  const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
+  // Ground steeper than 45 degrees is a wrong label: treated as an obstacle like a wall.
+  const bool floor = is_ground(entity.label) && entity.T_map_body.rotation()(2, 2) > 0.7;
   double bottom = 0, top = 0;
   Footprint footprint = projection(entity.T_map_body, entity.size, bottom, top);
   boxes_.push_back({entity.size, floor, std::nullopt, std::nullopt});

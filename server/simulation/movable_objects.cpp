@@ -43,7 +43,6 @@ double density(ObjectKind kind) {
     case ObjectKind::person:
       return 250;
     case ObjectKind::car:
-    case ObjectKind::ramp:
     case ObjectKind::kerb:
       break;
   }

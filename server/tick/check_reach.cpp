@@ -123,8 +123,8 @@ std::vector<double> heights_in(const simulation::Building& building, const Zone&
   std::vector<const simulation::FixedObstacle*> near;
   building.near(middle, range, zone.bottom, zone.top, near);
   for (const simulation::FixedObstacle* each : near) {
-    const bool climbed = each->label == EntityLabel::stairs || each->label == EntityLabel::floor ||
-                         each->label == EntityLabel::unknown;
+    const bool climbed =
+        each->label == EntityLabel::stairs || is_ground(each->label) || each->label == EntityLabel::unknown;
     if (climbed && each->top >= zone.bottom && each->top <= zone.top) heights.push_back(each->top);
   }
   return heights;

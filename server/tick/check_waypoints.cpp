@@ -13,7 +13,7 @@ constexpr double kHeight = 0.5;  // m over the floor: range of obstacles for any
 
 /// Agents climb these, or open them.
 bool can_be_entered(EntityLabel label) {
-  return label == EntityLabel::floor || label == EntityLabel::stairs || label == EntityLabel::door;
+  return is_ground(label) || label == EntityLabel::stairs || label == EntityLabel::door;
 }
 
 /// In which part p is; empty: in none.

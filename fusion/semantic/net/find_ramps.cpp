@@ -284,7 +284,7 @@ ModelEntity entity_of(const Ramp& ramp, std::size_t number) {
   const Eigen::Vector2d p = frame.place(u, v);
   ModelEntity entity;
   entity.name = "ramp " + std::to_string(number);
-  entity.label = EntityLabel::floor;
+  entity.label = EntityLabel::ramp;
   entity.T_map_body = Transform<Map, Body>(
       turn, Eigen::Vector3d(p.x(), p.y(), frame.height(u)) - turn * Eigen::Vector3d(0, 0, kThick / 2));
   entity.size = {ramp.u.size() / std::cos(pitch), ramp.v.size(), kThick};
@@ -362,16 +362,12 @@ void label_ramps(const cloud::PointCloud<Map>& cloud, const std::vector<ModelEnt
     for (std::size_t i = begin; i < end; ++i) {
       const auto on = [&](const ModelEntity& ramp) { return is_on(ramp, cloud.points[i].cast<double>()); };
       if (may_be_ramp(labels[i]) && std::any_of(ramps.begin(), ramps.end(), on))
-        labels[i] = static_cast<std::uint8_t>(EntityLabel::floor);
+        labels[i] = static_cast<std::uint8_t>(EntityLabel::ramp);
     }
   });
 }
 
 }  // namespace
-
-bool is_ramp(const ModelEntity& entity) {
-  return entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) < 1 - 1e-9;
-}
 
 FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels, double voxel) {
   FoundRamps found;

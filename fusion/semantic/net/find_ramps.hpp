@@ -12,9 +12,6 @@
 
 namespace parhelion::semantic {
 
-/// Whether it is a floor that is not level. Ramps have the label of floors: they are driven on alike.
-bool is_ramp(const ModelEntity& entity);
-
 struct FoundRamps {
   std::vector<ModelEntity> ramps;
   std::vector<Eigen::Vector3d> landings;  ///< m, on level plates at upper ends that are not called floor
@@ -23,8 +20,8 @@ struct FoundRamps {
 /// Finds planes inclined by 1:20 (what is less steep is no ramp: ADA standards 405) to 20 degrees, of at
 /// least 0.5 m by 0.4 m and 8 cm of height with some 0.75 m^2 away from their edges, whose lower or upper end
 /// meets a level floor. Regions are grown over plan cells whose surroundings have the same slope (Vosselman
-/// et al. 2004, section 3.1). Each is an entity "ramp 1": a tilted floor whose x goes uphill and whose upper
-/// side is the ramp's. `labels` (EntityLabel, one per point): unknown points on it become floor.
+/// et al. 2004, section 3.1). Each is an entity "ramp 1" whose x goes uphill and whose upper side is the
+/// ramp's. `labels` (EntityLabel, one per point): floor and unknown points on it become ramp.
 /// `voxel`: m, of a voxel map, whose ramps must be 2.5 voxels high and 12 long, else 0.
 FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels,
                       double voxel = 0);

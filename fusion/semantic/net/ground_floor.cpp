@@ -3,7 +3,6 @@
 #include <string>
 
 #include "fusion/semantic/build_model.hpp"
-#include "fusion/semantic/net/find_ramps.hpp"
 
 namespace parhelion::semantic {
 
@@ -13,7 +12,7 @@ std::optional<double> ground_floor(const SemanticModel& model) {
   };
   std::map<std::string, Floor> floors;  // a floor may consist of pieces
   for (const ModelEntity& entity : model.entities) {
-    if (entity.label != EntityLabel::floor || is_ramp(entity) || !is_solid(entity)) continue;
+    if (entity.label != EntityLabel::floor || !is_solid(entity)) continue;
     const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;
     Floor& floor = floors[entity.part_of.empty() ? entity.name : entity.part_of];
     floor.top = floor.area > 0 ? std::min(floor.top, top) : top;

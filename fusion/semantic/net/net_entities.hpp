@@ -25,7 +25,7 @@ struct NetCandidates {
 /// The label of one candidate, before and after the influence of its neighbours.
 struct CandidateLabel {
   EntityLabel label = EntityLabel::unknown;
-  std::array<double, 10> likelihood{}, belief{};
+  std::array<double, kEntityLabels> likelihood{}, belief{};
   double confidence() const { return belief[static_cast<std::size_t>(label)]; }
 };
 

@@ -52,6 +52,8 @@ Colour colour_of(EntityLabel label) {
       return {84, 160, 96};
     case EntityLabel::stairs:
       return {80, 104, 160};
+    case EntityLabel::ramp:
+      return {110, 124, 150};
     case EntityLabel::window:
       return {84, 174, 255};
     case EntityLabel::pillar:

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "fusion/semantic/grid/cell_grid.hpp"
-#include "fusion/semantic/net/find_ramps.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -94,7 +93,7 @@ std::vector<const ModelEntity*> steps_in(const ModelEntity& floor, const Semanti
   const auto top = [](const ModelEntity& e) { return e.T_map_body.translation().z() + e.size.z() / 2; };
   std::vector<const ModelEntity*> steps;
   for (const ModelEntity& e : model.entities) {
-    if ((e.label != EntityLabel::stairs && !is_ramp(e)) || !is_solid(e)) continue;
+    if ((e.label != EntityLabel::stairs && e.label != EntityLabel::ramp) || !is_solid(e)) continue;
     const double over = top(e) - top(floor);
     const double reach = (e.size.head<2>().norm() + floor.size.head<2>().norm()) / 2;
     const double apart = (e.T_map_body.translation() - floor.T_map_body.translation()).head<2>().norm();

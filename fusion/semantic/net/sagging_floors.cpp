@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "fusion/semantic/net/find_ramps.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -28,7 +27,7 @@ std::vector<Floor> floors_of(const SemanticModel& model) {
   std::vector<Floor> floors;
   for (std::size_t i = 0; i < model.entities.size(); ++i) {
     const ModelEntity& e = model.entities[i];
-    if (e.label != EntityLabel::floor || is_ramp(e) || !is_solid(e) || e.is_virtual || e.locked) continue;
+    if (e.label != EntityLabel::floor || !is_solid(e) || e.is_virtual || e.locked) continue;
     Floor floor{i, e.T_map_body.translation().z() + e.size.z() / 2, {}};
     for (const double x : {-0.5, 0.5}) {
       for (const double y : {-0.5, 0.5}) {

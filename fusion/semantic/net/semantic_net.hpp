@@ -24,9 +24,9 @@ struct SemanticNetOptions {
 /// Why an entity got its label: for reports and for the picture of the net.
 struct LabelEvidence {
   std::string entity;
-  std::array<double, 10> likelihood{};  ///< per EntityLabel, from its own shape; sums to 1
-  std::array<double, 10> belief{};      ///< per EntityLabel, after the relations; sums to 1
-  std::vector<Relation> supports;       ///< relations that support the label
+  std::array<double, kEntityLabels> likelihood{};  ///< per EntityLabel, from its own shape; sums to 1
+  std::array<double, kEntityLabels> belief{};      ///< per EntityLabel, after the relations; sums to 1
+  std::vector<Relation> supports;                  ///< relations that support the label
 };
 
 /// One step of a flight, or one flight; as in the summary.

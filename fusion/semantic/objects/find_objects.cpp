@@ -180,7 +180,7 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
     if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) continue;
     const auto has_piece = [&](const ModelEntity& entity) {
       if (entity.label == EntityLabel::wall) return is_in_wall(shape, entity) || is_edge_of(shape, entity);
-      return entity.label == EntityLabel::floor && is_face_under(shape, entity);
+      return is_ground(entity.label) && is_face_under(shape, entity);
     };
     if (is_of_floor(shape) || is_of_stairs(grid, group, steps) ||
         std::any_of(entities.begin(), entities.end(), has_piece))

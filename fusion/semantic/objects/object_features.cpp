@@ -74,8 +74,7 @@ Surroundings surroundings_of(const ObjectShape& shape, const std::vector<ModelEn
     if (e.label == EntityLabel::stairs) around.stairs = std::min(around.stairs, distance);
     if (e.label == EntityLabel::ceiling && distance <= 0 && p.z() < 0.5)
       around.ceiling = std::min(around.ceiling, std::abs(p.z() + 0.5 * e.size.z()));
-    if (e.label == EntityLabel::floor && distance <= 0)
-      around.rim = std::min(around.rim, -outside.maxCoeff());
+    if (is_ground(e.label) && distance <= 0) around.rim = std::min(around.rim, -outside.maxCoeff());
   }
   around.wall = std::max(0.0, around.wall - 0.5 * shape.width);
   return around;

@@ -6,8 +6,6 @@
 #include <map>
 #include <tuple>
 
-#include "fusion/semantic/net/find_ramps.hpp"
-
 namespace parhelion::semantic {
 namespace {
 
@@ -20,7 +18,7 @@ class FloorTops {
  public:
   explicit FloorTops(const std::vector<ModelEntity>& entities) {
     for (const ModelEntity& e : entities) {
-      if (e.label != EntityLabel::floor || is_ramp(e) || e.deleted) continue;
+      if (e.label != EntityLabel::floor || e.deleted) continue;
       const Eigen::Vector3d p = e.T_map_body.translation();
       const Eigen::Vector2d half = 0.5 * e.size.head<2>().array() + kBeside;
       const Top top{p.z() + e.size.z() / 2, p.head<2>() - half, p.head<2>() + half};

@@ -37,6 +37,7 @@ struct Layer {
 };
 constexpr Layer kLayers[] = {
     {EntityLabel::free_space, "free space of a door", {203, 236, 208}},
+    {EntityLabel::ramp, "ramp", {186, 199, 222}},
     {EntityLabel::stairs, "stairs", {130, 154, 196}},
     {EntityLabel::unknown, "unknown (solid)", {201, 178, 150}},
     {EntityLabel::wall, "wall", {72, 84, 104}},
@@ -45,6 +46,13 @@ constexpr Layer kLayers[] = {
     {EntityLabel::pillar, "pillar", {120, 80, 130}},
 };
 const Colour kVirtualColour{163, 113, 247};
+
+/// Of a label that has a layer.
+constexpr Colour colour_of(EntityLabel label) {
+  return std::find_if(std::begin(kLayers), std::end(kLayers),
+                      [&](const Layer& l) { return l.label == label; })
+      ->colour;
+}
 
 class PlanRenderer {
  public:
@@ -129,7 +137,7 @@ class PlanRenderer {
       }
     }
     if (triangles.empty()) return;
-    canvas_.fill(triangles, kLayers[2].colour, 0.8);
+    canvas_.fill(triangles, colour_of(EntityLabel::unknown), 0.8);
   }
 
   void paint_layer(const Layer& layer) {
@@ -174,10 +182,10 @@ class PlanRenderer {
       const Eigen::Vector2d tip = hinge.axis + Eigen::Rotation2Dd(angle) * Eigen::Vector2d(side * leaf, 0);
       arc.push_back((door.T_map_body * Eigen::Vector3d(tip.x(), tip.y(), 0)).head<2>());
     }
-    canvas_.line(arc, kLayers[5].colour, 1.2);
+    canvas_.line(arc, colour_of(EntityLabel::door), 1.2);
     const Eigen::Vector2d axis =
         (door.T_map_body * Eigen::Vector3d(hinge.axis.x(), hinge.axis.y(), 0)).head<2>();
-    canvas_.line({axis, arc.back()}, kLayers[5].colour, 1.2);
+    canvas_.line({axis, arc.back()}, colour_of(EntityLabel::door), 1.2);
   }
 
   void write_dimensions() {

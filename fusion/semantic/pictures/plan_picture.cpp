@@ -31,7 +31,7 @@ Colour darker(Colour colour) {
 }
 
 bool is_upright_part(const ModelEntity& entity) {
-  return is_solid(entity) && entity.label != EntityLabel::floor && entity.label != EntityLabel::ceiling;
+  return is_solid(entity) && !is_ground(entity.label) && entity.label != EntityLabel::ceiling;
 }
 
 void extend_by_map(const pose::GridMap& map, Eigen::AlignedBox2d& view) {

@@ -74,7 +74,7 @@ MainPart main_part(const SemanticModel& model) {
   Box all;
   for (const ModelEntity& entity : model.entities) {
     if (!in_plan(entity)) continue;
-    (entity.label == EntityLabel::floor ? floors : things).push_back(box_of(entity));
+    (is_ground(entity.label) ? floors : things).push_back(box_of(entity));
     all.extend(box_of(entity));
   }
   Box part = main_box(floors, things);

@@ -43,9 +43,9 @@ void add_face(const Face& face, double cell, const ModelEntity& entity, QuadSurf
           {at(column, row), at(column + 1, row), at(column + 1, row + 1), at(column, row + 1)});
 }
 
-/// Undersides are not seen, and of a floor only the top, of a ceiling only the bottom.
+/// Undersides are not seen, and of a floor or ramp only the top, of a ceiling only the bottom.
 bool shows(EntityLabel label, int axis, int sign) {
-  if (label == EntityLabel::floor) return axis == 2 && sign > 0;
+  if (is_ground(label)) return axis == 2 && sign > 0;
   if (label == EntityLabel::ceiling) return axis == 2 && sign < 0;
   return axis != 2 || sign > 0;
 }

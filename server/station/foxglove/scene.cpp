@@ -139,6 +139,8 @@ Colour building_colour(EntityLabel label) {
       return {0.55, 0.36, 0.20, 1};
     case EntityLabel::stairs:
       return {0.35, 0.50, 0.70, 1};
+    case EntityLabel::ramp:
+      return {0.40, 0.44, 0.50, 1};
     case EntityLabel::window:
       return {0.60, 0.80, 0.95, 0.4};
     case EntityLabel::pillar:

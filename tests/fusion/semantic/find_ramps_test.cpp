@@ -59,12 +59,12 @@ TEST(FindRamps, MeasuresARampBetweenTwoFloors) {
       EXPECT_NEAR((foot - Eigen::Vector3d(kFrom, kWide / 2, 0)).norm(), 0, 0.12) << foot.transpose();
       EXPECT_NEAR((head - Eigen::Vector3d(hall.head, kWide / 2, up)).norm(), 0, 0.12) << head.transpose();
       EXPECT_NEAR(found[0].size.y(), kWide, 0.08);
-      EXPECT_TRUE(is_ramp(found[0]));
+      EXPECT_EQ(found[0].label, EntityLabel::ramp);
     }
   }
 }
 
-TEST(FindRamps, LabelTheirPointsFloorAndNoOthers) {
+TEST(FindRamps, LabelTheirPointsAndNoOthers) {
   RampHall hall = hall_with_ramp(0.6, 0.12, 0.006, 5);
   const std::vector<std::uint8_t> before = hall.labels;
   find_ramps(hall.cloud, hall.labels);
@@ -73,7 +73,7 @@ TEST(FindRamps, LabelTheirPointsFloorAndNoOthers) {
     const Eigen::Vector3d p = hall.cloud.points[i].cast<double>();
     const bool there = p.x() > kFrom + 0.3 && p.x() < hall.head - 0.1 && p.y() < kWide;
     on += there;
-    right += there && hall.labels[i] == static_cast<std::uint8_t>(EntityLabel::floor);
+    right += there && hall.labels[i] == static_cast<std::uint8_t>(EntityLabel::ramp);
     const bool far = p.x() < kFrom - 0.3 || p.x() > hall.head + 0.3 || p.y() > kWide + 0.15;
     wrong += far && hall.labels[i] != before[i];
   }
@@ -183,8 +183,8 @@ TEST(FindRamps, LeadToAFloorThatDoesNotReachOverThem) {
   int ramps = 0;
   bool landing = false;
   for (const ModelEntity& entity : built->model.entities) {
-    ramps += is_ramp(entity);
-    if (entity.label != EntityLabel::floor || is_ramp(entity)) continue;
+    ramps += entity.label == EntityLabel::ramp;
+    if (entity.label != EntityLabel::floor) continue;
     const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;
     landing = landing || (std::abs(top - 0.6) < 0.03 && entity.size.head<2>().minCoeff() > 2);
     for (double x = kFrom + 0.5; x < hall.head - 0.3; x += 0.1) {

@@ -42,10 +42,10 @@ export function drawGround(g: Context, c: Camera, map: MapPicture | null, layers
 }
 
 /** Low parts first, so that walls and doors are not covered. */
-const order = ["floor", "stairs", "unknown", "window", "pillar", "wall", "door"];
+const order = ["floor", "ramp", "stairs", "unknown", "window", "pillar", "wall", "door"];
 
 export function drawModel(g: Context, c: Camera, model: Model, liveDoors: ReadonlySet<string>, ink: Ink) {
-  const fill: Record<string, string> = { floor: ink.floor, stairs: ink.stairs, unknown: ink.thing, window: ink.zone, pillar: ink.wall, wall: ink.wall, door: ink.door };
+  const fill: Record<string, string> = { floor: ink.floor, ramp: ink.stairs, stairs: ink.stairs, unknown: ink.thing, window: ink.zone, pillar: ink.wall, wall: ink.wall, door: ink.door };
   for (const label of order) {
     const solid = new Path2D(), unreal = new Path2D();
     for (const each of model.elements)
@@ -135,7 +135,7 @@ export function drawNames(g: Context, c: Camera, model: Model, ink: Ink) {
   const labelled = new Set<string>();
   for (const each of model.elements) {
     const name = each.part_of || each.name;
-    if (labelled.has(name) || ["floor", "ceiling", "wall_above_door", "free_space"].includes(each.label)) continue;
+    if (labelled.has(name) || ["floor", "ramp", "ceiling", "wall_above_door", "free_space"].includes(each.label)) continue;
     if (Math.max(each.size[0], each.size[1]) * c.scale < 26) continue;
     labelled.add(name);
     label(g, c, each.at[0], each.at[1], name, each.label === "door" ? ink.door : ink.soft, ink.canvas);

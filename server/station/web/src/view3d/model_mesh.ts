@@ -24,7 +24,7 @@ export interface ModelMeshes { group: Group; real: Group; walls: ShaderMaterial;
 export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: ModelInk): ModelMeshes {
   const colours: Record<string, Color> = {
     floor: new Color(ink.floor), wall: new Color(ink.wall), pillar: new Color(ink.wall), wall_above_door: new Color(ink.wall), door: new Color(ink.door),
-    stairs: new Color(ink.stairs), window: new Color(ink.zone), ceiling: new Color(ink.thing), unknown: new Color(ink.thing),
+    stairs: new Color(ink.stairs), ramp: new Color(ink.stairs), window: new Color(ink.zone), ceiling: new Color(ink.thing), unknown: new Color(ink.thing),
   };
   const virtual = new Color(ink.virtual);
   const shown = model.elements.filter((each) => layerOf(each) && !without.has(each.name));
@@ -44,7 +44,7 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
     above.push(add("above", plain));
   }
   for (const mesh of model.meshes) real.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
-  const edges = new LineSegments(boxEdges(shown.filter((each) => each.label !== "floor" && layerOf(each) !== "above")), new LineBasicMaterial({ color: ink.canvas }));
+  const edges = new LineSegments(boxEdges(shown.filter((each) => each.label !== "floor" && each.label !== "ramp" && layerOf(each) !== "above")), new LineBasicMaterial({ color: ink.canvas }));
   edges.visible = false;
   real.name = "building";
   group.add(real, edges);
