@@ -13,6 +13,7 @@
 #include "fusion/semantic/net/net_graph.hpp"
 #include "fusion/semantic/net/observed_floors.hpp"
 #include "fusion/semantic/net/sagging_floors.hpp"
+#include "fusion/semantic/objects/find_kerbs.hpp"
 #include "fusion/semantic/spread_voxels.hpp"
 #include "protocols/length_text.hpp"
 
@@ -197,6 +198,9 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   built.objects = std::move(found.objects);
   built.object_features = std::move(found.features);
   built.object_of = std::move(found.object_of);
+  std::vector<ModelObject> kerbs =
+      find_kerbs(built.cloud, built.cloud.labels, built.model.entities, spread ? spread->voxel : 0);
+  std::move(kerbs.begin(), kerbs.end(), std::back_inserter(built.objects));
   if (mesh->cube > options.mesh.cube * 1.001)
     built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +
                           " to limit its size");

@@ -46,8 +46,8 @@ struct BuiltModel {
   SemanticNet net;                   ///< its entities are in `model`
   std::vector<std::string> notes;    ///< warnings for the user: a suspected unit, a coarsened mesh
   double floor = 0;                  ///< m, top of the ground floor in the levelled cloud's coordinates
-  std::vector<ModelObject> objects;  ///< furniture and others; the model's meshes have their names
-  std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by
+  std::vector<ModelObject> objects;  ///< furniture, whose meshes have its names; kerbs last
+  std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by, but of kerbs
   std::vector<std::uint32_t> object_of;         ///< per point: into `objects`, or kNoObject
   SiteHeights heights;                          ///< in the levelled cloud's coordinates
   double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift

@@ -16,15 +16,17 @@ void print(const char* first, const char* second, const MeanScore& s) {
   std::printf(
       "%-12s %-13s F1 %.2f (%.2f %.2f) crossing %5.1f m, false doors %2d pillars %2d flights %d steps %2d; "
       "doors %2d/%2d, "
-      "steps %3d/%3d rise %4.1f mm; ramps %2d/%2d false %2d; floor on things %4.1f %%, unknown %4.1f %%, "
+      "steps %3d/%3d rise %4.1f mm; ramps %2d/%2d false %2d; kerbs %d/%d false %d; floor on things %4.1f %%, "
+      "unknown %4.1f %%, "
       "objects %3d/%3d class %3d "
       "false %2d, %.2f s/M (processor %.2f)%s\n",
       first, second, s.f1(), s.precision(), s.recall(), s.crossing, s.false_doors, s.false_pillars,
       s.false_flights, s.false_steps, s.doors_found, s.doors, s.steps_found, s.steps, 1000 * s.rise_error,
-      s.ramps_found, s.ramps, s.false_ramps, s.raised > 0 ? 100 * s.called_floor / s.raised : 0,
-      s.points > 0 ? 100 * s.unknown / s.points : 0, s.objects_found, s.objects, s.objects_right,
-      s.false_objects, s.points > 0 ? 1e6 * s.seconds / s.points : 0,
-      s.points > 0 ? 1e6 * s.processor / s.points : 0, s.refused > 0 ? " REFUSED" : "");
+      s.ramps_found, s.ramps, s.false_ramps, s.kerbs_found, s.kerbs, s.false_kerbs,
+      s.raised > 0 ? 100 * s.called_floor / s.raised : 0, s.points > 0 ? 100 * s.unknown / s.points : 0,
+      s.objects_found, s.objects, s.objects_right, s.false_objects,
+      s.points > 0 ? 1e6 * s.seconds / s.points : 0, s.points > 0 ? 1e6 * s.processor / s.points : 0,
+      s.refused > 0 ? " REFUSED" : "");
   std::fflush(stdout);
 }
 
@@ -32,6 +34,11 @@ void print_ramps(const MeanScore& s) {
   if (s.ramps_found == 0) return;
   std::printf("ramps found: slope wrong by %.2f degrees, length and width by %.2f m, on average\n",
               s.slope_error / s.ramps_found * 180 / std::numbers::pi, s.edge_error / s.ramps_found);
+}
+
+void print_kerbs(const MeanScore& s) {
+  if (s.kerbs_found > 0)
+    std::printf("kerbs found: edge wrong by %.3f m on average\n", s.kerb_error / s.kerbs_found);
 }
 
 void print_kinds(const MeanScore& s) {
@@ -74,5 +81,6 @@ int main(int argc, char** argv) {
   }
   print("all", "all", all);
   print_ramps(all);
+  print_kerbs(all);
   print_kinds(all);
 }

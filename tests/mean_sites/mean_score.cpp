@@ -5,15 +5,17 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <optional>
 
 #include "protocols/quantile.hpp"
 
 namespace parhelion::test {
 namespace {
 
-constexpr double kNear = 0.10;   // m
-constexpr double kPiece = 0.10;  // m
-constexpr int kFew = 8;          // points of a piece of wall that was seen
+constexpr double kNear = 0.10;      // m
+constexpr double kPiece = 0.10;     // m
+constexpr double kKerbPiece = 0.5;  // m
+constexpr int kFew = 8;             // points of a piece of wall that was seen
 
 using Boxes = std::vector<ModelEntity>;
 
@@ -52,6 +54,7 @@ class Scoring {
     pillars();
     steps();
     ramps();
+    kerbs();
     labels();
     objects();
     return score_;
@@ -238,7 +241,7 @@ class Scoring {
       bool found = false;
       for (std::size_t k = 0; k < found_.size(); ++k) {
         const ModelEntity& e = found_[k];
-        if (!e.name.starts_with("ramp") || distance(truth, e.T_map_body.translation()) > 0.05) continue;
+        if (e.label != EntityLabel::ramp || distance(truth, e.T_map_body.translation()) > 0.05) continue;
         const double turn =
             std::acos(std::min(1.0, e.T_map_body.rotation().col(2).dot(truth.T_map_body.rotation().col(2))));
         const Eigen::Vector2d off = (e.size - truth.size).head<2>().cwiseAbs();
@@ -251,7 +254,54 @@ class Scoring {
       score_.ramps_found += found;
     }
     for (std::size_t k = 0; k < found_.size(); ++k)
-      score_.false_ramps += found_[k].name.starts_with("ramp") && !used[k];
+      score_.false_ramps += found_[k].label == EntityLabel::ramp && !used[k];
+  }
+
+  /// Found: half of what was measured of it, within 15 cm.
+  void kerbs() {
+    std::vector<bool> used(built_.objects.size());
+    for (const TrueKerb& truth : site_.kerbs) {
+      const Eigen::Vector2d along = (truth.to - truth.from).normalized(), up(-along.y(), along.x());
+      const auto pieces = static_cast<std::size_t>((truth.to - truth.from).norm() / kKerbPiece) + 1;
+      std::vector<int> low(pieces), high(pieces);
+      for (const Eigen::Vector3d& p : points_) {
+        const Eigen::Vector2d from = p.head<2>() - truth.from;
+        const double u = along.dot(from) / kKerbPiece, v = up.dot(from);
+        if (u < 0 || u >= static_cast<double>(pieces) || std::abs(v) > 0.5) continue;
+        if (v < 0 && std::abs(p.z() - truth.low) < 0.04) ++low[static_cast<std::size_t>(u)];
+        if (v > 0 && std::abs(p.z() - truth.high) < 0.04) ++high[static_cast<std::size_t>(u)];
+      }
+      int seen = 0, covered = 0;
+      double error = 0;
+      for (std::size_t k = 0; k < pieces; ++k) {
+        if (low[k] < kFew || high[k] < kFew) continue;
+        ++seen;
+        const Eigen::Vector2d at = truth.from + (static_cast<double>(k) + 0.5) * kKerbPiece * along;
+        const auto off = kerb_at(Eigen::Vector3d(at.x(), at.y(), 0.5 * (truth.low + truth.high)), used);
+        covered += off.has_value();
+        error += off.value_or(0);
+      }
+      if (seen * kKerbPiece < 2) continue;
+      ++score_.kerbs;
+      if (2 * covered < seen) continue;
+      ++score_.kerbs_found;
+      score_.kerb_error += error / covered;
+    }
+    for (std::size_t k = 0; k < used.size(); ++k)
+      score_.false_kerbs += built_.objects[k].kind == ObjectKind::kerb && !used[k];
+  }
+  /// m from a place on a true edge to the edge of one of ours; nullopt: none within 15 cm.
+  std::optional<double> kerb_at(const Eigen::Vector3d& p, std::vector<bool>& used) const {
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const ModelObject& kerb = built_.objects[k];
+      if (kerb.kind != ObjectKind::kerb) continue;
+      const Eigen::Vector3d at = (T_site_map_ * kerb.T_map_body).inverse() * p;
+      const double off = std::abs(at.y() + kerb.size.y() / 2);
+      if (std::abs(at.x()) > kerb.size.x() / 2 || off > 0.15 || std::abs(at.z()) > 0.1) continue;
+      used[k] = true;
+      return off;
+    }
+    return std::nullopt;
   }
 
   void labels() {
@@ -266,7 +316,7 @@ class Scoring {
       score_.unknown += label == EntityLabel::unknown && built_.object_of[i] == semantic::kNoObject;
       if (scan_.box[i] == kNobody || !of_object[scan_.box[i]] || !over_floor(points_[i])) continue;
       score_.raised += 1;
-      score_.called_floor += label == EntityLabel::floor;
+      score_.called_floor += is_ground(label);
     }
   }
   bool over_floor(const Eigen::Vector3d& p) const {
@@ -350,6 +400,7 @@ MeanScore& MeanScore::operator+=(const MeanScore& o) {
   false_flights += o.false_flights, doors += o.doors, doors_found += o.doors_found;
   steps += o.steps, steps_found += o.steps_found, false_steps += o.false_steps;
   ramps += o.ramps, ramps_found += o.ramps_found, false_ramps += o.false_ramps;
+  kerbs += o.kerbs, kerbs_found += o.kerbs_found, false_kerbs += o.false_kerbs, kerb_error += o.kerb_error;
   slope_error += o.slope_error, edge_error += o.edge_error;
   rise_error = std::max(rise_error, o.rise_error);
   raised += o.raised, called_floor += o.called_floor, points += o.points, unknown += o.unknown;

@@ -24,7 +24,9 @@ struct MeanScore {
   int ramps = 0, ramps_found = 0, false_ramps = 0;  ///< of ramps with enough points in the scan
   double slope_error = 0, edge_error = 0;  ///< of ramps found: rad and m, sums of |found - true|, the latter
                                            ///< of length and width
-  double raised = 0, called_floor = 0;     ///< points of things over the floor; of these labelled floor
+  int kerbs = 0, kerbs_found = 0, false_kerbs = 0;  ///< of kerbs with 2 m measured on both sides
+  double kerb_error = 0;  ///< m, of kerbs found: sum of the distances from their edge to the true one
+  double raised = 0, called_floor = 0;  ///< points of things over the floor; of these labelled floor
   double points = 0, unknown = 0;
   int objects = 0, objects_found = 0, objects_right = 0, false_objects = 0;
   std::map<std::pair<std::string, std::string>, int>

@@ -185,6 +185,7 @@ MeanSite yard(SitePen& pen) {
                kerb = pen.range(0.10, 0.16);
   slab(pen, -1, -1, w + 1, d, 0);
   pen.box(L::floor, {-1, d, -0.2}, {w + 1, d + 3.5, kerb});  // the pavement
+  pen.site().kerbs.push_back({{-0.8, d}, {w + 1, d}, 0, kerb});
   const double front = d + 3.5;
   pen.wall({-1, front + 0.1}, {w * 0.4, front + 0.1}, 0, h, 0.2);
   pen.wall({w * 0.4 + 1.1, front + 0.1}, {w + 1, front + 0.1}, 0, h, 0.2);

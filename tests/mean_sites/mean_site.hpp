@@ -48,12 +48,19 @@ struct TrueDoor {
   double width = 0;                                  ///< m
 };
 
+/// The straight edge of a low step between two grounds.
+struct TrueKerb {
+  Eigen::Vector2d from = Eigen::Vector2d::Zero(), to = Eigen::Vector2d::Zero();  ///< m
+  double low = 0, high = 0;  ///< m, heights of the grounds
+};
+
 struct MeanSite {
   SiteKind kind = SiteKind::flat;
   SemanticModel model;  ///< boxes in the site's frame; labels say what each is
   std::vector<TrueObject> objects;
   std::vector<TrueFlight> flights;
   std::vector<TrueDoor> doors;
+  std::vector<TrueKerb> kerbs;
   std::vector<Eigen::Vector3d> scanners;
   std::vector<Eigen::Vector3d> path;  ///< where a camera is carried, m
   std::vector<std::size_t> ramps;     ///< boxes; x goes uphill, the upper side is the ramp

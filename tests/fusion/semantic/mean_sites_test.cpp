@@ -54,6 +54,20 @@ TEST(MeanSites, RampsAreFoundAndHardlyAnythingElseIsCalledSo) {
   EXPECT_LE(score.false_ramps, 1);
 }
 
+TEST(MeanSites, KerbsAreFoundAndNothingElseIsCalledSo) {
+  MeanScore score;
+  for (const Device device : {Device::terrestrial, Device::drifting, Device::voxels_5cm, Device::sweeps}) {
+    for (const std::uint64_t seed : {104U, 105U})
+      score += test::score_mean_site(SiteKind::yard, device, seed);
+    score += test::score_mean_site(SiteKind::stair_hall, device, 104);
+    score += test::score_mean_site(SiteKind::ramps, device, 104);
+  }
+  EXPECT_GE(score.kerbs, 6);
+  EXPECT_GE(score.kerbs_found, 0.4 * score.kerbs) << score.kerbs;
+  EXPECT_LT(score.kerb_error, 0.03 * score.kerbs_found);
+  EXPECT_EQ(score.false_kerbs, 0);
+}
+
 class MeanSitesBy : public testing::TestWithParam<Device> {};
 
 TEST_P(MeanSitesBy, GetTheirWallsAndFloors) {
