@@ -52,7 +52,8 @@ Material material_of(const Paint& paint) {
   return material;
 }
 
-/// Walls and their parts on the camera's side and across its line of sight would hide the interior.
+/// Walls and their parts across the line of sight, with the camera on one side and the middle of the site on
+/// the other, would hide the interior.
 bool stands_before(const ModelEntity& e, const Eigen::Vector3d& middle, const ModelViewCamera& camera) {
   switch (e.label) {
     case EntityLabel::wall:
@@ -65,8 +66,10 @@ bool stands_before(const ModelEntity& e, const Eigen::Vector3d& middle, const Mo
   }
   const Eigen::Vector2d sight = camera.forward.head<2>().normalized();
   const Eigen::Vector2d across = e.T_map_body.rotation().col(1).head<2>();
-  const Eigen::Vector2d from_middle = (e.T_map_body.translation() - middle).head<2>();
-  return std::abs(across.dot(sight)) > 0.35 && from_middle.dot(sight) < 0;
+  const auto side = [&](const Eigen::Vector3d& p) {
+    return across.dot((p - e.T_map_body.translation()).head<2>());
+  };
+  return std::abs(across.dot(sight)) > 0.35 && side(middle) * side(camera.T_map_optical.translation()) < 0;
 }
 
 /// The drawn part of an entity; nothing where it is cut away.
