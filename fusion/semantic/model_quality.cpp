@@ -8,6 +8,7 @@
 namespace parhelion::semantic {
 namespace {
 
+constexpr double kSureOfRamp = 0.4;  ///< confidence; ramps are often half hidden, and right all the same
 constexpr double kSure = 0.7;        ///< confidence
 constexpr double kSeen = 0.4;        ///< fraction of a wall's piece
 constexpr double kLeaf = 0.35;       ///< fraction of a door that something closes
@@ -20,7 +21,10 @@ std::string why(const ModelEntity& e) {
   const bool judged = e.label == EntityLabel::wall || e.label == EntityLabel::door ||
                       e.label == EntityLabel::pillar || e.label == EntityLabel::window ||
                       e.label == EntityLabel::stairs;
-  if (!judged || e.locked || e.deleted || e.is_virtual) return "";
+  if (e.locked || e.deleted || e.is_virtual) return "";
+  if (e.label == EntityLabel::ramp && e.confidence < kSureOfRamp)
+    return "confidence " + percent(e.confidence) + ": the floor may be bent";
+  if (!judged) return "";
   if (e.label == EntityLabel::wall && e.observed < kSeen)
     return "only " + percent(e.observed) + " of it was measured";
   if (e.confidence < kSure) return "confidence " + percent(e.confidence);

@@ -236,9 +236,9 @@ class Scoring {
       };
       int points = 0;
       for (std::size_t i = 0; i < points_.size(); ++i) points += on_top(i);
-      if (points < 50 * truth.size.x() * truth.size.y()) continue;
-      ++score_.ramps;
-      bool found = false;
+      const bool measured = points >= 50 * truth.size.x() * truth.size.y();
+      score_.ramps += measured;
+      bool found = !measured;
       for (std::size_t k = 0; k < found_.size(); ++k) {
         const ModelEntity& e = found_[k];
         if (e.label != EntityLabel::ramp || distance(truth, e.T_map_body.translation()) > 0.05) continue;
@@ -251,7 +251,7 @@ class Scoring {
         score_.slope_error += turn;
         score_.edge_error += off.mean();
       }
-      score_.ramps_found += found;
+      score_.ramps_found += measured && found;
     }
     for (std::size_t k = 0; k < found_.size(); ++k)
       score_.false_ramps += found_[k].label == EntityLabel::ramp && !used[k];

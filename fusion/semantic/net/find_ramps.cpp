@@ -318,14 +318,15 @@ void fit_width(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t
   ramp.size.y() = high - low;
 }
 
-/// Whether it is higher than the error of the scanners' angles would make it. That error bends floors, by
-/// decimetres where scanners stand low; how much is seen on the level floor at the ramp's end.
-bool is_higher_than_error(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
-                          const ModelEntity& ramp, double floor) {
+/// m, what the error of the scanners' angles may add to a ramp's height; 0: not known. That error bends
+/// floors, by decimetres where scanners stand low; how much is seen on the level floor at the ramp's end.
+double height_error(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
+                    const ModelEntity& ramp, double floor) {
   constexpr double around = 3, skin = 0.12;  // m
   constexpr std::size_t fewest = 50;
-  if (cloud.viewpoints.empty()) return true;
+  if (cloud.viewpoints.empty()) return 0;
   const Transform<Body, Map> T_ramp_map = ramp.T_map_body.inverse();
+  const bool at_foot = floor < (ramp.T_map_body * Eigen::Vector3d(0, 0, ramp.size.z() / 2)).z();
   std::vector<double> off, away;  // of the floor: rad; of the ramp: m from its scanner
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
@@ -335,13 +336,13 @@ bool is_higher_than_error(const cloud::PointCloud<Map>& cloud, std::span<const s
     const double distance = (p - cloud.viewpoints[scan]).head<2>().norm();
     if (outside > around || !(distance > 0)) continue;
     if (outside < 0 && std::abs(at.z() - ramp.size.z() / 2) < kNear) away.push_back(distance);
-    if (outside > GroundLayers::kCell && std::abs(p.z() - floor) < skin &&
+    // Not beyond the other end, where another floor lies.
+    if (outside > GroundLayers::kCell && (at.x() < 0) == at_foot && std::abs(p.z() - floor) < skin &&
         labels[i] == static_cast<std::uint8_t>(EntityLabel::floor))
       off.push_back(std::abs(p.z() - floor) / distance);
   }
-  if (off.size() < fewest || away.size() < fewest) return true;
-  const double rise = ramp.T_map_body.rotation()(2, 0) * ramp.size.x();
-  return rise > quantile(off, 0.9) * quantile(away, 0.9);
+  if (off.size() < fewest || away.size() < fewest) return 0;
+  return quantile(off, 0.9) * quantile(away, 0.9);
 }
 
 /// On its surface, or on the faces under its edges.
@@ -373,7 +374,10 @@ FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint
   FoundRamps found;
   for (const Ramp& ramp : RampFinder(cloud, labels, voxel).find()) {
     ModelEntity entity = entity_of(ramp, found.ramps.size() + 1);
-    if (!is_higher_than_error(cloud, labels, entity, ramp.floor)) continue;
+    const double rise = entity.T_map_body.rotation()(2, 0) * entity.size.x(),
+                 error = height_error(cloud, labels, entity, ramp.floor);
+    if (rise <= error) continue;
+    if (rise < 2 * error) entity.confidence *= 0.5 * rise / error;
     fit_width(cloud, labels, entity);
     found.ramps.push_back(std::move(entity));
     if (ramp.landing) found.landings.push_back(*ramp.landing);
