@@ -22,21 +22,26 @@ std::string place_of(const std::string& path, const std::string& key) {
   return path + ":" + std::to_string(node == nullptr ? 1 : node->line) + ": ";
 }
 
-/// The same for the agent or script named in `message`, from make_state.
+/// The same for the door, agent, script, task or penalty named in `message`, from make_state.
 std::string place_of_item(const std::string& path, const Scenario& scenario, const std::string& message) {
   if (message.starts_with("scenario trainee")) return place_of(path, "trainee");
   const auto text = yaml::read_text(path);
   const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
-  const auto line = [&](const char* list, const char* what, const auto& named) {
-    const yaml::Node* items = document ? document->find(list) : nullptr;
+  const auto line_in = [&](const yaml::Node* items, const char* what, const auto& named) {
     for (std::size_t i = 0; items != nullptr && i < items->items.size() && i < named.size(); ++i) {
       if (message.starts_with(std::string(what) + " '" + named[i].name + "'")) return items->items[i].line;
     }
     return 0;
   };
-  const int agent = line("agents", "scenario agent", scenario.agents);
-  const int script = line("scripts", "script", scenario.scripts);
-  return path + ":" + std::to_string(std::max({1, agent, script})) + ": ";
+  if (!document) return path + ":1: ";
+  int line = std::max({1, line_in(document->find("agents"), "scenario agent", scenario.agents),
+                       line_in(document->find("doors"), "scenario door", scenario.doors),
+                       line_in(document->find("scripts"), "script", scenario.scripts)});
+  if (const yaml::Node* training = document->find("training"); training != nullptr && scenario.training) {
+    line = std::max({line, line_in(training->find("tasks"), "task", scenario.training->tasks),
+                     line_in(training->find("penalties"), "penalty", scenario.training->penalties)});
+  }
+  return path + ":" + std::to_string(line) + ": ";
 }
 
 std::string folder_of(const std::string& path) {

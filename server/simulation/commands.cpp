@@ -137,7 +137,15 @@ void Simulation::Parts::remove(std::size_t index, std::uint64_t request) {
   rebuild_scene();
 }
 
+Status Simulation::Parts::check_target(const Behaviour& behaviour) const {
+  const std::string& target = behaviour.target;
+  const bool is_real = std::any_of(real_robots.begin(), real_robots.end(),
+                                   [&](const RealRobot& robot) { return robot.name == target; });
+  return target.empty() || is_real || agents.find(target) ? Status{} : agents.unknown(target);
+}
+
 Status Simulation::Parts::apply(const AgentSpawn& command, RealRobotStates states) {
+  if (Status known = check_target(command.agent.behaviour); !known) return known;
   return spawn(command.agent, states, command.request);
 }
 
@@ -161,10 +169,7 @@ Status Simulation::Parts::apply(const AgentBehaviour& command, RealRobotStates) 
   AgentDefinition changed = agent->definition;
   changed.behaviour = command.behaviour;
   if (Status status = check_behaviour(changed, options, *environment.building); !status) return status;
-  const std::string& target = changed.behaviour.target;
-  const bool is_real = std::any_of(real_robots.begin(), real_robots.end(),
-                                   [&](const RealRobot& robot) { return robot.name == target; });
-  if (!target.empty() && !is_real && !agents.find(target)) return agents.unknown(target);
+  if (Status known = check_target(changed.behaviour); !known) return known;
   agent->definition = changed;
   agent->steering = {};
   agent->steering.heading = agent->pose.yaw;

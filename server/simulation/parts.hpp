@@ -72,6 +72,8 @@ struct Simulation::Parts {
   /// Moves the agent there: a new epoch, without interpolation. `bottom`: m, z of its underside; none: on the
   /// floor.
   void put(Agent& agent, const Pose2& pose, std::optional<double> bottom = std::nullopt);
+  /// Error: what it follows, flees or blocks is not there.
+  Status check_target(const Behaviour& behaviour) const;
   Status apply(const AgentSpawn& command, RealRobotStates states);
   Status apply(const AgentMove& command, RealRobotStates states);
   Status apply(const AgentBehaviour& command, RealRobotStates states);

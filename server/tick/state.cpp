@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "server/tick/check_names.hpp"
 #include "server/tick/check_training.hpp"
 
 namespace parhelion::tick {
@@ -43,7 +44,10 @@ Status spawn_agents(const Configuration& configuration, State& state) {
       if (agent.camera_rate != 0)
         spawned = set_agent_camera(configuration, agent, state.simulation.now(), state.agent_cameras);
     }
-    if (!spawned) return Error{"scenario agent '" + agent.name + "': " + spawned.error().message};
+    if (!spawned) {
+      const std::string who = "agent '" + agent.name + "': ", &why = spawned.error().message;
+      return Error{"scenario " + who + (why.starts_with(who) ? why.substr(who.size()) : why)};
+    }
   }
   return {};
 }
@@ -182,6 +186,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   auto simulation = simulation::Simulation::create(simulation_options(configuration, solve_all),
                                                    configuration.model, robots, simulation_time(start));
   if (!simulation) return simulation.error();
+  if (const Status known = check_names(configuration); !known) return known.error();
   if (const Status known = check_scripts(configuration); !known) return known.error();
   if (const Status known = check_training(configuration); !known) return known.error();
   auto state = std::make_unique<State>(std::move(*simulation), configuration, std::move(executor));

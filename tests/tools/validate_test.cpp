@@ -131,7 +131,15 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
        "drum"},
       {"name: x\ntraining:\n  tasks:\n    - {name: t, points: 1, done: {still: 1 s}}\n  penalties:\n"
        "    - {name: p, points: 1, when: {event: dose_limit, object: lead}}\n",
-       "s.yaml:6: penalty 'p': there is no dose of 'lead'; there are: radiation, gas"}};
+       "s.yaml:6: penalty 'p': there is no dose of 'lead'; there are: radiation, gas"},
+      {"name: x\ndoors:\n  - {name: door 1, locked: true}\n",
+       "s.yaml:3: scenario door 'door 1': the model has no door of this name; there is none"},
+      {"name: x\nagents:\n  - {name: anna, kind: person, pose: {x: 1 m}}\n"
+       "  - {name: b, kind: person, pose: {x: 3 m}, behaviour: {kind: follow, target: ana}}\n",
+       "s.yaml:4: scenario agent 'b': its target 'ana' is no robot and no agent, did you mean 'anna'?"},
+      {"name: x\ntraining:\n  tasks:\n    - {name: s, points: 1, done: {still: 1 s}}\n"
+       "    - {name: t, points: 1, done: {pass: dor 1}}\n",
+       "s.yaml:5: task 't': there is no door 'dor 1'"}};
   const std::string log = write_checked_log((folder_ / "s.lcm").string(), test::drive(1));
   for (const auto& [text, words] : cases) {
     const std::string path = file("s.yaml", text);
@@ -144,6 +152,8 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
     ASSERT_FALSE(report) << text;
     EXPECT_THAT(verdict.errors[0], HasSubstr(report.error().message));
   }
+  EXPECT_THAT(validate_file(file("cart.urdf", "<robot name='cart'/>\n")).errors,
+              ElementsAre(HasSubstr("cart.urdf:1: XML, such as a URDF; expected YAML")));
   EXPECT_THAT(validate_file((folder_ / "no_footprint.yaml").string()).errors,
               ElementsAre(HasSubstr("has a footprint of 0 corners")));
 }

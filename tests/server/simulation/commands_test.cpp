@@ -158,6 +158,18 @@ TEST(Commands, AnUnknownNameIsRefusedWithTheNearestOne) {
   EXPECT_THAT(status.error().message, HasSubstr("did you mean 'rover_1'"));
 }
 
+TEST(Commands, AnAgentThatFollowsNobodyIsNotSpawned) {
+  Simulation simulation = make(room(6));
+  spawn(simulation, agent("walker", AgentKind::person, 2, 0));
+  AgentDefinition chaser = moving("chaser", AgentKind::person, 0, 1, BehaviourKind::follow);
+  chaser.behaviour.target = "walkr";
+  const Status status = simulation.command(AgentSpawn{.agent = chaser}, std::nullopt);
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("did you mean 'walker'"));
+  chaser.behaviour.target = "walker";
+  EXPECT_TRUE(simulation.command(AgentSpawn{.agent = chaser}, std::nullopt));
+}
+
 TEST(Commands, EachCommandGivesAnEventWithItsRequest) {
   Simulation simulation = make(room(8));
   const std::vector<AgentCommand> commands{
