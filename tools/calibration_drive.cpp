@@ -10,6 +10,7 @@
 #include "protocols/codec.hpp"
 #include "tools/calibration_log.hpp"
 #include "tools/slam_log.hpp"
+#include "tools/validate_log.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -83,10 +84,7 @@ class DriveReader {
     }
   }
 
-  Error missing(const std::string& channel) const {
-    return {options_.input.string() + ": holds no event on " + channel +
-            " that can be read; is it the right channel?"};
-  }
+  Error missing(const std::string& channel) const { return holds_no_event(options_.input.string(), channel); }
 
   Status check() {
     if (result.drive.scans.empty()) return missing(options_.scan_channel);

@@ -7,8 +7,11 @@
 #include <map>
 #include <memory>
 #include <regex>
+#include <set>
+#include <string>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/nearest_name.hpp"
 #include "tools/channel_statistics.hpp"
 #include "tools/command.hpp"
 #include "tools/topic_text.hpp"
@@ -124,9 +127,22 @@ Exit list(const Arguments& arguments) {
   return exit;
 }
 
+/// What to do when no message came.
+std::string no_message(const Arguments& arguments) {
+  const std::string on = "no message on '" + arguments.channel + "'";
+  if (arguments.log.empty())
+    return on + "; `parhelion topic list` lists the channels. Is the sender on the same url and ttl?";
+  std::set<std::string> channels;
+  if (auto reader = LogReader::open(arguments.log)) {
+    for (auto event = reader->next(); event && event->has_value(); event = reader->next())
+      channels.insert((*event)->channel);
+  }
+  return on + suggestion_or_known(arguments.channel, {channels.begin(), channels.end()});
+}
+
 Exit echo(const Arguments& arguments) {
   std::uint64_t shown = 0;
-  return listen(arguments, [&](const Message& message) {
+  const Exit exit = listen(arguments, [&](const Message& message) {
     const auto us = message.arrival.utime();
     std::printf("%lld.%06lld %s %s\n", static_cast<long long>(us / 1'000'000),
                 static_cast<long long>(us % 1'000'000), printable(message.channel).c_str(),
@@ -134,10 +150,18 @@ Exit echo(const Arguments& arguments) {
     std::fflush(stdout);
     return ++shown != arguments.count;
   });
+  if (shown > 0 || exit != Exit::done) return exit;
+  std::fprintf(stderr, "parhelion topic echo: %s\n", no_message(arguments).c_str());
+  return Exit::failed;
 }
 
 void print_rates(const Statistics& channels) {
   for (const auto& [name, channel] : channels) {
+    if (channel.count() < 2) {
+      std::printf("%-28s        - Hz  messages %llu\n", printable(name).c_str(),
+                  static_cast<unsigned long long>(channel.count()));
+      continue;
+    }
     std::printf("%-28s %8.2f Hz  jitter %.3f ms  min %.3f  max %.3f ms  messages %llu  missing about %llu\n",
                 printable(name).c_str(), channel.rate(), channel.jitter() * 1e3, channel.shortest() * 1e3,
                 channel.longest() * 1e3, static_cast<unsigned long long>(channel.count()),

@@ -13,6 +13,7 @@ namespace parhelion::tools {
 namespace {
 
 Result<Transform<Map, Base>> read_place(const InjectArguments& arguments) {
+  if (arguments.at.empty()) return Error{std::string("where? give --at X,Y or --at ") + kPlaceFormat};
   const auto place = parse_place(arguments.at, false);
   if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
   return Transform<Map, Base>::planar(place->x(), place->y(), place->z());

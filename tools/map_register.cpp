@@ -21,7 +21,8 @@ constexpr const char* kDescription = "Registers 3D scans (ICP, loops closed) int
 constexpr const char* kFooter =
     "Examples:\n  parhelion map register scan000.3d scan001.3d scan002.3d -o corridor.ply --summary s.json\n"
     "  parhelion map register room1.pcd room2.pcd --guess 1.79,0.72,0,39.7 -o room.ply\n\n"
-    "SCANS are files (.ply .pcd .3d .xyz .txt .asc .pts .csv), folders of them, folders of depth images with "
+    "SCANS are files (.ply .pcd .las .bt .3d .xyz .txt .asc .pts .csv), folders of them, folders of depth "
+    "images with "
     "poses\n(7-Scenes, TUM), or LCM logs with poses and DEPTH images or scan lines of a laser that is not "
     "level.\nThe cloud is in the first scan's frame, that of a log in the map of its poses; metres, z up. A "
     "scan that\ncan't be registered is never in it: exit 1 and no cloud, or with --keep-going the cloud of "

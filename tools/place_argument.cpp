@@ -51,7 +51,7 @@ Result<Eigen::Matrix<double, n, 1>> parse_all_lengths(const std::string& text, c
 Result<Eigen::Vector3d> parse_place(const std::string& text, bool with_yaw) {
   const auto parts = split(text);
   if (parts.size() != 3 && (with_yaw || parts.size() != 2))
-    return Error{std::string("expected ") + kPlaceFormat};
+    return Error{std::string(with_yaw ? "expected " : "expected X,Y or ") + kPlaceFormat};
   const auto position = parse_point(text.substr(0, parts[0].size() + 1 + parts[1].size()));
   if (!position) return position.error();
   const auto yaw = parts.size() == 3 ? parse_yaw(parts[2]) : Result<double>(0.0);

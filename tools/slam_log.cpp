@@ -8,6 +8,7 @@
 #include "tools/slam_log_writer.hpp"
 #include "tools/slam_report.hpp"
 #include "tools/text_file.hpp"
+#include "tools/validate_log.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -64,10 +65,7 @@ class LogSlam {
   }
 
   Error no_output_error() const {
-    if (report_.scans == 0) {
-      return {options_.input.string() + ": holds no event on " + options_.scan_channel +
-              " that can be read; is it the right channel?"};
-    }
+    if (report_.scans == 0) return holds_no_event(options_.input.string(), options_.scan_channel);
     return {options_.input.string() + ": SLAM gave no estimate for " + std::to_string(report_.scans) +
             " scans: no " + options_.odometry_channel + " came before any of them, or all scans were empty"};
   }

@@ -211,6 +211,12 @@ Validation validate_file(const std::string& path) {
   if (std::filesystem::is_regular_file(path, ignored) && looks_like_log(path)) return validate_log(path);
   const auto text = yaml::read_text(path);
   if (!text) return {"", {}, {text.error().message}};
+  if (const std::size_t first = text->find_first_not_of(" \t\r\n");
+      text->substr(0, 3) == "\xEF\xBB\xBF<" || (first != std::string::npos && (*text)[first] == '<'))
+    return {
+        "",
+        {},
+        {path + ":1: XML, such as a URDF; expected YAML: validate the robot model whose `urdf:` names it"}};
   const auto document = yaml::read_document(*text, path);
   if (!document) return {"", {}, {document.error().message}};
   if (document->find("image") != nullptr && document->find("resolution") != nullptr)

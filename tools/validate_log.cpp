@@ -263,6 +263,12 @@ bool looks_like_log(const std::string& path) {
   return head.find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
+Error holds_no_event(const std::string& path, const std::string& channel) {
+  if (!looks_like_log(path))
+    return {path + ": is not an LCM log; `parhelion import` makes one of recordings of other systems"};
+  return {path + ": holds no event on " + channel + " that can be read; is it the right channel?"};
+}
+
 Validation validate_log(const std::string& path) { return LogCheck(path).run(); }
 
 }  // namespace parhelion::tools

@@ -3,12 +3,16 @@
 
 #include <string>
 
+#include "protocols/status.hpp"
 #include "tools/validate.hpp"
 
 namespace parhelion::tools {
 
 /// True if the first 64 kB of the file contain the sync word of an LCM event.
 bool looks_like_log(const std::string& path);
+
+/// Why `path` has nothing on a channel: it is no log, or the channel is another one.
+Error holds_no_event(const std::string& path, const std::string& channel);
 
 Validation validate_log(const std::string& path);
 

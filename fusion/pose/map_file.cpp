@@ -101,8 +101,10 @@ Result<MapHeader> read_header(const std::string& path) {
       return fail(root.Mark(), "expected a map of image, resolution and origin, as map_server writes it");
     for (const char* key : {"image", "resolution", "origin"}) {
       if (!root[key])
-        return fail(root.Mark(),
-                    std::string("'") + key + "' is missing; expected image, resolution and origin");
+        return fail(
+            root.Mark(),
+            std::string("'") + key +
+                "' is missing; expected image, resolution and origin, as in the YAML file of a ROS map");
     }
     header.image = root["image"].as<std::string>();
     header.resolution = root["resolution"].as<double>();

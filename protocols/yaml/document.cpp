@@ -199,7 +199,10 @@ Result<Node> read_document(const std::string& text, const std::string& origin) {
     const int line = fault.mark.line + 1;
     if (const int tab = line_with_tab(text, line); tab > 0)
       return error_at(origin, tab, "not YAML: a tab before the content; indent with spaces");
-    return error_at(origin, line, "not YAML: " + fault.msg);
+    return error_at(origin, line,
+                    "not YAML: " + fault.msg +
+                        "; look here and in the line before for a missing ':', an open bracket or quote, or "
+                        "another indentation");
   }
   return std::move(builder.root);
 }

@@ -25,7 +25,8 @@ std::uint64_t degraded_total(const tick::Tally& tally) {
 const char* advice_for(tick::Degraded why) {
   switch (why) {
     case tick::Degraded::pose:
-      return "no pose of the robot; `parhelion slam --log` adds POSE_COV to a log";
+      return "no pose of the robot: live, is `parhelion slam` running? `parhelion slam --log` adds POSE_COV "
+             "to a log";
     case tick::Degraded::error:
       return "predicted error above the limit; see `max_error` of the scenario, and the map that "
              "SLAM uses";

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
+#include <numbers>
 
 #include "protocols/nearest_name.hpp"
 #include "protocols/share.hpp"
@@ -39,6 +41,7 @@ class Reader {
     model_.links = std::move(robot->links);
     model_.joints = std::move(robot->joints);
     model_.warnings = std::move(robot->warnings);
+    check_materials(root, robot->materials);
     read_description(*root.find("robot"));
     read_drive(*root.find("drive"));
     read_links(root);
@@ -60,6 +63,16 @@ class Reader {
       yaml::read(node->items[i], "laser_reflectivity", material.laser_reflectivity);
     }
     return table;
+  }
+
+  void check_materials(const Node& root, const std::vector<std::string>& known) {
+    const Node* node = root.find("materials");
+    for (std::size_t i = 0; node && i < node->keys.size(); ++i) {
+      const std::string& name = node->keys[i];
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        problems_.add(node->key_lines[i], "the URDF has no material '" + yaml::printable(name) + "'" +
+                                              suggestion_or_known(name, known));
+    }
   }
 
   template <class Named>
@@ -192,16 +205,32 @@ class Reader {
         joint.start = joint.gear_ratio * model_.joints[*joint.geared].start + joint.gear_offset;
       const bool limited = joint.kind == JointKind::revolute || joint.kind == JointKind::prismatic;
       if (!limited || (joint.start >= joint.lower && joint.start <= joint.upper)) continue;
-      problems_.add(root.line, "joint '" + joint.name + "' would start at " +
-                                   yaml::printable(text(joint.start)) + ", outside its limits " +
-                                   text(joint.lower) + " to " + text(joint.upper) +
-                                   "; set it with 'posture' or 'extension'");
+      problems_.add(line_of_start(root, joint.name),
+                    "joint '" + joint.name + "' would start at " + text(joint, joint.start) +
+                        ", outside its limits " + text(joint, joint.lower) + " to " +
+                        text(joint, joint.upper) + "; set it with 'posture' or 'extension'");
     }
   }
 
-  static std::string text(double value) {
-    std::string text = std::to_string(value);
-    return text.substr(0, text.find('.') + 4);
+  /// Where the file says how a joint starts, else its first line.
+  static int line_of_start(const Node& root, const std::string& joint) {
+    for (const char* key : {"posture", "extension"}) {
+      const Node* node = root.find(key);
+      for (std::size_t i = 0; node && i < node->keys.size(); ++i) {
+        if (node->keys[i] == joint) return node->key_lines[i];
+      }
+    }
+    return root.line;
+  }
+
+  static std::string text(double value, const char* format = "%.3f") {
+    char text[32];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+  }
+  static std::string text(const RobotJoint& joint, double value) {
+    return joint.kind == JointKind::revolute ? text(value * 180 / std::numbers::pi, "%.1f deg")
+                                             : text(value, "%.3f m");
   }
 
   void read_joint(const Node& node, std::size_t i, const char* key, JointKind kind,

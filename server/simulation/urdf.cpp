@@ -159,6 +159,7 @@ class Reader {
       }
     }
     for (RobotJoint& joint : robot_.joints) gear(joint);
+    for (const auto& [name, color] : colors_) robot_.materials.push_back(name);
     return std::move(robot_);
   }
 
@@ -428,8 +429,10 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
     return Error{origin + ": " + std::to_string(urdf.size()) + " bytes; expected a URDF of at most 16 MiB"};
   tinyxml2::XMLDocument document;
   if (document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) {
-    return Error{origin + ":" + std::to_string(document.ErrorLineNum()) +
-                 ": not XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())};
+    return Error{
+        origin + ":" + std::to_string(document.ErrorLineNum()) +
+        ": not XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()) +
+        "; in the element that begins here, look for a tag that is not closed and a quote that is missing"};
   }
   if (const XMLElement* macro = find_xacro(document)) {
     return Error{origin + ":" + std::to_string(macro->GetLineNum()) + ": <" + macro->Name() +

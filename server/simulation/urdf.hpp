@@ -14,9 +14,10 @@ namespace parhelion::simulation {
 using MaterialTable = std::map<std::string, Material>;
 
 struct UrdfRobot {
-  std::vector<RobotLink> links;       ///< parents before children
-  std::vector<RobotJoint> joints;     ///< joints[i].child == i + 1
-  std::vector<std::string> warnings;  ///< parts that were left out, and what collides in their place
+  std::vector<RobotLink> links;        ///< parents before children
+  std::vector<RobotJoint> joints;      ///< joints[i].child == i + 1
+  std::vector<std::string> materials;  ///< names of those that it defines
+  std::vector<std::string> warnings;   ///< parts that were left out, and what collides in their place
 };
 
 /// `origin` names the file in errors. From `materials` all but the albedo is used, which is the URDF's

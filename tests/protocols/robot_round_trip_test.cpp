@@ -143,7 +143,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
   a.height = positive();
   a.mass = positive();
-  a.limits = {positive(), positive(), positive(), positive()};
+  a.limits = {between(0, 100), between(0, 100), between(1e-6, 100), between(0, 5)};
   a.velocity_frame = any_of<RobotDescription::VelocityFrame>(2);
   a.command_type = any_of<CommandType>(2);
   a.odometry_error_translation = positive();

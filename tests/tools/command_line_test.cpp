@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "protocols/bus/log_file.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/process.hpp"
@@ -87,6 +88,17 @@ TEST(CommandLine, AMissingSubcommandIsReported) {
   const auto ran = run_command({"topic"});
   EXPECT_EQ(ran.exit, 2);
   EXPECT_THAT(ran.output, HasSubstr("parhelion topic: which of list, echo, hz?"));
+}
+
+TEST(CommandLine, AChannelWithoutMessagesIsNamedWithTheNearestOne) {
+  const std::string path = ::testing::TempDir() + "parhelion_topic.lcm";
+  auto writer = LogWriter::create(path, true);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write(test::drive(1)));
+  const auto ran = run_command({"topic", "echo", "SCNA", "--log", path});
+  EXPECT_EQ(ran.exit, 1);
+  EXPECT_THAT(ran.output, HasSubstr("parhelion topic echo: no message on 'SCNA', did you mean 'SCAN'?"));
+  EXPECT_EQ(run_command({"topic", "echo", "SCAN", "--count", "1", "--log", path}).exit, 0);
 }
 
 TEST(CommandLine, AnUnknownOptionIsNamedWithTheNearestOne) {

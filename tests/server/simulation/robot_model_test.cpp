@@ -49,6 +49,15 @@ TEST(RobotModel, AcceptsTheUnmodifiedModel) {
   EXPECT_NEAR(model->description.mass, 7, 1e-12);
 }
 
+TEST(RobotModel, AMaterialThatTheUrdfDoesNotDefineIsRefusedWithItsLine) {
+  std::string text = urdf(kBoxGeometry, "5", "");
+  text.insert(text.find("<link"), "<material name='paint'><color rgba='1 0 0 1'/></material>");
+  const std::string yaml = kYaml;
+  EXPECT_TRUE(parse_robot_model(text, yaml + "materials: {paint: {roughness: 0.5}}\n", "robots/cart.yaml"));
+  EXPECT_THAT(refusal(text, yaml + "materials:\n  paintt: {roughness: 0.5}\n"),
+              HasSubstr("cart.yaml:7: the URDF has no material 'paintt', did you mean 'paint'?"));
+}
+
 TEST(RobotModel, AMissingMeshIsAWarningWithItsLine) {
   const auto model = parse_robot_model(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""), kYaml,
                                        "robots/cart.yaml");
