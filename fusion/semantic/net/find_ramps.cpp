@@ -21,6 +21,8 @@ constexpr double kNear = 0.035;                        // m, from a plane to its
 constexpr double kShortest = 0.5, kNarrowest = 0.4, kLowest = 0.08;  // m
 constexpr double kLevel = 0.04;                                      // slope of a floor
 constexpr double kFilled = 0.55;                                     // of the ramp's rectangle
+constexpr double kWellFilled = 0.75;                                 // then its plane may be uneven
+constexpr double kOverUneven = 15;   // else its rise, in RMS of its plane: streets are uneven
 constexpr double kJoined = 0.4;      // of an end's width that must meet a floor
 constexpr double kBeyond = 0.8;      // m, from the inclined cells to the end of the ramp
 constexpr double kOnPlate = 0.3;     // m, from the upper end
@@ -147,6 +149,7 @@ class RampFinder {
     const double rise = ramp.frame.slope() * ramp.u.size();
     if (ramp.u.size() < shortest_ || ramp.v.size() < kNarrowest || rise < lowest_ || ramp.filled < kFilled)
       return std::nullopt;
+    if (ramp.filled < kWellFilled && rise < kOverUneven * plane->rms) return std::nullopt;
     for (const std::uint32_t i : cells) {
       taken_[i] = true;
       ground_.for_each_beside(layer(i), [&](std::uint32_t k) { taken_[k] = true; });
