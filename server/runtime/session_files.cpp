@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/document.hpp"
 #include "server/runtime/check_hazards.hpp"
 #include "server/runtime/fixed_texture.hpp"
@@ -47,6 +48,18 @@ std::string place_of_item(const std::string& path, const Scenario& scenario, con
 std::string folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   return folder.empty() ? "." : folder;
+}
+
+/// ", did you mean 'site.yaml'?" where the folder has a file of a similar name, else "."
+std::string like_it(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  const std::string similar = suggestion(std::filesystem::path(path).filename().string(), names);
+  return similar.empty() ? "." : similar;
 }
 
 /// `model`: a name, or a file path, which is replaced by the model's name.
@@ -169,8 +182,9 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
   if (!files.scenario.model.empty()) {
     std::error_code ignored;  // a name that is too long does not exist either
     if (!std::filesystem::exists(files.scenario.model, ignored))
-      return Error{place_of(path, "model") + "model " + files.scenario.model +
-                   " is not there. One of a recorded site is made first: `parhelion demo --headless --fast "
+      return Error{place_of(path, "model") + "model " + files.scenario.model + " is not there" +
+                   like_it(files.scenario.model) +
+                   " One of a recorded site is made first: `parhelion demo --headless --fast "
                    "--folder " +
                    folder_of(files.scenario.model) +
                    "` for the one that comes with this program, `parhelion map model` or `map extrude` from "

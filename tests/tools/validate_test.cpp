@@ -117,6 +117,7 @@ TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
 TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
   file("no_footprint.yaml", "laser: {preset: lms-200, pose: {x: 0 m}}\n");
   file("no_laser.yaml", "name: r\n");
+  file("workshop_model.yaml", "entities: []\n");
   const std::pair<const char*, const char*> cases[] = {
       {"name: x\nlevel: 1\n", "s.yaml:2: scenario 'x': level 1 needs the trainee's robot"},
       {"robot: no_footprint.yaml\n", "no_footprint.yaml:1: robot description 'robot' has a footprint of 0"},
@@ -132,6 +133,8 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
       {"name: x\ntraining:\n  tasks:\n    - {name: t, points: 1, done: {still: 1 s}}\n  penalties:\n"
        "    - {name: p, points: 1, when: {event: dose_limit, object: lead}}\n",
        "s.yaml:6: penalty 'p': there is no dose of 'lead'; there are: radiation, gas"},
+      {"name: x\nmodel: workshop_modell.yaml\n",
+       "workshop_modell.yaml is not there, did you mean 'workshop_model.yaml'? One of a recorded site"},
       {"name: x\ndoors:\n  - {name: door 1, locked: true}\n",
        "s.yaml:3: scenario door 'door 1': the model has no door of this name; there is none"},
       {"name: x\nagents:\n  - {name: anna, kind: person, pose: {x: 1 m}}\n"
