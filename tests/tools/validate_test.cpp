@@ -137,9 +137,6 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
        "workshop_modell.yaml is not there, did you mean 'workshop_model.yaml'? One of a recorded site"},
       {"name: x\ndoors:\n  - {name: door 1, locked: true}\n",
        "s.yaml:3: scenario door 'door 1': the model has no door of this name; there is none"},
-      {"name: x\nagents:\n  - {name: anna, kind: person, pose: {x: 1 m}}\n"
-       "  - {name: b, kind: person, pose: {x: 3 m}, behaviour: {kind: follow, target: ana}}\n",
-       "s.yaml:4: scenario agent 'b': its target 'ana' is no robot and no agent, did you mean 'anna'?"},
       {"name: x\ntraining:\n  tasks:\n    - {name: s, points: 1, done: {still: 1 s}}\n"
        "    - {name: t, points: 1, done: {pass: dor 1}}\n",
        "s.yaml:5: task 't': there is no door 'dor 1'"}};

@@ -31,7 +31,9 @@ constexpr double kStraight = 0.6;                  // of the bins must lie on th
 constexpr std::size_t kFewestBins = 4;
 constexpr double kMixed = 0.1;          // of a side's points may lie on the other's height
 constexpr double kDeep = 0.15;          // m, of the box behind the edge
-constexpr std::size_t kMaxPieces = 90;  // that lines are drawn through
+constexpr std::size_t kMaxPieces = 60;  // of a group that lines are drawn through
+constexpr int kMaxLines = 12;           // of a group; so rough terrain costs no more than its size
+constexpr int kMaxFailures = 3;         // lines in succession that part no two grounds
 
 /// Where a lower and a higher layer lie on two sides of a cell.
 struct Piece {
@@ -198,7 +200,8 @@ std::optional<SlopedPlane> plane_of(const GroundLayers& ground, const Pieces& pi
 /// Straight lines along a group's pieces, the longest first (as in RANSAC, but through a fixed choice of
 /// pairs: Fischler and Bolles 1981).
 void find_lines(const GroundLayers& ground, Pieces pieces, double lowest, std::vector<Candidate>& found) {
-  for (;;) {
+  int failures = 0;
+  for (int round = 0; round < kMaxLines && failures < kMaxFailures; ++round) {
     Run best;
     const std::size_t stride = 1 + pieces.size() / kMaxPieces;
     for (std::size_t i = 0; i < pieces.size(); i += stride) {
@@ -213,12 +216,16 @@ void find_lines(const GroundLayers& ground, Pieces pieces, double lowest, std::v
       best = std::move(run);
     const auto& [line, members] = best;
     if (line.to - line.from < kShortest - 2 * GroundLayers::kCell) return;
+    ++failures;
     auto low = plane_of(ground, pieces, members, [](const Piece&p) { return p.low; }),
          high = plane_of(ground, pieces, members, [](const Piece&p) { return p.high; });
     if (low && high && (low->slope - high->slope).norm() < kParallel) {
       low->slope = high->slope = 0.5 * (low->slope + high->slope);
       const double rise = high->height(line.origin) - low->height(line.origin);
-      if (rise > lowest && rise < kHighest) found.push_back({line, *low, rise, {}});
+      if (rise > lowest && rise < kHighest) {
+        found.push_back({line, *low, rise, {}});
+        failures = 0;
+      }
     }
     std::vector<bool> used(pieces.size());
     for (const std::size_t m : members) used[m] = true;

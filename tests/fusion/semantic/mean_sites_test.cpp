@@ -54,6 +54,7 @@ TEST(MeanSites, RampsAreFoundAndHardlyAnythingElseIsCalledSo) {
   EXPECT_LE(score.false_ramps, 1);
 }
 
+// In half of these scans half of the kerb is hidden or thinly measured: of 8 kerbs 4 are found.
 TEST(MeanSites, KerbsAreFoundAndNothingElseIsCalledSo) {
   MeanScore score;
   for (const Device device : {Device::terrestrial, Device::drifting, Device::voxels_5cm, Device::sweeps}) {

@@ -19,6 +19,7 @@ Configuration with_target(const std::string& target) {
   configuration.model.entities.push_back(
       test::model_box("door 2", EntityLabel::door, {1, 1, 1}, {1, 0.04, 2}));
   configuration.scenario.agents[1].behaviour.target = target;
+  configuration.scenario.robot = "robot.yaml";
   return configuration;
 }
 
@@ -51,6 +52,13 @@ TEST(CheckNames, ATargetIsARobotOrAnAgent) {
   ASSERT_FALSE(wrong);
   EXPECT_THAT(wrong.error().message, HasSubstr("scenario agent 'visitor': its target 'giude' is no robot"));
   EXPECT_THAT(wrong.error().message, HasSubstr("did you mean 'guide'?"));
+}
+
+TEST(CheckNames, ARobotThatIsDescribedOnTheBusMayHaveAnyName) {
+  Configuration configuration = with_target("rover_7");
+  EXPECT_FALSE(check_names(configuration));
+  configuration.scenario.robot.clear();
+  EXPECT_TRUE(check_names(configuration));
 }
 
 TEST(CheckNames, AnAgentThatAScriptSpawnsIsATarget) {
