@@ -15,6 +15,7 @@
 #include "server/runtime/replay.hpp"
 #include "tests/recordings.hpp"
 #include "tests/server/tick/synthetic.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -32,7 +33,8 @@ class Validate : public ::testing::Test {
     std::ofstream(path, std::ios::binary) << text;
     return path.string();
   }
-  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "parhelion_validate";
+  const test::TemporaryFolder temporary_;  // of each test: they run at the same time
+  const std::filesystem::path folder_ = temporary_ / "files";
 };
 
 TEST_F(Validate, WarnsOfAModelFloorAwayFromTheRobots) {
