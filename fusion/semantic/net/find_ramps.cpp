@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "fusion/cloud/parallel.hpp"
 #include "fusion/semantic/net/ground_layers.hpp"
+#include "fusion/semantic/net/plan_areas.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -278,7 +278,7 @@ class RampFinder {
   double shortest_, lowest_;              // m, of a ramp
 };
 
-ModelEntity entity_of(const Ramp& ramp, std::size_t number) {
+ModelEntity entity_of(const Ramp& ramp) {
   const RampFrame& frame = ramp.frame;
   const double pitch = std::atan(frame.slope()), yaw = std::atan2(frame.uphill.y(), frame.uphill.x());
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
@@ -286,7 +286,6 @@ ModelEntity entity_of(const Ramp& ramp, std::size_t number) {
   const double u = 0.5 * (ramp.u.low + ramp.u.high), v = 0.5 * (ramp.v.low + ramp.v.high);
   const Eigen::Vector2d p = frame.place(u, v);
   ModelEntity entity;
-  entity.name = "ramp " + std::to_string(number);
   entity.label = EntityLabel::ramp;
   entity.T_map_body = Transform<Map, Body>(
       turn, Eigen::Vector3d(p.x(), p.y(), frame.height(u)) - turn * Eigen::Vector3d(0, 0, kThick / 2));
@@ -301,14 +300,35 @@ bool may_be_ramp(std::uint8_t label) {
          label == static_cast<std::uint8_t>(EntityLabel::unknown);
 }
 
+/// How far from a ramp the floor is looked at, m.
+constexpr double kAround = 3;
+
+/// Floor and unknown points within kAround of each ramp in plan, and some that are a little further.
+std::vector<std::vector<std::uint32_t>> points_around(const cloud::PointCloud<Map>& cloud,
+                                                      std::span<const std::uint8_t> labels,
+                                                      const std::vector<ModelEntity>& ramps) {
+  PlanAreas areas;
+  for (const ModelEntity& ramp : ramps) {
+    const Eigen::Vector2d along = ramp.T_map_body.rotation().col(0).head<2>().normalized();
+    areas.add(ramp.T_map_body.translation().head<2>(), along, 0.5 * ramp.size.head<2>().array() + kAround);
+  }
+  std::vector<std::vector<std::uint32_t>> around(ramps.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!may_be_ramp(labels[i])) continue;
+    for (const std::uint32_t r : areas.near(cloud.points[i].head<2>().cast<double>()))
+      around[r].push_back(static_cast<std::uint32_t>(i));
+  }
+  return around;
+}
+
 /// Cells are coarse: its sides, by the points on its upper half, where a floor beside it is lower.
-void fit_width(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels, ModelEntity& ramp) {
+void fit_width(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> around,
+               ModelEntity& ramp) {
   constexpr std::size_t fewest = 50;
   constexpr double outermost = 0.005;  // of the points: outliers
   std::vector<double> across;
   const Transform<Body, Map> T_ramp_map = ramp.T_map_body.inverse();
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (!may_be_ramp(labels[i])) continue;
+  for (const std::uint32_t i : around) {
     const Eigen::Vector3d p = T_ramp_map * cloud.points[i].cast<double>();
     if (p.x() > 0 && p.x() < 0.45 * ramp.size.x() &&
         std::abs(p.y()) < ramp.size.y() / 2 + GroundLayers::kCell &&
@@ -324,20 +344,20 @@ void fit_width(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t
 /// m, what the error of the scanners' angles may add to a ramp's height; 0: not known. That error bends
 /// floors, by decimetres where scanners stand low; how much is seen on the level floor at the ramp's end.
 double height_error(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
-                    const ModelEntity& ramp, double floor) {
-  constexpr double around = 3, skin = 0.12;  // m
+                    std::span<const std::uint32_t> around, const ModelEntity& ramp, double floor) {
+  constexpr double skin = 0.12;  // m
   constexpr std::size_t fewest = 50;
   if (cloud.viewpoints.empty()) return 0;
   const Transform<Body, Map> T_ramp_map = ramp.T_map_body.inverse();
   const bool at_foot = floor < (ramp.T_map_body * Eigen::Vector3d(0, 0, ramp.size.z() / 2)).z();
   std::vector<double> off, away;  // of the floor: rad; of the ramp: m from its scanner
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
+  for (const std::uint32_t i : around) {
     const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
-    if (!may_be_ramp(labels[i]) || scan >= cloud.viewpoints.size()) continue;
+    if (scan >= cloud.viewpoints.size()) continue;
     const Eigen::Vector3d p = cloud.points[i].cast<double>(), at = T_ramp_map * p;
     const double outside = (at.head<2>().cwiseAbs() - 0.5 * ramp.size.head<2>()).maxCoeff();
     const double distance = (p - cloud.viewpoints[scan]).head<2>().norm();
-    if (outside > around || !(distance > 0)) continue;
+    if (outside > kAround || !(distance > 0)) continue;
     if (outside < 0 && std::abs(at.z() - ramp.size.z() / 2) < kNear) away.push_back(distance);
     // Not beyond the other end, where another floor lies.
     if (outside > GroundLayers::kCell && (at.x() < 0) == at_foot && std::abs(p.z() - floor) < skin &&
@@ -359,33 +379,30 @@ bool is_on(const ModelEntity& ramp, const Eigen::Vector3d& at) {
   return over > -skin || (inside < edge && over > -rise);
 }
 
-void label_ramps(const cloud::PointCloud<Map>& cloud, const std::vector<ModelEntity>& ramps,
-                 std::vector<std::uint8_t>& labels) {
-  constexpr std::size_t chunk = 16'384;
-  cloud::for_each_chunk(cloud.size(), chunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto on = [&](const ModelEntity& ramp) { return is_on(ramp, cloud.points[i].cast<double>()); };
-      if (may_be_ramp(labels[i]) && std::any_of(ramps.begin(), ramps.end(), on))
-        labels[i] = static_cast<std::uint8_t>(EntityLabel::ramp);
-    }
-  });
-}
-
 }  // namespace
 
 FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels, double voxel) {
+  const std::vector<Ramp> candidates = RampFinder(cloud, labels, voxel).find();
+  std::vector<ModelEntity> ramps;
+  for (const Ramp& candidate : candidates) ramps.push_back(entity_of(candidate));
+  const auto around = points_around(cloud, labels, ramps);
   FoundRamps found;
-  for (const Ramp& ramp : RampFinder(cloud, labels, voxel).find()) {
-    ModelEntity entity = entity_of(ramp, found.ramps.size() + 1);
-    const double rise = entity.T_map_body.rotation()(2, 0) * entity.size.x(),
-                 error = height_error(cloud, labels, entity, ramp.floor);
+  std::vector<std::uint32_t> on_ramps;
+  for (std::size_t r = 0; r < ramps.size(); ++r) {
+    ModelEntity& ramp = ramps[r];
+    const double rise = ramp.T_map_body.rotation()(2, 0) * ramp.size.x(),
+                 error = height_error(cloud, labels, around[r], ramp, candidates[r].floor);
     if (rise <= error) continue;
-    if (rise < 2 * error) entity.confidence *= 0.5 * rise / error;
-    fit_width(cloud, labels, entity);
-    found.ramps.push_back(std::move(entity));
-    if (ramp.landing) found.landings.push_back(*ramp.landing);
+    if (rise < 2 * error) ramp.confidence *= 0.5 * rise / error;
+    fit_width(cloud, around[r], ramp);
+    for (const std::uint32_t i : around[r]) {
+      if (is_on(ramp, cloud.points[i].cast<double>())) on_ramps.push_back(i);
+    }
+    ramp.name = "ramp " + std::to_string(found.ramps.size() + 1);
+    found.ramps.push_back(std::move(ramp));
+    if (candidates[r].landing) found.landings.push_back(*candidates[r].landing);
   }
-  if (!found.ramps.empty()) label_ramps(cloud, found.ramps, labels);
+  for (const std::uint32_t i : on_ramps) labels[i] = static_cast<std::uint8_t>(EntityLabel::ramp);
   return found;
 }
 

@@ -135,9 +135,9 @@ TEST(FindRamps, AFloorThatLeansALittleIsNone) {
             0U);
 }
 
-/// A level floor, seen by a scanner 0.4 m over it whose angles are wrong by `off` (rad) beyond 3 m, and a
-/// ramp of 0.1 m there.
-std::size_t ramps_seen_with(double off) {
+/// A level floor and a ramp of 0.1 m beyond 3 m, seen by a scanner 0.4 m over it whose angles are wrong: by
+/// `noise` (rad, 1 sigma) for each point, by up to `bend` (rad) from one direction to another.
+std::vector<ModelEntity> ramps_seen_with(double noise, double bend = 0) {
   CloudSampler sampler(200, 0.004, 23);
   sampler.slab({0.5, -2}, {3, 2}, 0);
   sampler.rectangle({3, -2, 0}, {1, 0, 0.1}, {0, 4, 0});
@@ -146,15 +146,28 @@ std::size_t ramps_seen_with(double off) {
   cloud.points = sampler.cloud().points;
   cloud.viewpoints = {{0, 0, 0.4}};
   cloud.scans.assign(cloud.size(), 0);
-  for (Eigen::Vector3f& p : cloud.points)
-    p.z() += static_cast<float>(off * sampler.gaussian()) * p.head<2>().norm();
+  for (Eigen::Vector3f& p : cloud.points) {
+    const double off =
+        noise * sampler.gaussian() +
+        bend * std::sin(2 * std::atan2(static_cast<double>(p.y()), static_cast<double>(p.x())));
+    p.z() += static_cast<float>(off) * p.head<2>().norm();
+  }
   std::vector<std::uint8_t> labels(cloud.size(), static_cast<std::uint8_t>(EntityLabel::floor));
-  return find_ramps(cloud, labels).ramps.size();
+  return find_ramps(cloud, labels).ramps;
 }
 
 TEST(FindRamps, WhatTheScannersAnglesMayHaveBentIsNone) {
-  EXPECT_EQ(ramps_seen_with(0.001), 1U);
-  EXPECT_EQ(ramps_seen_with(0.02), 0U);
+  EXPECT_EQ(ramps_seen_with(0.001).size(), 1U);
+  EXPECT_EQ(ramps_seen_with(0.02).size(), 0U);
+}
+
+TEST(FindRamps, AreLessSureTheMoreOfTheirRiseTheScannersAnglesMayExplain) {
+  const auto sure = ramps_seen_with(0), doubtful = ramps_seen_with(0, 0.012);
+  ASSERT_EQ(sure.size(), 1U);
+  ASSERT_EQ(doubtful.size(), 1U);
+  EXPECT_DOUBLE_EQ(sure[0].confidence, sure[0].observed);
+  EXPECT_LT(doubtful[0].confidence, 0.9 * doubtful[0].observed);
+  EXPECT_GT(doubtful[0].confidence, 0.5 * doubtful[0].observed);
 }
 
 TEST(FindRamps, LevelsOfAVoxelMapAreNone) {
