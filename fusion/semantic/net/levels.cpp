@@ -70,18 +70,20 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   std::vector<float> heights;
   for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / 200'000)
     heights.push_back(cloud.points[i].z());
-  if (!heights.empty()) top_ = quantile(heights, 0.995), floor_ = quantile(heights, 0.005);
+  if (!heights.empty()) top_ = quantile(heights, 0.995), floor_ = lowest_ = quantile(heights, 0.005);
   find_parts();
   find_raised();
+  find_scattered();
   double floor_area = 0, ceiling_area = 0;
+  std::vector<double> floors;
   for (std::size_t h = 0; h < n; ++h) {
-    const double area = segmentation.horizontals[h].area;
-    if (floor_score(h) > 0 && area > floor_area) {
-      floor_area = area;
-      floor_ = segmentation.horizontals[h].z;
-      has_floor_ = true;
-    }
+    const HorizontalSurface& surface = segmentation.horizontals[h];
+    if (floor_score(h) <= 0) continue;
+    floors.push_back(surface.z);
+    if (surface.area > floor_area) floor_area = surface.area, floor_ = surface.z;
   }
+  has_floor_ = !floors.empty();
+  if (has_floor_) lowest_ = *std::min_element(floors.begin(), floors.end());
   for (std::size_t h = 0; h < n; ++h) {
     const HorizontalSurface& surface = segmentation.horizontals[h];
     if (ceiling_score(h) > 0 && surface.area > ceiling_area) {
@@ -174,6 +176,19 @@ void Levels::find_raised() {
   for (const std::size_t h : raised) floor_part_[h] += 4 * kPart;
 }
 
+/// Crowns of trees, eaves and the tops of hedges along a street are seen from below here and there: rooms
+/// have more of a ceiling for their floor, or none was seen.
+void Levels::find_scattered() {
+  constexpr double kOfFloor = 0.12;
+  const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
+  double floors = 0, ceilings = 0;
+  for (std::size_t h = 0; h < all.size(); ++h) {
+    floors += floor_score(h) > 0 ? all[h].area : 0;
+    ceilings += ceiling_score(h) > 0 ? all[h].area : 0;
+  }
+  if (ceilings < kOfFloor * floors) ceiling_part_.assign(all.size(), 2 * kPart);
+}
+
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
@@ -186,7 +201,7 @@ double Levels::floor_score(std::size_t i) const {
 
 double Levels::ceiling_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
-  if (h.z < floor_ + kMinRoomHeight) return -6;
+  if (h.z < lowest_ + kMinRoomHeight) return -6;
   return -ceiling_part_[i] + 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kMinArea), 1.5) +
          (h.faces_down ? 1 : -2);
 }

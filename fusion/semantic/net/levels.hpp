@@ -42,10 +42,11 @@ class Levels {
   /// Finds parts of a larger level nearby: a bow of the same floor, a lamp or a beam under the same ceiling.
   void find_parts();
   void find_raised();
+  void find_scattered();
 
   std::vector<LevelEvidence> evidence_;
   std::vector<double> floor_part_, ceiling_part_;  ///< deductions from the scores for such parts
-  double floor_ = 0, top_ = 0;
+  double floor_ = 0, lowest_ = 0, top_ = 0;  ///< m: the widest floor, the lowest one, the highest points
   bool has_floor_ = false;
   std::optional<double> ceiling_;
 };

@@ -67,6 +67,22 @@ double visible_from(const Segmentation& segmentation, const WallCandidate& wall)
   return from;
 }
 
+/// m, the height at which the wall is measured no further along its whole length; its `z_high` if there is
+/// none. Points of the ceiling that lie in the wall's plane, as a person's who walked there while a scanner
+/// turned, do not make it higher.
+double top_of_support(const WallCandidate& wall) {
+  constexpr double kBand = 0.2, kUnderCeiling = 0.25;  // m
+  constexpr double kSome = 0.5, kNone = 0.15;          // of a band's cells
+  constexpr int kFewest = 2;                           // bands without support
+  int none = 0;
+  for (double z = wall.ceiling - kUnderCeiling - kBand; z > wall.floor; z -= kBand) {
+    const double measured = wall.raster.fractions(0, wall.raster.columns, z, z + kBand).measured;
+    if (measured > kSome) return none >= kFewest ? std::min(wall.z_high, z + kBand) : wall.z_high;
+    none += measured < kNone ? 1 : 0;
+  }
+  return wall.z_high;
+}
+
 void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings) {
   const WallRaster& raster = wall.raster;
   double covered = 0, cells = 0, upper = 0, upper_cells = 0, seen = 0, all = 0;
@@ -231,6 +247,7 @@ std::vector<WallCandidate> merged_walls(const Segmentation& segmentation, const 
 std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segmentation, std::size_t index,
                              const SemanticNetOptions& options, WallCandidate& wall) {
   wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
+  wall.z_high = top_of_support(wall);
   wall.visible_from = visible_from(segmentation, wall);
   std::vector<Opening> openings = find_openings(points, wall, index, options);
   measure_coverage(wall, openings);

@@ -69,6 +69,25 @@ TEST(MeanSites, KerbsAreFoundAndNothingElseIsCalledSo) {
   EXPECT_EQ(score.false_kerbs, 0);
 }
 
+TEST(MeanSites, UpperStoreysGetTheirWallsAndDoors) {
+  MeanScore score;
+  for (const Device device : {Device::terrestrial, Device::drifting, Device::voxels_5cm}) {
+    for (const std::uint64_t seed : {511U, 513U})
+      score += test::score_mean_site(SiteKind::storeys, device, seed);
+  }
+  EXPECT_GT(score.f1(), 0.93) << score.precision() << " " << score.recall();
+  EXPECT_GE(score.doors_found, 0.5 * score.doors) << score.doors;
+  EXPECT_LT(score.unknown, 0.08 * score.points);
+}
+
+// What is left are the rooms behind mirrors: 2.3 m in each.
+TEST(MeanSites, SomebodyWhoWalksWhileAScannerTurnsIsNoWall) {
+  MeanScore score;
+  for (const std::uint64_t seed : {511U, 512U})
+    score += test::score_mean_site(SiteKind::apartment, Device::terrestrial, seed);
+  EXPECT_LT(score.crossing, 5.5);
+}
+
 class MeanSitesBy : public testing::TestWithParam<Device> {};
 
 TEST_P(MeanSitesBy, GetTheirWallsAndFloors) {

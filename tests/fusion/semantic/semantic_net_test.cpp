@@ -45,6 +45,38 @@ TEST(SemanticNet, FindsFourWallsFloorAndCeilingOfABareRoom) {
   EXPECT_FALSE(find_overlap(net.entities));
 }
 
+TEST(SemanticNet, FindsTheCeilingsOfStoreysUnderTheWidestFloor) {
+  CloudSampler sampler(600, 0.005, 5);
+  sampler.room({0, 0}, {8, 6}, 0, 2.6);
+  sampler.wall({4, 0}, {4, 6}, 0, 2.6);
+  sampler.room({0, 0}, {10, 6}, 2.9, 5.4);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  cloud.viewpoints = {{2, 3, 1.3}, {6, 3, 1.3}, {5, 3, 4.2}};
+  for (const Eigen::Vector3f& p : cloud.points) cloud.scans.push_back(p.z() > 2.75F ? 2 : p.x() < 4 ? 0 : 1);
+  const SemanticNet net = net_of(cloud);
+  EXPECT_EQ(count(net, EntityLabel::ceiling), 2);
+  EXPECT_EQ(count(net, EntityLabel::floor), 2);
+  const auto partition = std::find_if(net.entities.begin(), net.entities.end(), [](const ModelEntity& e) {
+    return e.label == EntityLabel::wall && std::abs(e.T_map_body.translation().x() - 4) < 0.2 &&
+           e.size.x() > 5;
+  });
+  ASSERT_NE(partition, net.entities.end());
+  EXPECT_NEAR(partition->T_map_body.translation().z() + partition->size.z() / 2, 2.6, 0.1);
+}
+
+TEST(SemanticNet, WhatHangsOverAStreetHereAndThereIsNoCeiling) {
+  CloudSampler sampler(150, 0.01, 7);
+  sampler.slab({-15, -10}, {15, 10}, 0);
+  for (int i = 0; i < 14; ++i) {
+    const double x = 26 * sampler.uniform() - 13, y = 16 * sampler.uniform() - 8;
+    sampler.slab({x, y}, {x + 0.9, y + 0.9}, i % 2 == 0 ? 2.4 : 2.6);
+  }
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  cloud.viewpoints = {{0, 0, 1.7}};
+  cloud.scans.assign(cloud.size(), 0);
+  EXPECT_EQ(count(net_of(cloud), EntityLabel::ceiling), 0);
+}
+
 TEST(SemanticNet, RecognizesAnOpenDoor) {
   // A wall across a hall with an opening 0.9 m wide and 2.0 m high, seen from one side.
   CloudSampler sampler(900, 0.005, 2);
