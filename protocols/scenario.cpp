@@ -195,21 +195,9 @@ std::vector<std::string> read_hosts(const Node& list, yaml::Problems& problems) 
   return hosts;
 }
 
-/// Agents of the scenario, agents that scripts spawn, and zones.
-std::vector<std::string> names_to_show(const Scenario& scenario) {
-  std::vector<std::string> names;
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
-  for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& action : script.actions) {
-      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.push_back(spawn->agent.name);
-    }
-  }
-  for (const Zone& zone : scenario.zones) names.push_back(zone.name);
-  return names;
-}
-
 void read_shown(const Node& list, Scenario& scenario, yaml::Problems& problems) {
-  const std::vector<std::string> known = names_to_show(scenario);
+  std::vector<std::string> known = agent_names(scenario);
+  for (const Zone& zone : scenario.zones) known.push_back(zone.name);
   for (const Node& each : list.items) {
     if (std::find(known.begin(), known.end(), each.text) == known.end())
       problems.add(each.line, "'shown': no agent or zone '" + yaml::printable(each.text) + "'" +
@@ -308,6 +296,17 @@ void resolve(std::string& path, const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+std::vector<std::string> agent_names(const Scenario& scenario) {
+  std::vector<std::string> names;
+  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
+  for (const Script& script : scenario.scripts) {
+    for (const AgentCommand& action : script.actions) {
+      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.push_back(spawn->agent.name);
+    }
+  }
+  return names;
+}
 
 Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin,
                                 std::optional<std::uint64_t> seed) {

@@ -100,6 +100,9 @@ struct Scenario {
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 
+/// Agents of the start, then those that scripts may spawn.
+std::vector<std::string> agent_names(const Scenario& scenario);
+
 /// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean
 /// 'agents'?". Paths are kept as written. Ranges are drawn from `seed`, which replaces the file's; none: from
 /// the file's.

@@ -39,16 +39,9 @@ Error unknown(const std::string& what, const std::string& name, const Names& nam
 }
 
 /// Agents of the start, those that scripts may spawn, the simulated robot, and movable objects of the site.
-Names agent_names(const SessionFiles& files) {
-  const Scenario& scenario = files.scenario;
-  Names names;
-  if (scenario.trainee) names.push_back(scenario.trainee->name);
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
-  for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& action : script.actions) {
-      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.push_back(spawn->agent.name);
-    }
-  }
+Names names_of_movers(const SessionFiles& files) {
+  Names names = agent_names(files.scenario);
+  if (files.scenario.trainee) names.insert(names.begin(), files.scenario.trainee->name);
   for (const ModelObject& object : files.objects) names.push_back(object.name);
   return names;
 }
@@ -65,7 +58,7 @@ Status check_event(const Condition& condition, const SessionFiles& files, const 
   if (condition.event != EventKind::hazard_triggered || !tick::simulates_trainee(files.scenario)) return {};
   Names names;
   for (const Hazard& hazard : files.scenario.hazards) names.push_back(hazard.name);
-  for (std::string& name : agent_names(files)) names.push_back(std::move(name));
+  for (std::string& name : names_of_movers(files)) names.push_back(std::move(name));
   for (const std::string& name : {condition.subject, condition.object}) {
     if (!name.empty() && name != kAnybody && name != kTrainee && !has(names, name))
       return unknown(where + "there is no hazard or agent", name, names);
@@ -109,7 +102,7 @@ Status check_training_events(const std::string& path, const SessionFiles& files)
 
 Status check_hazards(const std::string& path, const SessionFiles& files) {
   const std::vector<Hazard>& hazards = files.scenario.hazards;
-  const Names names = agent_names(files);
+  const Names names = names_of_movers(files);
   for (std::size_t i = 0; i < hazards.size(); ++i) {
     if (hazards[i].agent.empty() || has(names, hazards[i].agent)) continue;
     return unknown(

@@ -16,13 +16,8 @@ const WorldMessage::Entry* first_body(const WorldMessage& world, const std::stri
 }
 
 std::set<std::string, std::less<>> agents_of(const Scenario& scenario) {
-  std::set<std::string, std::less<>> names;
-  for (const AgentDefinition& agent : scenario.agents) names.insert(agent.name);
-  for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& action : script.actions)
-      if (const auto* spawn = std::get_if<AgentSpawn>(&action)) names.insert(spawn->agent.name);
-  }
-  return names;
+  const std::vector<std::string> names = agent_names(scenario);
+  return {names.begin(), names.end()};
 }
 
 double range_of(const LaserDescription& laser) {

@@ -34,12 +34,7 @@ std::vector<std::string> targets_of(const Configuration& configuration) {
   for (std::size_t i = 0; i < configuration.robot_count(); ++i)
     names.push_back(configuration.robot_at(i).name);
   if (scenario.trainee) names.push_back(scenario.trainee->name);
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
-  for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& command : script.actions) {
-      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) names.push_back(spawn->agent.name);
-    }
-  }
+  for (std::string& name : agent_names(scenario)) names.push_back(std::move(name));
   for (const ModelObject& object : configuration.objects) names.push_back(object.name);
   return names;
 }

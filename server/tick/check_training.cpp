@@ -7,18 +7,6 @@
 namespace parhelion::tick {
 namespace {
 
-/// Agents of the start, and those that scripts may spawn.
-std::vector<std::string> agent_names(const Scenario& scenario) {
-  std::vector<std::string> names;
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
-  for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& command : script.actions) {
-      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) names.push_back(spawn->agent.name);
-    }
-  }
-  return names;
-}
-
 /// Whether the event's object is a name of the site or of an agent, not a joint, channel or task.
 bool is_about_things(EventKind kind) {
   switch (kind) {

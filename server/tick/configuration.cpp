@@ -290,14 +290,9 @@ std::vector<std::string> known_names(const Configuration& configuration) {
   std::vector<std::string> names{kTrainee, configuration.robot.name};
   for (const RobotDescription& robot : configuration.other_robots) names.push_back(robot.name);
   if (scenario.trainee) names.push_back(scenario.trainee->name);
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
+  for (std::string& agent : agent_names(scenario)) names.push_back(std::move(agent));
   for (const Zone& zone : scenario.zones) names.push_back(zone.name);
-  for (const Script& script : scenario.scripts) {
-    names.push_back(script.name);
-    for (const AgentCommand& command : script.actions) {
-      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) names.push_back(spawn->agent.name);
-    }
-  }
+  for (const Script& script : scenario.scripts) names.push_back(script.name);
   for (const ModelEntity& entity : configuration.model.entities) names.push_back(entity.name);
   for (const ModelMesh& mesh : configuration.model.meshes) names.push_back(mesh.name);
   for (const ModelObject& object : configuration.objects) names.push_back(object.name);
