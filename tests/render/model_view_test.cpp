@@ -54,6 +54,23 @@ TEST(ModelView, OmitsDeletedEntitiesAndDrawsMeshes) {
   EXPECT_GT(different(*bare, *with), 5000U);
 }
 
+TEST(ModelView, CutsWallsBetweenTheCameraAndTheMiddleAndNoOthers) {
+  SemanticModel model;
+  model.entities = {model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {12, 10, 0.1}),
+                    model_box("front", EntityLabel::wall, {4, -4, 1.25}, {6, 0.1, 2.5}),
+                    model_box("flight", EntityLabel::stairs, {4, -3.15, 0.25}, {1, 0.5, 0.5}),
+                    model_box("back", EntityLabel::wall, {4, 3, 1.25}, {6, 0.1, 2.5}),
+                    model_box("behind", EntityLabel::stairs, {4, 3.85, 0.25}, {1, 0.5, 0.5})};
+  const auto cut = draw_model_view(model, {});
+  ModelView whole;
+  whole.cut = 0;
+  const auto uncut = draw_model_view(model, whole);
+  ASSERT_TRUE(cut && uncut);
+  EXPECT_THAT(cut->named, Contains("flight"));
+  EXPECT_THAT(uncut->named, Not(Contains("flight"))) << "the front wall hides it";
+  EXPECT_THAT(cut->named, Not(Contains("behind"))) << "the back wall hides nothing of the interior";
+}
+
 TEST(ModelView, ReportsErrors) {
   EXPECT_FALSE(draw_model_view({}, {}));
   ModelView tiny;
