@@ -429,8 +429,9 @@ Result<LaserDescription> load_laser_preset(const std::string& name) {
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     std::string list;
     for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
+    const std::string near = suggestion(name, known);
     return Error{
-        "no laser preset is called '" + yaml::printable(name) + "'" + suggestion(name, known) +
+        "no laser preset is called '" + yaml::printable(name) + "'" + (near.empty() ? "." : near) +
         " Known: " + (list.empty() ? "none found in " + share_path("fusion/scan/presets").string() : list)};
   }
   return load_laser_preset_file(share_path("fusion/scan/presets/" + name + ".yaml").string());

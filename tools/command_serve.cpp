@@ -211,7 +211,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   if (!arguments.http.empty()) {
     auto opened = LiveStation::open(
         {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->connect()); },
-         arguments.session, arguments.cloud, options.stopped_robots},
+         arguments.session, arguments.cloud, files->texture, options.stopped_robots},
         *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);

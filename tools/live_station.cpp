@@ -45,6 +45,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   station.configuration = std::make_shared<const tick::Configuration>(configuration);
   station.notes = review::notes_path(options.session);
   station.scenarios = (base.folder / "scenarios").string();
+  station.texture = options.texture;
   if (!options.cloud.empty()) {
     auto cloud = cloud_layer(options.cloud, configuration.model.T_map_cloud);
     if (!cloud) return cloud.error();

@@ -19,6 +19,7 @@ struct LiveStationOptions {
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;
   std::string session;  ///< path of the session log; notes are stored beside it
   std::string cloud;    ///< file with the cloud that the model was built from; empty: none
+  std::shared_ptr<const SiteTexture> texture;  ///< what the site looks like; null: it was not recorded
   std::vector<std::string> stopped_robots;  ///< emergency stops of an earlier server process that are active
 };
 

@@ -325,8 +325,9 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
   } else if (std::filesystem::path(name_or_path).extension() != ".yaml") {
     std::string list;
     for (const std::string& each : shipped) list += (list.empty() ? "" : ", ") + each;
+    const std::string near = suggestion(name_or_path, shipped);
     return Error{"no robot model is called '" + yaml::printable(name_or_path) + "'" +
-                 suggestion(name_or_path, shipped) +
+                 (near.empty() ? "." : near) +
                  " Known: " + (list.empty() ? "none found in " + shipped_folder().string() : list) +
                  "; or give the path of a .yaml file"};
   }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/door.hpp"
+#include "protocols/site_texture.hpp"
 #include "server/runtime/knowledge.hpp"
 #include "server/training/briefing.hpp"
 
@@ -163,7 +164,8 @@ std::string hello_json(const tick::Configuration& configuration, const Identity&
                     {"graded", tick::graded_robot(configuration)},
                     {"simulated", tick::simulates_trainee(scenario)},
                     {"started_us", hello_fields.start.utime()},
-                    {"mapped", hello_fields.mapped}}},
+                    {"mapped", hello_fields.mapped},
+                    {"textured", hello_fields.textured}}},
                   {"server_us", hello_fields.now.utime()},
                   {"controls",
                    {{"pause", hello_fields.can_pause},
@@ -186,6 +188,7 @@ std::string site_json(const SemanticModel& model, std::uint64_t version) {
                  {"confidence", rounded(entity.confidence)},
                  {"observed", rounded(entity.observed)},
                  {"virtual", entity.is_virtual},
+                 {"hinged", is_left_out_of_texture(entity)},
                  {"part_of", entity.part_of},
                  {"colour", triple(entity.material.albedo)}});
     elements.push_back(std::move(each));

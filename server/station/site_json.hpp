@@ -13,7 +13,8 @@ struct HelloFields {
   SimulationTime start;  ///< of the session
   WallTime now;          ///< the server's clock, to synchronize the page's
   bool recorded = false;
-  bool mapped = false;  ///< a picture of the map exists
+  bool mapped = false;    ///< a picture of the map exists
+  bool textured = false;  ///< recorded surfaces of the site exist
   std::string marks;    ///< JSON list for the seek bar; empty: none
   bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
 };

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -22,6 +23,7 @@ struct Published {
   std::mutex mutex;
   SimulationTime start;
   CachedContent model, robots, trainees_robots;
+  std::optional<CachedContent> texture;
   MeshContents meshes;
   SessionReport report;
   bool ending = false;  ///< a report will follow
@@ -33,6 +35,7 @@ FeedOptions feed_options(const StationOptions& options) {
   FeedOptions feed;
   feed.hello_fields.recorded = options.recorded;
   feed.hello_fields.mapped = options.map.has_value();
+  feed.hello_fields.textured = options.texture != nullptr;
   feed.hello_fields.can_pause = static_cast<bool>(options.controls.pause);
   feed.hello_fields.can_rate = static_cast<bool>(options.controls.rate);
   feed.hello_fields.can_seek = static_cast<bool>(options.controls.seek);
@@ -43,6 +46,12 @@ FeedOptions feed_options(const StationOptions& options) {
   feed.control = options.controls.state;
   feed.stopped = options.stopped;
   return feed;
+}
+
+CachedContent texture_content(const SiteTexture& texture) {
+  const std::vector<std::uint8_t> bytes = pack_site_texture(texture);
+  constexpr int level = 1;  // most of it is a JPEG
+  return cached_content("application/octet-stream", {bytes.begin(), bytes.end()}, level);
 }
 
 HttpResponse json(std::string body) { return {200, "application/json", std::move(body)}; }
@@ -65,6 +74,7 @@ struct Station::Running {
     publish(site_json(options.configuration->model, 0));
     published.robots = cached_content("application/json", robots_json(*options.configuration));
     published.meshes = mesh_contents(options.configuration->robot_models, options.configuration->objects);
+    if (options.texture) published.texture = texture_content(*options.texture);
     published.trainees_robots = cached_content("application/json", robots_json(*options.configuration, true));
   }
 
@@ -195,6 +205,11 @@ void Station::Running::add_routes(HttpServer& server) {
   server.on("GET", "/api/v1/cloud", access, [this](const HttpRequest&) {
     if (options.cloud.empty()) return refusal(404, "no cloud of this site was given (serve --cloud)");
     return HttpResponse{200, "application/octet-stream", options.cloud};
+  });
+  server.on("GET", "/api/v1/texture", access, [this](const HttpRequest& request) {
+    if (!published.texture)
+      return refusal(404, "this site has no recorded surfaces (`parhelion map texture` makes them)");
+    return answer_with(request, *published.texture);
   });
   server.on("GET", "/api/v1/robots", access, [this](const HttpRequest& request) {
     return answer_with(request, is_trainee(*request.who) ? published.trainees_robots : published.robots);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/site_texture.hpp"
 #include "server/station/http/http_server.hpp"
 #include "server/station/http/metrics_text.hpp"
 #include "server/station/instructor_service.hpp"
@@ -44,7 +45,8 @@ struct StationOptions {
   std::string scenarios;               ///< folder for saved scenarios; empty: saving is disabled
   std::optional<StationMap> map;
   std::string cloud;  ///< binary message 3: points of the site, map frame; empty: none
-  AuditHook audit;    ///< called on the station's thread
+  std::shared_ptr<const SiteTexture> texture;  ///< what the site looks like; null: it was not recorded
+  AuditHook audit;                             ///< called on the station's thread
 };
 
 class Station {

@@ -28,6 +28,15 @@ using ::testing::HasSubstr;
 
 constexpr const char* kPassword = "correct horse";
 
+SiteTexture one_quad() {
+  SiteTexture texture;
+  texture.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  texture.quads = {{0, 1, 2, 3}};
+  texture.looks = {QuadLook::recorded};
+  texture.jpeg = {0xff, 0xd8};
+  return texture;
+}
+
 class BaseStationTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -39,6 +48,7 @@ class BaseStationTest : public ::testing::Test {
     options.station.configuration = std::make_shared<const tick::Configuration>(configuration_);
     options.station.notes = folder_ / "notes.jsonl";
     options.station.scenarios = folder_ / "scenarios";
+    options.station.texture = texture_;
     options.station.controls.end = [this] { return ended_ = true, Status(); };
     options.open_bus = [this] { return Result<std::unique_ptr<Bus>>(hub_.connect()); };
     auto opened = BaseStation::open(std::move(options));
@@ -112,6 +122,7 @@ class BaseStationTest : public ::testing::Test {
 
   test::TemporaryFolder folder_;
   tick::Configuration configuration_ = test::configuration({});
+  std::shared_ptr<const SiteTexture> texture_ = std::make_shared<const SiteTexture>(one_quad());
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_bus_ = hub_.connect(), witness_ = hub_.connect();
   std::unique_ptr<BaseStation> station_;
@@ -250,6 +261,16 @@ TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
   EXPECT_EQ(RawClient(port_).get("/report?rover_2", admin).body, "<html>2</html>");
   EXPECT_EQ(RawClient(port_).get("/report?rover_2", trainee).body, "<html>his 2</html>");
   EXPECT_EQ(RawClient(port_).get("/report?rover_3", admin).status, 404);
+}
+
+TEST_F(BaseStationTest, PagesGetTheRecordedSurfacesOfTheSite) {
+  const std::string trainee = cookie("trainee");
+  EXPECT_EQ(Json::parse(RawClient(port_).get("/api/v1/session", trainee).body)["session"]["textured"], true);
+  const std::string body = RawClient(port_).get("/api/v1/texture", trainee).body;
+  const auto texture = unpack_site_texture({reinterpret_cast<const std::uint8_t*>(body.data()), body.size()});
+  ASSERT_TRUE(texture) << texture.error().message;
+  EXPECT_EQ(texture->quads, texture_->quads);
+  EXPECT_EQ(RawClient(port_).get("/api/v1/texture").status, 401);
 }
 
 /// MB of heap memory in use.

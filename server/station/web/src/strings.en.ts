@@ -172,7 +172,7 @@ export const strings = {
     title: "Layers",
     names: {
       model: "Model", labels: "Names", map: "Map", scan: "Real returns", virtual: "Virtual returns", robots: "Robots and people", paths: "Paths",
-      motion: "Planned and predicted", zones: "Zones", events: "Events", depth: "Depth camera", cloud: "Registered cloud", collision: "Collision shapes",
+      motion: "Planned and predicted", zones: "Zones", events: "Events", depth: "Depth camera", cloud: "Registered cloud", recorded: "Recorded surfaces", collision: "Collision shapes",
     },
   },
   video: {

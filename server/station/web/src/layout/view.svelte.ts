@@ -1,8 +1,12 @@
 /** The current view, stored in the URL so that it can be sent to others. */
 import type { Role } from "../session/protocol";
+import { drawsBySoftware } from "../parts/graphics";
 import { selection } from "../session/selection.svelte";
 import { defaultLayers, layerNames, type LayerName } from "./layers";
 import { formatAddress, parseAddress, type LayoutName } from "./layouts";
+
+/** Recorded surfaces take three times as long to draw as the model where there is no graphics card: there only on request. */
+const usualLayers = () => (drawsBySoftware() ? defaultLayers.filter((name) => name !== "recorded") : defaultLayers);
 
 class View {
   layout = $state<LayoutName>("watch");
@@ -22,11 +26,11 @@ class View {
     this.layout = this.#written = address.layout;
     this.asked = location.hash.includes("/");
     if (address.robot) selection.robot = address.robot;
-    this.layers = new Set(address.layers ? layerNames.filter((name) => address.layers?.includes(name)) : defaultLayers);
+    this.layers = new Set(address.layers ? layerNames.filter((name) => address.layers?.includes(name)) : usualLayers());
   }
 
   write(role: Role) {
-    const usual = this.layers.size === defaultLayers.length && defaultLayers.every((name) => this.layers.has(name));
+    const names = usualLayers(), usual = this.layers.size === names.length && names.every((name) => this.layers.has(name));
     const hash = formatAddress(role, { layout: this.layout, robot: selection.robot, layers: usual ? null : [...this.layers] });
     if (hash === location.hash) return;
     const another = this.#written !== this.layout;

@@ -7,7 +7,7 @@ export interface Who { name: string; role: Role }
 /** `robot`: the trainee's; `graded`: the robot of the tasks, if it is another. */
 export interface SessionInfo {
   name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string; robots?: string[]; graded?: string;
-  simulated: boolean; started_us: number; mapped: boolean;
+  simulated: boolean; started_us: number; mapped: boolean; textured?: boolean;
 }
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
 /** Choices of an instructor. */

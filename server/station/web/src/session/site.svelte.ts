@@ -1,10 +1,11 @@
 /** Static content: the semantic model, the map's picture, the robots' descriptions. Fetched once; the model again
  * when the server reports a change. */
 import { parseFrame, type PointsFrame } from "./frames";
+import { parseRecorded, type Recorded } from "./recorded";
 import type { Quaternion, Shape, Triple } from "./protocol";
 
 export interface Element {
-  name: string; label: string; at: Triple; turn: Quaternion; size: Triple; confidence: number | null; virtual: boolean; part_of: string;
+  name: string; label: string; at: Triple; turn: Quaternion; size: Triple; confidence: number | null; virtual: boolean; hinged?: boolean; part_of: string;
 }
 /** Triangles in map; three floats per vertex, three indices per triangle. */
 export interface Mesh { name: string; vertices: number[]; triangles: number[] }
@@ -23,7 +24,10 @@ class Site {
   robots = $state.raw<RobotInfo[]>([]);
   /** The registered cloud; null: not requested, or there is none. */
   cloud = $state.raw<PointsFrame | null>(null);
+  /** What it looks like; null: not requested, or it was not recorded. */
+  recorded = $state.raw<Recorded | null>(null);
   #askedForCloud = false;
+  #askedForRecorded = false;
 
   async fetchModel(): Promise<void> {
     const model = await json<Model>("api/v1/model");
@@ -51,6 +55,15 @@ class Site {
     const frame = parseFrame(await answer.arrayBuffer());
     if (frame.kind === "points") this.cloud = frame;
     return true;
+  }
+
+  /** Large: loaded once, on demand. */
+  async fetchRecorded(): Promise<void> {
+    if (this.#askedForRecorded) return;
+    this.#askedForRecorded = true;
+    const answer = await fetch("api/v1/texture").catch(() => null);
+    this.#askedForRecorded = answer?.ok ?? false;
+    if (answer?.ok) this.recorded = await parseRecorded(await answer.arrayBuffer());
   }
 
   async fetchRobots(): Promise<void> {

@@ -15,6 +15,7 @@ import { colours } from "../theme/theme.svelte";
 import { Crowd } from "./crowd";
 import { Lines } from "./lines";
 import { buildingOccluder, modelMeshes, type ModelMeshes } from "./model_mesh";
+import { RecordedSurface } from "./recorded_surface";
 import { Returns, type Shades } from "./returns";
 
 const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "person", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
@@ -39,6 +40,7 @@ export class Content {
   #model: ModelMeshes | null = null;
   #modelOf = "";
   #occluder: Group | null = null;
+  #recorded: RecordedSurface | null = null;
   #virtual: ReadonlySet<string> = new Set();
   /** Height of the lowest floor, m: lower parts are shown on it. */
   #lowest = 0;
@@ -95,6 +97,8 @@ export class Content {
     if (this.#model) {
       this.#model.group.visible = layers.has("model");
       this.#model.real.visible = real === "drawn";
+      const recorded = this.#look(layers.has("recorded") && layers.has("model") && real === "drawn", cut);
+      this.#model.recorded.visible = !recorded;
       for (const each of this.#model.above) each.visible = !cut;
       this.#model.walls.uniforms.cut!.value = cut ? CUT_M : 1e6;
       this.#model.edges.visible = layers.has("collision");
@@ -110,6 +114,18 @@ export class Content {
       this.group.add(this.#map);
     }
     if (this.#map) this.#map.visible = layers.has("map");
+  }
+
+  /** Draws the recorded surfaces; false: not, or there are none. */
+  #look(on: boolean, cut: boolean): boolean {
+    if (on && site.recorded && !this.#recorded) {
+      this.#recorded = new RecordedSurface(site.recorded);
+      this.group.add(this.#recorded.mesh);
+    }
+    if (!this.#recorded) return false;
+    this.#recorded.mesh.visible = on;
+    this.#recorded.cut = cut ? CUT_M : 1e6;
+    return on;
   }
 
   /** `doors`: those with an angle of their own. */

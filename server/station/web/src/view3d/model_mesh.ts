@@ -17,8 +17,9 @@ function layerOf({ label, at, size }: Element): Layer | null {
   return ["wall", "pillar", "window"].includes(label) || (label === "unknown" && at[2] + size[2] / 2 > TALL_M) ? "walls" : "low";
 }
 
-/** `real`: what stands in the building itself. */
-export interface ModelMeshes { group: Group; real: Group; walls: ShaderMaterial; above: Mesh[]; edges: LineSegments }
+/** `real`: what stands in the building itself; `recorded`: of that, what recorded surfaces show too, which leave out
+ * doors on hinges. */
+export interface ModelMeshes { group: Group; real: Group; recorded: Group; walls: ShaderMaterial; above: Mesh[]; edges: LineSegments }
 
 /** `without`: names of doors that are drawn at their measured angle. */
 export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: ModelInk): ModelMeshes {
@@ -30,8 +31,10 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
   const shown = model.elements.filter((each) => layerOf(each) && !without.has(each.name));
   const colourOf = (element: Element) => (element.virtual ? virtual : (colours[element.label] ?? colours.unknown)) as Color;
   const walls = solidMaterial({ colours: true }), plain = solidMaterial({ colours: true });
-  const group = new Group(), real = new Group(), above: Mesh[] = [];
-  for (const [place, elements] of [[real, shown.filter((each) => !each.virtual)], [group, shown.filter((each) => each.virtual)]] as const) {
+  const group = new Group(), real = new Group(), recorded = new Group(), above: Mesh[] = [];
+  const placeOf = (each: Element) => (each.virtual ? group : each.hinged ? real : recorded);
+  for (const place of [recorded, real, group]) {
+    const elements = shown.filter((each) => placeOf(each) === place);
     const add = (layer: Layer, material: ShaderMaterial) => {
       // A ceiling would hide everything; parts above a door belong to its wall.
       const boxes = elements.filter((each) => layerOf(each) === layer && each.label !== "ceiling");
@@ -43,12 +46,13 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
     add("walls", walls);
     above.push(add("above", plain));
   }
-  for (const mesh of model.meshes) real.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
+  for (const mesh of model.meshes) recorded.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
   const edges = new LineSegments(boxEdges(shown.filter((each) => each.label !== "floor" && each.label !== "ramp" && layerOf(each) !== "above")), new LineBasicMaterial({ color: ink.canvas }));
   edges.visible = false;
   real.name = "building";
+  real.add(recorded);
   group.add(real, edges);
-  return { group, real, walls, above, edges };
+  return { group, real, recorded, walls, above, edges };
 }
 
 /** The real building, drawn for its depth alone; also its ceilings, which hide another storey. */
