@@ -194,6 +194,22 @@ bool same_place(const WallCandidate& a, const WallCandidate& b) {
   return std::min(to, longer.length()) - std::max(from, 0.0) > 0.4 * shorter.length();
 }
 
+std::optional<BackFace> back_face(const WallCandidate& front, const WallCandidate& back) {
+  constexpr double kParallel = 0.06, kThinnest = 0.03, kThinnestUnplaced = 0.06;  // rad, m, m
+  const bool flat = front.curve == kNoCurve && back.curve == kNoCurve;
+  if (!flat || back.score <= 0 || angle_between(front, back) > kParallel || !same_place(front, back))
+    return std::nullopt;
+  const Eigen::Vector2d along = (front.end - front.start).normalized();
+  const auto [from, to] =
+      std::minmax({along.dot(back.start - front.start), along.dot(back.end - front.start)});
+  const double depth = front.raster.away.dot(0.5 * (back.start + back.end) - front.start);
+  // What stands before a wall is seen from the wall's own side, its other face is not.
+  const bool placed = front.raster.viewpoints_known && back.raster.viewpoints_known;
+  if (placed && (depth < kThinnest || front.raster.away.dot(back.raster.away) > -0.5)) return std::nullopt;
+  if (std::abs(depth) < kThinnestUnplaced && !placed) return std::nullopt;
+  return BackFace{depth, from, to};
+}
+
 Labelling assign_labels(const NetCandidates& candidates) {
   Net net;
   std::vector<Variable> walls, openings, horizontals, pillars;

@@ -64,15 +64,11 @@ class BoxesByPlace {
   std::map<std::pair<int, int>, std::vector<std::uint32_t>> by_cell_;
 };
 
-/// Whether a candidate that was rejected as a wall is a wall by its own score, in the place of an accepted
-/// one: a thin wall's other face.
+/// Whether a candidate is the other face of one that is labelled wall.
 bool is_other_face(const std::vector<WallCandidate>& walls, const Labelling& labelling, std::size_t w) {
-  if (labelling.walls[w].label == EntityLabel::wall || walls[w].score <= 0) return false;
-  for (std::size_t other = 0; other < walls.size(); ++other) {
-    // Furniture in front of a wall is seen from the wall's own side, its other face is not.
-    const bool opposite = walls[w].raster.away.dot(walls[other].raster.away) < -0.5;
-    if (opposite && labelling.walls[other].label == EntityLabel::wall && same_place(walls[w], walls[other]))
-      return true;
+  if (labelling.walls[w].label == EntityLabel::wall) return false;
+  for (std::size_t front = 0; front < walls.size(); ++front) {
+    if (labelling.walls[front].label == EntityLabel::wall && back_face(walls[front], walls[w])) return true;
   }
   return false;
 }

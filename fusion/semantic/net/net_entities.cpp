@@ -10,7 +10,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kThinnest = 0.04;  ///< m, of a wall's box, centred at its measured face
+constexpr double kThinnest = 0.04;  ///< m, of a wall's box, centred at its face if only one was measured
 constexpr double kLeaf = 0.04;      ///< m, of a door
 constexpr double kShortest = 0.05;  ///< m, of a piece of a wall
 
@@ -71,10 +71,12 @@ class Entities {
   void add_wall(std::size_t w);
   void add_stretch(std::size_t w, const WallStretch& stretch, WallName& named);
   std::vector<WallStretch> stretches_of(std::size_t w) const;
-  std::string add_piece(const WallCandidate& wall, const CandidateLabel& label, const std::string& name,
-                        EntityLabel as, double from, double to, double low, double high);
-  void add_door(const WallCandidate& wall, std::size_t opening, const std::string& wall_name,
-                const std::string& piece, double top);
+  /// The other face of a wall behind most of a stretch of it.
+  std::optional<BackFace> behind(std::size_t w, double from, double to) const;
+  std::string add_piece(std::size_t w, const CandidateLabel& label, const std::string& name, EntityLabel as,
+                        double from, double to, double low, double high);
+  void add_door(std::size_t w, std::size_t opening, const std::string& wall_name, const std::string& piece,
+                double top);
   void add_pillars();
   void add_flights();
 
@@ -124,23 +126,37 @@ void Entities::add_levels(EntityLabel label, const std::string& word) {
   }
 }
 
-std::string Entities::add_piece(const WallCandidate& wall, const CandidateLabel& label,
-                                const std::string& name, EntityLabel as, double from, double to, double low,
-                                double high) {
+std::optional<BackFace> Entities::behind(std::size_t w, double from, double to) const {
+  const std::vector<WallCandidate>& walls = candidates_.walls.walls;
+  for (std::size_t other = 0; other < walls.size(); ++other) {
+    if (labelling_.walls[other].label == EntityLabel::wall) continue;
+    const auto back = back_face(walls[w], walls[other]);
+    if (back && std::min(to, back->to) - std::max(from, back->from) > 0.5 * (to - from)) return back;
+  }
+  return std::nullopt;
+}
+
+std::string Entities::add_piece(std::size_t w, const CandidateLabel& label, const std::string& name,
+                                EntityLabel as, double from, double to, double low, double high) {
   if (to - from < kShortest || high - low < kShortest) return "";
+  const WallCandidate& wall = candidates_.walls.walls[w];
   const Eigen::Vector2d along = (wall.end - wall.start).normalized();
-  const Eigen::Vector2d centre = wall.start + 0.5 * (from + to) * along;
+  const double thickness = std::clamp(wall.thickness, kThinnest, 0.10);
+  const auto back = behind(w, from, to);
+  const double depth = back ? back->depth : 0;
+  const Eigen::Vector2d centre = wall.start + 0.5 * (from + to) * along + 0.5 * depth * wall.raster.away;
   ModelEntity& piece = add(
       name, label, as, Transform<Map, Body>::planar(centre.x(), centre.y(), wall.yaw(), 0.5 * (low + high)),
-      {to - from, std::clamp(wall.thickness, kThinnest, 0.10), high - low});
+      {to - from, thickness + std::abs(depth), high - low});
   const WallRaster::Fractions seen = wall.raster.fractions(
       static_cast<int>(from / wall.raster.column), static_cast<int>(to / wall.raster.column), low, high);
   piece.observed = std::clamp(seen.measured + seen.behind + seen.through, 0.0, 1.0);
   return name;
 }
 
-void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::string& wall_name,
-                        const std::string& piece, double top) {
+void Entities::add_door(std::size_t w, std::size_t o, const std::string& wall_name, const std::string& piece,
+                        double top) {
+  const WallCandidate& wall = candidates_.walls.walls[w];
   const Opening& opening = candidates_.walls.openings[o];
   const CandidateLabel& label = labelling_.openings[o];
   const Eigen::Vector2d along = (wall.end - wall.start).normalized();
@@ -175,8 +191,7 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
   relate(RelationKind::available_inside, door.name, piece, label.confidence());
   relate(RelationKind::connected_via_joint, door.name, piece, label.confidence());
   const std::string above = "wall above door " + number;
-  if (!add_piece(wall, label, above, EntityLabel::wall_above_door, opening.from, opening.to, opening.head,
-                 top)
+  if (!add_piece(w, label, above, EntityLabel::wall_above_door, opening.from, opening.to, opening.head, top)
            .empty()) {
     net_.entities.back().part_of = wall_name;
     relate(RelationKind::above, above, "door " + number, label.confidence());
@@ -228,7 +243,7 @@ void Entities::add_stretch(std::size_t w, const WallStretch& stretch, WallName& 
   double from = stretch.from;
   for (std::size_t k = 0; k <= cuts.size(); ++k) {
     const double to = k < cuts.size() ? candidates_.walls.openings[cuts[k]].from : stretch.to;
-    pieces[k] = add_piece(wall, label, piece_name(), EntityLabel::wall, from, to, wall.floor, top);
+    pieces[k] = add_piece(w, label, piece_name(), EntityLabel::wall, from, to, wall.floor, top);
     if (!pieces[k].empty() && !whole) net_.entities.back().part_of = name;
     if (!pieces[k].empty() && (whole_walls_.empty() || whole_walls_.back().second != w))
       whole_walls_.emplace_back(pieces[k], w);
@@ -238,18 +253,18 @@ void Entities::add_stretch(std::size_t w, const WallStretch& stretch, WallName& 
     const Opening& opening = candidates_.walls.openings[cuts[k]];
     const std::string& beside = pieces[k].empty() ? pieces[k + 1] : pieces[k];
     if (labelling_.openings[cuts[k]].label == EntityLabel::door && !beside.empty()) {
-      add_door(wall, cuts[k], name, beside, top);
+      add_door(w, cuts[k], name, beside, top);
     } else if (labelling_.openings[cuts[k]].label == EntityLabel::window && !beside.empty()) {
       const std::string window = numbered("window");
-      add_piece(wall, labelling_.openings[cuts[k]], window, EntityLabel::window, opening.from, opening.to,
+      add_piece(w, labelling_.openings[cuts[k]], window, EntityLabel::window, opening.from, opening.to,
                 opening.sill, opening.head);
       net_.entities.back().part_of = name;
       relate(RelationKind::available_inside, window, beside, labelling_.openings[cuts[k]].confidence());
-      add_piece(wall, label, piece_name(), EntityLabel::wall, opening.from, opening.to, wall.floor,
+      add_piece(w, label, piece_name(), EntityLabel::wall, opening.from, opening.to, wall.floor,
                 opening.sill);
-      add_piece(wall, label, piece_name(), EntityLabel::wall, opening.from, opening.to, opening.head, top);
+      add_piece(w, label, piece_name(), EntityLabel::wall, opening.from, opening.to, opening.head, top);
     } else {
-      add_piece(wall, label, piece_name(), EntityLabel::wall, opening.from, opening.to, opening.head, top);
+      add_piece(w, label, piece_name(), EntityLabel::wall, opening.from, opening.to, opening.head, top);
     }
   }
 }

@@ -1,6 +1,7 @@
 // Wall candidates and their openings. Internal to the semantic net.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "fusion/semantic/net/levels.hpp"
@@ -55,6 +56,15 @@ bool same_hole(const Opening& a, const WallCandidate& wall_a, const Opening& b, 
 /// Whether two candidates are the same wall: parallel, and within each other's thickness over most of the
 /// shorter one.
 bool same_place(const WallCandidate& a, const WallCandidate& b);
+
+/// Where `back` is the other face of the wall whose face is `front`: m, from one to the other along
+/// `front.raster.away`, and the stretch of `front` that lies before it. nullopt: they are no two faces of one
+/// wall. Without viewpoints the distance may be negative, as the side that each is seen from is not known.
+struct BackFace {
+  double depth = 0;         ///< m
+  double from = 0, to = 0;  ///< m, along `front`
+};
+std::optional<BackFace> back_face(const WallCandidate& front, const WallCandidate& back);
 
 struct WallCandidates {
   std::vector<WallCandidate> walls;

@@ -9,26 +9,44 @@
 namespace parhelion::semantic {
 namespace {
 
-/// A round wall exists where its facets are measured over their height: an arc may fit the ends of many
-/// things and cross the room between them.
-void weigh_curves(std::vector<WallCandidate>& walls) {
-  constexpr double kSupported = 0.6, kUnsupported = 20;  // of its length; of the score
-  std::map<std::uint32_t, double> supported;
-  for (const WallCandidate& wall : walls) {
-    if (wall.curve == kNoCurve) continue;
-    for (const WallStretch& stretch : supported_stretches(wall, {}))
-      supported[wall.curve] += stretch.to - stretch.from;
-  }
-  for (WallCandidate& wall : walls) {
-    if (wall.curve != kNoCurve && supported[wall.curve] < kSupported * wall.round_length)
-      wall.score -= kUnsupported;
-  }
-}
-
 double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
   const Eigen::Vector2d d = wall.end - wall.start;
   const double t = std::clamp(d.dot(p - wall.start) / d.squaredNorm(), 0.0, 1.0);
   return (wall.start + t * d - p).norm();
+}
+
+/// m, of a round wall that lies along one straight wall: things before a wall bend it.
+double length_along_straight(const std::vector<WallCandidate>& walls, std::uint32_t curve) {
+  constexpr double kAlong = 0.15;  // m
+  double longest = 0;
+  for (const WallCandidate& straight : walls) {
+    if (straight.curve != kNoCurve || straight.score <= 0) continue;
+    double length = 0;
+    for (const WallCandidate& facet : walls) {
+      if (facet.curve == curve && distance(0.5 * (facet.start + facet.end), straight) < kAlong)
+        length += facet.length();
+    }
+    longest = std::max(longest, length);
+  }
+  return longest;
+}
+
+/// A round wall exists where its facets are measured over their height, and no straight one says the same: an
+/// arc may fit the ends of many things and cross the room between them.
+void weigh_curves(std::vector<WallCandidate>& walls) {
+  constexpr double kSupported = 0.6, kStraight = 0.6, kUnsupported = 20;  // of its length; of the score
+  std::map<std::uint32_t, double> supported, straight;
+  for (const WallCandidate& wall : walls) {
+    if (wall.curve == kNoCurve) continue;
+    for (const WallStretch& stretch : supported_stretches(wall, {}))
+      supported[wall.curve] += stretch.to - stretch.from;
+    if (!straight.contains(wall.curve)) straight[wall.curve] = length_along_straight(walls, wall.curve);
+  }
+  for (WallCandidate& wall : walls) {
+    if (wall.curve != kNoCurve && (supported[wall.curve] < kSupported * wall.round_length ||
+                                   straight[wall.curve] > kStraight * wall.round_length))
+      wall.score -= kUnsupported;
+  }
 }
 
 /// Walls join walls. A short piece that meets no longer one at either end is more likely an object.

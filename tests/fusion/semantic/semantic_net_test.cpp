@@ -64,6 +64,83 @@ TEST(SemanticNet, FindsTheCeilingsOfStoreysUnderTheWidestFloor) {
   EXPECT_NEAR(partition->T_map_body.translation().z() + partition->size.z() / 2, 2.6, 0.1);
 }
 
+/// The longest wall near x = 4.
+ModelEntity partition_of(const SemanticNet& net) {
+  ModelEntity longest;
+  longest.size.setZero();
+  for (const ModelEntity& e : net.entities) {
+    if (e.label == EntityLabel::wall && std::abs(e.T_map_body.translation().x() - 4) < 0.4 &&
+        std::abs(std::sin(e.T_map_body.yaw())) > 0.9 && e.size.x() > longest.size.x())
+      longest = e;
+  }
+  return longest;
+}
+
+/// Two rooms with a wall of this thickness between them, from x = 4 on.
+cloud::PointCloud<Map> two_rooms(double thickness) {
+  CloudSampler sampler(600, 0.005, 8);
+  sampler.room({0, 0}, {4, 5}, 0, 2.7);
+  sampler.room({4 + thickness, 0}, {9, 5}, 0, 2.7);
+  return sampler.cloud();
+}
+
+TEST(SemanticNet, AWallThatIsSeenFromBothSidesIsAsThickAsItIs) {
+  for (const double thickness : {0.10, 0.14}) {
+    for (const bool placed : {true, false}) {
+      cloud::PointCloud<Map> cloud = two_rooms(thickness);
+      if (placed) {
+        cloud.viewpoints = {{2, 2.5, 1.3}, {6.5, 2.5, 1.3}};
+        for (const Eigen::Vector3f& p : cloud.points)
+          cloud.scans.push_back(static_cast<double>(p.x()) < 4 + thickness / 2 ? 0 : 1);
+      }
+      const SemanticNet net = net_of(cloud);
+      const ModelEntity wall = partition_of(net);
+      EXPECT_NEAR(wall.T_map_body.translation().x(), 4 + thickness / 2, 0.01) << thickness << placed;
+      EXPECT_NEAR(wall.size.y(), thickness + 0.04, 0.015) << thickness << placed;
+      long unknown = 0;
+      for (std::size_t i = 0; i < cloud.size(); ++i)
+        unknown += net.labels[i] == static_cast<std::uint8_t>(EntityLabel::unknown);
+      EXPECT_LT(unknown, 0.02 * static_cast<double>(cloud.size()));
+    }
+  }
+}
+
+TEST(SemanticNet, WhatStandsBeforeAWallIsNotItsOtherFace) {
+  CloudSampler sampler(600, 0.005, 9);
+  sampler.room({0, 0}, {4, 5}, 0, 2.7);
+  sampler.wall({3.88, 1}, {3.88, 4}, 0, 2.5);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  cloud.viewpoints = {{2, 2.5, 1.3}};
+  cloud.scans.assign(cloud.size(), 0);
+  EXPECT_LT(partition_of(net_of(cloud)).size.y(), 0.08);
+}
+
+/// A room with a hole or a mirror in its wall at x = 4, through which a wall at x = `image` is seen.
+SemanticNet room_with_a_wall_behind(double image) {
+  CloudSampler sampler(900, 0.005, 10);
+  sampler.room({0, 0}, {4, 5}, 0, 2.7);
+  sampler.wall({image, 0}, {image, 5}, 0.4, 2.7);
+  cloud::PointCloud<Map> cloud;
+  for (const Eigen::Vector3f& p : sampler.cloud().points) {
+    const bool in_frame =
+        std::abs(p.x() - 4) < 0.05F && std::abs(p.y() - 2.5F) < 1 && p.z() > 1 && p.z() < 2.2F;
+    if (!in_frame) cloud.points.push_back(p);
+  }
+  cloud.viewpoints = {{1.5, 2.5, 1.4}};
+  cloud.scans.assign(cloud.size(), 0);
+  return net_of(cloud);
+}
+
+TEST(SemanticNet, AWallThatIsSeenInAMirrorIsNone) {
+  const auto walls_behind = [](const SemanticNet& net) {
+    return std::count_if(net.entities.begin(), net.entities.end(), [](const ModelEntity& e) {
+      return e.label == EntityLabel::wall && e.T_map_body.translation().x() > 6;
+    });
+  };
+  EXPECT_EQ(walls_behind(room_with_a_wall_behind(8)), 0) << "the image of the wall at x = 0";
+  EXPECT_GT(walls_behind(room_with_a_wall_behind(7)), 0) << "seen through a window";
+}
+
 TEST(SemanticNet, WhatHangsOverAStreetHereAndThereIsNoCeiling) {
   CloudSampler sampler(150, 0.01, 7);
   sampler.slab({-15, -10}, {15, 10}, 0);

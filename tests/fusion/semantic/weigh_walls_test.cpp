@@ -57,5 +57,31 @@ TEST(WeighWalls, WithRoomToStandBetweenThemBothAreWalls) {
   EXPECT_EQ(scores({surface(2, 0.2), surface(3.2, 0.8)})[0], kScore);
 }
 
+/// Facets of one arc through these places, a metre each, from the first to the last.
+std::vector<WallCandidate> arc(const std::vector<Eigen::Vector2d>& corners) {
+  std::vector<WallCandidate> facets;
+  for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+    WallCandidate facet = surface(corners[i].x(), 1, 1);
+    facet.start = corners[i], facet.end = corners[i + 1];
+    facet.curve = 0;
+    facet.round_length = static_cast<double>(corners.size() - 1);
+    facets.push_back(facet);
+  }
+  return facets;
+}
+
+TEST(WeighWalls, AnArcThatAStraightWallExplainsIsNone) {
+  std::vector<WallCandidate> walls = arc({{2.02, 0}, {2.08, 1}, {2.06, 2}, {1.9, 3}, {1.5, 3.9}});
+  EXPECT_EQ(scores(walls)[0], kScore) << "alone it may be one";
+  walls.push_back(surface(2.05, 1, 4));
+  EXPECT_LT(scores(walls)[0], 0);
+}
+
+TEST(WeighWalls, AnArcStaysThatAStraightWallTouches) {
+  std::vector<WallCandidate> walls = arc({{2.0, 0}, {2.0, 1}, {1.7, 2}, {1.1, 2.8}, {0.2, 3.2}});
+  walls.push_back(surface(2.05, 1, 2));
+  EXPECT_EQ(scores(walls)[0], kScore);
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
