@@ -12,6 +12,12 @@ namespace {
 
 constexpr double kNever = 20;  ///< log-odds
 
+/// Chairs and tables stand in gardens, too.
+bool is_of_rooms(ObjectKind kind) {
+  return kind == ObjectKind::counter || kind == ObjectKind::cupboard || kind == ObjectKind::sofa ||
+         kind == ObjectKind::bed || kind == ObjectKind::shelf;
+}
+
 bool is_victim(const Thing& thing) {
   return thing.posture == Posture::sitting || thing.posture == Posture::lying;
 }
@@ -32,13 +38,14 @@ double doubt_in(const Thing& thing, const ObjectShape& shape) {
 
 }  // namespace
 
-ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features) {
+ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features, bool outdoors) {
   std::array<double, kThings.size()> odds{};
   for (std::size_t k = 0; k < kThings.size(); ++k) {
     const auto seen = static_cast<double>(evaluate(thing_trees()[k], features));
     // Nothing is a piece of the building only because it is like no thing.
     const bool unlike_building = kThings[k].building && seen < 0;
-    odds[k] = unlike_building ? -kNever : seen - doubt_in(kThings[k], shape);
+    const bool elsewhere = outdoors && is_of_rooms(kThings[k].kind);
+    odds[k] = unlike_building || elsewhere ? -kNever : seen - doubt_in(kThings[k], shape);
   }
   const auto best = static_cast<std::size_t>(std::max_element(odds.begin(), odds.end()) - odds.begin());
   double sum = 0;

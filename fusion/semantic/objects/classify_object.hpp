@@ -12,6 +12,7 @@ struct ObjectClass {
   double confidence = 0.5;
   bool building = false;  ///< no thing at all: a piece of a wall, a step, a floor that was not found as such
 };
-ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features);
+/// `outdoors`: then it is no furniture of rooms.
+ObjectClass classify(const ObjectShape& shape, const ObjectFeatures& features, bool outdoors);
 
 }  // namespace parhelion::semantic

@@ -7,6 +7,7 @@
 
 #include "fusion/semantic/objects/classify_object.hpp"
 #include "fusion/semantic/objects/object_groups.hpp"
+#include "fusion/semantic/objects/open_ground.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -171,6 +172,7 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
   for (const ModelEntity& entity : entities) {
     if (entity.label == EntityLabel::stairs) steps.push_back(&entity);
   }
+  const OpenGround open(entities);
   std::map<ObjectKind, int> count;
   for (const ObjectGroup& group : find_groups(grid, plates)) {
     std::size_t points = 0;
@@ -186,7 +188,7 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
         std::any_of(entities.begin(), entities.end(), has_piece))
       continue;
     const ObjectFeatures features = features_of(grid, group, shape, entities);
-    const ObjectClass kind = classify(shape, features);
+    const ObjectClass kind = classify(shape, features, open.contains(shape.middle));
     if (kind.building && !options.building_too) continue;
     ModelObject object = object_of(shape, kind);
     object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);

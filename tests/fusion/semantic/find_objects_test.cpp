@@ -44,8 +44,9 @@ void add_chair(cloud::PointCloud<Map>& cloud, double x, double y) {
   }
 }
 
+/// Not as wide as a street.
 std::vector<ModelEntity> floor_of() {
-  return {test::model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1})};
+  return {test::model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {10, 10, 0.1})};
 }
 
 FoundObjects found_in(const cloud::PointCloud<Map>& cloud) {
@@ -80,6 +81,16 @@ TEST(FindObjects, ThingsInARowPartWhereTheirHeightChanges) {
   const FoundObjects found = found_in(cloud);
   EXPECT_EQ(count_kind(found, ObjectKind::counter), 1);
   EXPECT_EQ(count_kind(found, ObjectKind::cupboard), 1);
+}
+
+TEST(FindObjects, NoFurnitureOfRoomsStandsInAStreet) {
+  cloud::PointCloud<Map> cloud;
+  add_box(cloud, {0, 0, 0}, {1.8, 0.6, 0.9});
+  add_box(cloud, {4, 0, 0}, {4.6, 0.6, 2.0});
+  const FoundObjects found = find_objects(
+      cloud, cloud.labels, {test::model_box("street", EntityLabel::floor, {0, 0, -0.05}, {40, 12, 0.1})});
+  EXPECT_EQ(found.objects.size(), 2U);
+  EXPECT_EQ(count_kind(found, ObjectKind::counter) + count_kind(found, ObjectKind::cupboard), 0);
 }
 
 TEST(FindObjects, WhatStandsBetweenTheArmsOfACornerIsNoPartOfIt) {
