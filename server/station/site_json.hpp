@@ -15,7 +15,7 @@ struct HelloFields {
   bool recorded = false;
   bool mapped = false;    ///< a picture of the map exists
   bool textured = false;  ///< recorded surfaces of the site exist
-  std::string marks;    ///< JSON list for the seek bar; empty: none
+  std::string marks;      ///< JSON list for the seek bar; empty: none
   bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
 };
 /// hello: the first message to a page. A trainee's has the briefing, and nothing for instructors.
