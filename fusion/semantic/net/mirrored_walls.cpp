@@ -42,13 +42,15 @@ bool crosses(const WallCandidate& wall, const Eigen::Vector3d& from, const Eigen
 }
 
 bool is_seen_through(const PlanPoints& points, const WallCandidate& wall, const WallCandidate& mirror) {
-  constexpr double kNear = 0.05, kMinFraction = 0.9;  // m; of the rays
+  constexpr double kNear = 0.05, kInside = 0.15;  // m
+  constexpr double kMinFraction = 0.9;            // of the rays
   constexpr int kFewest = 50;
   int rays = 0, through = 0;
   points.near_segment(wall.start, wall.end, kNear, [&](const PlanPoints::Point& point) {
     const Eigen::Vector3d p = point.p.cast<double>();
     const double along = wall.raster.along.dot(p.head<2>() - wall.start);
-    if (point.viewpoint < 0 || std::abs(off(wall, p.head<2>())) > kNear || along < 0 || along > wall.length())
+    if (point.viewpoint < 0 || std::abs(off(wall, p.head<2>())) > kNear || along < 0 ||
+        along > wall.length() || p.z() < wall.floor + kInside || p.z() > wall.ceiling - kInside)
       return;
     ++rays;
     const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(point.viewpoint)];

@@ -72,9 +72,9 @@ double visible_from(const Segmentation& segmentation, const WallCandidate& wall)
 /// none. Points of the ceiling that lie in the wall's plane, as a person's who walked there while a scanner
 /// turned, do not make it higher.
 double top_of_support(const WallCandidate& wall) {
-  constexpr double kBand = 0.2, kUnderCeiling = 0.25;  // m
-  constexpr double kSome = 0.5, kNone = 0.15;          // of a band's cells
-  constexpr int kFewest = 2;                           // bands without support
+  constexpr double kBand = 0.1, kUnderCeiling = 0.2;  // m
+  constexpr double kSome = 0.5, kNone = 0.15;         // of a band's cells
+  constexpr int kFewest = 3;                          // bands without support
   int none = 0;
   for (double z = wall.ceiling - kUnderCeiling - kBand; z > wall.floor; z -= kBand) {
     const double measured = wall.raster.fractions(0, wall.raster.columns, z, z + kBand).measured;
