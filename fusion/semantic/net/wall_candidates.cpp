@@ -245,10 +245,10 @@ std::vector<WallCandidate> merged_walls(const Segmentation& segmentation, const 
 }
 
 /// Fills the wall's raster and figures; returns its openings.
-std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segmentation, std::size_t index,
-                             const SemanticNetOptions& options, WallCandidate& wall) {
+std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segmentation, const Levels& levels,
+                             std::size_t index, const SemanticNetOptions& options, WallCandidate& wall) {
   wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
-  wall.z_high = top_of_support(wall);
+  if (levels.ceiling()) wall.z_high = top_of_support(wall);  // else what is higher may not have been seen
   wall.visible_from = visible_from(segmentation, wall);
   std::vector<Opening> openings = find_openings(points, wall, index, options);
   measure_coverage(wall, openings);
@@ -266,7 +266,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
   WallCandidates found{merged_walls(segmentation, levels), {}};
   std::vector<std::vector<Opening>> openings(found.walls.size());
   tbb::parallel_for(std::size_t{0}, openings.size(), [&](std::size_t w) {
-    openings[w] = measure(points, segmentation, w, options, found.walls[w]);
+    openings[w] = measure(points, segmentation, levels, w, options, found.walls[w]);
   });
   for (const std::vector<Opening>& of_wall : openings)
     found.openings.insert(found.openings.end(), of_wall.begin(), of_wall.end());
