@@ -49,6 +49,11 @@ void weigh_curves(std::vector<WallCandidate>& walls) {
   }
 }
 
+/// m, from the ends of either to the other.
+double apart(const WallCandidate& a, const WallCandidate& b) {
+  return std::min({distance(a.start, b), distance(a.end, b), distance(b.start, a), distance(b.end, a)});
+}
+
 /// Walls join walls. A short piece that meets no longer one at either end is more likely an object.
 void weigh_loners(std::vector<WallCandidate>& walls) {
   constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
@@ -123,10 +128,36 @@ void weigh_stubs(std::vector<WallCandidate>& walls) {
   for (const std::size_t w : stubs) walls[w].score -= kStub;
 }
 
+/// Two low surfaces that meet at a corner which points to the scanner are sides of one thing, as of a car or
+/// a counter: of a room's low part, corners point away.
+void weigh_blocks(std::vector<WallCandidate>& walls) {
+  constexpr double kLow = 1.6, kJoin = 0.35, kLong = 5.5, kWide = 2.5;  // m
+  constexpr double kSquare = 1.0, kOfBlock = 12;                        // rad; of the score
+  const auto is_low = [](const WallCandidate& wall) {
+    return wall.curve == kNoCurve && wall.score > 0 && wall.z_high - wall.floor < kLow;
+  };
+  const auto behind = [](const WallCandidate& front, const WallCandidate& other) {
+    return front.raster.away.dot(0.5 * (other.start + other.end) - front.start) > 0;
+  };
+  std::vector<std::size_t> sides;
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    const bool side =
+        is_low(walls[w]) && std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
+          const auto [narrow, broad] = std::minmax({walls[w].length(), other.length()});
+          return &other != &walls[w] && is_low(other) && narrow < kWide && broad < kLong &&
+                 std::abs(std::remainder(other.yaw() - walls[w].yaw(), EIGEN_PI)) > kSquare &&
+                 apart(walls[w], other) < kJoin && behind(walls[w], other) && behind(other, walls[w]);
+        });
+    if (side) sides.push_back(w);
+  }
+  for (const std::size_t w : sides) walls[w].score -= kOfBlock;
+}
+
 }  // namespace
 
 void weigh_walls(std::vector<WallCandidate>& walls) {
   weigh_curves(walls);
+  weigh_blocks(walls);
   weigh_loners(walls);
   weigh_fronts(walls);
   weigh_stubs(walls);

@@ -83,5 +83,24 @@ TEST(WeighWalls, AnArcStaysThatAStraightWallTouches) {
   EXPECT_EQ(scores(walls)[0], kScore);
 }
 
+/// An upright surface up to `top`, whose far side is in the direction `away`.
+WallCandidate side(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const Eigen::Vector2d& away,
+                   double top) {
+  WallCandidate wall;
+  wall.start = start, wall.end = end;
+  wall.floor = 0, wall.ceiling = top, wall.z_high = top, wall.score = kScore;
+  wall.raster.start = start, wall.raster.along = (end - start).normalized(), wall.raster.away = away;
+  return wall;
+}
+
+TEST(WeighWalls, SidesOfALowThingWhoseCornerPointsToTheScannerAreNone) {
+  const auto corner = [](double top, double inwards) {
+    return scores({side({0, 0}, {4, 0}, {0, inwards}, top), side({0, 0}, {0, 1.8}, {inwards, 0}, top)});
+  };
+  for (const double score : corner(1.4, 1)) EXPECT_LT(score, 0) << "a car";
+  for (const double score : corner(2.4, 1)) EXPECT_GT(score, 0) << "a corner of a building";
+  for (const double score : corner(1.4, -1)) EXPECT_GT(score, 0) << "the low part of a room's corner";
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
