@@ -383,6 +383,7 @@ bool is_on(const ModelEntity& ramp, const Eigen::Vector3d& at) {
 
 FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels, double voxel) {
   const std::vector<Ramp> candidates = RampFinder(cloud, labels, voxel).find();
+  if (candidates.empty()) return {};
   std::vector<ModelEntity> ramps;
   for (const Ramp& candidate : candidates) ramps.push_back(entity_of(candidate));
   const auto around = points_around(cloud, labels, ramps);

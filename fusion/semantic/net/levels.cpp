@@ -75,15 +75,20 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   find_raised();
   find_scattered();
   double floor_area = 0, ceiling_area = 0;
-  std::vector<double> floors;
+  for (std::size_t h = 0; h < n; ++h) {
+    const double area = segmentation.horizontals[h].area;
+    if (floor_score(h) > 0 && area > floor_area) {
+      floor_area = area;
+      floor_ = lowest_ = segmentation.horizontals[h].z;
+      has_floor_ = true;
+    }
+  }
+  // What little lies under a floor may be its image in it.
+  constexpr double kOfWidest = 0.1;
   for (std::size_t h = 0; h < n; ++h) {
     const HorizontalSurface& surface = segmentation.horizontals[h];
-    if (floor_score(h) <= 0) continue;
-    floors.push_back(surface.z);
-    if (surface.area > floor_area) floor_area = surface.area, floor_ = surface.z;
+    if (floor_score(h) > 0 && surface.area > kOfWidest * floor_area) lowest_ = std::min(lowest_, surface.z);
   }
-  has_floor_ = !floors.empty();
-  if (has_floor_) lowest_ = *std::min_element(floors.begin(), floors.end());
   for (std::size_t h = 0; h < n; ++h) {
     const HorizontalSurface& surface = segmentation.horizontals[h];
     if (ceiling_score(h) > 0 && surface.area > ceiling_area) {

@@ -41,35 +41,55 @@ bool crosses(const WallCandidate& wall, const Eigen::Vector3d& from, const Eigen
   return along > 0 && along < wall.length() && at.z() > wall.floor + kFoot && at.z() < wall.ceiling;
 }
 
-bool is_seen_through(const PlanPoints& points, const WallCandidate& wall, const WallCandidate& mirror) {
+struct Ray {
+  Eigen::Vector3d from, p;  ///< m: the scanner, and what it measured
+};
+
+/// The rays that measured a wall between floor and ceiling.
+std::vector<Ray> rays_to(const PlanPoints& points, const WallCandidate& wall) {
   constexpr double kNear = 0.05, kInside = 0.15;  // m
-  constexpr double kMinFraction = 0.9;            // of the rays
-  constexpr int kFewest = 50;
-  int rays = 0, through = 0;
+  std::vector<Ray> rays;
   points.near_segment(wall.start, wall.end, kNear, [&](const PlanPoints::Point& point) {
     const Eigen::Vector3d p = point.p.cast<double>();
     const double along = wall.raster.along.dot(p.head<2>() - wall.start);
     if (point.viewpoint < 0 || std::abs(off(wall, p.head<2>())) > kNear || along < 0 ||
         along > wall.length() || p.z() < wall.floor + kInside || p.z() > wall.ceiling - kInside)
       return;
-    ++rays;
-    const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(point.viewpoint)];
-    through += crosses(mirror, from.cast<double>(), p) ? 1 : 0;
+    rays.push_back({points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>(), p});
   });
-  return rays >= kFewest && through > kMinFraction * rays;
+  return rays;
+}
+
+/// Whether nearly all rays cross a wall. A few tell for most walls of a large site that they do not.
+bool cross_it(const std::vector<Ray>& rays, const WallCandidate& wall) {
+  constexpr double kMinFraction = 0.9;
+  constexpr std::size_t kFew = 16;
+  for (const std::size_t stride : {1 + rays.size() / kFew, std::size_t{1}}) {
+    std::size_t all = 0, through = 0;
+    for (std::size_t i = 0; i < rays.size(); i += stride) {
+      ++all;
+      through += crosses(wall, rays[i].from, rays[i].p) ? 1 : 0;
+    }
+    const double min_fraction = stride > 1 ? 0.5 : kMinFraction;
+    if (static_cast<double>(through) <= min_fraction * static_cast<double>(all)) return false;
+  }
+  return true;
 }
 
 bool is_mirrored(const PlanPoints& points, const std::vector<WallCandidate>& walls,
                  const WallCandidate& wall) {
   constexpr double kOblique = 0.5;  // rad: walls across the mirror go on behind it as they do before it
-  for (const WallCandidate& mirror : walls) {
-    if (&mirror == &wall || !is_flat_wall(mirror) || angle_between(mirror, wall) > kOblique) continue;
-    const bool has_original = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& real) {
+  constexpr std::size_t kFewest = 50;
+  const std::vector<Ray> rays = rays_to(points, wall);
+  if (rays.size() < kFewest) return false;
+  return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& mirror) {
+    if (&mirror == &wall || !is_flat_wall(mirror) || angle_between(mirror, wall) > kOblique ||
+        !cross_it(rays, mirror))
+      return false;
+    return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& real) {
       return &real != &wall && &real != &mirror && is_flat_wall(real) && is_image(wall, mirror, real);
     });
-    if (has_original && is_seen_through(points, wall, mirror)) return true;
-  }
-  return false;
+  });
 }
 
 }  // namespace

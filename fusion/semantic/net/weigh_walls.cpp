@@ -16,15 +16,15 @@ double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
 }
 
 /// m, of a round wall that lies along one straight wall: things before a wall bend it.
-double length_along_straight(const std::vector<WallCandidate>& walls, std::uint32_t curve) {
+double length_along_straight(const std::vector<WallCandidate>& walls,
+                             const std::vector<const WallCandidate*>& facets) {
   constexpr double kAlong = 0.15;  // m
   double longest = 0;
   for (const WallCandidate& straight : walls) {
     if (straight.curve != kNoCurve || straight.score <= 0) continue;
     double length = 0;
-    for (const WallCandidate& facet : walls) {
-      if (facet.curve == curve && distance(0.5 * (facet.start + facet.end), straight) < kAlong)
-        length += facet.length();
+    for (const WallCandidate* facet : facets) {
+      if (distance(0.5 * (facet->start + facet->end), straight) < kAlong) length += facet->length();
     }
     longest = std::max(longest, length);
   }
@@ -36,12 +36,14 @@ double length_along_straight(const std::vector<WallCandidate>& walls, std::uint3
 void weigh_curves(std::vector<WallCandidate>& walls) {
   constexpr double kSupported = 0.6, kStraight = 0.6, kUnsupported = 20;  // of its length; of the score
   std::map<std::uint32_t, double> supported, straight;
+  std::map<std::uint32_t, std::vector<const WallCandidate*>> facets;
   for (const WallCandidate& wall : walls) {
     if (wall.curve == kNoCurve) continue;
     for (const WallStretch& stretch : supported_stretches(wall, {}))
       supported[wall.curve] += stretch.to - stretch.from;
-    if (!straight.contains(wall.curve)) straight[wall.curve] = length_along_straight(walls, wall.curve);
+    facets[wall.curve].push_back(&wall);
   }
+  for (const auto& [curve, of_curve] : facets) straight[curve] = length_along_straight(walls, of_curve);
   for (WallCandidate& wall : walls) {
     if (wall.curve != kNoCurve && (supported[wall.curve] < kSupported * wall.round_length ||
                                    straight[wall.curve] > kStraight * wall.round_length))

@@ -91,6 +91,7 @@ bool is_same(const ModelObject& kerb, const ModelObject& other) {
 std::vector<ModelObject> find_kerbs(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                     const std::vector<ModelEntity>& entities, double voxel) {
   const std::vector<KerbLine> lines = kerb_lines(GroundLayers(cloud, labels), std::max(kLowest, 2 * voxel));
+  if (lines.empty()) return {};
   const auto points = points_at(lines, cloud, labels);
   std::vector<ModelObject> kerbs;
   for (std::size_t k = 0; k < lines.size(); ++k) {
