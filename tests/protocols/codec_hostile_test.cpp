@@ -181,9 +181,10 @@ TEST(MalformedMessages, InvalidPoses) {
             std::string::npos);
   EXPECT_NE(refusal(TwistCommand{test::kSampleStamp, {0, INFINITY, 0}}).find("vy: inf"), std::string::npos);
 
-  auto bytes = test::sample("pose_t", PoseStamped{test::kSampleStamp, {}, {}, {}, {}}).bytes;
-  wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, not an identity
   PoseStamped pose;
+  pose.stamp = test::kSampleStamp;
+  auto bytes = test::sample("pose_t", pose).bytes;
+  wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, not an identity
   const Status status = decode("POSE", bytes, pose);
   ASSERT_FALSE(status);
   EXPECT_NE(status.error().message.find("orientation: 0, expected a quaternion"), std::string::npos);
