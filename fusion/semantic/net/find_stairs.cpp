@@ -166,6 +166,16 @@ void drop_repeated(std::vector<Flight>& flights) {
   flights = std::move(kept);
 }
 
+/// Leaves out steps at the ends whose rise is none of the flight's.
+void drop_uneven_ends(Flight& flight) {
+  constexpr double kFar = 0.03;  // m
+  const auto is_uneven = [&](std::size_t i) {
+    return std::abs(flight.steps[i].z - flight.steps[i - 1].z - median(flight.rises())) > kFar;
+  };
+  while (flight.steps.size() > kMinRises && is_uneven(1)) flight.steps.erase(flight.steps.begin());
+  while (flight.steps.size() > kMinRises && is_uneven(flight.steps.size() - 1)) flight.steps.pop_back();
+}
+
 void judge(Flight& flight) {
   std::vector<double> rises = flight.rises();
   const double middle = quantile(rises, 0.5);
@@ -249,6 +259,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     extend({*points, cloud, segmentation}, flight);
     refine_heights(*points, segmentation, flight);
     even_rises(*points, flight);
+    drop_uneven_ends(flight);
     if (flight.steps.size() <= kMinRises || !is_on_profile({*points, cloud, segmentation}, flight)) continue;
     judge(flight);
     flights.push_back(std::move(flight));

@@ -13,7 +13,7 @@ constexpr double kOn = 0.035;  ///< m, from a riser or a tread to a point of it
 constexpr double kSide =
     0.08;  ///< m, of the flight's width at either side: a wall or a cheek may stand there
 constexpr double kColumn = 0.10;      ///< m, across the flight
-constexpr double kAcross = 0.3;       ///< minimum fraction of these in which it is seen
+constexpr double kAcross = 0.2;       ///< minimum fraction of these in which it is seen
 constexpr std::size_t kFew = 8;       ///< points of a step
 constexpr double kAgree = 0.7;        ///< minimum fraction of the points there that are on the profile
 constexpr double kOver = 0.5;         ///< points over a step, of those on it: more is a wall
@@ -61,6 +61,8 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
     // What is at the height of the level that the flight already has is no evidence for another one.
     const bool known = corner.below ? z > corner.high - kOn : z < corner.low + kOn;
     if (known && !(corner.below && s < -kOn)) continue;
+    // Under an open flight, seen from behind it.
+    if (!p.from_front && s > kOn && z < corner.high - kOn) continue;
     const bool on_tread = p.from_above && std::abs(z - tread) < kOn && (corner.below ? s < kOn : s > -kOn);
     const bool on_riser = p.from_front && std::abs(s) < kOn && z > corner.low - kOn && z < corner.high + kOn;
     if (on_tread || on_riser) {
@@ -68,6 +70,7 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
       Column& column = columns[static_cast<std::size_t>(p.t / kColumn)];
       if (on_tread) {
         result.tread.push_back(z);
+        result.tread_at.push_back(p.s);
         column.add_tread(s);
       } else {
         result.riser.push_back(p.s);
@@ -76,7 +79,7 @@ ProfileMatch match(const FlightPoints& points, const ProfileCorner& corner, doub
     } else if (z > corner.high + kOn) {
       result.over += s > -kOn && s < 0.5 * depth;
     } else if (z < corner.low - kOn) {
-      result.over += corner.below && std::abs(s) < kOn;
+      result.over += corner.below && p.from_front && std::abs(s) < kOn;
     } else {
       ++result.off;
     }
@@ -164,7 +167,12 @@ ProfileMatch best_near(const FlightPoints& points, ProfileCorner& corner, const 
 }  // namespace
 
 Step step_at(const ProfileCorner& corner, const ProfileMatch& match, const ProfileFrame& frame) {
-  const double edge = match.riser.size() >= kFew ? median(std::vector<double>(match.riser)) : corner.edge;
+  constexpr double kOuter = 0.03;  // quantile: the outer edge of a tread is seen from everywhere above it
+  double edge = corner.edge;
+  if (match.riser.size() >= kFew)
+    edge = median(std::vector<double>(match.riser));
+  else if (!corner.below && match.tread_at.size() >= kSurface)
+    edge = quantile(std::vector<double>(match.tread_at), kOuter);
   const double predicted = corner.below ? corner.low : corner.high;
   const double z = match.tread.size() >= kSurface ? median(std::vector<double>(match.tread)) : predicted;
   const double left = frame.left - kSide, right = frame.left + frame.width + kSide;
@@ -179,6 +187,25 @@ ProfileCorner after(const ProfileCorner& corner, const ProfileFrame& frame) {
   const double sign = corner.below ? -1 : 1;
   return {corner.edge + sign * frame.depth, corner.low + sign * frame.rise, corner.high + sign * frame.rise,
           corner.below};
+}
+
+bool is_seen_from_above(const cloud::PointCloud<Map>& cloud, double z) {
+  constexpr double kOver = 0.05;  // m
+  return cloud.viewpoints.empty() ||
+         std::any_of(cloud.viewpoints.begin(), cloud.viewpoints.end(),
+                     [&](const Eigen::Vector3d& eye) { return eye.z() > z + kOver; });
+}
+
+/// Whether points of a level surface lie between two places along the flight, over half of the way.
+bool is_level_between(const FlightPoints& points, double z, double from, double to) {
+  constexpr double kBin = 0.1;  // m
+  const double low = std::min(from, to), length = std::abs(to - from);
+  std::vector<bool> seen(static_cast<std::size_t>(length / kBin) + 1);
+  for (const FlightPoint& p : points) {
+    if (p.from_above && std::abs(p.z - z) < kOn && p.s >= low && p.s < low + length)
+      seen[static_cast<std::size_t>((p.s - low) / kBin)] = true;
+  }
+  return 2 * static_cast<std::size_t>(std::count(seen.begin(), seen.end(), true)) >= seen.size();
 }
 
 }  // namespace
@@ -280,7 +307,9 @@ std::optional<Step> next_on_profile(const StepPoints& points, Flight& flight, bo
   // Behind a landing a second step must confirm the first.
   constexpr double kShortest = 0.3, kEach = 0.05;  // m beyond a tread's depth
   const double start = (below ? flight.steps[1].near - frame.depth : end.near + frame.depth);
+  const bool may_be_seen = is_seen_from_above(points.cloud, end.z);
   for (double more = kShortest; more < kLanding; more += kEach) {
+    if (may_be_seen && !is_level_between(local, end.z, start, start + sign * more)) continue;
     ProfileCorner first = corner;
     first.edge = start + sign * more;
     const ProfileMatch there = best_near(local, first, frame);

@@ -47,6 +47,7 @@ struct ProfileMatch {
   double across = 0;                 ///< fraction of the width where points are on it
   double filled = 0;                 ///< of these, where they cover much of the tread or of the riser
   std::vector<double> riser, tread;  ///< m: places along the flight of the one's, heights of the other's
+  std::vector<double> tread_at;      ///< m: places along the flight of the tread's
 
   double worth() const { return static_cast<double>(on) - 2 * static_cast<double>(off + over); }
   bool continues() const;  ///< whether they are those of a step

@@ -23,9 +23,10 @@ constexpr double kThinnest = 0.02, kThickest = 0.085;  ///< m, sigma of the poin
 constexpr double kBroad = 0.12;                        ///< m, sigma along the plane
 constexpr double kHalf = 0.75;                         ///< m, along the slope from its middle
 constexpr double kSkin = 0.14;                         ///< m, from the plane, upright
-constexpr double kWorth = -0.1;                        ///< of a stepping, beyond chance
-constexpr std::size_t kMaxPoints = 200;                ///< points that a profile is tried on
-constexpr std::size_t kRises = 2;                      ///< at least, of a seed
+constexpr double kOver = 0.55;           ///< m, from the backs of an open flight's steps to its treads
+constexpr double kWorth = -0.1;          ///< of a stepping, beyond chance
+constexpr std::size_t kMaxPoints = 200;  ///< points that a profile is tried on
+constexpr std::size_t kRises = 2;        ///< at least, of a seed
 
 using Place = std::tuple<int, int, int>;  ///< of a cube: y, x, z
 Place place_of(const Eigen::Vector3d& p, double side) {
@@ -133,6 +134,33 @@ void find_width(const LooseCubes& cubes, StairSlope& slope) {
   slope.width = (right + 1 - left) * kBin;
 }
 
+/// m, in the plan, from a point to a surface.
+double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d along = surface.end - surface.start;
+  const double part = std::clamp(along.dot(p - surface.start) / along.squaredNorm(), 0.0, 1.0);
+  return (surface.start + part * along - p).norm();
+}
+
+/// Seen from its side, what is seen of a flight may rise askew: then it rises along the longest of the walls
+/// and cheeks beside it.
+void turn_along_side(const Segmentation& segmentation, StairSlope& slope) {
+  constexpr double kBeside = 1.2, kLong = 0.8, kAskew = 0.85;  // m, m, cosine
+  double longest = kLong;
+  Eigen::Vector2d along = slope.uphill;
+  for (std::uint32_t k = 0; k < segmentation.verticals.size(); ++k) {
+    const VerticalSurface& side = segmentation.verticals[k];
+    const double length = (side.end - side.start).norm();
+    if (length <= longest || !is_tall(segmentation, k) || distance(side, slope.middle.head<2>()) > kBeside)
+      continue;
+    const Eigen::Vector2d direction = (side.end - side.start) / length;
+    if (std::abs(direction.dot(slope.uphill)) < kAskew) continue;
+    longest = length;
+    along = direction.dot(slope.uphill) > 0 ? direction : -direction;
+  }
+  slope.rise *= along.dot(slope.uphill);
+  slope.uphill = along;
+}
+
 /// Steps of one size at one place along the slope.
 struct Stepping {
   double edge = 0, z = 0, rise = 0, depth = 0;  ///< m: one riser's place, its foot's height
@@ -144,6 +172,7 @@ constexpr double kClose = 0.025;  ///< m, from a step to a point on it
 /// A point with the step that it is over or under, of those with one depth and place.
 struct OnStep {
   double which, s, z;  ///< number of the step from the first one; m behind its riser; m
+  bool from_above, from_front;
 };
 
 /// How many more points are on a stepping than off it, per point, beyond chance.
@@ -153,34 +182,46 @@ class Worth {
       : count_(static_cast<double>(std::max<std::size_t>(1, points))),
         // A finer stepping has more of any points on it by chance.
         by_chance_(std::min(0.9, 2 * kClose * (steps.rise + steps.depth) / (steps.rise * steps.depth))) {}
-  double of(int balance) const { return static_cast<double>(balance) / count_ - by_chance_; }
+  double of(std::size_t on, std::size_t off) const {
+    return ((1 - by_chance_) * static_cast<double>(on) - (1 + by_chance_) * static_cast<double>(off)) /
+           count_;
+  }
 
  private:
   double count_, by_chance_;
 };
 
-bool is_on(const OnStep& p, const Stepping& steps) {
+enum class Evidence { on, off, none };
+
+Evidence evidence_of(const OnStep& p, const Stepping& steps) {
   const double over = p.z - (steps.z + (p.which + 1) * steps.rise);  // its tread
-  return std::abs(over) < kClose || (over < 0 && p.s < kClose) || (over > 0 && steps.depth - p.s < kClose);
+  const bool by_riser = (over < 0 && p.s < kClose) || (over > 0 && steps.depth - p.s < kClose);
+  if ((p.from_above && std::abs(over) < kClose) || (p.from_front && by_riser)) return Evidence::on;
+  // Seen from behind, what is under a tread may be the back of an open flight, but not the tread before.
+  const bool may_be_back = !p.from_front && over < 0 && std::abs(over + steps.rise) > kClose;
+  return may_be_back ? Evidence::none : Evidence::off;
 }
 
 /// Replaces `best` if these steps are worth more; stops counting where they cannot be any more.
 void try_stepping(const std::vector<OnStep>& points, const Stepping& steps, Stepping& best) {
   constexpr std::size_t kBatch = 16;
   const Worth worth(steps, points.size());
-  int balance = 0;
+  std::size_t on = 0, off = 0;
   for (std::size_t i = 0; i < points.size();) {
     const std::size_t end = std::min(points.size(), i + kBatch);
-    for (; i < end; ++i) balance += is_on(points[i], steps) ? 1 : -1;
-    if (worth.of(balance + static_cast<int>(points.size() - end)) <= best.worth) return;
+    for (; i < end; ++i) {
+      const Evidence evidence = evidence_of(points[i], steps);
+      on += evidence == Evidence::on, off += evidence == Evidence::off;
+    }
+    if (worth.of(on + points.size() - end, off) <= best.worth) return;
   }
-  if (worth.of(balance) <= best.worth) return;
   best = steps;
-  best.worth = worth.of(balance);
+  best.worth = worth.of(on, off);
 }
 
 /// The stepping that is worth the most, if it is worth at least kWorth.
-std::optional<Stepping> best_stepping(const FlightPoints& points, const StairSlope& slope, double middle) {
+std::optional<Stepping> best_stepping(const FlightPoints& points, const StairSlope& slope, double middle,
+                                      double highest) {
   constexpr int kPhases = 10;
   Stepping best;
   best.worth = std::nextafter(kWorth, -1);
@@ -192,7 +233,7 @@ std::optional<Stepping> best_stepping(const FlightPoints& points, const StairSlo
       of_phase.clear();
       for (const FlightPoint& p : points) {
         const double along = (p.s - edge_of(phase)) / depth, which = std::floor(along);
-        of_phase.push_back({which, (along - which) * depth, p.z});
+        of_phase.push_back({which, (along - which) * depth, p.z, p.from_above, p.from_front});
       }
     }
     for (const double steeper : {0.92, 1.0, 1.08}) {
@@ -201,7 +242,7 @@ std::optional<Stepping> best_stepping(const FlightPoints& points, const StairSlo
       for (int phase = 0; phase < kPhases; ++phase) {
         const double edge = edge_of(phase);
         const double half = slope.middle.z() + slope.rise * (edge - middle);
-        for (double up = -0.06; up < 0.07; up += 0.02)
+        for (double up = -0.06; up < 0.07 + highest - kSkin; up += 0.02)
           try_stepping(placed[static_cast<std::size_t>(phase)],
                        {edge, half - 0.5 * rise + up, rise, depth, 0}, best);
       }
@@ -232,6 +273,7 @@ std::vector<StairSlope> find_slopes(const cloud::PointCloud<Map>& cloud, const S
                    [](const StairSlope& a, const StairSlope& b) { return a.points > b.points; });
   for (StairSlope& slope : slopes) {
     const auto repeated = [&](const StairSlope& taken) { return repeats(slope, taken); };
+    turn_along_side(segmentation, slope);
     if (std::any_of(kept.begin(), kept.end(), repeated)) continue;
     find_width(cubes, slope);
     if (slope.width > kNarrowest) kept.push_back(slope);
@@ -242,17 +284,24 @@ std::vector<StairSlope> find_slopes(const cloud::PointCloud<Map>& cloud, const S
 Flight flight_on(const StepPoints& points, const StairSlope& slope) {
   ProfileFrame frame{slope.left, slope.width, 0, 0};
   const double middle = slope.uphill.dot(slope.middle.head<2>());
-  const double up = slope.rise * kHalf + kSkin;
+  const double up = slope.rise * kHalf + kOver;
   FlightPoints near = points_along(points, slope.uphill, frame, middle - kHalf, middle + kHalf,
                                    slope.middle.z() - up, slope.middle.z() + up);
-  std::erase_if(near, [&](const FlightPoint& p) {
-    return std::abs(p.z - slope.middle.z() - slope.rise * (p.s - middle)) > kSkin;
+  const auto over = [&](const FlightPoint& p) {
+    return p.z - slope.middle.z() - slope.rise * (p.s - middle);
+  };
+  const auto around = std::count_if(near.begin(), near.end(),
+                                    [&](const FlightPoint& p) { return std::abs(over(p)) < kSkin; });
+  const auto in_front = std::count_if(near.begin(), near.end(), [&](const FlightPoint& p) {
+    return p.from_front && std::abs(over(p)) < kSkin;
   });
+  const double highest = 2 * in_front < around ? kOver : kSkin;
+  std::erase_if(near, [&](const FlightPoint& p) { return over(p) < -kSkin || over(p) > highest; });
   FlightPoints sample;
   const std::size_t stride = 1 + near.size() / kMaxPoints;
   for (std::size_t i = 0; i < near.size(); i += stride) sample.push_back(near[i]);
   Flight best, run;
-  const std::optional<Stepping> found = best_stepping(sample, slope, middle);
+  const std::optional<Stepping> found = best_stepping(sample, slope, middle, highest);
   if (!found) return best;
   const Stepping& steps = *found;
   frame.rise = steps.rise, frame.depth = steps.depth;
