@@ -8,7 +8,7 @@
 #include <string>
 
 #include "fusion/semantic/net/ground_layers.hpp"
-#include "fusion/semantic/net/plan_areas.hpp"
+#include "fusion/semantic/net/measure_ramp.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -17,7 +17,6 @@ namespace {
 constexpr double kGentlest = 0.05, kSteepest = 0.364;  // m of height per metre: 1:20, 20 degrees
 constexpr double kUneven = 0.03;                       // m, RMS of a plane
 constexpr double kBend = 0.07;                         // change of slope from cell to cell
-constexpr double kNear = 0.035;                        // m, from a plane to its points
 constexpr double kShortest = 0.5, kNarrowest = 0.4, kLowest = 0.08;  // m
 constexpr double kLevel = 0.04;                                      // slope of a floor
 constexpr double kFilled = 0.55;                                     // of the ramp's rectangle
@@ -165,7 +164,7 @@ class RampFinder {
       PlaneSums sums;
       for (const std::uint32_t i : region) {
         const Eigen::Vector3d p = layer(i).sums.mean();
-        if (!plane || std::abs(p.z() - plane->height(p.head<2>())) < kNear) sums += layer(i).sums;
+        if (!plane || std::abs(p.z() - plane->height(p.head<2>())) < kOnRamp) sums += layer(i).sums;
       }
       plane = plane_through(sums);
       if (!plane) return std::nullopt;
@@ -231,8 +230,8 @@ class RampFinder {
   /// Its extent up to the floors at its ends, and sideways as far as cells lie on the plane.
   Layers extend(Ramp& ramp, const Layers& region, std::optional<double> foot, std::optional<double> head) {
     const RampFrame& frame = ramp.frame;
-    const double low = foot ? *foot + kNear : std::numeric_limits<double>::lowest(),
-                 high = head ? *head - kNear : std::numeric_limits<double>::max();
+    const double low = foot ? *foot + kOnRamp : std::numeric_limits<double>::lowest(),
+                 high = head ? *head - kOnRamp : std::numeric_limits<double>::max();
     // Further out than the cells at its rim, it is another surface that the plane cuts.
     constexpr double rim = 1.5 * GroundLayers::kCell;
     const Range u{ramp.u.low - kBeyond, ramp.u.high + kBeyond}, v{ramp.v.low - rim, ramp.v.high + rim};
@@ -245,7 +244,7 @@ class RampFinder {
         if (visited_[k] == number || p.z() < low || p.z() > high) return;
         const Eigen::Vector2d at = frame.at(p.head<2>());
         if (!u.contains(at.x()) || !v.contains(at.y())) return;
-        if (std::abs(p.z() - frame.plane.height(p.head<2>())) > kNear) return;
+        if (std::abs(p.z() - frame.plane.height(p.head<2>())) > kOnRamp) return;
         visited_[k] = number;
         cells.push_back(k);
       });
@@ -295,90 +294,6 @@ ModelEntity entity_of(const Ramp& ramp) {
   return entity;
 }
 
-bool may_be_ramp(std::uint8_t label) {
-  return label == static_cast<std::uint8_t>(EntityLabel::floor) ||
-         label == static_cast<std::uint8_t>(EntityLabel::unknown);
-}
-
-/// How far from a ramp the floor is looked at, m.
-constexpr double kAround = 3;
-
-/// Floor and unknown points within kAround of each ramp in plan, and some that are a little further.
-std::vector<std::vector<std::uint32_t>> points_around(const cloud::PointCloud<Map>& cloud,
-                                                      std::span<const std::uint8_t> labels,
-                                                      const std::vector<ModelEntity>& ramps) {
-  PlanAreas areas;
-  for (const ModelEntity& ramp : ramps) {
-    const Eigen::Vector2d along = ramp.T_map_body.rotation().col(0).head<2>().normalized();
-    areas.add(ramp.T_map_body.translation().head<2>(), along, 0.5 * ramp.size.head<2>().array() + kAround);
-  }
-  std::vector<std::vector<std::uint32_t>> around(ramps.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (!may_be_ramp(labels[i])) continue;
-    for (const std::uint32_t r : areas.near(cloud.points[i].head<2>().cast<double>()))
-      around[r].push_back(static_cast<std::uint32_t>(i));
-  }
-  return around;
-}
-
-/// Cells are coarse: its sides, by the points on its upper half, where a floor beside it is lower.
-void fit_width(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> around,
-               ModelEntity& ramp) {
-  constexpr std::size_t fewest = 50;
-  constexpr double outermost = 0.005;  // of the points: outliers
-  std::vector<double> across;
-  const Transform<Body, Map> T_ramp_map = ramp.T_map_body.inverse();
-  for (const std::uint32_t i : around) {
-    const Eigen::Vector3d p = T_ramp_map * cloud.points[i].cast<double>();
-    if (p.x() > 0 && p.x() < 0.45 * ramp.size.x() &&
-        std::abs(p.y()) < ramp.size.y() / 2 + GroundLayers::kCell &&
-        std::abs(p.z() - ramp.size.z() / 2) < kNear)
-      across.push_back(p.y());
-  }
-  if (across.size() < fewest) return;
-  const double low = quantile(across, outermost), high = quantile(across, 1 - outermost);
-  ramp.T_map_body = ramp.T_map_body * Transform<Body, Body>::planar(0, 0.5 * (low + high), 0, 0);
-  ramp.size.y() = high - low;
-}
-
-/// m, what the error of the scanners' angles may add to a ramp's height; 0: not known. That error bends
-/// floors, by decimetres where scanners stand low; how much is seen on the level floor at the ramp's end.
-double height_error(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
-                    std::span<const std::uint32_t> around, const ModelEntity& ramp, double floor) {
-  constexpr double skin = 0.12;  // m
-  constexpr std::size_t fewest = 50;
-  if (cloud.viewpoints.empty()) return 0;
-  const Transform<Body, Map> T_ramp_map = ramp.T_map_body.inverse();
-  const bool at_foot = floor < (ramp.T_map_body * Eigen::Vector3d(0, 0, ramp.size.z() / 2)).z();
-  std::vector<double> off, away;  // of the floor: rad; of the ramp: m from its scanner
-  for (const std::uint32_t i : around) {
-    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
-    if (scan >= cloud.viewpoints.size()) continue;
-    const Eigen::Vector3d p = cloud.points[i].cast<double>(), at = T_ramp_map * p;
-    const double outside = (at.head<2>().cwiseAbs() - 0.5 * ramp.size.head<2>()).maxCoeff();
-    const double distance = (p - cloud.viewpoints[scan]).head<2>().norm();
-    if (outside > kAround || !(distance > 0)) continue;
-    if (outside < 0 && std::abs(at.z() - ramp.size.z() / 2) < kNear) away.push_back(distance);
-    // Not beyond the other end, where another floor lies.
-    if (outside > GroundLayers::kCell && (at.x() < 0) == at_foot && std::abs(p.z() - floor) < skin &&
-        labels[i] == static_cast<std::uint8_t>(EntityLabel::floor))
-      off.push_back(std::abs(p.z() - floor) / distance);
-  }
-  if (off.size() < fewest || away.size() < fewest) return 0;
-  return quantile(off, 0.9) * quantile(away, 0.9);
-}
-
-/// On its surface, or on the faces under its edges.
-bool is_on(const ModelEntity& ramp, const Eigen::Vector3d& at) {
-  constexpr double edge = 0.08, skin = 1.5 * kNear;  // m
-  const Eigen::Vector3d p = ramp.T_map_body.inverse() * at;
-  const double inside = (0.5 * ramp.size.head<2>() - p.head<2>().cwiseAbs()).minCoeff();  // m, of the edges
-  const double over = p.z() - ramp.size.z() / 2;
-  if (inside < -edge || over > skin) return false;
-  const double rise = ramp.T_map_body.rotation()(2, 0) * (p.x() + ramp.size.x() / 2);  // over its foot
-  return over > -skin || (inside < edge && over > -rise);
-}
-
 }  // namespace
 
 FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels, double voxel) {
@@ -386,7 +301,7 @@ FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint
   if (candidates.empty()) return {};
   std::vector<ModelEntity> ramps;
   for (const Ramp& candidate : candidates) ramps.push_back(entity_of(candidate));
-  const auto around = points_around(cloud, labels, ramps);
+  const auto around = points_around_ramps(cloud, labels, ramps);
   FoundRamps found;
   std::vector<std::uint32_t> on_ramps;
   for (std::size_t r = 0; r < ramps.size(); ++r) {
@@ -397,7 +312,7 @@ FoundRamps find_ramps(const cloud::PointCloud<Map>& cloud, std::vector<std::uint
     if (rise < 2 * error) ramp.confidence *= 0.5 * rise / error;
     fit_width(cloud, around[r], ramp);
     for (const std::uint32_t i : around[r]) {
-      if (is_on(ramp, cloud.points[i].cast<double>())) on_ramps.push_back(i);
+      if (is_on_ramp(ramp, cloud.points[i].cast<double>())) on_ramps.push_back(i);
     }
     ramp.name = "ramp " + std::to_string(found.ramps.size() + 1);
     found.ramps.push_back(std::move(ramp));
