@@ -1,5 +1,5 @@
-// The base station's page in a real browser for each role; the steps are in tests/browser/station.mjs,
-// crawler.mjs and demo.mjs.
+// The base station's page in a real browser for each role; the steps are in tests/browser: station.mjs,
+// crawler.mjs, demo.mjs and every_layout.mjs.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -32,6 +32,12 @@ void play(const std::string& script, std::vector<std::string> options) {
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder; \
     GTEST_SKIP() << "needs `npm ci` in " << kBrowserFolder;                                      \
   }
+
+// Not among those that run alone: nothing in it depends on time.
+TEST(PageLayouts, AreUsableByKeysAndHaveNoViolationInAnyTheme) {
+  PARHELION_NEEDS_BROWSER_PACKAGES();
+  play("every_layout.mjs", {test::program(), PARHELION_SOURCE_DIR});
+}
 
 TEST(StationBrowserTest, EachRoleWorksFromLogInToTheGradedSession) {
   PARHELION_NEEDS_BROWSER_PACKAGES();
