@@ -148,8 +148,26 @@ class Scoring {
       }
       score_.false_doors += !right;
     }
-    score_.doors += static_cast<int>(matched.size());
-    score_.doors_found += static_cast<int>(std::count(matched.begin(), matched.end(), true));
+    for (std::size_t d = 0; d < matched.size(); ++d) {
+      if (!was_seen(site_.doors[d])) continue;
+      ++score_.doors;
+      score_.doors_found += matched[d];
+    }
+  }
+
+  /// Whether points of the wall at both sides of a doorway were measured.
+  bool was_seen(const TrueDoor& door) const {
+    constexpr double kBeside = 0.4, kOff = 0.15, kLow = 0.2, kHigh = 2.0;  // m
+    int left = 0, right = 0;
+    for (const Eigen::Vector3d& p : points_) {
+      if (p.z() < door.floor + kLow || p.z() > door.floor + kHigh) continue;
+      const Eigen::Vector2d d = p.head<2>() - door.centre;
+      const double s = door.along.dot(d), off = door.along.x() * d.y() - door.along.y() * d.x();
+      const double beside = std::abs(s) - 0.5 * door.width;
+      if (std::abs(off) > kOff || beside < 0 || beside > kBeside) continue;
+      ++(s < 0 ? left : right);
+    }
+    return left >= kFew && right >= kFew;
   }
 
   void pillars() {

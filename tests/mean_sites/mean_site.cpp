@@ -190,7 +190,7 @@ MeanSite yard(SitePen& pen) {
   pen.wall({-1, front + 0.1}, {w * 0.4, front + 0.1}, 0, h, 0.2);
   pen.wall({w * 0.4 + 1.1, front + 0.1}, {w + 1, front + 0.1}, 0, h, 0.2);
   pen.wall({w * 0.4, front + 0.1}, {w * 0.4 + 1.1, front + 0.1}, 2.2, h, 0.2);
-  pen.site().doors.push_back({{w * 0.4 + 0.55, front + 0.1}, 1.1});
+  pen.site().doors.push_back({{w * 0.4 + 0.55, front + 0.1}, 1.1, 0, Eigen::Vector2d::UnitX()});
   pen.wall({-0.9, d * 0.3}, {-0.9, front}, 0, h, 0.2);
   pen.flight({w * 0.75, front - 1.2, kerb}, 1, 4, pen.range(0.14, 0.17), 0.3, 1.6, false);
   const double slope = pen.range(0.05, 0.11);

@@ -46,6 +46,8 @@ struct TrueFlight {
 struct TrueDoor {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< m
   double width = 0;                                  ///< m
+  double floor = 0;                                  ///< m
+  Eigen::Vector2d along = Eigen::Vector2d::UnitX();  ///< unit, its wall
 };
 
 /// The straight edge of a low step between two grounds.
@@ -116,7 +118,7 @@ class SitePen {
     wall(a, p, z0, z1, thick);
     wall(q, b, z0, z1, thick);
     wall(p, q, z0 + 2.05, z1, thick);
-    site_.doors.push_back({0.5 * (p + q), width});
+    site_.doors.push_back({0.5 * (p + q), width, z0, d});
   }
 
   /// A thing of boxes given relative to `at`, turned by quarter turns.
