@@ -190,10 +190,10 @@ ProfileCorner after(const ProfileCorner& corner, const ProfileFrame& frame) {
 }
 
 bool is_seen_from_above(const cloud::PointCloud<Map>& cloud, double z) {
-  constexpr double kOver = 0.05;  // m
+  constexpr double kLower = 0.05;  // m
   return cloud.viewpoints.empty() ||
          std::any_of(cloud.viewpoints.begin(), cloud.viewpoints.end(),
-                     [&](const Eigen::Vector3d& eye) { return eye.z() > z + kOver; });
+                     [&](const Eigen::Vector3d& eye) { return eye.z() > z + kLower; });
 }
 
 /// Whether points of a level surface lie between two places along the flight, over half of the way.
