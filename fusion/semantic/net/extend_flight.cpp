@@ -172,13 +172,12 @@ std::optional<double> riser_beyond_landing(const StripPoints& points, const Flig
 }
 
 /// The next level behind a landing at the flight's upper end; the landing's own step reaches up to it.
-std::optional<Step> beyond_landing(const StripPoints& points, const Segmentation& segmentation,
-                                   Flight& flight) {
+std::optional<Step> beyond_landing(const StepPoints& points, Flight& flight) {
   if (flight.steps.size() <= kSureRises) return std::nullopt;
-  const auto riser = riser_beyond_landing(points, flight);
-  if (!riser) return std::nullopt;
+  const auto riser = riser_beyond_landing(points.strips, flight);
+  if (!riser || !may_have_landing(points, flight, *riser)) return std::nullopt;
   const double before = std::exchange(flight.steps.back().far, *riser);
-  const auto step = next_level(points, segmentation, flight, false);
+  const auto step = next_level(points.strips, points.segmentation, flight, false);
   if (!step) flight.steps.back().far = before;
   return step;
 }
@@ -233,7 +232,7 @@ void extend(const StepPoints& points, Flight& flight) {
   for (const bool below : {true, false}) {
     while (flight.steps.size() < kMaxSteps) {
       auto step = next_level(points.strips, points.segmentation, flight, below);
-      if (!step && !below) step = beyond_landing(points.strips, points.segmentation, flight);
+      if (!step && !below) step = beyond_landing(points, flight);
       if (!step) step = next_on_profile(points, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);

@@ -289,6 +289,15 @@ bool is_on_profile(const StepPoints& points, const Flight& flight) {
   return seen >= kFewest && static_cast<double>(seen) >= kSeen * static_cast<double>(flight.steps.size() - 1);
 }
 
+bool may_have_landing(const StepPoints& points, const Flight& flight, double to) {
+  const Step& end = flight.steps.back();
+  if (!is_seen_from_above(points.cloud, end.z)) return true;
+  const ProfileFrame frame = frame_of(flight);
+  return is_level_between(
+      points_along(points, flight.direction, frame, end.far, to, end.z - kOn, end.z + kOn), end.z, end.far,
+      to);
+}
+
 std::optional<Step> next_on_profile(const StepPoints& points, Flight& flight, bool below) {
   if (flight.steps.size() < 3) return std::nullopt;
   const ProfileFrame frame = frame_of(flight);

@@ -73,6 +73,10 @@ Eigen::Vector2d square_to_risers(const StepPoints& points, const Flight& flight)
 /// Whether its rises are even and most of its steps are seen.
 bool is_on_profile(const StepPoints& points, const Flight& flight);
 
+/// Whether a landing between the flight's upper end and a place along it is seen, over half of its length, or
+/// lies too high to be seen.
+bool may_have_landing(const StepPoints& points, const Flight& flight, double to);
+
 /// The step that continues the flight's profile beyond one end, there or behind a landing; the end's own step
 /// is changed where it is that landing.
 std::optional<Step> next_on_profile(const StepPoints& points, Flight& flight, bool below);
