@@ -8,10 +8,12 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include "fusion/pose/mapped_scan.hpp"
 #include "fusion/pose/mrpt/conversion.hpp"
@@ -180,6 +182,14 @@ float with_hit(float free) {
   return free * hit / (free * hit + (1 - free) * (1 - hit));
 }
 
+/// Throws std::bad_alloc where MRPT's grid would not find the memory: its own resizing is noexcept, and would
+/// end the program.
+void require_memory(std::size_t cells) {
+  constexpr std::size_t copies = 3, more = 32 << 20;  // while it is resized; bytes
+  std::vector<std::int8_t> probe;
+  probe.reserve(copies * cells + more);
+}
+
 }  // namespace
 
 GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
@@ -201,6 +211,7 @@ GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
              y0 = std::lround(std::floor((low.y() - 1) / resolution));
   const long x1 = std::lround(std::ceil((high.x() + 1) / resolution)),
              y1 = std::lround(std::ceil((high.y() + 1) / resolution));
+  require_memory(static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0));
   mrpt::maps::COccupancyGridMap2D grid(static_cast<float>(static_cast<double>(x0) * resolution),
                                        static_cast<float>(static_cast<double>(x1) * resolution),
                                        static_cast<float>(static_cast<double>(y0) * resolution),

@@ -140,7 +140,7 @@ OdometrySurvey survey_odometry(std::vector<Odometry> samples) {
   std::vector<double> speeds, rates;
   for (std::size_t i = 0, k = 0; i < survey.samples.size(); ++i) {
     const Odometry& now = survey.samples[i];
-    while ((now.stamp - survey.samples[k + 1].stamp).seconds() >= kSpeedSpan) ++k;
+    while (k < i && (now.stamp - survey.samples[k + 1].stamp).seconds() >= kSpeedSpan) ++k;
     const Odometry& then = survey.samples[k];
     const double dt = (now.stamp - then.stamp).seconds();
     if (dt < kSpeedSpan || dt > 3 * kSpeedSpan) continue;

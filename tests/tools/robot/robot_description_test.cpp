@@ -38,6 +38,7 @@ struct Driver {
   float no_return = std::numeric_limits<float>::infinity();
   double turn_sign = 1;  ///< of odometry
   bool mast = false;     ///< hides ten beams
+  bool stands = false;   ///< odometry's stamp
 };
 
 /// Distance from (x, y) along a bearing to the walls of a room of 9 m x 6 m with a gap without a return.
@@ -73,7 +74,7 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
     encode(scan, bytes);
     EXPECT_TRUE(log.write(channel::kScan, arrival, bytes).ok());
     Odometry odometry;
-    odometry.stamp = stamp;
+    odometry.stamp = driver.stands ? SensorTime::from_utime(1'000'000'000) : stamp;
     odometry.T_odom_base = Transform<Odom, Base>::planar(x, 0, driver.turn_sign * yaw);
     encode(odometry, bytes);
     EXPECT_TRUE(log.write(channel::kOdometry, arrival, bytes).ok());
@@ -245,6 +246,15 @@ TEST(RobotCheck, BeamsThatSeeTheRobotItselfAreFound) {
   const Made made(driver);
   EXPECT_THAT(check_description(made.description(), made.log).contradictions,
               testing::ElementsAre(HasSubstr("10 beams end inside")));
+}
+
+TEST(RobotNew, OdometryWhoseStampStandsGivesNoSpeed) {
+  Driver driver;
+  driver.stands = true;
+  const Made made(driver);
+  ASSERT_TRUE(made.log.odometry);
+  EXPECT_EQ(made.log.odometry->samples.size(), 1U);
+  EXPECT_EQ(made.log.odometry->speed, 0);
 }
 
 TEST(RobotCheck, ALogWithoutSensorsOrThatIsNoneIsRefused) {
