@@ -1,5 +1,5 @@
 // How good the semantic model is on hard made-up sites; not a benchmark of time. semantic_sites [FIRST [LAST
-// [DEVICE [KIND]]]]: seeds, and only one device (0 to 7, -1: all) and kind of site (0 to 8). With four
+// [DEVICE [KIND]]]]: seeds, and only one device (0 to 7, -1: all) and kind of site (0 to 9). With four
 // arguments each seed has a line.
 #include <cstdio>
 #include <cstdlib>

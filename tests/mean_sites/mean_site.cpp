@@ -445,6 +445,31 @@ MeanSite two_plans(SitePen& pen) {
   return std::move(pen.site());
 }
 
+/// A flight up to a gallery; beside it a wall that leaves it, or comes nearer, by up to 28 degrees.
+MeanSite askew(SitePen& pen) {
+  const int steps = pen.whole(7, 12);
+  const double rise = pen.range(0.15, 0.19), tread = pen.range(0.25, 0.31), wide = pen.range(0.9, 1.6);
+  const double foot = pen.range(2.2, 3.0), run = steps * tread, end = foot + run, w = end + 2.2, side = -2.8;
+  const double top = steps * rise, h = top + pen.range(2.3, 2.8);
+  const double slant = std::tan(pen.range(8, 28) * EIGEN_PI / 180), gap = pen.range(0.1, 0.5);
+  const double length = run + 0.8, far = wide + gap + slant * length, d = far + 0.4;
+  slab(pen, -0.2, side - 0.2, w + 0.2, d + 0.2, pen.chance(0.8) ? h : 0);
+  pen.wall({-0.06, side}, {-0.06, d}, 0, h);
+  pen.wall({w + 0.06, side}, {w + 0.06, d}, 0, h);
+  pen.wall({-0.12, side - 0.06}, {w + 0.12, side - 0.06}, 0, h);
+  pen.wall({-0.12, d + 0.06}, {w + 0.12, d + 0.06}, 0, h);
+  const bool leaves = pen.chance(0.5);
+  pen.wall({foot - 0.4, leaves ? wide + gap : far}, {end + 0.4, leaves ? far : wide + gap}, 0, h);
+  pen.flight({foot, wide / 2, 0}, 0, steps, rise, tread, wide, pen.chance(0.6));
+  pen.box(L::floor, {end, side, top - 0.2}, {w, d, top});
+  pen.solid("box", {0.8, side + 0.6, 0}, 0, {0.5, 0.5, pen.range(0.3, 0.8)});
+  pen.stand({foot - pen.range(1.0, 1.6), pen.range(-0.5, wide), pen.range(1.2, 1.6)});
+  pen.stand({foot + run * pen.range(0.3, 0.8), pen.range(-1.8, -1.0), pen.range(1.2, 1.7)});
+  if (pen.chance(0.5)) pen.stand({w - 0.9, pen.range(-1.5, 1.0), top + pen.range(1.2, 1.6)});
+  walk(pen, 0.4, side + 0.5, end - 0.3, -0.4);
+  return std::move(pen.site());
+}
+
 }  // namespace
 
 MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
@@ -471,6 +496,8 @@ MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
       return two_plans(pen);
     case SiteKind::ramps:
       return ramps(pen);
+    case SiteKind::askew:
+      return askew(pen);
   }
   return {};
 }

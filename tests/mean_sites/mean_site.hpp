@@ -22,13 +22,14 @@ enum class SiteKind : std::uint8_t {
   apartment,  ///< rooms full of furniture and clutter; curtains, glass, a mirror, somebody walks about
   big_steps,  ///< a wide flight outdoors, seen from its foot and its side only
   two_plans,  ///< two storeys whose walls stand in different places
-  ramps       ///< a hall with a raised part, a ramp and steps up to it, a wedge before a door's sill
+  ramps,      ///< a hall with a raised part, a ramp and steps up to it, a wedge before a door's sill
+  askew       ///< a flight beside a wall that runs in another direction
 };
-inline constexpr int kSiteKinds = 9;
+inline constexpr int kSiteKinds = 10;
 
 inline const char* to_string(SiteKind kind) {
-  constexpr const char* names[] = {"flat",      "stair hall", "storeys",   "yard", "office",
-                                   "apartment", "big steps",  "two plans", "ramps"};
+  constexpr const char* names[] = {"flat",      "stair hall", "storeys",   "yard",  "office",
+                                   "apartment", "big steps",  "two plans", "ramps", "askew"};
   return names[static_cast<std::size_t>(kind)];
 }
 
