@@ -29,6 +29,9 @@ constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
 /// ramp.
 constexpr double kAgree = 0.2, kAgreeYaw = 0.1;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
+/// m, and m/s since the last match: how far from what odometry or the motion so far predicts a wide search
+/// may find the robot. Farther away another place looks alike, as niches of a wall do.
+constexpr double kStray = 0.3, kStrayRate = 1;
 /// A wide search takes some 10 ms: each scan for so long after the last match, then one in so long.
 constexpr Duration kSearchedAtOnce = seconds(1.0), kSearchedEvery = milliseconds(500);
 
@@ -111,6 +114,13 @@ bool ScanTracking::may_search_widely(SensorTime stamp) const {
   return previous_ && (stamp - matched_ < kSearchedAtOnce || stamp - searched_ > kSearchedEvery);
 }
 
+bool ScanTracking::is_stray(SensorTime stamp, const Pose2& found, const Pose2& odometry,
+                            const Pose2& scans) const {
+  const double off =
+      std::min((found.position() - odometry.position()).norm(), (found.position() - scans.position()).norm());
+  return off > kStray + kStrayRate * (stamp - matched_).seconds();
+}
+
 /// With odometry and without; the second wins where it contradicts the first.
 ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPoints& scan,
                                                   const Where& odometry, const Where& scans, bool trusted,
@@ -152,6 +162,8 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
     if (maps.wide_search && may_search_widely(scan.stamp)) {
       searched_ = scan.stamp;
       found = maps.wide_search(scan, scans.T_map_base);
+      if (found && is_stray(scan.stamp, found->T_map_base, odometry.T_map_base, scans.T_map_base))
+        found.reset();
     }
     if (found) {
       const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);

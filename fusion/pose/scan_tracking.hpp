@@ -72,6 +72,7 @@ class ScanTracking {
   double intervals_until(SensorTime stamp) const;
   Where by_scans(SensorTime stamp, const Where& before) const;
   bool may_search_widely(SensorTime stamp) const;
+  bool is_stray(SensorTime stamp, const Pose2& found, const Pose2& odometry, const Pose2& scans) const;
   /// A scan's match, and the match that scans give without odometry.
   struct Candidates {
     Followed chosen;
