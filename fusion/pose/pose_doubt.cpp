@@ -39,10 +39,10 @@ class Around {
   }
   /// Of the nearest thing in neighbouring directions; infinite: nothing.
   double nearest(const Eigen::Vector2d& arm) const {
+    const int middle = direction(arm) + kDirections;
     float low = std::numeric_limits<float>::infinity();
     for (int i = -kNeighbours; i <= kNeighbours; ++i)
-      low =
-          std::min(low, nearest_[static_cast<std::size_t>((direction(arm) + i + kDirections) % kDirections)]);
+      low = std::min(low, nearest_[static_cast<std::size_t>((middle + i) % kDirections)]);
     return static_cast<double>(low);
   }
 

@@ -7,8 +7,13 @@
 namespace parhelion::pose {
 namespace {
 
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
-std::int64_t cell_of(double v, double cell) { return static_cast<std::int64_t>(std::floor(v / cell)); }
+/// Rounded down; std::floor() is a call of the library where the processor's baseline has no instruction for
+/// it.
+std::int64_t cell_of(double v, double cell) {
+  const double cells = v / cell;
+  const auto truncated = static_cast<std::int64_t>(cells);
+  return truncated - (static_cast<double>(truncated) > cells ? 1 : 0);
+}
 
 /// Eigenvalues in ascending order and the eigenvector of the smaller one, in closed form.
 struct Axes {
@@ -27,12 +32,11 @@ Axes axes(double xx, double xy, double yy) {
 SurfelMap::SurfelMap(double cell) : cell_(cell) {}
 
 SurfelMap::Cell* SurfelMap::find(std::int64_t cx, std::int64_t cy) const {
-  const std::int64_t tx = floor_divide(cx, kTileCells) - tx0_, ty = floor_divide(cy, kTileCells) - ty0_;
+  const std::int64_t tx = (cx >> kTileBits) - tx0_, ty = (cy >> kTileBits) - ty0_;
   if (tx < 0 || ty < 0 || tx >= tiles_x_ || ty >= tiles_y_) return nullptr;
   Tile* tile = tiles_[static_cast<std::size_t>(ty * tiles_x_ + tx)].get();
   if (tile == nullptr) return nullptr;
-  const std::int64_t x = cx - (tx + tx0_) * kTileCells, y = cy - (ty + ty0_) * kTileCells;
-  return &tile->cells[static_cast<std::size_t>(y * kTileCells + x)];
+  return &tile->cells[static_cast<std::size_t>(((cy & kInTile) << kTileBits) | (cx & kInTile))];
 }
 
 void SurfelMap::grow(std::int64_t tx, std::int64_t ty) {
@@ -54,7 +58,7 @@ void SurfelMap::grow(std::int64_t tx, std::int64_t ty) {
 }
 
 SurfelMap::Cell& SurfelMap::make(std::int64_t cx, std::int64_t cy) {
-  const std::int64_t tx = floor_divide(cx, kTileCells), ty = floor_divide(cy, kTileCells);
+  const std::int64_t tx = cx >> kTileBits, ty = cy >> kTileBits;
   if (tx < tx0_ || ty < ty0_ || tx >= tx0_ + tiles_x_ || ty >= ty0_ + tiles_y_) grow(tx, ty);
   auto& tile = tiles_[static_cast<std::size_t>((ty - ty0_) * tiles_x_ + tx - tx0_)];
   if (!tile) tile = std::make_unique<Tile>();
@@ -154,21 +158,27 @@ void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {
   cell.valid = true;
 }
 
-const Surfel* SurfelMap::surfel(std::int64_t cx, std::int64_t cy) const {
-  Cell* cell = find(cx, cy);
-  if (cell == nullptr) return nullptr;
-  if (cell->stale) refresh(*cell, cx, cy);
-  return cell->valid ? &cell->surfel : nullptr;
+const Surfel* SurfelMap::surfel(Cell& cell, std::int64_t cx, std::int64_t cy) const {
+  if (cell.stale) refresh(cell, cx, cy);
+  return cell.valid ? &cell.surfel : nullptr;
 }
 
 const Surfel* SurfelMap::nearest(const Eigen::Vector2d& p_map) const {
   const std::int64_t cx = cell_of(p_map.x(), cell_), cy = cell_of(p_map.y(), cell_);
-  if (const Surfel* own = surfel(cx, cy)) return own;
+  Cell* own = find(cx, cy);
+  if (own != nullptr) {
+    if (const Surfel* found = surfel(*own, cx, cy)) return found;
+  }
+  // Most cells have all their neighbours in their own tile.
+  const std::int64_t x_in_tile = cx & kInTile, y_in_tile = cy & kInTile;
+  const bool inside = x_in_tile > 0 && x_in_tile < kInTile && y_in_tile > 0 && y_in_tile < kInTile;
+  if (inside && own == nullptr) return nullptr;
   const Surfel* best = nullptr;
   double best_distance = 0;
-  for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-      const Surfel* candidate = surfel(x, y);
+  for (std::int64_t y = -1; y <= 1; ++y) {
+    for (std::int64_t x = -1; x <= 1; ++x) {
+      Cell* cell = inside ? own + y * kTileCells + x : find(cx + x, cy + y);
+      const Surfel* candidate = cell == nullptr ? nullptr : surfel(*cell, cx + x, cy + y);
       if (candidate == nullptr) continue;
       const double distance = (candidate->mean - p_map).squaredNorm();
       if (best == nullptr || distance < best_distance) best = candidate, best_distance = distance;

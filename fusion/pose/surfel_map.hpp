@@ -49,7 +49,8 @@ class SurfelMap {
   void finish();
 
  private:
-  static constexpr int kTileCells = 16;
+  static constexpr int kTileBits = 4, kTileCells = 1 << kTileBits;  ///< along each side of a tile
+  static constexpr std::int64_t kInTile = kTileCells - 1;           ///< mask of a cell's number in its tile
   struct Cell {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;  ///< moments about the cell's centre
     Surfel surfel;
@@ -62,7 +63,8 @@ class SurfelMap {
   Cell* find(std::int64_t cx, std::int64_t cy) const;
   Cell& make(std::int64_t cx, std::int64_t cy);
   void grow(std::int64_t tx, std::int64_t ty);
-  const Surfel* surfel(std::int64_t cx, std::int64_t cy) const;
+  /// nullptr: it has no points.
+  const Surfel* surfel(Cell& cell, std::int64_t cx, std::int64_t cy) const;
   void mark_stale(std::int64_t cx, std::int64_t cy);
   template <class Visit>
   void for_each_cell(Visit visit) const;
