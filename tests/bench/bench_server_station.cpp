@@ -3,8 +3,9 @@
 // seconds. Without pages a console on LCM does that, so that both servers process the same scans in the same
 // world. A stationary robot in a room of wandering robots sends 361 beams at 20 Hz over LCM. Video has its
 // own bench.
-//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH [signed]]]]]
-// WHICH: both (interleaved), pages or nobody. `signed`: server and robot sign and verify every message. As
+//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH [signed [stranger]]]]]]
+// WHICH: both (interleaved), pages or nobody. `signed`: server and robot sign and verify every message.
+// `stranger`: somebody without keys sends up to 2,000 messages a second on their inputs. As
 // issue 6 requires, in 200 minutes: bench_server_station PARHELION 10 600 30; memory alone, in ten:
 // bench_server_station PARHELION 1 600 30 pages
 #include <fcntl.h>
@@ -18,6 +19,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -242,14 +244,27 @@ long resident(pid_t pid) {
   return kilobytes;
 }
 
+/// Somebody without keys: unsigned messages on each input in turn, up to 2,000 a second.
+void send_as_stranger(const fs::path& folder, const std::stop_token& stop) {
+  const std::unique_ptr<Bus> bus = open_robot_bus(folder, false);
+  const std::vector<std::uint8_t> payload(64, 1);
+  while (!stop.stop_requested()) {
+    for (const char* name : {channel::kScan, channel::kOdometry, channel::kPoseCov, channel::kTeleop,
+                             channel::kJointCmd, channel::kMrSpawn, channel::kMrEmergencyStop}) {
+      (void)bus->publish(name, payload);
+      std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+  }
+}
+
 struct Run {
   double p50 = 0, p99 = 0;   // us, from arrival on the bus to sent
   double megabytes = 0;      // per second, to all pages
   std::vector<long> memory;  // kB, ten equally spaced measurements
 };
 
-Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages,
-        bool with_keys) {
+Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages, bool with_keys,
+        bool with_stranger) {
   const pid_t server = start_server(program, folder, with_pages, with_keys);
   await_news(folder, "serving");
   int ends[2] = {-1, -1};
@@ -272,6 +287,9 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
   }
   const std::unique_ptr<Bus> robot = open_robot_bus(folder, with_keys);
   Run result;
+  std::jthread stranger;
+  if (with_stranger)
+    stranger = std::jthread([&](const std::stop_token& stop) { send_as_stranger(folder, stop); });
   std::thread memory([&] {
     pass(kSettled);
     for (int i = 0; i < kLooks; ++i) {
@@ -317,9 +335,10 @@ double middle(std::vector<double> values) {
 
 int main(int argc, char** argv) {
   if (argc < 2)
-    return std::fprintf(stderr,
-                        "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS [both|pages|nobody [signed]]]]]\n",
-                        argv[0]),
+    return std::fprintf(
+               stderr,
+               "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS [both|pages|nobody [signed [stranger]]]]]]\n",
+               argv[0]),
            2;
   const int rounds = argc > 2 ? std::stoi(argv[2]) : 3;
   const double duration = argc > 3 ? std::stod(argv[3]) : 12;
@@ -328,13 +347,14 @@ int main(int argc, char** argv) {
   const test::TemporaryFolder folder;
   const fs::path path = folder / "";
   const bool with_keys = argc > 6 && argv[6] == std::string("signed");
+  const bool with_stranger = argc > 7 && argv[7] == std::string("stranger");
   if (with_keys) make_keys(argv[1], path);
   write_files(path, agents, with_keys);
   std::vector<double> p50[2], p99[2];
   for (int i = 0; i < rounds; ++i) {
     for (const bool with_pages : {i % 2 == 1, i % 2 == 0}) {
       if (which == (with_pages ? "nobody" : "pages")) continue;
-      const Run result = run(argv[1], path, duration, with_pages, with_keys);
+      const Run result = run(argv[1], path, duration, with_pages, with_keys, with_stranger);
       p50[with_pages].push_back(result.p50);
       p99[with_pages].push_back(result.p99);
     }
