@@ -74,7 +74,7 @@ std::optional<Weighed> weighed(const Surfel& surfel, const Eigen::Vector2d& offs
       offset.norm()};
 }
 
-/// H and b are summed by their entries: a third of the time that products of Eigen's small matrices take.
+/// H and b are summed by their entries, as the products of symmetric matrices repeat most of them.
 NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points,
                           Directions directions, const Pose2& pose, const MatchOptions& options) {
   NormalEquations sum;
@@ -168,7 +168,7 @@ Match match(const SurfelMap& map, const DirectedPoints& scan, const Pose2& start
 
 Match better(const Match& a, const Match& b) { return b.cost < a.cost ? b : a; }
 
-/// From both a match ends at the same place.
+/// From both a match ends at the same place. Chosen on SENA, Jarvis and UAL.
 bool is_same(const Pose2& a, const Pose2& b) {
   constexpr double position = 0.02, yaw = 0.01;  // m, rad
   return (a.position() - b.position()).norm() < position && std::abs(wrap_angle(a.yaw - b.yaw)) < yaw;

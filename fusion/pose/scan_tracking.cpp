@@ -31,6 +31,7 @@ constexpr double kAgree = 0.2, kAgreeYaw = 0.1;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
 /// m, and m/s since the last match: how far from what odometry or the motion so far predicts a wide search
 /// may find the robot. Farther away another place looks alike, as niches of a wall do.
+/// Chosen on the generated ramp.
 constexpr double kStray = 0.3, kStrayRate = 1;
 /// A wide search takes some 10 ms: each scan for so long after the last match, then one in so long.
 constexpr Duration kSearchedAtOnce = seconds(1.0), kSearchedEvery = milliseconds(500);
