@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/nearest_on_segment.hpp"
 #include "protocols/yaml/utf8.hpp"
 
 namespace parhelion {
@@ -19,10 +20,7 @@ bool sides_cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen
 }
 
 double distance_to_side(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  const Eigen::Vector2d ab = b - a;
-  const double length2 = ab.squaredNorm();
-  const double s = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return (a + s * ab - p).norm();
+  return (nearest_on_segment(p, a, b) - p).norm();
 }
 
 }  // namespace

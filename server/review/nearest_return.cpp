@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/nearest_on_segment.hpp"
+
 namespace parhelion::review {
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -14,10 +16,9 @@ double distance_to_outline(const Eigen::Vector2d& p, const std::vector<Eigen::Ve
   bool inside = true;
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Eigen::Vector2d& a = outline[i];
-    const Eigen::Vector2d edge = outline[(i + 1) % outline.size()] - a, to = p - a;
+    const Eigen::Vector2d b = outline[(i + 1) % outline.size()], edge = b - a, to = p - a;
     if (edge.x() * to.y() - edge.y() * to.x() < 0) inside = false;
-    const double along = std::clamp(to.dot(edge) / std::max(edge.squaredNorm(), 1e-12), 0.0, 1.0);
-    nearest = std::min(nearest, (to - along * edge).norm());
+    nearest = std::min(nearest, (nearest_on_segment(p, a, b) - p).norm());
   }
   return inside ? 0 : nearest;
 }

@@ -4,16 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/nearest_on_segment.hpp"
+
 namespace parhelion::simulation {
 namespace {
-
-Eigen::Vector2d nearest_on_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
-                                   const Eigen::Vector2d& b) {
-  const Eigen::Vector2d ab = b - a;
-  const double length2 = ab.squaredNorm();
-  const double s = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return a + s * ab;
-}
 
 /// Number of sides; a point has one of zero length.
 std::size_t sides(const Footprint& footprint) {

@@ -9,6 +9,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/nearest_on_segment.hpp"
 #include "protocols/pose2.hpp"
 
 namespace parhelion::test {
@@ -39,10 +40,10 @@ double gap(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& p
   double nearest = 1e9;
   bool inside = true;
   for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Eigen::Vector2d a = outline[i], along = outline[(i + 1) % outline.size()] - a;
+    const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const Eigen::Vector2d along = b - a;
     inside = inside && along.x() * (p - a).y() - along.y() * (p - a).x() >= 0;
-    const double s = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    nearest = std::min(nearest, (a + s * along - p).norm());
+    nearest = std::min(nearest, (nearest_on_segment(p, a, b) - p).norm());
   }
   return inside ? 0 : nearest;
 }

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "protocols/nearest_on_segment.hpp"
+
 namespace parhelion::test {
 namespace {
 
@@ -55,9 +57,7 @@ Site::Piece by_the_wall(Draw& draw, double from, double to, bool upper, double w
 double distance_to_line(const std::vector<Eigen::Vector2d>& line, const Eigen::Vector2d& p) {
   double nearest = 1e9;
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-    const Eigen::Vector2d along = line[i + 1] - line[i];
-    const double s = std::clamp((p - line[i]).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    nearest = std::min(nearest, (line[i] + s * along - p).norm());
+    nearest = std::min(nearest, (nearest_on_segment(p, line[i], line[i + 1]) - p).norm());
   }
   return nearest;
 }

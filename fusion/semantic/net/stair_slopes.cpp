@@ -11,6 +11,7 @@
 
 #include "fusion/cloud/symmetric3.hpp"
 #include "fusion/semantic/net/flight_profile.hpp"
+#include "protocols/nearest_on_segment.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -136,9 +137,7 @@ void find_width(const LooseCubes& cubes, StairSlope& slope) {
 
 /// m, in the plan, from a point to a surface.
 double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
-  const Eigen::Vector2d along = surface.end - surface.start;
-  const double part = std::clamp(along.dot(p - surface.start) / along.squaredNorm(), 0.0, 1.0);
-  return (surface.start + part * along - p).norm();
+  return (nearest_on_segment(p, surface.start, surface.end) - p).norm();
 }
 
 /// Seen from its side, what is seen of a flight may rise askew: then it rises along the longest of the walls

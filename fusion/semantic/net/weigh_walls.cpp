@@ -5,14 +5,13 @@
 #include <map>
 
 #include "fusion/semantic/net/wall_support.hpp"
+#include "protocols/nearest_on_segment.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
 double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
-  const Eigen::Vector2d d = wall.end - wall.start;
-  const double t = std::clamp(d.dot(p - wall.start) / d.squaredNorm(), 0.0, 1.0);
-  return (wall.start + t * d - p).norm();
+  return (nearest_on_segment(p, wall.start, wall.end) - p).norm();
 }
 
 /// m, of a round wall that lies along one straight wall: things before a wall bend it.

@@ -7,6 +7,7 @@
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_points.hpp"
+#include "protocols/nearest_on_segment.hpp"
 #include "tests/fusion/pose/room.hpp"
 
 namespace parhelion::pose {
@@ -122,9 +123,7 @@ TEST(Deskewed, MovingAndStandingRobotsGiveTheSameScan) {
   const auto distance_to_walls = [&](const Eigen::Vector2d& p) {
     double nearest = 1e9;
     for (const auto& wall : walls) {
-      const Eigen::Vector2d e = wall.b - wall.a;
-      const double s = std::clamp((p - wall.a).dot(e) / e.squaredNorm(), 0.0, 1.0);
-      nearest = std::min(nearest, (wall.a + s * e - p).norm());
+      nearest = std::min(nearest, (nearest_on_segment(p, wall.a, wall.b) - p).norm());
     }
     return nearest;
   };

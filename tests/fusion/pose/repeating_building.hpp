@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "protocols/nearest_on_segment.hpp"
 #include "tests/fusion/pose/true_drive.hpp"
 
 namespace parhelion::test {
@@ -112,9 +113,7 @@ inline Room add_room(TrueBuilding& walls, const Placement& place, bool shut, con
 inline double clearance(const std::vector<Segment>& walls, const Eigen::Vector2d& p) {
   double nearest = 1e9;
   for (const Segment& wall : walls) {
-    const Eigen::Vector2d e = wall.b - wall.a;
-    const double s = std::clamp((p - wall.a).dot(e) / e.squaredNorm(), 0.0, 1.0);
-    nearest = std::min(nearest, (wall.a + s * e - p).norm());
+    nearest = std::min(nearest, (nearest_on_segment(p, wall.a, wall.b) - p).norm());
   }
   return nearest;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/nearest_on_segment.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
 namespace parhelion::semantic {
@@ -17,9 +18,7 @@ using testing::HasSubstr;
 
 /// Distance of a point of the plan to a surface's segment.
 double plane_distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
-  const Eigen::Vector2d d = surface.end - surface.start;
-  const double t = std::clamp(d.dot(p - surface.start) / d.squaredNorm(), 0.0, 1.0);
-  return (surface.start + t * d - p).norm();
+  return (nearest_on_segment(p, surface.start, surface.end) - p).norm();
 }
 
 /// The surface within `off` of both ends, or null.
