@@ -7,6 +7,8 @@
 #include "server/runtime/play/player.hpp"
 #include "server/runtime/replay.hpp"
 #include "server/runtime/session_record.hpp"
+#include "tests/fusion/cloud/las_bytes.hpp"
+#include "tests/fusion/cloud/octree_bytes.hpp"
 #include "tests/long_run.hpp"
 #include "tests/server/tick/graded_log.hpp"
 #include "tests/tools/mutation_samples.hpp"
@@ -205,6 +207,17 @@ const MutatedReader kReaders[] = {
        return test::cloud_sample(f / "cloud.xyz");
      }},
     {"3DTK scan and pose", test::uos_sample},
+    {"LAS",
+     [](F f) {
+       test::write_text(f / "cloud.las", test::las(2, 3));
+       return test::cloud_sample(f / "cloud.las");
+     }},
+    {"octree",
+     [](F f) {
+       using namespace test::octree;
+       test::write_text(f / "cloud.bt", tree(7, node({{0, kOccupied}, {3, kOccupied}})));
+       return test::cloud_sample(f / "cloud.bt");
+     }},
     {"guessed poses", guess_sample},
 };
 

@@ -1,48 +1,18 @@
 // LAS files: versions, point formats, colours, large coordinates, damage.
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <random>
 #include <string>
 
 #include "fusion/cloud/read_cloud.hpp"
+#include "tests/fusion/cloud/las_bytes.hpp"
 
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t kRecord[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
-constexpr std::size_t kColour[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
-
-template <class Number>
-void put(std::string& bytes, std::size_t at, Number value) {
-  std::memcpy(bytes.data() + at, &value, sizeof(Number));
-}
-
-/// Two points, (1 2 3) and (-4 5.5 6), off by `offset` m in x and y; red where the format has colours.
-std::string las(int minor, std::size_t format, double offset = 0, std::uint16_t red = 65535) {
-  const std::size_t header = minor == 4 ? 375 : minor == 3 ? 235 : 227;
-  std::string bytes(header + 2 * kRecord[format], '\0');
-  std::memcpy(bytes.data(), "LASF", 4);
-  put<std::uint8_t>(bytes, 24, 1), put<std::uint8_t>(bytes, 25, static_cast<std::uint8_t>(minor));
-  put<std::uint32_t>(bytes, 96, static_cast<std::uint32_t>(header));
-  put<std::uint8_t>(bytes, 104, static_cast<std::uint8_t>(format));
-  put<std::uint16_t>(bytes, 105, static_cast<std::uint16_t>(kRecord[format]));
-  if (minor == 4)
-    put<std::uint64_t>(bytes, 247, 2);
-  else
-    put<std::uint32_t>(bytes, 107, 2);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    put<double>(bytes, 131 + 8 * axis, 0.001);
-    put<double>(bytes, 155 + 8 * axis, axis < 2 ? offset : 0);
-  }
-  const std::int32_t points[2][3] = {{1000, 2000, 3000}, {-4000, 5500, 6000}};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const std::size_t at = header + i * kRecord[format];
-    for (std::size_t axis = 0; axis < 3; ++axis) put<std::int32_t>(bytes, at + 4 * axis, points[i][axis]);
-    if (kColour[format] > 0) put<std::uint16_t>(bytes, at + kColour[format], red);
-  }
-  return bytes;
-}
+using test::kLasColour;
+using test::las;
+using test::put;
 
 std::string message(const std::string& bytes) {
   const auto scan = parse_scan(bytes, "a.las", ScanFormat::las);
@@ -56,8 +26,8 @@ TEST(Las, EachVersionAndPointFormatIsRead) {
       ASSERT_TRUE(scan) << minor << " " << format << " " << scan.error().message;
       ASSERT_EQ(scan->cloud.size(), 2U);
       EXPECT_TRUE(scan->cloud.points[1].isApprox(Eigen::Vector3f(-4, 5.5F, 6)));
-      ASSERT_EQ(scan->cloud.colours.size(), kColour[format] > 0 ? 2U : 0U) << format;
-      if (kColour[format] > 0) {
+      ASSERT_EQ(scan->cloud.colours.size(), kLasColour[format] > 0 ? 2U : 0U) << format;
+      if (kLasColour[format] > 0) {
         EXPECT_EQ(scan->cloud.colours[0][0], 255);
       }
     }

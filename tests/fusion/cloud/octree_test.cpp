@@ -3,32 +3,14 @@
 
 #include <random>
 #include <string>
-#include <vector>
 
 #include "fusion/cloud/read_cloud.hpp"
+#include "tests/fusion/cloud/octree_bytes.hpp"
 
 namespace parhelion::cloud {
 namespace {
 
-const std::string kHead =
-    "# Octomap OcTree binary file\n# (feel free to add / change comments)\nid OcTree\nsize 17\nres "
-    "0.1\ndata\n";
-
-/// Bits of a node as octomap writes them: of child c the two from 2 c; occupied is "01", inner "11".
-std::string node(const std::vector<std::pair<int, int>>& children) {
-  unsigned bits = 0;
-  for (const auto& [child, kind] : children) bits |= static_cast<unsigned>(kind) << (2 * child);
-  return {static_cast<char>(bits & 255), static_cast<char>(bits >> 8)};
-}
-constexpr int kFree = 1, kOccupied = 2, kInner = 3;
-
-/// One path down to the smallest cubes at the corner of the origin, in the direction of child `octant`.
-std::string tree(int octant, const std::string& last) {
-  std::string bytes = kHead;
-  bytes += node({{octant, kInner}});
-  for (int depth = 1; depth < 15; ++depth) bytes += node({{7 - octant, kInner}});
-  return bytes + last;
-}
+using namespace test::octree;
 
 TEST(Octree, OccupiedCubesAreReadAtTheirCentres) {
   const auto scan =
