@@ -100,6 +100,8 @@ const char* to_string(OdometryFault fault) {
       return "silent";
     case OdometryFault::laser_frozen:
       return "laser_frozen";
+    case OdometryFault::scans_contradict:
+      return "scans_contradict";
     case OdometryFault::inconsistent:
       return "inconsistent";
   }
@@ -139,6 +141,10 @@ const char* advice(OdometryFault fault) {
       return "no odometry arrives: check its process and the bus";
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
+    case OdometryFault::scans_contradict:
+      return "scans contradict each other again and again: the robot rocks, and no inertial sensor shows it "
+             "(IMU, "
+             "and imu in the robot description), or people crowd around it";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }

@@ -2,25 +2,14 @@
 // much like the one before, or is being carried.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 
+#include "fusion/pose/scan_change.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_points.hpp"
 #include "protocols/pose2.hpp"
 
 namespace parhelion::pose {
-
-/// What two scans contradict each other in, as fractions of the returns that could be compared: those of the
-/// first that lie where the second sees through, and those of the second where the first did. What one of
-/// them cannot see, because something is in front of it, is no contradiction.
-struct ScanChange {
-  double vanished = 0, appeared = 0;
-  bool known = false;  ///< enough returns could be compared
-};
-/// `T_before_now`: the base's motion between both.
-ScanChange change_between(const ScanPoints& before, const ScanPoints& now, const Pose2& T_before_now);
 
 class PoseDoubt {
  public:
@@ -40,9 +29,9 @@ class PoseDoubt {
   bool carried() const;
 
  private:
-  std::optional<ScanPoints> previous_;
+  PreviousScan previous_;
+  SensorTime now_;  ///< stamp of the last scan
   bool displaced_ = false;
-  double interval_ = 0;                                    ///< s, the usual one between scans
   Eigen::Vector2d unexplained_ = Eigen::Vector2d::Zero();  ///< m, of the motion of the last second, map frame
   double unexplained_yaw_ = 0;                             ///< rad, the same
   double driven_ = 0, turned_ = 0;                         ///< m, rad, by odometry, in that time

@@ -149,6 +149,14 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
           free};
 }
 
+ScanTracking::Followed ScanTracking::best_match(const Maps& maps, const ScanPoints& scan, const Where& before,
+                                                const ScanOdometry::Step& step,
+                                                const MatchOptions& options) const {
+  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
+  const auto [chosen, free] = candidates(maps, scan, odometry, scans, true, options);
+  return free.explained > chosen.match.explained ? Followed{free, scans, false} : chosen;
+}
+
 ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                                             const ScanOdometry::Step& step, const MatchOptions& options) {
   const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);

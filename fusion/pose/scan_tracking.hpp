@@ -32,6 +32,8 @@ class ScanTracking {
 
   /// As SLAM uses it, corrected.
   void add(const Odometry& odometry) { sanity_.add(odometry); }
+  /// At each scan, followed or not.
+  void contradicting(bool contradict, SensorTime now) { sanity_.contradicting(contradict, now); }
   /// The robot's twist at a scan: that of odometry, while it can be trusted.
   Twist2 twist_at(const Twist2& odometry) const;
 
@@ -53,6 +55,9 @@ class ScanTracking {
   /// `before`: where the robot was at the previous scan.
   Followed follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                   const ScanOdometry::Step& step, const MatchOptions& options);
+  /// The match that explains more of the scan: with odometry, or by scans alone. Nothing is learned from it.
+  Followed best_match(const Maps& maps, const ScanPoints& scan, const Where& before,
+                      const ScanOdometry::Step& step, const MatchOptions& options) const;
   /// The pose has been set by something else: what it was before says nothing about the motion.
   void forget();
   /// The map was corrected, and the robot with it: its motion goes on from here.

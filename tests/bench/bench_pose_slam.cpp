@@ -142,6 +142,7 @@ void bench_mapping(const std::string& name, const std::string& log,
   Run causal = run(**mapper, recording);
   print_times("wall", causal.wall_ms);
   print_times("CPU", causal.cpu_ms);
+  print_states(causal);
   const test::Trajectory final = test::trajectory_of((*mapper)->finish());
   const double cpu = cpu_seconds() - start;
   std::printf("  %.1f s of CPU for %.1f s of log: %.0f times real time\n", cpu, recording.seconds,

@@ -1,0 +1,80 @@
+#include "fusion/pose/contradicting_scans.hpp"
+
+#include <cmath>
+
+namespace parhelion::pose {
+namespace {
+
+/// Of the returns that can be compared. Chosen on a robot that rocks by up to 18 degrees (ramp_test.cpp).
+constexpr double kMuchChange = 0.4, kLittleChange = 0.2;
+constexpr double kAsUsual = 0.85;  ///< of the explained fraction
+constexpr double kMemory = 0.03;   ///< weight of a scan in that
+/// m, rad, and per m driven while scans contradict each other: from what is expected.
+constexpr double kNear = 0.15, kNearYaw = 0.2, kNearPerMetre = 0.1;
+constexpr Duration kSettled = seconds(1.0), kRecent = seconds(10.0), kLongest = seconds(3.0);
+
+}  // namespace
+
+void ContradictingScans::learn(double explained) {
+  usual_ += (usual_ == 0 ? 1 : kMemory) * (explained - usual_);
+}
+
+bool ContradictingScans::comes_again(SensorTime now) const {
+  return began_before_ && now - *began_before_ < kRecent;
+}
+
+void ContradictingScans::forget() {
+  previous_.forget();
+  last_.reset();
+  changed_ = false;
+}
+
+ContradictingScans::Finding ContradictingScans::contradicting(const ScanPoints& scan) {
+  if (!last_) {
+    began_before_ = began_;
+    began_ = scan.stamp;
+  }
+  last_ = scan;
+  T_last_now_ = {};
+  return Finding::contradicting;
+}
+
+ContradictingScans::Finding ContradictingScans::contradiction_goes_on(const ScanPoints& scan, bool much) {
+  if (much) return contradicting(scan);
+  if (scan.stamp - last_->stamp < kSettled) return Finding::contradicting;
+  if (change_between(*last_, scan, T_last_now_).exceeds(kLittleChange)) return contradicting(scan);
+  last_.reset();
+  return Finding::settled;
+}
+
+ContradictingScans::Finding ContradictingScans::add(const ScanPoints& scan, const Pose2& T_map_before,
+                                                    const Pose2& step,
+                                                    const std::function<ScanTracking::Followed()>& match) {
+  const ScanPoints* before = previous_.comparable(scan.stamp);
+  T_last_now_ = T_last_now_ * step;
+  driven_ = last_ ? driven_ + step.position().norm() : 0;
+  if (last_ && scan.stamp - *began_ > kLongest) {
+    last_.reset();
+    tolerated_until_ = scan.stamp + kLongest;
+  }
+  const bool much = before != nullptr && scan.stamp >= tolerated_until_ &&
+                    change_between(*before, scan, step).exceeds(kMuchChange);
+  Finding finding = Finding::none;
+  if (much || last_) {
+    const ScanTracking::Followed found = match();
+    const Pose2 T_map_base = found.match.T_map_base, off = found.expected.T_map_base.inverse() * T_map_base;
+    const bool near = off.position().norm() < kNear + kNearPerMetre * driven_ && std::abs(off.yaw) < kNearYaw;
+    if (near && found.match.explained >= kAsUsual * usual_) {
+      last_.reset();
+    } else if (last_) {
+      finding = contradiction_goes_on(scan, much);
+    } else if (change_between(*before, scan, T_map_before.inverse() * T_map_base).exceeds(kMuchChange)) {
+      finding = changed_ ? contradicting(scan) : Finding::changed;
+    }
+  }
+  changed_ = finding == Finding::changed;
+  previous_.set(scan);
+  return finding;
+}
+
+}  // namespace parhelion::pose

@@ -1,0 +1,54 @@
+// Scans that contradict the ones before: the laser tilts and sees the floor, the robot is carried, or a crowd
+// closes in on it. Nothing can be matched to them, and a map must not be built of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "fusion/pose/scan_change.hpp"
+#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/scan_tracking.hpp"
+#include "protocols/pose2.hpp"
+
+namespace parhelion::pose {
+
+class ContradictingScans {
+ public:
+  enum class Finding : std::uint8_t {
+    none,
+    changed,  ///< much has changed since the previous scan, for once: somebody came close, or a door opened
+    contradicting,
+    settled,  ///< no longer: the scans agree with each other again, but not with the map
+  };
+  /// Contradicting is a scan of which much has changed since the previous one, whether the robot moved by
+  /// `step`, which odometry shows, or to where the map matches the scan; and those after it, until the map
+  /// explains one as usual, near where the robot is expected, or for a second none has contradicted the
+  /// previous one, nor the first of that second: the floor in front of a tilted laser moves along with the
+  /// robot. For three seconds at most: then, for three more, nothing counts as contradicting, lest it be
+  /// odometry that is wrong. `T_map_before`: the base at the previous scan. `match`: the scan's best match,
+  /// by odometry or by scans alone; asked only where it is needed.
+  Finding add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& step,
+              const std::function<ScanTracking::Followed()>& match);
+  /// It happened twice within the last ten seconds: a robot that rocks, whose scans lie in between, too.
+  bool comes_again(SensorTime now) const;
+  /// The fraction of a scan's points that the map explained.
+  void learn(double explained);
+  /// Nothing is known of the motion from the previous scan to the next.
+  void forget();
+
+ private:
+  Finding contradicting(const ScanPoints& scan);
+  Finding contradiction_goes_on(const ScanPoints& scan, bool much);
+
+  PreviousScan previous_;
+  std::optional<ScanPoints> last_;                  ///< the last scan that contradicted the one before
+  std::optional<SensorTime> began_, began_before_;  ///< stamps of the first scans of the last two times
+  Pose2 T_last_now_;                                ///< the base's motion since that, by odometry
+  SensorTime tolerated_until_;
+  bool changed_ = false;  ///< the previous scan was
+  double driven_ = 0;     ///< m, since scans contradict each other, by odometry
+  double usual_ = 0;      ///< explained fraction
+};
+
+}  // namespace parhelion::pose
