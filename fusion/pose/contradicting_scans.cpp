@@ -11,7 +11,9 @@ constexpr double kAsUsual = 0.85;  ///< of the explained fraction
 constexpr double kMemory = 0.03;   ///< weight of a scan in that
 /// m, rad, and per m driven while scans contradict each other: from what is expected.
 constexpr double kNear = 0.15, kNearYaw = 0.2, kNearPerMetre = 0.1;
-constexpr Duration kSettled = seconds(1.0), kRecent = seconds(10.0), kLongest = seconds(3.0);
+constexpr Duration kSettled = seconds(1.0), kRecent = seconds(10.0), kLongest = seconds(10.0);
+/// Of the scans of the last second: between two that are kept, and from the one that is compared to now.
+constexpr Duration kKeptEvery = milliseconds(150), kShortest = milliseconds(700), kSecond = seconds(1.0);
 
 }  // namespace
 
@@ -25,6 +27,7 @@ bool ContradictingScans::comes_again(SensorTime now) const {
 
 void ContradictingScans::forget() {
   previous_.forget();
+  past_.clear();
   last_.reset();
   changed_ = false;
 }
@@ -47,34 +50,62 @@ ContradictingScans::Finding ContradictingScans::contradiction_goes_on(const Scan
   return Finding::settled;
 }
 
+/// Keeps the previous scan, if the last one that is kept is old enough.
+void ContradictingScans::keep_previous(SensorTime now, const Pose2& T_map_before) {
+  const std::optional<ScanPoints>& before = previous_.scan();
+  if (before && (past_.empty() || before->stamp - past_.back().scan.stamp >= kKeptEvery))
+    past_.push_back({*before, T_odom_base_, T_map_before});
+  while (!past_.empty() && now - past_.front().scan.stamp > kSecond) past_.pop_front();
+}
+
 ContradictingScans::Finding ContradictingScans::add(const ScanPoints& scan, const Pose2& T_map_before,
                                                     const Pose2& step,
                                                     const std::function<ScanTracking::Followed()>& match) {
   const ScanPoints* before = previous_.comparable(scan.stamp);
+  if (before == nullptr)
+    past_.clear();
+  else
+    keep_previous(scan.stamp, T_map_before);
+  T_odom_base_ = T_odom_base_ * step;
   T_last_now_ = T_last_now_ * step;
   driven_ = last_ ? driven_ + step.position().norm() : 0;
   if (last_ && scan.stamp - *began_ > kLongest) {
     last_.reset();
     tolerated_until_ = scan.stamp + kLongest;
   }
-  const bool much = before != nullptr && scan.stamp >= tolerated_until_ &&
-                    change_between(*before, scan, step).exceeds(kMuchChange);
   Finding finding = Finding::none;
-  if (much || last_) {
-    const ScanTracking::Followed found = match();
-    const Pose2 T_map_base = found.match.T_map_base, off = found.expected.T_map_base.inverse() * T_map_base;
-    const bool near = off.position().norm() < kNear + kNearPerMetre * driven_ && std::abs(off.yaw) < kNearYaw;
-    if (near && found.match.explained >= kAsUsual * usual_) {
-      last_.reset();
-    } else if (last_) {
-      finding = contradiction_goes_on(scan, much);
-    } else if (change_between(*before, scan, T_map_before.inverse() * T_map_base).exceeds(kMuchChange)) {
-      finding = changed_ ? contradicting(scan) : Finding::changed;
-    }
-  }
+  if (before != nullptr && scan.stamp >= tolerated_until_)
+    finding = compare(*before, scan, T_map_before, step, match);
   changed_ = finding == Finding::changed;
   previous_.set(scan);
   return finding;
+}
+
+ContradictingScans::Finding ContradictingScans::compare(
+    const ScanPoints& before, const ScanPoints& scan, const Pose2& T_map_before, const Pose2& step,
+    const std::function<ScanTracking::Followed()>& match) {
+  const Past* past =
+      past_.empty() || scan.stamp - past_.front().scan.stamp < kShortest ? nullptr : &past_.front();
+  const bool much = change_between(before, scan, step).exceeds(kMuchChange);
+  const bool slowly =
+      past != nullptr &&
+      change_between(past->scan, scan, past->T_odom_base.inverse() * T_odom_base_).exceeds(kMuchChange);
+  if (!much && !slowly && !last_) return Finding::none;
+  const ScanTracking::Followed found = match();
+  const Pose2 T_map_base = found.match.T_map_base, off = found.expected.T_map_base.inverse() * T_map_base;
+  if (slowly &&
+      (last_ ||
+       change_between(past->scan, scan, past->T_map_base.inverse() * T_map_base).exceeds(kMuchChange)))
+    return contradicting(scan);
+  const bool near = off.position().norm() < kNear + kNearPerMetre * driven_ && std::abs(off.yaw) < kNearYaw;
+  if (near && found.match.explained >= kAsUsual * usual_) {
+    last_.reset();
+    return Finding::none;
+  }
+  if (last_) return contradiction_goes_on(scan, much);
+  if (!much || !change_between(before, scan, T_map_before.inverse() * T_map_base).exceeds(kMuchChange))
+    return Finding::none;
+  return changed_ ? contradicting(scan) : Finding::changed;
 }
 
 }  // namespace parhelion::pose

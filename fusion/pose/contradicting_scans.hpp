@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 
@@ -21,13 +22,13 @@ class ContradictingScans {
     contradicting,
     settled,  ///< no longer: the scans agree with each other again, but not with the map
   };
-  /// Contradicting is a scan of which much has changed since the previous one, whether the robot moved by
-  /// `step`, which odometry shows, or to where the map matches the scan; and those after it, until the map
-  /// explains one as usual, near where the robot is expected, or for a second none has contradicted the
-  /// previous one, nor the first of that second: the floor in front of a tilted laser moves along with the
-  /// robot. For three seconds at most: then, for three more, nothing counts as contradicting, lest it be
-  /// odometry that is wrong. `T_map_before`: the base at the previous scan. `match`: the scan's best match,
-  /// by odometry or by scans alone; asked only where it is needed.
+  /// Contradicting is a scan of which much has changed since the previous one, or since a second, whether the
+  /// robot moved as odometry shows, or to where the map matches the scan; and those after it, until the map
+  /// explains one as usual, near where the robot is expected, or for a second none has been contradicting.
+  /// The floor in front of a tilted laser moves along with the robot. For ten seconds at most: then, for ten
+  /// more, nothing counts as contradicting, lest it be odometry that is wrong. `T_map_before`: the base at
+  /// the previous scan. `step`: of odometry since then. `match`: the scan's best match, by odometry or by
+  /// scans alone; asked only where it is needed.
   Finding add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& step,
               const std::function<ScanTracking::Followed()>& match);
   /// It happened twice within the last ten seconds: a robot that rocks, whose scans lie in between, too.
@@ -38,10 +39,20 @@ class ContradictingScans {
   void forget();
 
  private:
+  /// A scan of the last second, with the base's poses at it.
+  struct Past {
+    ScanPoints scan;
+    Pose2 T_odom_base, T_map_base;
+  };
+  void keep_previous(SensorTime now, const Pose2& T_map_before);
+  Finding compare(const ScanPoints& before, const ScanPoints& scan, const Pose2& T_map_before,
+                  const Pose2& step, const std::function<ScanTracking::Followed()>& match);
   Finding contradicting(const ScanPoints& scan);
   Finding contradiction_goes_on(const ScanPoints& scan, bool much);
 
   PreviousScan previous_;
+  std::deque<Past> past_;                           ///< oldest first
+  Pose2 T_odom_base_;                               ///< by the steps so far
   std::optional<ScanPoints> last_;                  ///< the last scan that contradicted the one before
   std::optional<SensorTime> began_, began_before_;  ///< stamps of the first scans of the last two times
   Pose2 T_last_now_;                                ///< the base's motion since that, by odometry

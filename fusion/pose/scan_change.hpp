@@ -25,6 +25,7 @@ class PreviousScan {
  public:
   void set(const ScanPoints& scan);
   void forget();
+  const std::optional<ScanPoints>& scan() const { return scan_; }
   /// s from it to `now`; 0 where there is none.
   double seconds_until(SensorTime now) const;
   /// Null where it does not compare with a scan at `now`: too much time has passed, in which people change
