@@ -22,13 +22,14 @@ void ContradictingScans::learn(double explained) {
 }
 
 bool ContradictingScans::comes_again(SensorTime now) const {
-  return began_before_ && now - *began_before_ < kRecent;
+  return began_before_ && now >= *began_ && now - *began_before_ < kRecent;
 }
 
 void ContradictingScans::forget() {
   previous_.forget();
   past_.clear();
   last_.reset();
+  tolerated_until_ = {};
   changed_ = false;
 }
 
@@ -63,7 +64,7 @@ ContradictingScans::Finding ContradictingScans::add(const ScanPoints& scan, cons
                                                     const std::function<ScanTracking::Followed()>& match) {
   const ScanPoints* before = previous_.comparable(scan.stamp);
   if (before == nullptr)
-    past_.clear();
+    forget();
   else
     keep_previous(scan.stamp, T_map_before);
   T_odom_base_ = T_odom_base_ * step;
