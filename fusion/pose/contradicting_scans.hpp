@@ -24,15 +24,16 @@ class ContradictingScans {
   };
   /// Contradicting is a scan of which much has changed since the previous one, or since a second, whether the
   /// robot moved as odometry shows, or to where the map matches the scan; and those after it, until the map
-  /// explains one as usual, near where the robot is expected, or for a second none has been contradicting.
-  /// The floor in front of a tilted laser moves along with the robot. For ten seconds at most: then, for ten
-  /// more, nothing counts as contradicting, lest it be odometry that is wrong. `T_map_before`: the base at
-  /// the previous scan. `step`: of odometry since then. `match`: the scan's best match, by odometry or by
-  /// scans alone; asked only where it is needed.
+  /// explains one as usual, near where the robot is expected, or for a second and 0.8 m none has been
+  /// contradicting. The floor in front of a tilted laser moves along with the robot. For ten seconds at most:
+  /// then, for ten more, nothing counts as contradicting, lest it be odometry that is wrong. `T_map_before`:
+  /// the base at the previous scan. `step`: of odometry since then. `match`: the scan's best match, by
+  /// odometry or by scans alone; asked only where it is needed.
   Finding add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& step,
               const std::function<ScanTracking::Followed()>& match);
-  /// It happened twice within the last ten seconds: a robot that rocks, whose scans lie in between, too.
-  bool comes_again(SensorTime now) const;
+  /// It happened twice within the last ten seconds, as on a robot that rocks, whose scans mislead in between,
+  /// too; or for so long that nothing counts as contradicting now.
+  bool in_doubt(SensorTime now) const;
   /// The fraction of a scan's points that the map explained.
   void learn(double explained);
   /// Nothing is known of the motion from the previous scan to the next.
@@ -45,21 +46,21 @@ class ContradictingScans {
     Pose2 T_odom_base, T_map_base;
   };
   void keep_previous(SensorTime now, const Pose2& T_map_before);
-  Finding compare(const ScanPoints& before, const ScanPoints& scan, const Pose2& T_map_before,
+  Finding compare(const ScanPoints* before, const ScanPoints& scan, const Pose2& T_map_before,
                   const Pose2& step, const std::function<ScanTracking::Followed()>& match);
   Finding contradicting(const ScanPoints& scan);
   Finding contradiction_goes_on(const ScanPoints& scan, bool much);
 
   PreviousScan previous_;
-  std::deque<Past> past_;                           ///< oldest first
-  Pose2 T_odom_base_;                               ///< by the steps so far
-  std::optional<ScanPoints> last_;                  ///< the last scan that contradicted the one before
-  std::optional<SensorTime> began_, began_before_;  ///< stamps of the first scans of the last two times
-  Pose2 T_last_now_;                                ///< the base's motion since that, by odometry
-  SensorTime tolerated_until_;
-  bool changed_ = false;  ///< the previous scan was
-  double driven_ = 0;     ///< m, since scans contradict each other, by odometry
-  double usual_ = 0;      ///< explained fraction
+  bool changed_ = false;            ///< it had changed much, for once
+  std::deque<Past> past_;           ///< oldest first
+  Pose2 T_odom_base_;               ///< by the steps so far
+  std::optional<ScanPoints> last_;  ///< the last scan that contradicted those before; none: they agree
+  Pose2 T_last_now_;                ///< the base's motion since that, by odometry
+  double driven_ = 0;               ///< m, the same since the first of them
+  std::optional<SensorTime> began_, began_before_;  ///< stamps of the first ones of the last two times
+  SensorTime tolerated_until_;                      ///< before that nothing counts as contradicting
+  double usual_ = 0;                                ///< explained fraction
 };
 
 }  // namespace parhelion::pose

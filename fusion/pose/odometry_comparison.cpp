@@ -125,8 +125,7 @@ const char* advice(OdometryFault fault) {
              "always so, the laser may be mounted backward";
     case OdometryFault::rotation_reversed:
       return "odometry turns the wrong way: change the sign of its rotation or swap left and right wheel; if "
-             "it "
-             "was always so, the laser may be mounted upside down";
+             "it was always so, the laser may be mounted upside down";
     case OdometryFault::wheel:
       return "one wheel counts wrongly: check its encoder and gear";
     case OdometryFault::scale:
@@ -142,8 +141,7 @@ const char* advice(OdometryFault fault) {
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
     case OdometryFault::scans_contradict:
-      return "scans contradict each other again and again: the robot rocks, and no inertial sensor shows it "
-             "(IMU, "
+      return "scans contradict each other: the robot rocks, and no inertial sensor shows it (give it one, "
              "and imu in the robot description), or people crowd around it";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";

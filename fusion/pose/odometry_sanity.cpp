@@ -249,16 +249,19 @@ void OdometrySanity::give_up(SensorTime now) {
 
 /// Verdicts in a row.
 int OdometrySanity::enough_of(const Verdict& verdict) const {
+  // While a drive shows only a part of it, one fault looks like another, as a dead wheel does like a wrong
+  // scale: it gets another name later each time.
+  const std::size_t renamed = lasting_ ? std::min<std::size_t>(findings_.size() - 1, 4) : 0;
   switch (verdict.fault) {
     case OdometryFault::none:
       // A fault that comes back is believed to be over later each time.
       return kClearances << std::min<std::size_t>(findings_.size(), 4);
     case OdometryFault::inconsistent:
-      return kLastResort;
+      return kLastResort << renamed;
     case OdometryFault::delayed:
       return verdict.by_clock ? kConfirmations : kLastResort;
     default:
-      return verdict.by_clock ? kConfirmations : kMotionConfirmations;
+      return verdict.by_clock ? kConfirmations : kMotionConfirmations << renamed;
   }
 }
 
@@ -278,8 +281,19 @@ bool OdometrySanity::may_end(const Verdict& verdict) const {
   }
 }
 
-void OdometrySanity::settle(const std::optional<Verdict>& verdict, SensorTime now) {
+/// Both parts of `reversed` show one after the other: straight ahead, then on the spot.
+OdometryFault OdometrySanity::with_what_is_hidden(const Verdict& verdict) const {
+  const bool drives = verdict.fault == OdometryFault::translation_reversed && !verdict.yaw_shown;
+  const bool turns = verdict.fault == OdometryFault::rotation_reversed && !verdict.position_shown;
+  const bool reversed = fault_ == OdometryFault::reversed;
+  const bool other = (drives && fault_ == OdometryFault::rotation_reversed) ||
+                     (turns && fault_ == OdometryFault::translation_reversed);
+  return (reversed && (drives || turns)) || other ? OdometryFault::reversed : verdict.fault;
+}
+
+void OdometrySanity::settle(std::optional<Verdict> verdict, SensorTime now) {
   if (!verdict) return;
+  verdict->fault = with_what_is_hidden(*verdict);
   const bool over = verdict->fault == OdometryFault::none;
   if (over && !may_end(*verdict)) return;
   if (agreeing_ == 0 || verdict->fault != suspected_.fault) {

@@ -79,7 +79,8 @@ class OdometrySanity {
   int enough_of(const Verdict& verdict) const;
   bool may_end(const Verdict& verdict) const;
   void end(std::optional<std::size_t>& finding, SensorTime now);
-  void settle(const std::optional<Verdict>& verdict, SensorTime now);
+  OdometryFault with_what_is_hidden(const Verdict& verdict) const;
+  void settle(std::optional<Verdict> verdict, SensorTime now);
 
   OdometryTrack track_;
   Ring<ScanStep> steps_;

@@ -10,6 +10,8 @@ namespace {
 constexpr double kMuchChange = 0.4, kAllChanged = 0.7;
 /// Of what the map usually explains: people who leave change much, and the map explains more.
 constexpr double kAsUsual = 0.8;
+/// s: in a longer time people who pass change much. Chosen on fr-clinic, where scans are 0.7 s apart.
+constexpr double kSoon = 0.5;
 constexpr double kMemory = 1;  ///< s
 constexpr double kMuchMotion = 0.25,
                  kMuchTurn = 0.25;            ///< m, rad; and the same fraction of odometry's motion
@@ -28,9 +30,9 @@ void PoseDoubt::forget() {
 
 void PoseDoubt::add(const ScanPoints& scan, const Pose2& T_map_before, const Pose2& T_map_now,
                     const ScanOdometry::Step& odometry, double of_usual) {
-  const double enough = of_usual < kAsUsual ? kMuchChange : kAllChanged;
   const Pose2 step = T_map_before.inverse() * T_map_now, expected = T_map_before * odometry.step;
   const double dt = previous_.seconds_until(scan.stamp);
+  const double enough = of_usual < kAsUsual && dt < kSoon ? kMuchChange : kAllChanged;
   const ScanPoints* before = previous_.comparable(scan.stamp);
   displaced_ = before != nullptr && change_between(*before, scan, step).exceeds(enough) &&
                change_between(*before, scan, odometry.step).exceeds(enough);

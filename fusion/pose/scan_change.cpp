@@ -13,8 +13,7 @@ constexpr int kDirections = 360;
 constexpr int kNeighbours = 2;         ///< directions: motion within a sweep, errors of yaw
 constexpr double kChanged = 0.3;       ///< m
 constexpr std::size_t kCompared = 30;  ///< returns
-constexpr double kLongest = 0.5;  ///< s; chosen on fr-clinic, where people pass between scans 0.7 s apart
-constexpr double kGap = 2.5;      ///< usual intervals
+constexpr double kGap = 2.5;           ///< usual intervals
 
 /// The nearest range in each direction about a laser.
 class Around {
@@ -91,7 +90,7 @@ double PreviousScan::seconds_until(SensorTime now) const {
 
 const ScanPoints* PreviousScan::comparable(SensorTime now) const {
   const double dt = seconds_until(now);
-  return scan_ && dt >= 0 && dt < kLongest && (interval_ == 0 || dt < kGap * interval_) ? &*scan_ : nullptr;
+  return scan_ && dt >= 0 && (interval_ == 0 || dt < kGap * interval_) ? &*scan_ : nullptr;
 }
 
 }  // namespace parhelion::pose

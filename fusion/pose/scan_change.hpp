@@ -28,8 +28,8 @@ class PreviousScan {
   const std::optional<ScanPoints>& scan() const { return scan_; }
   /// s from it to `now`; 0 where there is none.
   double seconds_until(SensorTime now) const;
-  /// Null where it does not compare with a scan at `now`: too much time has passed, in which people change
-  /// much, or much more than usual, so that the motion is not known well enough.
+  /// Null where it does not compare with a scan at `now`: much more time has passed than usual, so that the
+  /// motion is not known well enough, or time has gone back.
   const ScanPoints* comparable(SensorTime now) const;
 
  private:

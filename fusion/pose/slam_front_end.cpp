@@ -33,7 +33,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
     if (!scan.points.empty()) keep(scan);
   } else {
     finding_ = compare(scan, step);
-    tracking_.contradicting(contradicting_.comes_again(scan.stamp), scan.stamp);
+    tracking_.contradicting(contradicting_.in_doubt(scan.stamp), scan.stamp);
     using Finding = ContradictingScans::Finding;
     const bool matches = finding_ == Finding::none || finding_ == Finding::changed;
     const Pose2 moved = matches ? track(scan, step, estimate) : follow_odometry(step, estimate);
@@ -126,7 +126,7 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
   if (sigma > kLostSigma) return SlamState::lost;
   const bool blind = tracking_.fault() == OdometryFault::laser_frozen;
   const bool contradicting =
-      finding_ == ContradictingScans::Finding::contradicting || contradicting_.comes_again(stamp);
+      finding_ == ContradictingScans::Finding::contradicting || contradicting_.in_doubt(stamp);
   return blind || contradicting || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
                                                                                         : SlamState::tracking;
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "fusion/pose/slam.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/fusion/pose/corrupted_odometry.hpp"
@@ -114,6 +116,46 @@ std::vector<int> kinds() {
 INSTANTIATE_TEST_SUITE_P(Kinds, CorruptedOdometry, ::testing::ValuesIn(kinds()), [](const auto& param) {
   return std::string(test::kind_of(static_cast<Corruption>(param.param)).name);
 });
+
+/// Straight ahead for 5 s, on the spot for 5 s, in a curve for 5 s, and again; `wrong` makes odometry's twist
+/// of the true one, ten times a second. What was found in 300 s.
+std::vector<OdometryFinding> found_in(const std::function<Twist2(Twist2)>& wrong) {
+  OdometrySanity sanity;
+  Pose2 odom;
+  for (int i = 0; i < 3000; ++i) {
+    const SensorTime now = SensorTime{} + seconds(0.1 * i);
+    const Twist2 parts[] = {{0.5, 0, 0}, {0, 0, 0.6}, {0.4, 0, -0.4}};
+    const Twist2 twist = parts[i / 50 % 3], measured = i < 100 ? twist : wrong(twist);
+    const Pose2 step = moved(measured, 0.1);
+    odom = odom * step;
+    sanity.add(Odometry{now, transform<Odom, Base>(odom)});
+    sanity.add(ScanStep{.stamp = now,
+                        .seconds = 0.1,
+                        .odometry = step,
+                        .scans = moved(twist, 0.1),
+                        .position_known = true,
+                        .yaw_known = true});
+  }
+  return sanity.findings();
+}
+
+/// A list of a hundred would hide what is wrong.
+TEST(OdometrySanity, AFaultDoesNotGetAnotherNameWithEachTurn) {
+  const auto reversed = found_in([](Twist2 twist) { return Twist2{-twist.vx, 0, -twist.wz}; });
+  ASSERT_FALSE(reversed.empty());
+  EXPECT_LE(reversed.size(), 3U);
+  EXPECT_EQ(reversed.back().fault, OdometryFault::reversed);
+  EXPECT_FALSE(reversed.back().until);
+
+  const double track = 0.5;  // m
+  const auto wheel = found_in([&](Twist2 twist) {
+    const double right = twist.vx + twist.wz * track / 2;
+    return Twist2{right / 2, 0, right / track};
+  });
+  ASSERT_FALSE(wheel.empty());
+  EXPECT_LE(wheel.size(), 5U);
+  EXPECT_FALSE(wheel.back().until);
+}
 
 TEST(OdometrySanity, HasNothingToReportOfOdometryThatIsMerelyLateNoisyOrAFewPercentOff) {
   for (const std::uint32_t seed : {1U, 2U, 3U}) {

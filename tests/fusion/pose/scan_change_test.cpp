@@ -51,15 +51,5 @@ TEST(PreviousScan, IsComparableWithTheNextButNotAfterAGap) {
   EXPECT_EQ(previous.comparable(last + seconds(0.1)), nullptr);
 }
 
-/// In that time people who pass change much of what it sees.
-TEST(PreviousScan, OfALaserWithAScanEvery700MsIsNeverComparable) {
-  PreviousScan previous;
-  for (int i = 0; i < 10; ++i) {
-    const SensorTime now = SensorTime{} + seconds(0.7 * i);
-    EXPECT_EQ(previous.comparable(now), nullptr);
-    previous.set(hall_with(0, 0.7 * i));
-  }
-}
-
 }  // namespace
 }  // namespace parhelion::pose
