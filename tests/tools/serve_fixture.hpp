@@ -28,7 +28,7 @@ class ServeTest : public ::testing::Test {
     scenario.model = "model.yaml";
     scenario.robot = "robot.yaml";
     std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
-    auto bus = open_network_bus(bus_url());
+    auto bus = open_network_bus(url_);
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
     ASSERT_TRUE(bus_->subscribe("MR_.*", 2000).ok());
@@ -39,7 +39,7 @@ class ServeTest : public ::testing::Test {
             "-o",
             folder_ / session,
             "--url",
-            bus_url(),
+            url_,
             "--no-restart",
             "--force",
             "--state-folder",
@@ -124,6 +124,16 @@ class ServeTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   std::unique_ptr<Bus> bus_;
+
+ private:
+  /// A server of the test before may still be ending.
+  static int next_group() {
+    static int tests = 0;
+    return 100 + tests++ % 100;
+  }
+
+ protected:
+  const std::string url_ = bus_url(next_group());
 };
 
 }  // namespace parhelion::test

@@ -17,7 +17,6 @@
 namespace parhelion::tools {
 namespace {
 
-using test::bus_url;
 using test::ServeTest;
 
 TEST_F(ServeTest, ServeLosesNoAcknowledgedDataWhenKilled) {
@@ -159,14 +158,18 @@ class ServeEndTest : public ServeTest {
     while (runtime::steady_now() < deadline) {
       const auto came = bus_->receive(message, deadline - runtime::steady_now());
       if (!came || !*came) break;
+      Event event;
       if (message.channel == channel::kMrCmd && decode(message.channel, message.payload, command).ok())
         newest = command.twist;
+      if (message.channel == channel::kMrEvents && decode(message.channel, message.payload, event).ok())
+        events_ += std::string("\n") + to_string(event.kind) + " " + event.subject + " " + event.text;
       moved_ = moved_ || (newest && newest->vx != 0);
     }
     return newest;
   }
   /// Drives until MR_CMD does. The server has no pose: after the stick was let go, the robot may crawl.
-  bool drives() {
+  ::testing::AssertionResult drives() {
+    events_.clear();
     std::optional<Twist2> released;
     for (int tries = 0; tries < 100 && !released; ++tries) {
       teleop(0);
@@ -175,9 +178,10 @@ class ServeEndTest : public ServeTest {
     for (int tries = 0; tries < 100; ++tries) {
       teleop(0.3);
       const auto command = newest_command(milliseconds(20));
-      if (command && command->vx > 0) return true;
+      if (command && command->vx > 0) return ::testing::AssertionSuccess();
     }
-    return false;
+    return ::testing::AssertionFailure()
+           << (released ? "MR_CMD stays zero; events:" : "no MR_CMD; events:") << events_;
   }
   void teleop(double speed) {
     const Message drive =
@@ -186,6 +190,7 @@ class ServeEndTest : public ServeTest {
   }
 
   bool moved_ = false;
+  std::string events_;  ///< that arrived since the robot was to drive
 };
 
 void ServeEndTest::expect_stop_after(ServerEnd end) {
@@ -353,7 +358,7 @@ TEST_F(ServeTest, ServeAndReplayRefuseUnwritablePathsBeforeRunning) {
     for (const std::string command : {"replay", "serve"}) {
       std::vector<std::string> arguments{command, each.option, each.path};
       if (command == "serve") {
-        arguments.insert(arguments.end(), {folder_ / "scenario.yaml", "--url", bus_url()});
+        arguments.insert(arguments.end(), {folder_ / "scenario.yaml", "--url", url_});
         if (each.option != "-o") arguments.insert(arguments.end(), {"-o", folder_ / "fresh.lcm"});
       } else {
         arguments.insert(arguments.end(), {folder_ / "drive.lcm", "--scenario", folder_ / "scenario.yaml"});
@@ -374,7 +379,7 @@ TEST_F(ServeTest, InjectReceivesAReplyFromTheServer) {
   ASSERT_TRUE(await_server(server, 1));
   const auto inject = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "inject");
-    arguments.insert(arguments.end(), {"--url", bus_url(), "--timeout", "20"});
+    arguments.insert(arguments.end(), {"--url", url_, "--timeout", "20"});
     return test::run(arguments, folder_ / "inject.txt");
   };
   EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90deg"}).exit, 0);
