@@ -44,9 +44,10 @@ void write_all(int pipe_end, std::string_view bytes) {
 /// `work` gets the writing end of a pipe to the parent.
 using Work = std::function<void(int pipe_end)>;
 
-[[noreturn]] void run_child(int pipe_end, const ChildLimits& limits, const Work& work) {
+[[noreturn]] void run_child(pid_t parent, int pipe_end, const ChildLimits& limits, const Work& work) {
   be_silent();
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(3);  // it died before that
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   const rlimit time{limits.seconds, limits.seconds + 1};
@@ -69,7 +70,7 @@ class Child {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0)
       return Error{std::string("no pipe to a child process: ") + std::strerror(errno)};
-    const pid_t pid = fork();
+    const pid_t parent = getpid(), pid = fork();
     if (pid < 0) {
       const Error error{std::string("no child process: ") + std::strerror(errno)};
       close(ends[0]);
@@ -78,7 +79,7 @@ class Child {
     }
     if (pid == 0) {
       close(ends[0]);
-      run_child(ends[1], limits, work);
+      run_child(parent, ends[1], limits, work);
     }
     close(ends[1]);
     return Child(pid, ends[0]);

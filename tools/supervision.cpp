@@ -55,13 +55,15 @@ class HeldSignals {
 /// In the new process: 0. In this one: its id, or -1 if it could not be created.
 pid_t start_server() {
   const HeldSignals held;
-  const pid_t made = fork();
+  const pid_t supervisor = getpid(), made = fork();
   if (made != 0) {
     child = std::max(made, 0);
     if (child > 0 && asked_to_stop != 0) kill(child, SIGTERM);
     return made;
   }
   prctl(PR_SET_PDEATHSIG, SIGTERM);
+  // It may have died before that: nobody would stop the robot for this server.
+  if (getppid() != supervisor) _exit(static_cast<int>(Exit::failed));
   catch_stop_signals();
   return 0;
 }
