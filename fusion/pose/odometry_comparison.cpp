@@ -100,8 +100,6 @@ const char* to_string(OdometryFault fault) {
       return "silent";
     case OdometryFault::laser_frozen:
       return "laser_frozen";
-    case OdometryFault::scans_contradict:
-      return "scans_contradict";
     case OdometryFault::inconsistent:
       return "inconsistent";
   }
@@ -140,9 +138,6 @@ const char* advice(OdometryFault fault) {
       return "no odometry arrives: check its process and the bus";
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
-    case OdometryFault::scans_contradict:
-      return "scans contradict each other: the robot rocks, and no inertial sensor shows it (give it one, "
-             "and imu in the robot description), or people crowd around it";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }

@@ -25,7 +25,6 @@ enum class OdometryFault : std::uint8_t {
   stamps_jumped,         ///< stamps are no longer on the clock of the scans
   silent,                ///< no message arrives
   laser_frozen,          ///< the laser repeats one scan
-  scans_contradict,      ///< each other: the robot rocks, or people crowd around it
   inconsistent,          ///< contradicts the scans in another way
 };
 /// As in JSON: "rotation_reversed".

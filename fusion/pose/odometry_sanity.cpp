@@ -73,7 +73,7 @@ void OdometrySanity::add(const ScanStep& step) {
   steps_.push(step);
   const auto stamps = by_stamps(step.stamp);
   since_judged_ += plausible(step.seconds);
-  if (!stamps && (contradiction_ || since_judged_ < kJudgeEvery)) return;
+  if (!stamps && since_judged_ < kJudgeEvery) return;
   since_judged_ = 0;
   settle(stamps ? stamps : by_motion(), step.stamp);
 }
@@ -224,24 +224,13 @@ bool OdometrySanity::laser_repeats(double window) const {
   return 2 * repeated > scans;
 }
 
-void OdometrySanity::end(std::optional<std::size_t>& finding, SensorTime now) {
-  if (finding) findings_[*finding].until = now;
-  finding.reset();
-}
-
-void OdometrySanity::contradicting(bool contradict, SensorTime now) {
-  if (!contradict) {
-    if (contradiction_) steps_.clear();
-    end(contradiction_, now);
-  } else if (!contradiction_) {
-    contradiction_ = findings_.size();
-    const auto fault = OdometryFault::scans_contradict;
-    findings_.push_back({fault, now, std::nullopt, advice(fault)});
-  }
+void OdometrySanity::end_finding(SensorTime now) {
+  if (lasting_) findings_[*lasting_].until = now;
+  lasting_.reset();
 }
 
 void OdometrySanity::give_up(SensorTime now) {
-  end(lasting_, now);
+  end_finding(now);
   fault_ = OdometryFault::none;
   agreeing_ = 0;
   steps_.clear();
@@ -303,7 +292,7 @@ void OdometrySanity::settle(std::optional<Verdict> verdict, SensorTime now) {
   suspected_ = *verdict;
   ++agreeing_;
   if (verdict->fault == fault_ || agreeing_ < enough_of(*verdict)) return;
-  end(lasting_, suspected_since_);
+  end_finding(suspected_since_);
   fault_ = verdict->fault;
   if (over) return;
   lasting_ = findings_.size();

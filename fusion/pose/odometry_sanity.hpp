@@ -40,8 +40,6 @@ class OdometrySanity {
   void add(const Odometry& odometry);
   void add(const ScanStep& step);
 
-  /// Whether scans contradict each other again and again, at each scan: then they are no evidence of motion.
-  void contradicting(bool contradict, SensorTime now);
   /// Scans match nothing any more: they are no evidence against odometry.
   void give_up(SensorTime now);
 
@@ -78,7 +76,7 @@ class OdometrySanity {
   bool laser_repeats(double window) const;
   int enough_of(const Verdict& verdict) const;
   bool may_end(const Verdict& verdict) const;
-  void end(std::optional<std::size_t>& finding, SensorTime now);
+  void end_finding(SensorTime now);
   OdometryFault with_what_is_hidden(const Verdict& verdict) const;
   void settle(std::optional<Verdict> verdict, SensorTime now);
 
@@ -93,7 +91,7 @@ class OdometrySanity {
   int agreeing_ = 0;  ///< verdicts in a row like `suspected_`
   SensorTime suspected_since_;
   std::vector<OdometryFinding> findings_;
-  std::optional<std::size_t> lasting_, contradiction_;  ///< findings that last
+  std::optional<std::size_t> lasting_;  ///< the finding that lasts
 };
 
 }  // namespace parhelion::pose

@@ -28,6 +28,8 @@ constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
 /// m, rad: what odometry and the motion so far predict for the same instant. Chosen on SENA and the generated
 /// ramp.
 constexpr double kAgree = 0.2, kAgreeYaw = 0.1;
+/// rad, and cost by which the scan may contradict that the robot drove on while odometry froze.
+constexpr double kDrivenOnYawSigma = 0.1, kStandingCost = 3;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
 /// m, and m/s since the last match: how far from what odometry or the motion so far predicts a wide search
 /// may find the robot. Farther away another place looks alike, as niches of a wall do.
@@ -149,19 +151,17 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
           free};
 }
 
-ScanTracking::Followed ScanTracking::best_match(const Maps& maps, const ScanPoints& scan, const Where& before,
-                                                const ScanOdometry::Step& step,
-                                                const MatchOptions& options) const {
-  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
-  const auto [chosen, free] = candidates(maps, scan, odometry, scans, true, options);
-  return free.explained > chosen.match.explained ? Followed{free, scans, false} : chosen;
-}
-
 ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                                             const ScanOdometry::Step& step, const MatchOptions& options) {
   const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
-  const bool trusted = step.known && fault() == OdometryFault::none;
+  const bool trusted = is_trusted(step, scan.stamp);
   auto [result, free] = candidates(maps, scan, odometry, scans, trusted, options);
+  const bool first_to_show = free.explained >= kKnownFraction && frozen_.add_match(free.T_map_base.yaw);
+  const auto on = first_to_show ? driven_on(maps, scan, before, result.match, options) : std::nullopt;
+  if (on) {
+    result = *on;
+    free = on->match;
+  }
   // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map.
   const Pose2 apart = odometry.T_map_base.inverse() * scans.T_map_base;
   const bool agree = trusted && !sanity_.is_suspected() && apart.position().norm() < kAgree &&
@@ -186,12 +186,40 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   if (free.explained >= kMatchedFraction || !previous_) matched_ = scan.stamp;
   if (scan.stamp - matched_ > kPatience) sanity_.give_up(scan.stamp);
   check_odometry(scan, step, free);
-  follow_alone(scan.stamp, before.T_map_base, scans.T_map_base, result.match, free);
+  if (on)
+    go_on_from(on->match.T_map_base, frozen_.step());
+  else
+    follow_alone(scan.stamp, before.T_map_base, scans.T_map_base, result.match, free);
   compare_twists(scan.stamp, before.T_map_base, result.match.T_map_base, step.twist);
   learn_interval(scan.stamp);
   weigh(maps, scan, options, result.match);
   previous_ = scan;
   return result;
+}
+
+/// Odometry has no known fault, and has not just frozen.
+bool ScanTracking::is_trusted(const ScanOdometry::Step& step, SensorTime stamp) {
+  if (!step.known || fault() != OdometryFault::none || !motion_.known) {
+    frozen_.forget();
+    return step.known && fault() == OdometryFault::none;
+  }
+  frozen_.add(step.step, {by_scans_alone_, motion_.step, motion_.interval}, intervals_until(stamp));
+  return !frozen_.is_frozen();
+}
+
+/// Where the robot is if odometry froze and it drove on, unless the scan contradicts that more than it does
+/// that the robot stands.
+std::optional<ScanTracking::Followed> ScanTracking::driven_on(const Maps& maps, const ScanPoints& scan,
+                                                              const Where& before, const Match& standing,
+                                                              const MatchOptions& options) const {
+  const double sigma = frozen_.sigma();
+  const Eigen::Matrix3d error =
+      Eigen::Vector3d(squared(sigma), squared(sigma), squared(kDrivenOnYawSigma)).asDiagonal();
+  const Where expected{frozen_.driven_on(), before.covariance + error};
+  const Match found = match_from_several(maps.fine, maps.coarse, scan.points, expected.T_map_base,
+                                         expected.covariance.inverse(), options);
+  if (found.explained < kKnownFraction || found.cost > standing.cost + kStandingCost) return std::nullopt;
+  return Followed{found, expected, false};
 }
 
 /// How much a match is worth is learned from scans that the map explains.
@@ -275,6 +303,13 @@ void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pos
   alone_is_predicted_ = false;
 }
 
+/// The place of a robot whose motion is known.
+void ScanTracking::go_on_from(const Pose2& T_map_base, const Pose2& step) {
+  by_scans_alone_ = T_map_base;
+  motion_.step = step;
+  alone_is_predicted_ = false;
+}
+
 /// A robot cannot jump: where its position by scans does (along a corridor that people walk down), scans are
 /// no evidence of how far it drove.
 bool ScanTracking::moves_smoothly() const {
@@ -303,6 +338,7 @@ void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::St
 
 void ScanTracking::forget() {
   motion_ = {};
+  frozen_.forget();
   previous_.reset();
   alone_is_predicted_ = false;
 }

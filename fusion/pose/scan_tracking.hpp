@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "fusion/pose/frozen_odometry.hpp"
 #include "fusion/pose/map_accuracy.hpp"
 #include "fusion/pose/match_consistency.hpp"
 #include "fusion/pose/odometry_sanity.hpp"
@@ -32,8 +33,6 @@ class ScanTracking {
 
   /// As SLAM uses it, corrected.
   void add(const Odometry& odometry) { sanity_.add(odometry); }
-  /// At each scan, followed or not.
-  void contradicting(bool contradict, SensorTime now) { sanity_.contradicting(contradict, now); }
   /// The robot's twist at a scan: that of odometry, while it can be trusted.
   Twist2 twist_at(const Twist2& odometry) const;
 
@@ -55,13 +54,13 @@ class ScanTracking {
   /// `before`: where the robot was at the previous scan.
   Followed follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                   const ScanOdometry::Step& step, const MatchOptions& options);
-  /// The match that explains more of the scan: with odometry, or by scans alone. Nothing is learned from it.
-  Followed best_match(const Maps& maps, const ScanPoints& scan, const Where& before,
-                      const ScanOdometry::Step& step, const MatchOptions& options) const;
   /// The pose has been set by something else: what it was before says nothing about the motion.
   void forget();
   /// The map was corrected, and the robot with it: its motion goes on from here.
-  void continue_from(const Pose2& T_map_base) { by_scans_alone_ = T_map_base; }
+  void continue_from(const Pose2& T_map_base) {
+    by_scans_alone_ = T_map_base;
+    frozen_.forget();
+  }
 
   /// The covariance to publish (x, y, yaw) for a pose whose filter has `covariance`. The filter believes that
   /// the points of each scan are worth as much in every building; what is published is what scans were seen
@@ -85,6 +84,9 @@ class ScanTracking {
   };
   Candidates candidates(const Maps& maps, const ScanPoints& scan, const Where& odometry, const Where& scans,
                         bool trusted, const MatchOptions& options) const;
+  bool is_trusted(const ScanOdometry::Step& step, SensorTime stamp);
+  std::optional<Followed> driven_on(const Maps& maps, const ScanPoints& scan, const Where& before,
+                                    const Match& standing, const MatchOptions& options) const;
   void learn_interval(SensorTime stamp);
   void compare_twists(SensorTime stamp, const Pose2& before, const Pose2& after, const Twist2& odometry);
   void weigh(const Maps& maps, const ScanPoints& scan, const MatchOptions& options, const Match& found);
@@ -94,6 +96,7 @@ class ScanTracking {
   bool is_announced(const Pose2& found, const Pose2& predicted) const;
   void follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted, const Match& chosen,
                     const Match& free);
+  void go_on_from(const Pose2& T_map_base, const Pose2& step);
   void learn(const Pose2& step);
 
   static constexpr std::size_t kWeighedPoints = 240;
@@ -112,6 +115,7 @@ class ScanTracking {
     double irregularity = 0;                         ///< mean deviation from that, as a fraction
   };
   Motion motion_;
+  FrozenOdometry frozen_;
   std::optional<ScanPoints> previous_;
   Pose2 by_scans_alone_;             ///< T_map_base at the previous scan
   bool alone_is_predicted_ = false;  ///< that scan matched nothing

@@ -18,9 +18,6 @@ constexpr double kDrift = 0.004, kYawDrift = 0.001;
 /// 1 sigma, m and rad: of a place that was found again.
 constexpr double kLoopSigma = 0.01, kLoopYawSigma = 0.003;
 
-/// Of the description, which says 1 sigma of what varies; rad per m; m and rad, at each scan.
-constexpr double kOdometryErrors = 2, kYawPerMetre = 0.05, kRestingSigma = 0.002;
-
 }  // namespace
 
 SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options)
@@ -32,11 +29,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
     matched_ = scan.stamp;
     if (!scan.points.empty()) keep(scan);
   } else {
-    finding_ = compare(scan, step);
-    tracking_.contradicting(contradicting_.in_doubt(scan.stamp), scan.stamp);
-    using Finding = ContradictingScans::Finding;
-    const bool matches = finding_ == Finding::none || finding_ == Finding::changed;
-    const Pose2 moved = matches ? track(scan, step, estimate) : follow_odometry(step, estimate);
+    const Pose2 moved = track(scan, step, estimate);
     driven_ += moved.position().norm();
     turned_ += std::abs(moved.yaw);
     estimate.state = state(scan.stamp);
@@ -44,11 +37,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
                           turned_ - turned_at_keyframe_ >= options_.keyframe_angle;
     // Odometry that can be trusted leads over places where scans have little in common with the map.
     const double enough = tracking_.fault() == OdometryFault::none ? 0.5 * kMinExplained : kMinExplained;
-    // What is around the robot now is new: from here on it has to be in the map.
-    const bool begins_anew = finding_ == Finding::settled;
-    if (begins_anew) matched_ = scan.stamp;
-    const bool fits = moved_on && estimate.explained >= enough && finding_ == Finding::none;
-    if (begins_anew || fits) keep(scan), estimate.keyframe = true;
+    if (moved_on && estimate.explained >= enough) keep(scan), estimate.keyframe = true;
   }
   ++scans_;
   estimate.T_map_base = pose_;
@@ -74,33 +63,6 @@ std::optional<Match> SlamFrontEnd::search_surroundings(const ScanPoints& scan, c
                      options_.match);
 }
 
-/// Odometry that cannot be believed is no reason to do without a scan.
-ContradictingScans::Finding SlamFrontEnd::compare(const ScanPoints& scan, const ScanOdometry::Step& step) {
-  if (!step.known || tracking_.fault() != OdometryFault::none) {
-    contradicting_.forget();
-    return ContradictingScans::Finding::none;
-  }
-  return contradicting_.add(scan, pose_, step.step, [&] {
-    return tracking_.best_match({fine_, coarse_, {}}, scan, {pose_, covariance_}, step, options_.match);
-  });
-}
-
-/// The motion, where a scan does not show it.
-Pose2 SlamFrontEnd::follow_odometry(const ScanOdometry::Step& step, Estimate& estimate) {
-  const double driven = step.step.position().norm();
-  const double position = kOdometryErrors * robot_.odometry_error_translation * driven + kRestingSigma;
-  const double yaw = kOdometryErrors * robot_.odometry_error_rotation * std::abs(step.step.yaw) +
-                     kYawPerMetre * driven + kRestingSigma;
-  const Eigen::Vector3d sigma(position, position, yaw);
-  const Pose2 before = pose_;
-  pose_ = before * step.step;
-  covariance_ =
-      propagated_covariance(covariance_, before, pose_, Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal()));
-  estimate.explained = 0;
-  tracking_.forget();
-  return step.step;
-}
-
 /// The motion that is taken for true.
 Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate) {
   const Pose2 before = pose_;
@@ -113,7 +75,6 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     pose_ = found.match.T_map_base;
     covariance_ = (found.expected.covariance.inverse() + found.match.information).inverse();
     matched_ = scan.stamp;
-    contradicting_.learn(found.match.explained);
   } else {
     pose_ = found.expected.T_map_base;
     covariance_ = found.expected.covariance;
@@ -125,10 +86,8 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
   const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
   if (sigma > kLostSigma) return SlamState::lost;
   const bool blind = tracking_.fault() == OdometryFault::laser_frozen;
-  const bool contradicting =
-      finding_ == ContradictingScans::Finding::contradicting || contradicting_.in_doubt(stamp);
-  return blind || contradicting || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
-                                                                                        : SlamState::tracking;
+  return blind || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
+                                                                       : SlamState::tracking;
 }
 
 void SlamFrontEnd::keep(const ScanPoints& scan) {

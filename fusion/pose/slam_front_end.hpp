@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "fusion/pose/contradicting_scans.hpp"
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_points.hpp"
 #include "fusion/pose/scan_tracking.hpp"
@@ -65,8 +64,6 @@ class SlamFrontEnd {
  private:
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
-  ContradictingScans::Finding compare(const ScanPoints& scan, const ScanOdometry::Step& step);
-  Pose2 follow_odometry(const ScanOdometry::Step& step, Estimate& estimate);
   SlamState state(SensorTime stamp) const;
   void keep(const ScanPoints& scan);
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
@@ -77,7 +74,6 @@ class SlamFrontEnd {
   RobotDescription robot_;
   Options options_;
   ScanTracking tracking_;
-  ContradictingScans contradicting_;
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
   std::vector<char> in_map_;  ///< per keyframe
@@ -91,7 +87,6 @@ class SlamFrontEnd {
   double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
   std::size_t scans_ = 0;
   SensorTime matched_;  ///< stamp of the last scan that the map explained
-  ContradictingScans::Finding finding_ = ContradictingScans::Finding::none;  ///< of the last scan
 };
 
 }  // namespace parhelion::pose
