@@ -82,8 +82,10 @@ void SessionFile::save(Then then) {
 
 void SessionFile::work(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!stop.stop_requested() || !waiting_.empty()) {
+  // Once more after the stop, however early it came: the last uses are not in the file yet.
+  for (bool ends = false; !ends || !waiting_.empty();) {
     asked_.wait_for(lock, stop, kUsePeriod, [this] { return !waiting_.empty(); });
+    ends = stop.stop_requested();
     const std::vector<Then> asked = std::exchange(waiting_, {});
     lock.unlock();
     const Status stored = write();
