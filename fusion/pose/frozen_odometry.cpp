@@ -12,6 +12,7 @@ constexpr double kExactly = 1e-6;  ///< m and rad: encoders that stand give the 
 constexpr double kTurned = 0.025, kTurning = 0.002;
 constexpr double kFewest = 3;   ///< intervals: scans of a robot that brakes may still turn
 constexpr double kLongest = 3;  ///< s: a robot that has stood for longer is turned by somebody
+constexpr double kCertain = 1;  ///< s
 constexpr double kSigma = 0.03, kSigmaPerInterval = 0.02;  ///< m
 
 }  // namespace
@@ -25,16 +26,25 @@ void FrozenOdometry::add(const Pose2& step, const Motion& before, double interva
 }
 
 bool FrozenOdometry::add_match(double yaw) {
-  if (!still_ || still_->frozen || still_->intervals * still_->before.interval > kLongest) return false;
+  if (!still_ || (!still_->frozen && still_->intervals * still_->before.interval > kLongest)) return false;
   const double turn = wrap_angle(yaw - still_->before.T_map_base.yaw);
   if (still_->matches++ == 0) still_->lowest = still_->highest = still_->turn = turn;
   still_->lowest = std::min(still_->lowest, turn);
   still_->highest = std::max(still_->highest, turn);
   still_->turning += std::abs(turn - still_->turn) > kTurning ? 1 : 0;
   still_->turn = turn;
-  still_->frozen = still_->intervals > kFewest && still_->highest - still_->lowest > kTurned &&
-                   2 * still_->turning >= still_->matches;
-  return still_->frozen;
+  const bool shows = still_->intervals > kFewest && still_->highest - still_->lowest > kTurned &&
+                     2 * still_->turning >= still_->matches;
+  if (still_->frozen || !shows) return false;
+  still_->frozen = true;
+  still_->frozen_at = still_->intervals;
+  still_->lowest = still_->highest = turn;
+  return true;
+}
+
+bool FrozenOdometry::is_certain() const {
+  return is_frozen() && (still_->intervals - still_->frozen_at) * still_->before.interval > kCertain &&
+         still_->highest - still_->lowest > kTurned;
 }
 
 Pose2 FrozenOdometry::driven_on() const {

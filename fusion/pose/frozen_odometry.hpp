@@ -28,6 +28,8 @@ class FrozenOdometry {
 
   /// Until odometry moves.
   bool is_frozen() const { return still_ && still_->frozen; }
+  /// And scans have turned as much again, for more than a second: it is no error of one match.
+  bool is_certain() const;
   /// Only while odometry stands still: where the robot is at the scan if it has driven on since, by `step`
   /// from one scan to the next; 1 sigma of its position, m.
   Pose2 driven_on() const;
@@ -41,6 +43,7 @@ class FrozenOdometry {
     int matches = 0, turning = 0;              ///< all, and those that turned since the one before
     double turn = 0, lowest = 0, highest = 0;  ///< rad, since then: of the last match, and of all
     bool frozen = false;
+    double frozen_at = 0;  ///< intervals; the turns are those since then
   };
   std::optional<Still> still_;
 };

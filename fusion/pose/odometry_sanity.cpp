@@ -236,6 +236,14 @@ void OdometrySanity::give_up(SensorTime now) {
   steps_.clear();
 }
 
+void OdometrySanity::froze(SensorTime now) {
+  if (fault_ != OdometryFault::none) return;
+  fault_ = OdometryFault::frozen;
+  agreeing_ = 0;
+  lasting_ = findings_.size();
+  findings_.push_back({fault_, now, std::nullopt, std::string(advice(fault_)) + " (scans turn meanwhile)"});
+}
+
 /// Verdicts in a row.
 int OdometrySanity::enough_of(const Verdict& verdict) const {
   // While a drive shows only a part of it, one fault looks like another, as a dead wheel does like a wrong

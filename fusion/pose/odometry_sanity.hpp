@@ -42,6 +42,8 @@ class OdometrySanity {
 
   /// Scans match nothing any more: they are no evidence against odometry.
   void give_up(SensorTime now);
+  /// Odometry stands still while scans turn: names that at once, if nothing else is wrong.
+  void froze(SensorTime now);
 
   /// What is wrong now.
   OdometryFault fault() const { return fault_; }

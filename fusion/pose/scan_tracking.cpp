@@ -185,6 +185,7 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   }
   if (free.explained >= kMatchedFraction || !previous_) matched_ = scan.stamp;
   if (scan.stamp - matched_ > kPatience) sanity_.give_up(scan.stamp);
+  if (frozen_.is_certain()) sanity_.froze(scan.stamp);
   check_odometry(scan, step, free);
   if (on)
     go_on_from(on->match.T_map_base, frozen_.step());

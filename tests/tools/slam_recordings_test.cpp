@@ -174,6 +174,9 @@ TEST_F(SlamOnSena, FollowsTheRobotWhereverItsOdometryFreezes) {
     const auto bad = test::corrupted(inputs_, test::Corruption::frozen, fraction, 4);
     const MappedDrive found = mapped(robot_, bad.inputs);
     EXPECT_EQ(found.lost, 0U) << fraction;
+    ASSERT_FALSE(found.findings.empty()) << fraction;
+    EXPECT_EQ(found.findings[0].fault, pose::OdometryFault::frozen) << fraction;
+    EXPECT_LT((found.findings[0].since - bad.onset).seconds(), 5) << fraction;  // reached: 1.7 to 2.0
     const auto error = print("frozen", test::aligned_error(test::trajectory_of(found.final), truth_));
     EXPECT_LE(error.rmse, 0.04) << fraction;  // reached: 0.005 to 0.024
   }

@@ -30,6 +30,11 @@ TEST(FrozenOdometry, IsShownByATurnAndTheRobotMayHaveDrivenOn) {
   EXPECT_NEAR(found.x, expected.x, 1e-9);
   EXPECT_NEAR(found.y, expected.y, 1e-9);
   EXPECT_GT(odometry.sigma(), 0.1);
+  // One turn may be an error of a match.
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(first_shown(odometry, 1, [](int) { return -0.032; }), -1);
+  EXPECT_FALSE(odometry.is_certain());
+  EXPECT_EQ(first_shown(odometry, 1, [](int) { return -0.065; }), -1);
+  EXPECT_TRUE(odometry.is_certain());
   odometry.add({0.001, 0, 0}, kDriving, 1);
   EXPECT_FALSE(odometry.is_frozen()) << "it moves";
 }

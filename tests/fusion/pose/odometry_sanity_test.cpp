@@ -157,6 +157,27 @@ TEST(OdometrySanity, AFaultDoesNotGetAnotherNameWithEachTurn) {
   EXPECT_FALSE(wheel.back().until);
 }
 
+/// Where scans do not show how far the robot drives, motion alone cannot.
+TEST(OdometrySanity, ThatItFrozeIsNamedAtOnceAndOverOnceItAgreesAgain) {
+  OdometrySanity sanity;
+  sanity.froze(SensorTime{});
+  sanity.froze(SensorTime{});
+  ASSERT_EQ(sanity.findings().size(), 1U);
+  EXPECT_EQ(sanity.fault(), OdometryFault::frozen);
+  for (int i = 0; i < 200; ++i) {
+    const Pose2 step{0.05, 0, 0.02};
+    sanity.add(ScanStep{.stamp = SensorTime{} + seconds(0.1 * i),
+                        .seconds = 0.1,
+                        .odometry = step,
+                        .scans = step,
+                        .position_known = true,
+                        .yaw_known = true});
+    sanity.add(Odometry{SensorTime{} + seconds(0.1 * i), {}});
+  }
+  EXPECT_EQ(sanity.fault(), OdometryFault::none);
+  EXPECT_TRUE(sanity.findings()[0].until);
+}
+
 TEST(OdometrySanity, HasNothingToReportOfOdometryThatIsMerelyLateNoisyOrAFewPercentOff) {
   for (const std::uint32_t seed : {1U, 2U, 3U}) {
     test::TrueDriveOptions options;
