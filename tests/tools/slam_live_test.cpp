@@ -34,9 +34,8 @@ class LiveSlam : public test::ServeTest, public ::testing::WithParamInterface<En
   }
 
   std::vector<std::string> slam(const EngineCase& engine) {
-    std::vector<std::string> arguments{"slam",          "--engine", engine.engine,
-                                       "--start",       kStart,     "--url",
-                                       test::bus_url(), "--robot",  folder_ / "robot.yaml"};
+    std::vector<std::string> arguments{"slam", "--engine", engine.engine,         "--start", kStart, "--url",
+                                       url_,   "--robot",  folder_ / "robot.yaml"};
     if (engine.maps) return arguments;
     test::write_log(folder_ / "drive.lcm", test::drive(40));
     const auto mapped =
