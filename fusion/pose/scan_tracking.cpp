@@ -25,9 +25,10 @@ constexpr double kMatchedFraction = 0.3;      ///< of explained points, below wh
 constexpr Duration kPatience = seconds(3.0);  ///< without one
 /// m, rad: what the motion between two scans cannot predict of the next, at least.
 constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
-/// m, rad: what odometry and the motion so far predict for the same instant. Chosen on SENA and the generated
-/// ramp.
-constexpr double kAgree = 0.2, kAgreeYaw = 0.1;
+/// m, rad: how far apart odometry and the motion so far may predict the robot, to be believed over a scan
+/// that the map explains better elsewhere (chosen on fr-clinic, SENA and UAL), and over one that it does not
+/// explain (chosen on SENA and the generated ramp).
+constexpr double kAgree = 0.1, kAgreeYaw = 0.05, kAgreeUnexplained = 0.2, kAgreeUnexplainedYaw = 0.1;
 /// rad, and cost by which the scan may contradict that the robot drove on while odometry froze.
 constexpr double kDrivenOnYawSigma = 0.1, kStandingCost = 3;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
@@ -49,14 +50,20 @@ bool is_contradiction(const Match& with_odometry, const Match& without) {
          without.cost < kMuchBetter * with_odometry.cost;
 }
 
+bool is_near(const Pose2& a, const Pose2& b, double position, double yaw) {
+  const Pose2 apart = a.inverse() * b;
+  return apart.position().norm() < position && std::abs(apart.yaw) < yaw;
+}
+
 Match lower_cost(const Match& a, const Match& b) { return b.cost < a.cost ? b : a; }
 
 }  // namespace
 
-Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned) {
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned,
+                                    double min_sigma) {
   // Wider than the description, with lower bounds: if the filter trusted a systematic error (a bent axis, a
   // wrong wheel), each match would lag by a little, and the map built from them would bend.
-  const double position = 4 * robot.odometry_error_translation * driven + 0.002;
+  const double position = 4 * robot.odometry_error_translation * driven + min_sigma;
   const double yaw = 4 * robot.odometry_error_rotation * turned + 0.5 * driven + 0.005;
   return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();
 }
@@ -78,8 +85,8 @@ Twist2 ScanTracking::twist_at(const Twist2& odometry) const {
 
 ScanTracking::Where ScanTracking::by_odometry(const Where& before, const ScanOdometry::Step& step) const {
   const Pose2 expected = before.T_map_base * step.step;
-  const Eigen::Matrix3d error =
-      odometry_covariance(robot_, step.step.position().norm(), std::abs(step.step.yaw));
+  const Eigen::Matrix3d error = odometry_covariance(robot_, step.step.position().norm(),
+                                                    std::abs(step.step.yaw), options_.min_odometry_error);
   return {expected, propagated_covariance(before.covariance, before.T_map_base, expected, error)};
 }
 
@@ -124,10 +131,11 @@ bool ScanTracking::is_stray(SensorTime stamp, const Pose2& found, const Pose2& o
   return off > kStray + kStrayRate * (stamp - matched_).seconds();
 }
 
-/// With odometry and without; the second wins where it contradicts the first.
+/// With odometry and without; the second wins where it contradicts the first, unless the motion so far
+/// `agrees` with odometry.
 ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPoints& scan,
                                                   const Where& odometry, const Where& scans, bool trusted,
-                                                  const MatchOptions& options) const {
+                                                  bool agrees, const MatchOptions& options) const {
   const Eigen::Matrix3d scans_prior = scans.covariance.inverse();
   const auto several = [&](const Where& expected, const Eigen::Matrix3d& prior) {
     return match_from_several(maps.fine, maps.coarse, scan.points, expected.T_map_base, prior, options);
@@ -141,10 +149,10 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   }
   const Match with = several(odometry, odometry.covariance.inverse());
   Match free = match(maps.fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
-  const Pose2 apart = scans.T_map_base.inverse() * with.T_map_base;
-  const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+  const bool same = is_near(with.T_map_base, scans.T_map_base, kSame, kSameYaw);
   if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
-  const bool contradicted = is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
+  const bool contradicted =
+      !agrees && is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
   return {contradicted && !is_leap(scan.stamp, free.T_map_base, odometry.T_map_base)
               ? Followed{free, scans, false}
               : Followed{with, odometry, true},
@@ -155,18 +163,21 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
                                             const ScanOdometry::Step& step, const MatchOptions& options) {
   const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
   const bool trusted = is_trusted(step, scan.stamp);
-  auto [result, free] = candidates(maps, scan, odometry, scans, trusted, options);
+  // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map, and looks
+  // like a wall that comes along.
+  const bool agrees =
+      trusted && motion_.known && is_near(odometry.T_map_base, scans.T_map_base, kAgree, kAgreeYaw);
+  auto [result, free] = candidates(maps, scan, odometry, scans, trusted, agrees, options);
   const bool first_to_show = free.explained >= kKnownFraction && frozen_.add_match(free.T_map_base.yaw);
   const auto on = first_to_show ? driven_on(maps, scan, before, result.match, options) : std::nullopt;
   if (on) {
     result = *on;
     free = on->match;
   }
-  // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map.
-  const Pose2 apart = odometry.T_map_base.inverse() * scans.T_map_base;
-  const bool agree = trusted && !sanity_.is_suspected() && apart.position().norm() < kAgree &&
-                     std::abs(apart.yaw) < kAgreeYaw;
-  if (result.match.explained < kMatchedFraction && !agree) {
+  const bool predicted =
+      trusted && !sanity_.is_suspected() &&
+      is_near(odometry.T_map_base, scans.T_map_base, kAgreeUnexplained, kAgreeUnexplainedYaw);
+  if (result.match.explained < kMatchedFraction && !predicted) {
     std::optional<Match> found;
     if (maps.wide_search && may_search_widely(scan.stamp)) {
       searched_ = scan.stamp;
@@ -280,7 +291,7 @@ bool ScanTracking::is_leap(SensorTime stamp, const Pose2& found, const Pose2& od
   const double seconds = previous_ ? (stamp - previous_->stamp).seconds() : 0;
   const double speed = motion_.known ? motion_.step.position().norm() / motion_.interval : 0;
   const double possible = std::max(kLeapSpeed, kLeapFactor * speed) * std::max(seconds, motion_.interval);
-  return (found.position() - odometry.position()).norm() > max_leap_ + possible;
+  return (found.position() - odometry.position()).norm() > options_.max_leap + possible;
 }
 
 /// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it. Where
@@ -293,8 +304,7 @@ void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pos
     alone_is_predicted_ = true;
     return;
   }
-  const Pose2 apart = chosen.T_map_base.inverse() * free.T_map_base;
-  const bool same = apart.position().norm() < kSame && std::abs(apart.yaw) < kSameYaw;
+  const bool same = is_near(chosen.T_map_base, free.T_map_base, kSame, kSameYaw);
   const bool worse = free.explained < kMatchedFraction || free.explained + 0.1 < chosen.explained ||
                      !is_announced(free.T_map_base, predicted);
   const Pose2 from = previous_ && !worse ? by_scans_alone_ : before;

@@ -17,19 +17,22 @@
 
 namespace parhelion::pose {
 
-/// Odometry error over a motion: covariance of x, y, yaw in the frame of its end.
-Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned);
+/// Odometry error over a motion: covariance of x, y, yaw in the frame of its end. `min_sigma`: m, of the
+/// position where the robot stands.
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned,
+                                    double min_sigma = 0.002);
 /// The covariance of a pose, propagated over a motion; all in the map frame.
 Eigen::Matrix3d propagated_covariance(const Eigen::Matrix3d& covariance, const Pose2& before,
                                       const Pose2& after, const Eigen::Matrix3d& step_covariance);
 
 class ScanTracking {
  public:
-  /// `max_leap`: m; no match is taken that contradicts odometry by so much more than a robot moves between
-  /// scans.
-  explicit ScanTracking(const RobotDescription& robot,
-                        double max_leap = std::numeric_limits<double>::infinity())
-      : robot_(robot), max_leap_(max_leap) {}
+  struct Options {
+    /// m; no match is taken that contradicts odometry by so much more than a robot moves between scans.
+    double max_leap = std::numeric_limits<double>::infinity();
+    double min_odometry_error = 0.002;  ///< m, 1 sigma, of a step
+  };
+  ScanTracking(const RobotDescription& robot, const Options& options) : robot_(robot), options_(options) {}
 
   /// As SLAM uses it, corrected.
   void add(const Odometry& odometry) { sanity_.add(odometry); }
@@ -83,7 +86,7 @@ class ScanTracking {
     Match free;
   };
   Candidates candidates(const Maps& maps, const ScanPoints& scan, const Where& odometry, const Where& scans,
-                        bool trusted, const MatchOptions& options) const;
+                        bool trusted, bool agrees, const MatchOptions& options) const;
   bool is_trusted(const ScanOdometry::Step& step, SensorTime stamp);
   std::optional<Followed> driven_on(const Maps& maps, const ScanPoints& scan, const Where& before,
                                     const Match& standing, const MatchOptions& options) const;
@@ -102,7 +105,7 @@ class ScanTracking {
   static constexpr std::size_t kWeighedPoints = 240;
 
   RobotDescription robot_;
-  double max_leap_;
+  Options options_;
   OdometrySanity sanity_;
   MatchConsistency consistency_{kWeighedPoints};
   MapAccuracy map_accuracy_{kWeighedPoints};

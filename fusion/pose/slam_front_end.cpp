@@ -15,13 +15,20 @@ constexpr Duration kPatience = milliseconds(500);
 /// 1 sigma over the square root of the path, m and rad per sqrt(m): drift of a map that is built from its own
 /// scans, before loops have shown what it is. Chosen on twelve generated offices.
 constexpr double kDrift = 0.004, kYawDrift = 0.001;
+/// m, 1 sigma, of a step: odometry's stamps are late by some hundredths of a second, which would bend the
+/// map. Chosen on Intel.
+constexpr double kMinOdometryError = 0.01;
 /// 1 sigma, m and rad: of a place that was found again.
 constexpr double kLoopSigma = 0.01, kLoopYawSigma = 0.003;
 
 }  // namespace
 
 SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options)
-    : robot_(robot), options_(options), tracking_(robot), fine_(options.cell), coarse_(4 * options.cell) {}
+    : robot_(robot),
+      options_(options),
+      tracking_(robot, {.min_odometry_error = kMinOdometryError}),
+      fine_(options.cell),
+      coarse_(4 * options.cell) {}
 
 SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdometry::Step& step) {
   Estimate estimate;
@@ -94,8 +101,8 @@ void SlamFrontEnd::keep(const ScanPoints& scan) {
   Keyframe keyframe{scan, pose_, {}, Eigen::Matrix3d::Zero(), drift_at(pose_), driven_, scans_};
   if (!keyframes_.empty()) {
     keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
-    const Eigen::Matrix3d step =
-        odometry_covariance(robot_, driven_ - driven_at_keyframe_, turned_ - turned_at_keyframe_);
+    const Eigen::Matrix3d step = odometry_covariance(robot_, driven_ - driven_at_keyframe_,
+                                                     turned_ - turned_at_keyframe_, kMinOdometryError);
     keyframe.step_information = (0.25 * step).inverse();
   }
   driven_at_keyframe_ = driven_;

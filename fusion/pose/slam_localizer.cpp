@@ -10,6 +10,7 @@
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/slip_check.hpp"
 #include "fusion/pose/weak_directions.hpp"
 #include "fusion/pose/wide_search.hpp"
 
@@ -36,6 +37,9 @@ constexpr double kFoundSigma = 0.1, kFoundYawSigma = 0.05;  ///< m, rad: of a pl
 constexpr std::size_t kMinPoints = 10;
 /// m, ScanTracking's limit: along a corridor people and new things may draw scans by metres.
 constexpr double kMaxLeap = 0.3;
+/// m, 1 sigma, of a step. Chosen on Intel (for true ellipses) and in the ROS map of SENA, where with more the
+/// next place that looks alike is taken.
+constexpr double kMinOdometryError = 0.005;
 /// Odometry's errors since the robot was lost (1 sigma): at first (m, rad), and per m driven. Odometry that
 /// is believed has the first, another the second. From kAnywhereSigma (m) on the robot may be anywhere.
 struct AwayErrors {
@@ -65,7 +69,7 @@ class Localizer final : public Slam {
         map_(std::move(map)),
         odometry_(robot.odometry),
         attitude_(robot.imu),
-        tracking_(robot, kMaxLeap),
+        tracking_(robot, {kMaxLeap, kMinOdometryError}),
         belief_(robot.odometry_error_translation) {
     match_.range_sigma = map_->sigma;
     match_.by_direction = true;
@@ -121,7 +125,7 @@ class Localizer final : public Slam {
   bool is_doubtful() const {
     const OdometryFault fault = tracking_.fault();
     if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
-    if (suspicious_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
+    if (suspicious_ || slipped_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
     return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
   }
 
@@ -139,6 +143,7 @@ class Localizer final : public Slam {
   void settle(const Estimate2& found) {
     tracking_.forget();
     doubt_.forget();
+    slip_.forget();
     search_.restart();
     pose_ = found.T_map_base;
     covariance_ = found.covariance;
@@ -146,7 +151,7 @@ class Localizer final : public Slam {
     was_tracking_ = true;
     matched_ = now_;
     lost_since_.reset();
-    suspicious_ = false;
+    suspicious_ = slipped_ = false;
     usual_ = kFoundAgain;
     matches_ = 0;
   }
@@ -220,8 +225,11 @@ class Localizer final : public Slam {
       lose(true);
     } else if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
       lose(suspicious_);
-    } else if (suspicious_) {
-      verify(scan, step.step);
+    } else {
+      const bool slipped = slip_.add(*map_, scan, pose_, found.match.explained, usual_, match_);
+      if (slipped && !slipped_ && !suspicious_) search_.restart(usual_);
+      slipped_ = slipped;
+      if (suspicious_ || slipped_) verify(scan, step.step);
     }
   }
 
@@ -246,8 +254,8 @@ class Localizer final : public Slam {
     covariance_ = now.covariance;
   }
 
-  /// The robot moves while its wheels stand: it is carried, or odometry has failed. The pose is doubted until
-  /// the whole map has been searched.
+  /// The robot moves while its wheels stand (it is carried, or odometry has failed), or another place
+  /// explains its scans much better. The pose is doubted until the whole map has been searched.
   void verify(const ScanPoints& scan, const Pose2& step) {
     const auto found = search_.add(*map_, scan, step);
     if (!found || doubt_.carried()) return;
@@ -337,10 +345,11 @@ class Localizer final : public Slam {
   ScanTracking tracking_;
   OdometryBelief belief_;
   PoseDoubt doubt_;
+  SlipCheck slip_;
   GlobalSearch search_;
   Away away_;
   Mode mode_ = Mode::searching;
-  bool was_tracking_ = false, displaced_ = false, suspicious_ = false;
+  bool was_tracking_ = false, displaced_ = false, suspicious_ = false, slipped_ = false;
   bool picked_up_ = false;  ///< perhaps, since the robot was lost
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();

@@ -50,11 +50,13 @@ void ask_what_if(const test::TemporaryFolder& folder) {
   EXPECT_EQ(alone->grade->score, 50);
   const auto met = again("met", with_barrel(scenario, *alone, 32));
   ASSERT_TRUE(met.ok()) << met.error().message;
-  ASSERT_FALSE(met->grade->deductions.empty());
-  for (const training::Deduction& deduction : met->grade->deductions) {
-    EXPECT_EQ(deduction.cause->object, "barrel");
-    EXPECT_EQ(deduction.cause->pair, PairKind::real_virtual);
-  }
+  // A wandering robot drives otherwise where there is a barrel, and may be touched, too.
+  const auto& deductions = met->grade->deductions;
+  const auto touched =
+      std::find_if(deductions.begin(), deductions.end(),
+                   [](const training::Deduction& each) { return each.cause->object == "barrel"; });
+  ASSERT_NE(touched, deductions.end());
+  EXPECT_EQ(touched->cause->pair, PairKind::real_virtual);
   // The barrel is not in the real scans; its returns were injected.
   const auto near = met->series.at("nearest_injected").samples();
   EXPECT_TRUE(
@@ -100,9 +102,9 @@ TEST(Demo, DemoInjectsVirtualRobotsIntoARealRecording) {
   const auto report = nlohmann::json::parse(test::bytes_of(folder / "report.json"));
   EXPECT_EQ(report["scans"]["in"], 225);
   EXPECT_EQ(report["scans"]["out"], 225);
-  // Just below the deterministic results for this recording and these agents: 1,406 and 230.
-  EXPECT_GE(report["beams"]["replaced"], 1400);
-  EXPECT_GE(report["frames"]["composited"], 225);
+  // Just below the deterministic results for this recording and these agents: 1,643 and 276.
+  EXPECT_GE(report["beams"]["replaced"], 1600);
+  EXPECT_GE(report["frames"]["composited"], 270);
   EXPECT_EQ(report["frames"]["in"], 591);
   EXPECT_EQ(changed_pictures(folder / "session.lcm"), report["frames"]["composited"]);
   EXPECT_EQ(report["frames"]["in"], report["frames"]["out"]);
