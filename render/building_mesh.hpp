@@ -18,7 +18,8 @@ struct MeshChunk {
 };
 
 struct BuildingMesh {
-  std::vector<MeshVertex> vertices;  ///< core: position in the map, m; direction: the triangle's normal
+  /// MeshVertex::core is the position in the map frame, m; MeshVertex::direction is the triangle's normal.
+  std::vector<MeshVertex> vertices;
   std::vector<MeshChunk> chunks;
 };
 

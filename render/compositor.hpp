@@ -1,5 +1,5 @@
 // Renders virtual bodies into real images, occluded by real objects in front of them (promise 5). No GL type
-// here.
+// here. Implemented in compositor.cpp and virtual_camera.cpp.
 #pragma once
 
 #include <memory>

@@ -9,7 +9,7 @@
 
 namespace parhelion::tools {
 
-/// Interpolated between two samples at most `kFarthest` apart. Sort before the first look.
+/// Interpolated between two samples at most `kFarthest` apart. Call sort() before at().
 template <class Value>
 class Track {
  public:
@@ -21,16 +21,17 @@ class Track {
     std::stable_sort(samples_.begin(), samples_.end(),
                      [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
   }
-  template <class Between>
-  std::optional<Value> at(SensorTime t, Between between) const {
+  /// `interpolate(a, b, s)`: the value at fraction s, 0 to 1, from a to b.
+  template <class Interpolate>
+  std::optional<Value> at(SensorTime t, Interpolate interpolate) const {
     const auto after = std::lower_bound(samples_.begin(), samples_.end(), t,
                                         [](const Sample& s, SensorTime stamp) { return s.stamp < stamp; });
     if (after == samples_.end()) return std::nullopt;
     if (after->stamp == t) return after->value;
     if (after == samples_.begin() || after->stamp - (after - 1)->stamp > kFarthest) return std::nullopt;
     const Sample& before = *(after - 1);
-    return between(before.value, after->value,
-                   (t - before.stamp).seconds() / (after->stamp - before.stamp).seconds());
+    return interpolate(before.value, after->value,
+                       (t - before.stamp).seconds() / (after->stamp - before.stamp).seconds());
   }
 
  private:

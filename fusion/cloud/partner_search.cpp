@@ -80,9 +80,9 @@ PartnerSearch::PartnerSearch(const SurfelTarget& target, const Surfels& source, 
       tracked_(source.count()),
       origin_(target.grid.corner(Eigen::Vector3i::Zero())),
       gate_(static_cast<float>(gate)),
-      inverse_(static_cast<float>(1 / target.grid.bucket_size())),
+      inverse_bucket_size_(static_cast<float>(1 / target.grid.bucket_size())),
       margin_(static_cast<float>(0.25 * target.grid.bucket_size())),
-      oriented_(source.oriented && target.surfels.oriented) {
+      both_oriented_(source.oriented && target.surfels.oriented) {
   assert(gate <= 2.5001 * target.grid.bucket_size());
 }
 
@@ -98,12 +98,12 @@ void PartnerSearch::move_to(const Eigen::Isometry3d& T_target_source) {
 
 /// Cosine between normals, 1 where they are too uncertain.
 float PartnerSearch::facing(const Query& query, std::uint32_t j) const {
-  if (!query.faces || target_->surfels.slack[j] >= kFlatEnough) return 1;
+  if (!query.normal_is_certain || target_->surfels.slack[j] >= kFlatEnough) return 1;
   const float cosine = query.n.dot(target_->surfels.normals[j]);
-  return oriented_ ? cosine : std::abs(cosine);
+  return both_oriented_ ? cosine : std::abs(cosine);
 }
 
-void PartnerSearch::offer(Query& query, std::uint32_t j, float d2) const {
+void PartnerSearch::consider(Query& query, std::uint32_t j, float d2) const {
   const auto index = static_cast<std::int32_t>(j);
   const bool nearer = d2 < query.nearest2 || (d2 == query.nearest2 && index < query.found);
   if (index == query.found || (!nearer && d2 >= query.other2)) return;
@@ -122,13 +122,14 @@ float PartnerSearch::search(Query& query) const {
   // Outside of the grid by more than the gate, where indices could also overflow.
   constexpr float beyond = kRings + 1;
   const Eigen::Vector3i& buckets = target_->grid.buckets();
-  const Eigen::Array3f at = (query.p - origin_).array() * inverse_ + beyond;
+  const Eigen::Array3f at = (query.p - origin_).array() * inverse_bucket_size_ + beyond;
   if (!((at > 0).all() && (at < buckets.cast<float>().array() + 2 * beyond).all())) return gate_ + margin_;
   const Eigen::Array3i own = at.cast<int>();
   const Eigen::Array3f place = at - own.cast<float>();
   const std::vector<Eigen::Vector3f>& means = target_->surfels.means;
   const AxisDistances along_y(place.y()), along_z(place.z());
-  float nearest2 = query.nearest2, seen = std::sqrt(nearest2) + margin_, reach = seen * inverse_ + kRounding;
+  float nearest2 = query.nearest2, seen = std::sqrt(nearest2) + margin_,
+        reach = seen * inverse_bucket_size_ + kRounding;
   for (const RowOffset& offset : kRowOffsets) {
     if (offset.distance2 > reach * reach) break;
     const int y = own.y() + offset.y - static_cast<int>(beyond),
@@ -142,11 +143,11 @@ float PartnerSearch::search(Query& query) const {
     for (std::uint32_t j = run.begin; j < run.end; ++j) {
       const float d2 = (means[j] - query.p).squaredNorm();
       if (d2 > seen * seen) continue;
-      offer(query, j, d2);
+      consider(query, j, d2);
       if (query.nearest2 < nearest2) {
         nearest2 = query.nearest2;
         seen = std::sqrt(nearest2) + margin_;
-        reach = seen * inverse_ + kRounding;
+        reach = seen * inverse_bucket_size_ + kRounding;
       }
     }
   }
@@ -171,7 +172,7 @@ void PartnerSearch::update(std::size_t i) {
       if (d2 < certain * certain && d2 < query.nearest2 && facing(query, j) >= kMinCosine) return;
     }
   }
-  if (tracked.partner >= 0) offer(query, j, d2);
+  if (tracked.partner >= 0) consider(query, j, d2);
   tracked.clearance = search(query);
   tracked.partner = query.found;
   tracked.turn = static_cast<float>(turned_) + kTurnToHope;

@@ -21,7 +21,8 @@ struct SurfelTarget {
 /// second nearest, its partner is still the nearest and no search is needed.
 class PartnerSearch {
  public:
-  static constexpr float kFlatEnough = 0.25f;  ///< slack above which a normal is too uncertain to be compared
+  /// A normal is too uncertain to be compared where Surfels::slack is not below this.
+  static constexpr float kFlatEnough = 0.25f;
 
   /// Both must outlive this. `gate`: m, largest distance of a partner; at most 2.5 of the target's buckets.
   PartnerSearch(const SurfelTarget& target, const Surfels& source, double gate);
@@ -42,13 +43,13 @@ class PartnerSearch {
   };
   struct Query {
     Eigen::Vector3f p, n;
-    bool faces;
-    float nearest2;  ///< m^2, of the partner; the gate's where there is none
-    float other2;    ///< m^2, of the nearest other one
+    bool normal_is_certain;  ///< flat enough: its normal is compared
+    float nearest2;          ///< m^2, of the partner; the gate's where there is none
+    float other2;            ///< m^2, of the nearest other one
     std::int32_t found = -1;
   };
   float facing(const Query& query, std::uint32_t j) const;
-  void offer(Query& query, std::uint32_t j, float d2) const;
+  void consider(Query& query, std::uint32_t j, float d2) const;
   float search(Query& query) const;
 
   const SurfelTarget* target_;
@@ -57,9 +58,11 @@ class PartnerSearch {
   Eigen::Matrix3f R_ = Eigen::Matrix3f::Identity(), R_last_ = R_;
   Eigen::Vector3f t_ = Eigen::Vector3f::Zero(), t_last_ = t_;
   Eigen::Vector3f origin_;
-  float gate_, inverse_, margin_;
-  double turned_ = 0;  ///< rad, in sum since the first T
-  bool oriented_;
+  float gate_;                 ///< m
+  float inverse_bucket_size_;  ///< 1/m
+  float margin_;               ///< m
+  double turned_ = 0;          ///< rad, in sum since the first T
+  bool both_oriented_;         ///< source and target; else normals are compared without their sign
 };
 
 }  // namespace parhelion::cloud

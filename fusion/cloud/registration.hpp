@@ -2,6 +2,8 @@
 //
 // The cost is the paper's equation 1, with its bucket grid for the closest points (algorithm 1).
 // Point-to-plane (Chen and Medioni 1992) and generalised ICP (Segal et al. 2009) are available as well.
+//
+// Implemented in register_pair.cpp, register_sequence.cpp and registration_input.cpp (fitted_surfel_size).
 #pragma once
 
 #include <Eigen/Core>

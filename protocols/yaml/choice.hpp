@@ -11,7 +11,8 @@
 namespace parhelion::yaml {
 
 /// The one key of `keys` that is present; none or several are a problem of `what` ("'when'"), with `advice`
-/// on what to do about several. Returns the last of several, nullptr for none.
+/// on what to do about several. Returns nullptr for none, the last of several, so that the caller reads
+/// on and finds further problems in the same run.
 const Node* only_one(const Node& node, const std::vector<std::string>& keys, const std::string& what,
                      Problems& problems, const std::string& advice = "");
 

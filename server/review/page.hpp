@@ -1,4 +1,4 @@
-// The after-action page: HTML without external resources.
+// The after-action page: HTML without external resources. Implemented in page.cpp and page_json.cpp.
 #pragma once
 
 #include <string>

@@ -18,17 +18,17 @@ Event ContactTracker::event_of(EventKind kind, const Contact& contact, Simulatio
   return event;
 }
 
-void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
+void ContactTracker::report_end(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
   events.push_back(event_of(EventKind::contact_ended, contact, now, contact.peak));
 }
 
-void ContactTracker::go_on(Contact& contact, SimulationTime now, std::vector<Event>& events) {
-  contact.peak_reported = std::max(contact.peak_reported, contact.newest.impulse);
+void ContactTracker::report_continuing(Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  contact.peak_since_report = std::max(contact.peak_since_report, contact.newest.impulse);
   if (contact.newest.rests || (now - contact.reported).seconds() < kPeriod) return;
-  events.push_back(event_of(EventKind::contact_continues, contact, now, contact.peak_reported));
+  events.push_back(event_of(EventKind::contact_continues, contact, now, contact.peak_since_report));
   events.back().value = (now - contact.started).seconds();
   contact.reported = now;
-  contact.peak_reported = 0;
+  contact.peak_since_report = 0;
 }
 
 void ContactTracker::update(const std::vector<TouchingPair>& touching, SimulationTime now,
@@ -40,7 +40,7 @@ void ContactTracker::update(const std::vector<TouchingPair>& touching, Simulatio
     contact.peak = std::max(contact.peak, pair.impulse);
     contact.last = now;
     if (!is_new) {
-      go_on(contact, now, events);
+      report_continuing(contact, now, events);
       continue;
     }
     contact.started = contact.reported = now;
@@ -48,16 +48,16 @@ void ContactTracker::update(const std::vector<TouchingPair>& touching, Simulatio
   }
   for (auto entry = open_.begin(); entry != open_.end();) {
     const bool ended = (now - entry->second.last).seconds() > kPause;
-    if (ended) stop(entry->second, now, events);
+    if (ended) report_end(entry->second, now, events);
     entry = ended ? open_.erase(entry) : std::next(entry);
   }
 }
 
 void ContactTracker::forget(const std::string& entity, SimulationTime now, std::vector<Event>& events) {
   for (auto entry = open_.begin(); entry != open_.end();) {
-    const bool its = entry->first.first == entity || entry->first.second == entity;
-    if (its) stop(entry->second, now, events);
-    entry = its ? open_.erase(entry) : std::next(entry);
+    const bool involves_entity = entry->first.first == entity || entry->first.second == entity;
+    if (involves_entity) report_end(entry->second, now, events);
+    entry = involves_entity ? open_.erase(entry) : std::next(entry);
   }
 }
 

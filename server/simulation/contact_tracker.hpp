@@ -42,13 +42,13 @@ class ContactTracker {
  private:
   struct Contact {
     TouchingPair newest;
-    double peak = 0;           // N s, since its start...
-    double peak_reported = 0;  // ...and since the last report
+    double peak = 0;               // N s, since its start...
+    double peak_since_report = 0;  // ...and since the last report
     SimulationTime last, started, reported;
   };
   static Event event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse);
-  static void go_on(Contact& contact, SimulationTime now, std::vector<Event>& events);
-  static void stop(const Contact& contact, SimulationTime now, std::vector<Event>& events);
+  static void report_continuing(Contact& contact, SimulationTime now, std::vector<Event>& events);
+  static void report_end(const Contact& contact, SimulationTime now, std::vector<Event>& events);
   std::map<std::pair<std::string, std::string>, Contact> open_;
 };
 

@@ -41,14 +41,15 @@ btScalar PartSolver::solveGroupCacheFriendlySetup(btCollisionObject** bodies, in
   tree_rows_.assign(static_cast<std::size_t>(m_tmpSolverContactConstraintPool.size()), -1);
   tree_contacts_.clear();
   if (tree_.empty()) return result;
-  const double warmer = 1 / info.m_warmstartingFactor;
+  // Bullet starts a row with m_warmstartingFactor of its last impulse; rows of trees start with all of it.
+  const double warm_start_scale = 1 / info.m_warmstartingFactor;
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i)
     tree_rows_[static_cast<std::size_t>(i)] =
-        tree_contacts_.add(m_tmpSolverContactConstraintPool[i], tree_, m_tmpSolverBodyPool, warmer);
+        tree_contacts_.add(m_tmpSolverContactConstraintPool[i], tree_, m_tmpSolverBodyPool, warm_start_scale);
   tree_frictions_.clear();
   for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i)
-    tree_frictions_.push_back(
-        tree_contacts_.add(m_tmpSolverContactFrictionConstraintPool[i], tree_, m_tmpSolverBodyPool, warmer));
+    tree_frictions_.push_back(tree_contacts_.add(m_tmpSolverContactFrictionConstraintPool[i], tree_,
+                                                 m_tmpSolverBodyPool, warm_start_scale));
   tree_.solve(m_tmpSolverBodyPool);
   tree_contacts_.prepare(tree_, m_tmpSolverBodyPool);
   return result;
@@ -74,13 +75,13 @@ void PartSolver::solveGroupCacheFriendlySplitImpulseIterations(
     }
     if (changed <= info.m_leastSquaresResidualThreshold) break;
   }
-  tree_contacts_.hand_over_pushes(tree_, m_tmpSolverBodyPool, info.m_splitImpulseTurnErp);
+  tree_contacts_.apply_pushes_to_bodies(tree_, m_tmpSolverBodyPool, info.m_splitImpulseTurnErp);
 }
 
 /// Applies contact impulses to the trees' parts, and updates which joints hold. Returns whether a joint
 /// changed.
 bool PartSolver::settle_trees() {
-  tree_contacts_.hand_over(m_tmpSolverBodyPool);
+  tree_contacts_.apply_to_bodies(m_tmpSolverBodyPool);
   if (!tree_.solve(m_tmpSolverBodyPool)) return false;
   tree_contacts_.prepare(tree_, m_tmpSolverBodyPool);
   return true;

@@ -28,25 +28,27 @@ TreeContacts::TreeContacts() {
 
 void TreeContacts::clear() { rows_.clear(); }
 
-int TreeContacts::add(btSolverConstraint& its, const JointTree& tree, Bodies& bodies, double warmer) {
+int TreeContacts::add(btSolverConstraint& constraint, const JointTree& tree, Bodies& bodies,
+                      double warm_start_scale) {
   Row row;
-  row.its = &its;
-  row.a.body = its.m_solverBodyIdA;
-  row.b.body = its.m_solverBodyIdB;
+  row.constraint = &constraint;
+  row.a.body = constraint.m_solverBodyIdA;
+  row.b.body = constraint.m_solverBodyIdB;
   row.b.is_a = false;
   for (Side* side : {&row.a, &row.b}) {
     side->link = tree.link(side->body);
     if (side->link >= 0)
-      side->along = tree.about_point(side->link, moment(its, side->is_a), normal(its, side->is_a));
+      side->unit_impulse =
+          tree.about_point(side->link, moment(constraint, side->is_a), normal(constraint, side->is_a));
   }
   if (row.a.link < 0 && row.b.link < 0) return -1;
-  row.given = its.m_appliedImpulse * warmer;
+  row.applied_impulse = constraint.m_appliedImpulse * warm_start_scale;
   for (const Side& side : {row.a, row.b}) {
     btSolverBody& body = bodies[side.body];
-    body.internalApplyImpulse(normal(its, side.is_a) * body.m_invMass, turned(its, side.is_a),
-                              row.given - its.m_appliedImpulse);
+    body.internalApplyImpulse(normal(constraint, side.is_a) * body.m_invMass, turned(constraint, side.is_a),
+                              row.applied_impulse - constraint.m_appliedImpulse);
   }
-  its.m_appliedImpulse = row.given;
+  constraint.m_appliedImpulse = row.applied_impulse;
   rows_.push_back(row);
   return static_cast<int>(rows_.size()) - 1;
 }
@@ -54,14 +56,14 @@ int TreeContacts::add(btSolverConstraint& its, const JointTree& tree, Bodies& bo
 double TreeContacts::prepare(const Row& row, Side& side, JointTree& tree, const Bodies& bodies) {
   const btSolverBody& body = bodies[side.body];
   if (side.link < 0)
-    return normal(*row.its, side.is_a).length2() * body.m_invMass.x() +
-           moment(*row.its, side.is_a).dot(turned(*row.its, side.is_a));
+    return normal(*row.constraint, side.is_a).length2() * body.m_invMass.x() +
+           moment(*row.constraint, side.is_a).dot(turned(*row.constraint, side.is_a));
   side.composite = tree.composite(side.link);
   side.first = responses_.size();
-  tree.respond(side.link, side.along, responses_);
+  tree.respond(side.link, side.unit_impulse, responses_);
   side.last = responses_.size();
   for (std::size_t i = side.first; i < side.last; ++i) {
-    if (responses_[i].composite == side.composite) return side.along.dot(responses_[i].change);
+    if (responses_[i].composite == side.composite) return side.unit_impulse.dot(responses_[i].change);
   }
   return 0;
 }
@@ -72,23 +74,23 @@ void TreeContacts::prepare(JointTree& tree, const Bodies& bodies) {
   pushes_ = changes_;
   for (Row& row : rows_) {
     row.weight = 1 / (prepare(row, row.a, tree, bodies) + prepare(row, row.b, tree, bodies));
-    row.wanted = row.its->m_rhs / row.its->m_jacDiagABInv;
-    row.penetration = row.its->m_rhsPenetration / row.its->m_jacDiagABInv;
+    row.target_change = row.constraint->m_rhs / row.constraint->m_jacDiagABInv;
+    row.penetration = row.constraint->m_rhsPenetration / row.constraint->m_jacDiagABInv;
     for (const Side* side : {&row.a, &row.b}) {
       if (side->link < 0) continue;
       const btSolverBody& body = bodies[side->body];
-      row.wanted -= normal(*row.its, side->is_a).dot(body.m_deltaLinearVelocity) +
-                    moment(*row.its, side->is_a).dot(body.m_deltaAngularVelocity);
+      row.target_change -= normal(*row.constraint, side->is_a).dot(body.m_deltaLinearVelocity) +
+                           moment(*row.constraint, side->is_a).dot(body.m_deltaAngularVelocity);
     }
   }
 }
 
 double TreeContacts::change(const Row& row, const Side& side, const Bodies& bodies, bool pushes) const {
   const auto composite = static_cast<std::size_t>(side.composite);
-  if (side.link >= 0) return side.along.dot((pushes ? pushes_ : changes_)[composite]);
+  if (side.link >= 0) return side.unit_impulse.dot((pushes ? pushes_ : changes_)[composite]);
   const btSolverBody& body = bodies[side.body];
-  return normal(*row.its, side.is_a).dot(pushes ? body.m_pushVelocity : body.m_deltaLinearVelocity) +
-         moment(*row.its, side.is_a).dot(pushes ? body.m_turnVelocity : body.m_deltaAngularVelocity);
+  return normal(*row.constraint, side.is_a).dot(pushes ? body.m_pushVelocity : body.m_deltaLinearVelocity) +
+         moment(*row.constraint, side.is_a).dot(pushes ? body.m_turnVelocity : body.m_deltaAngularVelocity);
 }
 
 void TreeContacts::apply(const Row& row, const Side& side, double impulse, Bodies& bodies, bool pushes) {
@@ -97,40 +99,41 @@ void TreeContacts::apply(const Row& row, const Side& side, double impulse, Bodie
     composites[static_cast<std::size_t>(responses_[i].composite)] += responses_[i].change * impulse;
   if (side.link >= 0) return;
   btSolverBody& body = bodies[side.body];
-  const btVector3 along = normal(*row.its, side.is_a) * body.m_invMass;
+  const btVector3 linear_component = normal(*row.constraint, side.is_a) * body.m_invMass;
   if (pushes) {
-    body.internalApplyPushImpulse(along, turned(*row.its, side.is_a), impulse);
+    body.internalApplyPushImpulse(linear_component, turned(*row.constraint, side.is_a), impulse);
   } else {
-    body.internalApplyImpulse(along, turned(*row.its, side.is_a), impulse);
+    body.internalApplyImpulse(linear_component, turned(*row.constraint, side.is_a), impulse);
   }
 }
 
-double TreeContacts::solve(const Row& row, double wanted, btScalar& sum, double low, double high,
+double TreeContacts::solve(const Row& row, double target, btScalar& sum, double low, double high,
                            Bodies& bodies, bool pushes) {
-  const double lacking = wanted - change(row, row.a, bodies, pushes) - change(row, row.b, bodies, pushes);
+  const double lacking = target - change(row, row.a, bodies, pushes) - change(row, row.b, bodies, pushes);
   const double before = sum;
   sum = std::clamp(before + lacking * row.weight, low, high);
-  const double given = sum - before;
-  apply(row, row.a, given, bodies, pushes);
-  apply(row, row.b, given, bodies, pushes);
-  return std::abs(given / row.weight);
+  const double impulse = sum - before;
+  apply(row, row.a, impulse, bodies, pushes);
+  apply(row, row.b, impulse, bodies, pushes);
+  return std::abs(impulse / row.weight);
 }
 
 double TreeContacts::solve(int number, Bodies& bodies) {
   const Row& row = rows_[static_cast<std::size_t>(number)];
-  const btSolverConstraint& its = *row.its;
-  return solve(row, row.wanted, its.m_appliedImpulse, its.m_lowerLimit, its.m_upperLimit, bodies, false);
+  const btSolverConstraint& constraint = *row.constraint;
+  return solve(row, row.target_change, constraint.m_appliedImpulse, constraint.m_lowerLimit,
+               constraint.m_upperLimit, bodies, false);
 }
 
 double TreeContacts::push(int number, Bodies& bodies) {
   const Row& row = rows_[static_cast<std::size_t>(number)];
   if (row.penetration == 0) return 0;
-  const btSolverConstraint& its = *row.its;
-  return solve(row, row.penetration, its.m_appliedPushImpulse, its.m_lowerLimit, its.m_upperLimit, bodies,
-               true);
+  const btSolverConstraint& constraint = *row.constraint;
+  return solve(row, row.penetration, constraint.m_appliedPushImpulse, constraint.m_lowerLimit,
+               constraint.m_upperLimit, bodies, true);
 }
 
-void TreeContacts::hand_over_pushes(const JointTree& tree, Bodies& bodies, double turning) const {
+void TreeContacts::apply_pushes_to_bodies(const JointTree& tree, Bodies& bodies, double turning) const {
   for (int i = 0; i < tree.links(); ++i) {
     const Vector6& push = pushes_[static_cast<std::size_t>(tree.composite(i))];
     btSolverBody& body = bodies[tree.body(i)];
@@ -139,15 +142,15 @@ void TreeContacts::hand_over_pushes(const JointTree& tree, Bodies& bodies, doubl
   }
 }
 
-void TreeContacts::hand_over(Bodies& bodies) {
+void TreeContacts::apply_to_bodies(Bodies& bodies) {
   for (Row& row : rows_) {
-    const double since = row.its->m_appliedImpulse - row.given;
-    row.given = row.its->m_appliedImpulse;
+    const double since = row.constraint->m_appliedImpulse - row.applied_impulse;
+    row.applied_impulse = row.constraint->m_appliedImpulse;
     for (const Side* side : {&row.a, &row.b}) {
       if (side->link < 0) continue;
       btSolverBody& body = bodies[side->body];
-      body.internalApplyImpulse(normal(*row.its, side->is_a) * body.m_invMass, turned(*row.its, side->is_a),
-                                since);
+      body.internalApplyImpulse(normal(*row.constraint, side->is_a) * body.m_invMass,
+                                turned(*row.constraint, side->is_a), since);
     }
   }
 }

@@ -21,9 +21,9 @@ struct Survey {
   std::map<std::string, LaserSeen> lasers;
   std::map<std::string, std::string> parameters;
   std::uint64_t odometry = 0, true_poses = 0;
-  FirstStamp first;
+  FirstStamp first_stamp;
 
-  void see(SensorTime stamp) { first.see(stamp); }
+  void see(SensorTime stamp) { first_stamp.add(stamp); }
   void take(const CarmenLaser& line) {
     see(line.scan.stamp);
     LaserSeen& laser = lasers[line.kind];
@@ -73,7 +73,8 @@ Status each_line(const ImportOptions& options, const ImportProgress& progress, d
                !taken) {
       return taken;
     }
-    if (progress && place % 256 == 0) progress(half * lines->total() + lines->done() / 2, lines->total());
+    if (progress && place % 256 == 0)
+      progress(half * lines->bytes_total() + lines->bytes_read() / 2, lines->bytes_total());
   }
 }
 
@@ -167,7 +168,8 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
   auto writer = RecordingWriter::create(options, options.input.filename().string() + ":", "lines");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
-  if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
+  if (const Status written = writer->describe(*robot, *survey.first_stamp.get()); !written)
+    return written.error();
   const Status read =
       each_line(options, progress, 0.5, Copy(*writer, **laser, truth->has_value(), odometry->has_value()),
                 [&](Place place, const std::string& why) {

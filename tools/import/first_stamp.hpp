@@ -12,7 +12,7 @@ namespace parhelion::tools {
 /// The earliest of the first stamps that agrees with most of them.
 class FirstStamp {
  public:
-  void see(SensorTime stamp) {
+  void add(SensorTime stamp) {
     if (head_.size() < ArrivalOrder::kConfirmed)
       head_.insert(std::upper_bound(head_.begin(), head_.end(), stamp), stamp);
   }

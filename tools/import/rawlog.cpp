@@ -88,7 +88,7 @@ class Survey final : public RawlogVisitor {
   std::map<std::string, LaserSeen> lasers;
   std::map<std::string, std::uint64_t> odometers;
   std::uint64_t actions = 0;
-  FirstStamp first;
+  FirstStamp first_stamp;
 
   Status action(const obs::CActionCollection&, Place) override {
     ++actions;
@@ -107,7 +107,7 @@ class Survey final : public RawlogVisitor {
   void damage(Place, const std::string&) override {}
 
  private:
-  void see(SensorTime stamp) { first.see(stamp); }
+  void see(SensorTime stamp) { first_stamp.add(stamp); }
   void see_scan(const obs::CObservation2DRangeScan& observation) {
     const auto scan = to_scan(observation);
     if (!scan) return;
@@ -292,7 +292,8 @@ Result<ImportReport> import_here(const ImportOptions& options, const RawlogReadi
   auto writer = RecordingWriter::create(options, options.input.filename().string() + ", object ", "objects");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
-  if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
+  if (const Status written = writer->describe(*robot, *survey.first_stamp.get()); !written)
+    return written.error();
   Copy copy(*writer, *sensors);
   if (paired && !sensors->odometer) copy.start_at_origin();
   if (const Status read = read_rawlog(pass(size / 2), copy); !read) return read.error();

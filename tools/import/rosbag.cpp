@@ -179,11 +179,11 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
     if (first_damage.empty()) first_damage = what;
   });
   if (!looked) return looked.error();
-  const auto choice = choose(options, survey);
+  const auto choice = choose_topics(options, survey);
   if (!choice) return choice.error();
   const bool any = choice->scan || choice->lines || choice->camera || choice->depth || choice->odometry ||
                    choice->reference;
-  if (!any || !survey.first.get()) {
+  if (!any || !survey.first_stamp.get()) {
     return Error{options.input.string() +
                  ": no topic that could be imported: LaserScan, Odometry or tf, Image, "
                  "CompressedImage or PoseStamped is expected; " +
@@ -201,7 +201,8 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
       RecordingWriter::create(options, options.input.filename().string() + ", message ", "messages");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
-  if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
+  if (const Status written = writer->describe(*robot, *survey.first_stamp.get()); !written)
+    return written.error();
   const Status copied =
       each_message(options, progress, 0.5, Copy(*writer, *choice),
                    [&](Place place, const std::string& what) { writer->refuse(place, what); });

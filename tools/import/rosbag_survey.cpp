@@ -21,7 +21,8 @@ constexpr const char* kTwist = "geometry_msgs/Twist";
 constexpr const char* kImu = "sensor_msgs/Imu";
 constexpr const char* kJointState = "sensor_msgs/JointState";
 
-void state(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
+/// What a scan message states about its laser.
+void record_stated_values(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
   evidence.range_min = scan.range_min;
   evidence.range_max = scan.range_max;
   evidence.beam_interval = std::abs(scan.time_increment);
@@ -59,7 +60,7 @@ std::vector<std::string> infos_of(const BagSurvey& survey, const std::string& im
   return beside.empty() ? same_frame : beside;
 }
 
-std::vector<std::string> images(const BagSurvey& survey, bool depth) {
+std::vector<std::string> image_topics(const BagSurvey& survey, bool depth) {
   std::vector<std::string> found;
   for (const auto& [name, topic] : survey.topics) {
     const bool is_image = topic.type == kImage || topic.type == kCompressedImage;
@@ -67,6 +68,10 @@ std::vector<std::string> images(const BagSurvey& survey, bool depth) {
   }
   return found;
 }
+
+std::vector<std::string> colour_topics(const BagSurvey& survey) { return image_topics(survey, false); }
+
+std::vector<std::string> depth_topics(const BagSurvey& survey) { return image_topics(survey, true); }
 
 Result<std::optional<std::string>> choose_reference(const ImportOptions& options, const BagSurvey& survey) {
   std::vector<std::string> candidates = survey.of_type(kPoseStamped), truths;
@@ -122,7 +127,7 @@ Result<std::optional<LaserDescription>> describe_laser(const ImportOptions& opti
   }
   if (moves) {
     notes.push_back(*topic +
-                    ": the laser moves on the robot; the description has its first place. If joints " +
+                    ": the laser moves on the robot; the pose of its first transform is used. If joints " +
                     "carry it, give the description a 'line_laser' with their 'head'");
   }
   auto described = evidence.describe(options, notes);
@@ -140,19 +145,20 @@ Result<std::optional<Description>> describe_camera(const BagSurvey& survey, cons
     notes.push_back(*topic + ": no CameraInfo, so the description has no such camera");
     return std::optional<Description>();
   }
-  const BagTopic& images_of = survey.topics.at(*topic);
+  const BagTopic& image_topic = survey.topics.at(*topic);
   const ros::CameraInfo& info = survey.cameras.at(*info_topic);
   const bool rectified = topic->find("rect") != std::string::npos;
-  const auto pinhole = intrinsics(info, images_of.width, images_of.height, rectified);
+  const auto pinhole = intrinsics(info, image_topic.width, image_topic.height, rectified);
   bool moves = false;
-  const auto pose = survey.frames.find(base, images_of.frame, moves);
+  const auto pose = survey.frames.find(base, image_topic.frame, moves);
   if (!pinhole || !pose) {
     notes.push_back(*topic + ": " +
-                    (pinhole ? "no tf from " + base + " to " + images_of.frame : pinhole.error().message) +
+                    (pinhole ? "no tf from " + base + " to " + image_topic.frame : pinhole.error().message) +
                     ", so the description has no such camera");
     return std::optional<Description>();
   }
-  if (moves) notes.push_back(*topic + ": the camera moves on the robot; the description has its first place");
+  if (moves)
+    notes.push_back(*topic + ": the camera moves on the robot; the pose of its first transform is used");
   Description description;
   description.intrinsics = *pinhole;
   description.T_base_optical = decltype(description.T_base_optical)(*pose);
@@ -187,14 +193,14 @@ void BagSurvey::take(const BagMessage& message) {
   topic.type = message.type;
   const auto see = [&](const ros::Header& header) {
     if (topic.count++ == 0) topic.frame = header.frame;
-    first.see(header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns});
+    first_stamp.add(header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns});
   };
   if (message.type == kLaserScan) {
     const auto scan = ros::read_laser_scan(message.bytes);
     if (!scan) return;
     see(scan->header);
     LaserEvidence& evidence = lasers[message.topic];
-    if (topic.count == 1) state(message.topic, *scan, evidence);
+    if (topic.count == 1) record_stated_values(message.topic, *scan, evidence);
     evidence.add(to_scan(*scan));
   } else if (is_tf(message.type)) {
     const auto transforms = ros::read_tf(message.bytes);
@@ -247,7 +253,7 @@ std::vector<std::string> BagSurvey::of_type(const std::string& type) const {
   return found;
 }
 
-Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) {
+Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& survey) {
   BagChoice choice;
   const auto set = [](const Result<std::optional<std::string>>& from,
                       std::optional<std::string>& to) -> Status {
@@ -261,9 +267,9 @@ Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) 
   choice.lines = lasers->lines;
   Status done = choose_odometry(options, survey, choice);
   if (done.ok())
-    done = set(choose_topic(options, channel::kCamera, images(survey, false), "images"), choice.camera);
+    done = set(choose_topic(options, channel::kCamera, colour_topics(survey), "images"), choice.camera);
   if (done.ok())
-    done = set(choose_topic(options, channel::kDepth, images(survey, true), "depth images"), choice.depth);
+    done = set(choose_topic(options, channel::kDepth, depth_topics(survey), "depth images"), choice.depth);
   if (done.ok() && choice.camera) {
     done = set(choose_topic(options, "CAMERA_INFO", infos_of(survey, *choice.camera), kCameraInfo),
                choice.camera_info);

@@ -28,7 +28,7 @@ struct BagSurvey {
   std::map<std::string, ros::CameraInfo> cameras;
   std::map<std::string, std::string> odometry_child;  ///< topic to child frame
   RosFrames frames;
-  FirstStamp first;
+  FirstStamp first_stamp;
 
   void take(const BagMessage& message);
   std::vector<std::string> of_type(const std::string& type) const;
@@ -41,7 +41,7 @@ struct BagChoice {
   std::optional<RosFrames::Key> odometry_edge;  ///< if odometry comes from tf
 };
 
-Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey);
+Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& survey);
 /// The base frame: odometry's child, or base_footprint if that is below it.
 std::string base_frame(const BagSurvey& survey, const BagChoice& choice);
 Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey& survey,

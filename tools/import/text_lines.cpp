@@ -190,7 +190,7 @@ Result<bool> TextLines::next(std::string& line) {
 }
 
 std::uint64_t TextLines::number() const { return state_->number; }
-double TextLines::done() const { return state_->bytes->position(); }
-double TextLines::total() const { return state_->total; }
+double TextLines::bytes_read() const { return state_->bytes->position(); }
+double TextLines::bytes_total() const { return state_->total; }
 
 }  // namespace parhelion::tools

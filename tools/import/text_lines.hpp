@@ -26,8 +26,8 @@ class TextLines {
   /// Of the last line from next(), from 1.
   std::uint64_t number() const;
   /// Bytes read of the file on disk, and its size.
-  double done() const;
-  double total() const;
+  double bytes_read() const;
+  double bytes_total() const;
 
  private:
   struct State;

@@ -3,6 +3,8 @@
 //
 // The image-based pipeline: projection to OXY and OXZ, threshold, filter (equation 3), dilation, thinning,
 // probabilistic Hough, each in tiles without seams.
+//
+// Implemented in segment.cpp, segment_normals.cpp and fusion/semantic/level.cpp.
 #pragma once
 
 #include <Eigen/Core>

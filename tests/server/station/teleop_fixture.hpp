@@ -59,7 +59,7 @@ class TeleopServiceTest : public testing::Test {
   void drive(RecordingClient& client, const std::string& robot = "trainee") {
     send_text(client, R"({"type":"drive","robot":")" + robot + "\"}");
     send_text(client, R"({"type":"release"})");
-    published();
+    discard_published();
   }
   void pass(double s) {
     for (const WallTime end = now_ + seconds(s); now_ < end;) {
@@ -67,7 +67,8 @@ class TeleopServiceTest : public testing::Test {
       service_->turn();
     }
   }
-  /// Messages published since the last call, by channel; of twists vx.
+  /// Messages published since the last call, by channel; of twists vx. Also updates last_, orders_ and
+  /// statuses_.
   std::map<std::string, std::vector<double>> published() {
     std::map<std::string, std::vector<double>> all;
     Message message;
@@ -94,6 +95,8 @@ class TeleopServiceTest : public testing::Test {
       }
     }
   }
+  /// The next published() returns only what is published after this.
+  void discard_published() { published(); }
   static bool moves(const std::vector<double>& speeds) {
     return std::any_of(speeds.begin(), speeds.end(), [](double v) { return v != 0; });
   }

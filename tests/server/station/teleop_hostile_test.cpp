@@ -30,14 +30,14 @@ TEST_F(TeleopServiceTest, StopsOnAnUnreadableMessage) {
     auto client = open("anna");
     drive(*client);
     twist(*client, 0.5);
-    published();
+    discard_published();
     send_text(*client, bad);
     const auto speeds = published()[channel::kTeleop];
     ASSERT_FALSE(speeds.empty()) << bad;
     EXPECT_FALSE(moves(speeds)) << bad;
     EXPECT_NE(client->texts("refused").back().find(R"("rearm":true)"), std::string::npos) << bad;
     close(*client);
-    published();
+    discard_published();
   }
 }
 
@@ -72,7 +72,7 @@ TEST_F(TeleopServiceTest, KeepsRandomMessagesWithinTheRobotLimits) {
     EXPECT_LE(std::abs(last_.wz), 2.0) << text;
     EXPECT_EQ(last_.vy, 0) << text;
     close(*client);
-    published();
+    discard_published();
   }
   EXPECT_GE(moved, 250) << "those that were left as they are";
 }

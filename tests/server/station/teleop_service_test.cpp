@@ -25,7 +25,7 @@ TEST_F(TeleopServiceTest, ScalesTheWholeTwistToTheRobotLimits) {
   auto client = open("anna");
   drive(*client);
   twist(*client, 4, 2);
-  published();
+  published();  // updates last_
   EXPECT_DOUBLE_EQ(last_.vx, 1);
   EXPECT_DOUBLE_EQ(last_.wz, 0.5);
   twist(*client, 0.1, 1e300);

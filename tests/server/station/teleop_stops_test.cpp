@@ -8,7 +8,7 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
   auto anna = open("anna"), bert = open("bert");
   drive(*anna);
   twist(*anna, 0.5);
-  published();
+  discard_published();
   send_text(*bert, R"({"type":"stop"})");
   auto out = published();
   EXPECT_EQ(out[channel::kTeleop].back(), 0) << "all, as he drives none";
@@ -37,11 +37,11 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
   EXPECT_EQ(service_->stops()[0].by, "bert");
   EXPECT_FALSE(service_->reset("robot_7", "ines").ok());
   ASSERT_TRUE(service_->reset("trainee", "ines").ok());
-  published();
+  published();  // updates orders_
   EXPECT_FALSE(orders_.back().engaged);
   EXPECT_EQ(orders_.back().robot, "trainee");
   pass(5);
-  published();
+  published();  // updates orders_
   EXPECT_FALSE(orders_.back().engaged) << "and robot_2 stays stopped";
   send_text(*anna, R"({"type":"drive","robot":"trainee"})");
   twist(*anna, 0.5);

@@ -12,6 +12,8 @@
 namespace parhelion::station {
 namespace {
 
+constexpr char kFrameKind = 5;  ///< first byte of a video frame, see video_message()
+
 struct Seen {
   VideoCodec codec;
   bool key;
@@ -28,7 +30,7 @@ std::vector<Seen> frames(const RecordingClient& client) {
     if (!sent.binary) continue;
     const std::string& bytes = *sent.bytes;
     EXPECT_GT(bytes.size(), kVideoHeader);
-    EXPECT_EQ(bytes[0], 5);
+    EXPECT_EQ(bytes[0], kFrameKind);
     all.push_back({static_cast<VideoCodec>(bytes[1]), bytes[2] != 0, static_cast<PictureState>(bytes[3]),
                    test::number_at<std::uint32_t>(bytes, 4), test::number_at<std::int64_t>(bytes, 8),
                    test::number_at<std::int64_t>(bytes, 16), test::number_at<std::int64_t>(bytes, 24),
@@ -106,7 +108,7 @@ TEST_F(VideoFeedTest, ForwardsJpegUnchangedWithItsAge) {
   EXPECT_EQ(seen[0].codec, VideoCodec::jpeg);
   EXPECT_EQ(seen[0].state, PictureState::live);
   EXPECT_EQ(seen[0].server_us - seen[0].stamp_us, 35'000);
-  EXPECT_GE(seen[0].drawn_us, before) << "as the bus has it";
+  EXPECT_GE(seen[0].drawn_us, before) << "the time of arrival on the bus";
   EXPECT_LE(seen[0].drawn_us, runtime::wall_now().utime());
   EXPECT_EQ(seen[0].width, 64);
   EXPECT_EQ(seen[0].height, 48);
@@ -169,7 +171,8 @@ TEST_F(VideoFeedTest, SkipsFramesForASlowViewerUntilAKeyframe) {
   ASSERT_EQ(frames(*slow).size(), 2U);
   EXPECT_TRUE(frames(*slow)[1].key);
   std::uint32_t last = 0;
-  for (const Seen& frame : frames(*fast)) EXPECT_EQ(frame.sequence, ++last) << "who follows loses nothing";
+  for (const Seen& frame : frames(*fast))
+    EXPECT_EQ(frame.sequence, ++last) << "a viewer that keeps up receives every frame";
 }
 
 TEST_F(VideoFeedTest, ReplacesQueuedPicturesWithTheNewest) {
@@ -213,7 +216,7 @@ TEST_F(VideoFeedTest, MarksPicturesWithoutDrawnBodiesAsCameraOnly) {
   EXPECT_EQ(frames(*client).back().state, PictureState::original);
   EXPECT_NE(client->texts().back().find("no pose: lost"), std::string::npos);
   show(channel::kCamera);
-  EXPECT_EQ(frames(*client).size(), 1U) << "the server's own is there";
+  EXPECT_EQ(frames(*client).size(), 1U) << "not used while augmented pictures arrive";
   pass(0.6);
   show(channel::kCamera);
   ASSERT_EQ(frames(*client).size(), 2U);
@@ -293,15 +296,17 @@ TEST_F(VideoFeedTest, ReportsAnUnreadablePictureAndContinues) {
 
 TEST_F(VideoFeedTest, DelaysAndDropsPicturesForAFault) {
   auto client = look("codec=jpeg");
-  feed_->impair(0.2, 0);
+  const double delay = 0.2, loss = 0.3;  // s; fraction
+  feed_->impair(delay, 0);
   show(channel::kMrCamera, 0.02);
   EXPECT_TRUE(frames(*client).empty());
   pass(0.19);
   EXPECT_TRUE(frames(*client).empty());
   pass(0.01);
   ASSERT_EQ(frames(*client).size(), 1U);
-  EXPECT_EQ(frames(*client)[0].server_us - frames(*client)[0].stamp_us, 220'000) << "and the page says so";
-  feed_->impair(0, 0.3);
+  EXPECT_EQ(frames(*client)[0].server_us - frames(*client)[0].stamp_us, 220'000)
+      << "the stamp stays that of the exposure, so that the page shows the delay";
+  feed_->impair(0, loss);
   for (int i = 0; i < 300; ++i) {
     show();
     pass(0.033);

@@ -72,8 +72,8 @@ AutonomousRobot::Points AutonomousRobot::unmapped(const Pose2& pose, const Scan&
 /// Whether a seen object moves: both of its edges move, while a single moving edge of a standing object may
 /// be due to occlusion.
 void AutonomousRobot::watch(const Points& seen) {
-  velocity_.setZero();
-  moves_ = false;
+  obstacle_velocity_.setZero();
+  obstacle_moves_ = false;
   if (seen.empty()) {
     edges_.clear();
     return;
@@ -87,14 +87,14 @@ void AutonomousRobot::watch(const Points& seen) {
   const Eigen::Vector2d last = (seen.back() - edges_.front().last) / time;
   const Eigen::Vector2d slower = first.norm() < last.norm() ? first : last;
   if (slower.norm() < kGoes || first.dot(last) <= 0) return;
-  velocity_ = slower;
-  moves_ = true;
+  obstacle_velocity_ = slower;
+  obstacle_moves_ = true;
   stood_since_ = t_;
 }
 
 /// Standing objects are remembered out of sight, until a beam passes through their position.
 void AutonomousRobot::remember(const Pose2& pose, const Scan& scan, const Points& seen) {
-  if (moves_) {
+  if (obstacle_moves_) {
     remembered_.clear();
     return;
   }
@@ -143,36 +143,38 @@ Twist2 AutonomousRobot::follow_path(const Pose2& pose, double speed) const {
   return {v, 0, kappa * v};
 }
 
-/// m from the outline at `pose` to the nearest of `things`, each displaced by `moved`.
-double AutonomousRobot::gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const {
+/// m from the outline at `pose` to the nearest of `things`, each displaced by `displacement`.
+double AutonomousRobot::gap(const Pose2& pose, const Points& things,
+                            const Eigen::Vector2d& displacement) const {
   double nearest = kSight;
   const Eigen::Rotation2Dd R_base_map(-pose.yaw);
   for (const Eigen::Vector2d& p : things)
-    nearest = std::min(
-        nearest, outline_.exteriorDistance(Eigen::Vector2d(R_base_map * (p + moved - pose.position()))));
+    nearest = std::min(nearest, outline_.exteriorDistance(
+                                    Eigen::Vector2d(R_base_map * (p + displacement - pose.position()))));
   return nearest;
 }
 
-/// The smallest gap of the next seconds if it continues along its path with `speed`, or brakes.
-double AutonomousRobot::min_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const {
+/// The smallest gap of the next seconds if it continues along its path with `speed`, or brakes, from
+/// `twist` on.
+double AutonomousRobot::min_gap(Pose2 pose, Twist2 twist, double speed, const Points& things) const {
   constexpr double dt = 0.1;
   double smallest = kSight;
   for (double t = dt; t < kHorizon; t += dt) {
     const Twist2 wanted = follow_path(pose, speed);
-    now.vx += std::clamp(wanted.vx - now.vx, -kAcceleration * dt, kAcceleration * dt);
-    now.wz = wanted.wz;
-    pose = simulation::advance(pose, now, dt);
-    smallest = std::min(smallest, gap(pose, things, t * velocity_));
+    twist.vx += std::clamp(wanted.vx - twist.vx, -kAcceleration * dt, kAcceleration * dt);
+    twist.wz = wanted.wz;
+    pose = simulation::advance(pose, twist, dt);
+    smallest = std::min(smallest, gap(pose, things, t * obstacle_velocity_));
   }
   return smallest;
 }
 
-Twist2 AutonomousRobot::drive(const Pose2& pose, const Twist2& now, const Scan& scan) {
+Twist2 AutonomousRobot::drive(const Pose2& pose, const Twist2& current_twist, const Scan& scan) {
   t_ += kPeriod;
   const Points seen = unmapped(pose, scan);
   watch(seen);
   remember(pose, scan, seen);
-  const bool standing = !moves_ && t_ - stood_since_ > kStood;
+  const bool standing = !obstacle_moves_ && t_ - stood_since_ > kStood;
   if (path_.empty() || (standing && t_ - planned_ > 1 && path_is_blocked(pose))) plan(pose);
   Points things = seen;
   for (const auto& [cell, p] : remembered_) things.push_back(p);
@@ -181,7 +183,7 @@ Twist2 AutonomousRobot::drive(const Pose2& pose, const Twist2& now, const Scan& 
       standing || seen.empty() ? std::clamp(0.8 * here, kMinGap, kFromStanding) : kFromMoving;
   // It brakes if no speed keeps enough distance.
   for (const double speed : {speed_, speed_ / 2, 0.15}) {
-    if (min_gap(pose, now, speed, things) >= needed) return follow_path(pose, speed);
+    if (min_gap(pose, current_twist, speed, things) >= needed) return follow_path(pose, speed);
   }
   return {};
 }

@@ -23,8 +23,8 @@ class AutonomousRobot {
   AutonomousRobot(const RobotDescription& robot, const std::shared_ptr<const simulation::Building>& building,
                   const Eigen::Vector2d& goal, double speed);
 
-  /// Its next command, from a scan taken at `pose`, while it moves with `now`.
-  Twist2 drive(const Pose2& pose, const Twist2& now, const Scan& scan);
+  /// Its next command, from a scan taken at `pose`, while it moves with `current_twist`.
+  Twist2 drive(const Pose2& pose, const Twist2& current_twist, const Scan& scan);
 
  private:
   using Points = std::vector<Eigen::Vector2d>;  ///< m, map
@@ -34,8 +34,8 @@ class AutonomousRobot {
   void plan(const Pose2& pose);
   bool path_is_blocked(const Pose2& pose) const;
   Twist2 follow_path(const Pose2& pose, double speed) const;
-  double gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const;
-  double min_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const;
+  double gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& displacement) const;
+  double min_gap(Pose2 pose, Twist2 twist, double speed, const Points& things) const;
 
   LaserDescription laser_;
   Eigen::AlignedBox2d outline_;
@@ -49,9 +49,9 @@ class AutonomousRobot {
     double t;
     Eigen::Vector2d first, last;
   };
-  std::deque<Edges> edges_;                             // of seen objects, in the last half second
-  Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();  // m/s, of what moves
-  bool moves_ = false;
+  std::deque<Edges> edges_;                                      // of seen objects, in the last half second
+  Eigen::Vector2d obstacle_velocity_ = Eigen::Vector2d::Zero();  // m/s, map; zero unless it moves
+  bool obstacle_moves_ = false;
   std::map<std::pair<long, long>, Eigen::Vector2d> remembered_;  // one point of each cell
 };
 

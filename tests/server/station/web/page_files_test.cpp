@@ -59,7 +59,7 @@ TEST(PageFiles, CachedFilesAreNotSentAgain) {
   EXPECT_TRUE(again.body.empty());
 }
 
-TEST(PageFiles, TheFirstRunsLinkOpensThePage) {
+TEST(PageFiles, SetupLinkOpensThePage) {
   EXPECT_EQ(page_response(asks_for("/setup")).body, page_response(asks_for("/")).body);
 }
 
