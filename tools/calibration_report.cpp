@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -101,9 +102,17 @@ std::string laser_lines(const CalibrationReport& report) {
 }
 
 /// Whether odometry agrees with the scans at least as well as before where the result was not fitted.
+/// m, rad: errors over 2 s that are not compared any further. Scans of a good laser are as far apart.
+constexpr double kSmallError = 0.002, kSmallYawError = 0.001;
+
 bool holds(const CalibrationReport& report) {
   const pose::MotionCheck &before = report.check_before, &after = report.check_after;
-  return after.position_rms <= 1.05 * before.position_rms && after.yaw_rms <= 1.05 * before.yaw_rms;
+  return after.position_rms <= std::max(1.05 * before.position_rms, kSmallError) &&
+         after.yaw_rms <= std::max(1.05 * before.yaw_rms, kSmallYawError);
+}
+
+bool was_good(const CalibrationReport& report) {
+  return report.check_before.position_rms <= kSmallError && report.check_before.yaw_rms <= kSmallYawError;
 }
 
 std::vector<std::string> advice_of(const CalibrationReport& report) {
@@ -182,10 +191,11 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
   text += format("odometry against scans over 2 s, %zu windows of the validation part (%zu scans):\n",
                  report.check_after.windows, report.validation_scans);
   text += check_line("before", report.check_before) + check_line("after", report.check_after);
-  return holds(report) ? text
-                       : text +
-                             "the result does not hold on the validation part: do not use it; drive again, "
-                             "with turns both ways\n";
+  if (!holds(report))
+    return text +
+           "the result does not hold on the validation part: do not use it; drive again, with turns both "
+           "ways\n";
+  return was_good(report) ? text + "the description was as good before as can be measured; keep it\n" : text;
 }
 
 std::string to_json(const CalibrationReport& report, const CalibrationOptions& options) {

@@ -79,6 +79,7 @@ Exit run(Arguments& arguments) {
   const std::string& picture = result->camera_picture;
   std::printf("camera   %s%s%s%s\n", picture.c_str(), picture.empty() ? "" : " (", result->camera.c_str(),
               picture.empty() ? "" : ")");
+  std::printf("next     parhelion report %s -o report.html\n", result->session.c_str());
   if (!arguments.report.empty()) {
     const Status written = write_text(arguments.report, to_json(result->report), options.overwrite);
     if (!written) return fail(written.error().message);

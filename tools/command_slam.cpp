@@ -84,7 +84,10 @@ Exit over_log(const Arguments& arguments) {
     const Status written = write_text(arguments.summary, to_json(*report), options.overwrite);
     if (!written) return failed(written.error());
   }
-  return Exit::done;
+  if (options.map.empty() || report->tracking > 0) return Exit::done;
+  return failed(Error{options.map.string() + ": the robot of " + options.input.string() +
+                      " was found nowhere in it; give its first pose with --start X,Y,YAW, or check that the "
+                      "map is of the same place"});
 }
 
 constexpr const char* kStates[] = {"initializing: the robot's place is not known yet",

@@ -25,8 +25,7 @@ std::uint64_t degraded_total(const tick::Tally& tally) {
 const char* advice_for(tick::Degraded why) {
   switch (why) {
     case tick::Degraded::pose:
-      return "no pose of the robot: live, is `parhelion slam` running? `parhelion slam --log` adds POSE_COV "
-             "to a log";
+      return "no pose of the robot, or none that is tracking; see `parhelion slam` and its --start";
     case tick::Degraded::error:
       return "predicted error above the limit; see `max_error` of the scenario, and the map that "
              "SLAM uses";
@@ -49,11 +48,13 @@ std::string scan_count(std::uint64_t count) {
   return std::to_string(count) + (count == 1 ? " scan" : " scans");
 }
 
-/// The most frequent reason of degraded scans as a line; empty: there are none.
+/// The most frequent reason of degraded scans as a line; empty: there are hardly any, as at the start of each
+/// session.
 std::string why_degraded(const tick::Tally& tally) {
+  constexpr std::uint64_t few = 100;  // one scan of so many
   const auto& counts = tally.scans_degraded;
   const auto max_count = std::max_element(counts.begin(), counts.end());
-  if (*max_count == 0) return {};
+  if (*max_count * few <= tally.scans_of_real_lasers) return {};
   const auto why = static_cast<tick::Degraded>(max_count - counts.begin());
   return "because " + scan_count(*max_count) + ": " + advice_for(why) + "\n";
 }

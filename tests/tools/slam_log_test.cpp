@@ -221,6 +221,20 @@ TEST(SlamCommand, ReportsErrorsOfItsArguments) {
   EXPECT_EQ(run({"--log", "does-not-exist.lcm", "-o", "y.lcm"}), 1);
 }
 
+TEST(SlamCommand, FailsWhereTheRobotIsNowhereInTheMap) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  pose::GridMap elsewhere;
+  elsewhere.resolution = 0.1;
+  elsewhere.width = elsewhere.height = 80;
+  elsewhere.occupied.assign(80 * 80, 0.1F);
+  for (std::size_t i = 0; i < 80; ++i) elsewhere.occupied[80 * i + i] = 0.9F;
+  ASSERT_TRUE(pose::save_ros_map(elsewhere, folder / "elsewhere").ok());
+  const std::string in = folder / "in.lcm", map = folder / "elsewhere.yaml", out = folder / "out.lcm";
+  EXPECT_EQ(run({"--log", in.c_str(), "-o", out.c_str(), "--map", map.c_str()}), 1);
+  EXPECT_TRUE(std::filesystem::exists(out)) << "for whoever wants to look at it";
+}
+
 TEST(SlamLog, LocalizesTheDebianRecordingAtTheMappedPoses) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const TemporaryFolder folder;

@@ -4,8 +4,10 @@
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "protocols/channels.hpp"
 #include "server/runtime/loop.hpp"
@@ -39,12 +41,13 @@ bool is_robots(tick::InputKind kind) {
   }
 }
 
-/// Publishes the robot's messages at their times.
+/// Publishes the robot's messages at their times, and notifies once the recording has ended.
 class Speaker {
  public:
-  Speaker(RecordedRobot robot, std::unique_ptr<Bus> bus)
+  Speaker(RecordedRobot robot, std::unique_ptr<Bus> bus, std::function<void(const std::string&)> notify)
       : robot_(std::move(robot)),
         bus_(std::move(bus)),
+        notify_(std::move(notify)),
         thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
  private:
@@ -52,9 +55,12 @@ class Speaker {
     std::mutex mutex;
     std::condition_variable_any never;
     std::unique_lock lock(mutex);
+    bool stands = false;
     while (!stop.stop_requested()) {
       const auto message = robot_.next();
       if (!message) return;  // the server reports that the robot is silent
+      if (robot_.stands() && !std::exchange(stands, true))
+        notify_("real robot the recorded drive has ended: it stands from now on");
       const Duration left{message->arrival.ns - runtime::wall_now().ns};
       never.wait_for(lock, stop, std::chrono::nanoseconds(left.ns),
                      [&stop] { return stop.stop_requested(); });
@@ -64,6 +70,7 @@ class Speaker {
 
   RecordedRobot robot_;
   std::unique_ptr<Bus> bus_;
+  std::function<void(const std::string&)> notify_;
   std::jthread thread_;
 };
 
@@ -101,7 +108,7 @@ Result<std::unique_ptr<station::BaseStation>> open_station(const tick::Configura
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
   base.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
-  base.why_not_driven = "it is a recording and repeats its recorded drive";
+  base.why_not_driven = "it is a recording: it drives as it was recorded, and then stands";
   station::StationOptions& station = base.station;
   station.configuration = std::make_shared<const tick::Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
@@ -148,7 +155,9 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   options.notify("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
   options.notify("observer   " + (*station)->link(station::Role::observer, "observer"));
   options.notify("           each in a browser of its own, or in a private window; ^C ends it");
-  const Speaker speaker(std::move(*robot), hub.connect());
+  options.notify(
+      "           virtual robots wait for *Start the training* on the page, or until one is driven");
+  const Speaker speaker(std::move(*robot), hub.connect(), options.notify);
   runtime::ServeOptions serving;
   serving.session = options.session;
   serving.overwrite = options.overwrite;

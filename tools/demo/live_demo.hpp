@@ -22,7 +22,7 @@ struct LiveDemoOptions {
   std::function<bool()> stop;
 };
 
-/// Serves until it is stopped or an instructor ends the session. The robot repeats its recorded drive and
+/// Serves until it is stopped or an instructor ends the session. The robot drives as it was recorded, and
 /// then stands still.
 Result<runtime::Report> serve_demo(const tick::Configuration& configuration, const LiveDemoOptions& options);
 

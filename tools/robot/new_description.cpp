@@ -146,7 +146,7 @@ class Writer {
     using Sentinel = RangeConvention::Sentinel;
     const bool described = take_described_ranges(laser.convention);
     const char* source = "[log] ROBOT";
-    line("  range_min: " + length(ranges.range_min),
+    line("  range_min: " + length(std::floor(double{ranges.range_min} * 1e4 + 1e-3) / 1e4),
          described ? source : "[log] least range seen; the data sheet's is better");
     line("  range_max: " + length(std::ceil(double{ranges.range_max} * 1e4 - 1e-3) / 1e4),
          described         ? source

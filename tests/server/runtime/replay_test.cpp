@@ -179,6 +179,9 @@ TEST_F(ReplayTest, TheSummaryGivesTheReasonWhereNothingWasInjected) {
   report.tally.scans_degraded[static_cast<std::size_t>(tick::Degraded::clock)] = 2;
   EXPECT_NE(summary(report).find("because 7 scans: no pose of the robot"), std::string::npos)
       << summary(report);
+  report.tally.scans_in = report.tally.scans_out = report.tally.scans_of_real_lasers = 901;
+  report.tally.beams_replaced = 1;
+  EXPECT_EQ(summary(report).find("because"), std::string::npos) << "hardly any scan was degraded";
 }
 
 TEST_F(ReplayTest, TheSummaryDistinguishesHiddenAgentsFromThoseOutOfRange) {
