@@ -11,6 +11,7 @@
 #include "fusion/semantic/keep_corrections.hpp"
 #include "fusion/semantic/model_quality.hpp"
 #include "fusion/semantic/slice.hpp"
+#include "tools/cloud_file_names.hpp"
 #include "tools/command_line.hpp"
 #include "tools/gltf.hpp"
 #include "tools/map_commands.hpp"
@@ -202,14 +203,6 @@ Status run(const Arguments& a) {
 }
 
 void add_options(CLI::App& command, Arguments& a) {
-  static const std::map<std::string, cloud::LengthUnit> units = {{"m", cloud::LengthUnit::metre},
-                                                                 {"cm", cloud::LengthUnit::centimetre},
-                                                                 {"mm", cloud::LengthUnit::millimetre}};
-  static const std::map<std::string, cloud::FileAxes> axes = {
-      {"z-up", cloud::FileAxes::x_forward_z_up},
-      {"y-up", cloud::FileAxes::x_right_y_up},
-      {"y-down", cloud::FileAxes::x_right_y_down},
-      {"y-up-left-handed", cloud::FileAxes::x_right_y_up_mirrored}};
   static const std::map<std::string, semantic::SegmentationMethod> methods = {
       {"images", semantic::SegmentationMethod::images}, {"normals", semantic::SegmentationMethod::normals}};
   command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .las, .bt, .xyz, .3d)")->required();
@@ -231,10 +224,10 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_flag("--floor-to-zero", a.model.floor_to_zero,
                    "Move the model so that its ground floor is z = 0");
   command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
-      ->transform(one_of(units))
+      ->transform(one_of(kLengthUnits))
       ->type_name("TEXT");
   command.add_option("--axes", a.read.axes, "Axes of the file (default: by format)")
-      ->transform(one_of(axes))
+      ->transform(one_of(kFileAxes))
       ->type_name("TEXT");
   command
       .add_option(

@@ -7,6 +7,7 @@
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/write_cloud.hpp"
+#include "tools/cloud_file_names.hpp"
 #include "tools/command_line.hpp"
 #include "tools/map_commands.hpp"
 #include "tools/progress.hpp"
@@ -156,14 +157,6 @@ Status run(const Arguments& arguments) {
 }
 
 void add_options(CLI::App& command, Arguments& arguments) {
-  static const std::map<std::string, cloud::LengthUnit> units = {{"m", cloud::LengthUnit::metre},
-                                                                 {"cm", cloud::LengthUnit::centimetre},
-                                                                 {"mm", cloud::LengthUnit::millimetre}};
-  static const std::map<std::string, cloud::FileAxes> axes = {
-      {"z-up", cloud::FileAxes::x_forward_z_up},
-      {"y-up", cloud::FileAxes::x_right_y_up},
-      {"y-down", cloud::FileAxes::x_right_y_down},
-      {"y-up-left-handed", cloud::FileAxes::x_right_y_up_mirrored}};
   static const std::map<std::string, cloud::IcpMethod> methods = {
       {"point-to-point", cloud::IcpMethod::point_to_point},
       {"point-to-plane", cloud::IcpMethod::point_to_plane},
@@ -178,10 +171,10 @@ void add_options(CLI::App& command, Arguments& arguments) {
       "x y z yaw, or 16 numbers of a matrix by rows");
   command
       .add_option("--unit", arguments.source.read.unit, "Unit of the files: m, cm, mm (default: by format)")
-      ->transform(one_of(units))
+      ->transform(one_of(kLengthUnits))
       ->type_name("TEXT");
   command.add_option("--axes", arguments.source.read.axes, "Axes of the files (default: by format)")
-      ->transform(one_of(axes))
+      ->transform(one_of(kFileAxes))
       ->type_name("TEXT");
   command.add_option("--robot", arguments.source.robot, "Robot description instead of a log's own");
   command.add_option(

@@ -26,9 +26,17 @@ std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, const 
   return real;
 }
 
+/// A pose is unknown at once where odometry is old; only a loss of some duration is an event, as scans and
+/// odometry of many robots have gaps.
 void report_pose_changes(const TickContext& context, PoseState& pose) {
+  constexpr Duration reported = milliseconds(300);
   const bool known = pose.at_this_step.has_value();
+  if (known) pose.unknown_since.reset();
   if (known == pose.known) return;
+  if (!known) {
+    if (!pose.unknown_since) pose.unknown_since = context.now;
+    if (context.now - *pose.unknown_since < reported) return;
+  }
   pose.known = known;
   Event event;
   event.stamp = context.now;

@@ -41,8 +41,9 @@ struct PoseState {
   OdometryCorrection reported_odometry;  ///< by scans, as in the newest event
 
   std::optional<simulation::RealRobotState>
-      at_this_step;          ///< at the last physics step; none: the pose is lost
-  bool known = false;        ///< as in the newest event
+      at_this_step;    ///< at the last physics step; none: the pose is lost
+  bool known = false;  ///< as in the newest event
+  std::optional<SimulationTime> unknown_since;
   bool relocalized = false;  ///< since the last physics step
 };
 

@@ -92,15 +92,7 @@ DepthCameraDescription small_depth_camera() {
 
 /// A depth image of a wall 4 m away, which arrives 5 ms after its stamp.
 Message depth_at(std::int64_t us) {
-  Image image;
-  image.stamp = SensorTime::from_utime(us);
-  image.width = 64;
-  image.height = 48;
-  image.format = PixelFormat::depth_mm;
-  image.row_stride = 128;
-  for (int i = 0; i < 64 * 48; ++i) image.bytes.insert(image.bytes.end(), {0xA0, 0x0F});
-  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
-  return test::message(channel::kDepth, us + 5000, image);
+  return test::message(channel::kDepth, us + 5000, test::depth_of_a_wall(us));
 }
 
 /// How often each depth image is published by a job, by its stamp (us).

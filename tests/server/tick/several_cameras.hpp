@@ -29,17 +29,7 @@ inline RobotDescription robot_with_two_cameras() {
 }
 
 /// A depth image of a wall 4 m away, which arrives 8 ms after its stamp.
-inline Message left_depth_at(std::int64_t us) {
-  Image image;
-  image.stamp = SensorTime::from_utime(us);
-  image.width = 64;
-  image.height = 48;
-  image.format = PixelFormat::depth_mm;
-  image.row_stride = 128;
-  for (int i = 0; i < 64 * 48; ++i) image.bytes.insert(image.bytes.end(), {0xA0, 0x0F});
-  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
-  return message(kLeftDepth, us + 8000, image);
-}
+inline Message left_depth_at(std::int64_t us) { return message(kLeftDepth, us + 8000, depth_of_a_wall(us)); }
 
 inline Message left_image_at(std::int64_t us, std::int64_t stamp_off_us = 0) {
   Message left = image_at(us + stamp_off_us);

@@ -176,6 +176,25 @@ TEST_F(SeveralRobotsTest, OneRobotsFaultDegradesThatRobotAlone) {
   EXPECT_EQ(suspended.back().text, "no scan for 0.5 s");
 }
 
+/// Of rover_2 no odometry arrives for so many seconds.
+std::vector<Message> with_gap_of_rover_2(std::vector<Message> log, double seconds) {
+  const ArrivalTime from = ArrivalTime::from_utime(kStartUs + 1'000'000);
+  std::erase_if(log, [&](const Message& each) {
+    return each.channel == robot_channel(channel::kOdometry, kRover2) && each.arrival > from &&
+           each.arrival < from + parhelion::seconds(seconds);
+  });
+  return log;
+}
+
+TEST_F(SeveralRobotsTest, AGapOfOdometryIsALossOnlyWhereItLasts) {
+  for (const double seconds : {0.65, 1.3}) {
+    run(two_robots(kTwoBarrels), with_gap_of_rover_2(two_robots_drive(4), seconds));
+    const auto lost = events_of(EventKind::localization_lost);
+    EXPECT_EQ(lost.size(), seconds < 1 ? 0U : 1U) << seconds;
+    for (const Event& event : lost) EXPECT_EQ(event.subject, kRover2);
+  }
+}
+
 TEST_F(SeveralRobotsTest, ARobotThatNeverComesIsReportedByName) {
   run(two_robots(), of_robot(drive(2), kRover1));
   std::vector<std::string> missing;

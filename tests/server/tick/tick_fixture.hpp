@@ -33,6 +33,19 @@ inline Message image_at(std::int64_t us) {
   return message(channel::kCamera, us + 5000, image);
 }
 
+/// A raw depth image, 64 x 48, of a wall 4 m away.
+inline Image depth_of_a_wall(std::int64_t us) {
+  Image image;
+  image.stamp = SensorTime::from_utime(us);
+  image.width = 64;
+  image.height = 48;
+  image.format = PixelFormat::depth_mm;
+  image.row_stride = 128;
+  for (int i = 0; i < 64 * 48; ++i) image.bytes.insert(image.bytes.end(), {0xA0, 0x0F});
+  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
+  return image;
+}
+
 /// Feeds messages to a tick and keeps its outputs.
 class TickTest : public testing::Test {
  protected:
@@ -68,6 +81,16 @@ class TickTest : public testing::Test {
       all.push_back(std::move(item));
     }
     return all;
+  }
+
+  /// On SCAN.
+  static std::vector<Scan> scans_in(const std::vector<Message>& log) {
+    std::vector<Scan> scans;
+    for (const Message& each : log) {
+      if (each.channel != channel::kScan) continue;
+      EXPECT_TRUE(decode(each.channel, each.payload, scans.emplace_back()).ok());
+    }
+    return scans;
   }
 
   tick::Configuration configuration_;

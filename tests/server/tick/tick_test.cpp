@@ -19,11 +19,7 @@ TEST_F(TickTest, TickInjectsABarrelAndKeepsTheOtherBeams) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
   const auto log = test::drive(3);
   feed(log);
-  std::vector<Scan> real;
-  for (const Message& each : log) {
-    if (each.channel != channel::kScan) continue;
-    ASSERT_TRUE(decode(each.channel, each.payload, real.emplace_back()).ok());
-  }
+  const std::vector<Scan> real = scans_in(log);
   const auto out = decoded<Scan>(channel::kMrScan);
   const auto info = decoded<ScanInfo>(channel::kMrScanInfo);
   ASSERT_EQ(out.size(), real.size());
