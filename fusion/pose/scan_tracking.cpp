@@ -151,8 +151,9 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   Match free = match(maps.fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
   const bool same = is_near(with.T_map_base, scans.T_map_base, kSame, kSameYaw);
   if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
-  const bool contradicted =
-      !agrees && is_announced(free.T_map_base, scans.T_map_base) && is_contradiction(with, free);
+  // Of odometry that is suspected already, the motion so far need not have announced the scan's place.
+  const bool possible = sanity_.is_suspected() || is_announced(free.T_map_base, scans.T_map_base);
+  const bool contradicted = !agrees && possible && is_contradiction(with, free);
   return {contradicted && !is_leap(scan.stamp, free.T_map_base, odometry.T_map_base)
               ? Followed{free, scans, false}
               : Followed{with, odometry, true},
