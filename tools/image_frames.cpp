@@ -9,6 +9,7 @@
 #include "protocols/robot.hpp"
 #include "render/colour_image.hpp"
 #include "render/depth_image.hpp"
+#include "tools/each_event.hpp"
 #include "tools/log_poses.hpp"
 
 namespace parhelion::tools {
@@ -77,18 +78,8 @@ class Reader {
 
   template <class Take>
   Status each_event(Take take) {
-    auto reader = LogReader::open(name_);
-    if (!reader) return reader.error();
-    damaged_ = without_pose_ = 0;
-    for (;;) {
-      const auto event = reader->next();
-      if (!event) {
-        ++damaged_;
-        continue;
-      }
-      if (!event->has_value()) return {};
-      if (const Status status = take(**event); !status) return status;
-    }
+    without_pose_ = 0;
+    return tools::each_event(name_, damaged_, take);
   }
 
   Status handle_pose(const Message& event) {

@@ -81,11 +81,7 @@ void add_map_extrude(CLI::App& map, Exit& exit) {
   command->add_flag("--ceiling", arguments->options.ceiling, "Add a ceiling");
   command->add_option("--picture", arguments->picture, "Picture of map and model (PNG)");
   command->add_flag("--force", arguments->overwrite, "Overwrite MODEL and the picture");
-  command->callback([arguments, &exit] {
-    const Status status = run(*arguments);
-    if (!status) std::fprintf(stderr, "parhelion map extrude: %s\n", status.error().message.c_str());
-    exit = status ? Exit::done : Exit::failed;
-  });
+  run_where_given(*command, arguments, exit, run);
 }
 
 }  // namespace parhelion::tools

@@ -253,11 +253,7 @@ void add_map_model(CLI::App& map, Exit& exit) {
   CLI::App* command = map.add_subcommand("model", kDescription);
   command->footer(kFooter);
   add_options(*command, *arguments);
-  command->callback([arguments, &exit] {
-    const Status status = run(*arguments);
-    if (!status) print_note(status.error().message);
-    exit = status ? Exit::done : Exit::failed;
-  });
+  run_where_given(*command, arguments, exit, run);
 }
 
 }  // namespace parhelion::tools

@@ -211,11 +211,7 @@ void add_map_register(CLI::App& map, Exit& exit) {
   CLI::App* command = map.add_subcommand("register", kDescription);
   command->footer(kFooter);
   add_options(*command, *arguments);
-  command->callback([arguments, &exit] {
-    const Status status = run(*arguments);
-    if (!status) std::fprintf(stderr, "parhelion map register: %s\n", status.error().message.c_str());
-    exit = status ? Exit::done : Exit::failed;
-  });
+  run_where_given(*command, arguments, exit, run);
 }
 
 }  // namespace parhelion::tools

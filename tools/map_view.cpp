@@ -52,11 +52,7 @@ void add_map_view(CLI::App& map, Exit& exit) {
   CLI::Option* plan = command->add_flag("--plan", arguments->plan, "The plan only");
   command->add_flag("--3d", arguments->solid, "The 3D view only")->excludes(plan);
   command->add_flag("--force", arguments->overwrite, "Overwrite PICTURE");
-  command->callback([arguments, &exit] {
-    const Status status = run(*arguments);
-    if (!status) std::fprintf(stderr, "parhelion map view: %s\n", status.error().message.c_str());
-    exit = status ? Exit::done : Exit::failed;
-  });
+  run_where_given(*command, arguments, exit, run);
 }
 
 }  // namespace parhelion::tools

@@ -9,6 +9,7 @@
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
 #include "render/depth_image.hpp"
+#include "tools/each_event.hpp"
 #include "tools/log_poses.hpp"
 #include "tools/scan_sources.hpp"
 
@@ -46,18 +47,7 @@ class LogScans {
  private:
   template <class Take>
   Status each_event(Take take) {
-    auto reader = LogReader::open(name_);
-    if (!reader) return reader.error();
-    damaged_ = 0;
-    for (;;) {
-      const auto event = reader->next();
-      if (!event) {
-        ++damaged_;
-        continue;
-      }
-      if (!event->has_value()) return {};
-      if (Status status = take(**event); !status) return status;
-    }
+    return tools::each_event(name_, damaged_, take);
   }
 
   Status handle_pose(const Message& event) {

@@ -58,20 +58,7 @@ tick::Configuration configuration() {
 }
 
 /// What the robot's laser sees of the room.
-Scan scan_of(int robot) {
-  const LaserDescription laser = *description().laser;
-  Scan scan;
-  scan.angle_min = static_cast<float>(laser.angle_min);
-  scan.angle_increment = static_cast<float>(laser.angle_increment);
-  std::vector<float> time;
-  scan::beam_times(laser, 361, time);
-  std::vector<scan::RangeHit> hits(time.size());
-  const auto T_map_laser = place_of(robot) * laser.T_base_laser;
-  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
-                            test::room(), 30, hits);
-  for (const scan::RangeHit& hit : hits) scan.ranges.push_back(hit.range);
-  return scan;
-}
+Scan scan_of(int robot) { return test::exact_scan(*description().laser, place_of(robot), test::room()); }
 
 /// One robot on the bus, until `stop`.
 class Publisher {

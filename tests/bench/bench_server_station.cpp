@@ -147,16 +147,7 @@ InstructorCommand person(bool comes) {
 /// the commands that an instructor gives on a page.
 void send_scans(Bus& bus, double duration, bool commands) {
   const RobotDescription robot = description();
-  const LaserDescription& laser = *robot.laser;
-  Scan scan;
-  scan.angle_min = static_cast<float>(laser.angle_min);
-  scan.angle_increment = static_cast<float>(laser.angle_increment);
-  std::vector<float> time;
-  scan::beam_times(laser, 361, time);
-  std::vector<scan::RangeHit> hits(time.size());
-  scan::cast_building_exact({laser.T_base_laser.as<Map, Laser>(), laser.T_base_laser.as<Map, Laser>()},
-                            {scan.angle_min, scan.angle_increment, time}, hall(), 30, hits);
-  for (const scan::RangeHit& hit : hits) scan.ranges.push_back(hit.range);
+  Scan scan = test::exact_scan(*robot.laser, {}, hall());
   PoseEstimate estimate;
   estimate.covariance = PoseCovariance::Identity() * 1e-5;
   estimate.map_id = "synthetic";

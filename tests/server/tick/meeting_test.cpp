@@ -117,20 +117,8 @@ class Meetings : public TickTest {
 
  private:
   Scan scan_from(const Transform<Map, Base>& T_map_base, std::int64_t utime) const {
-    const LaserDescription& laser = *configuration_.robot.laser;
-    Scan scan;
-    scan.stamp = SensorTime::from_utime(utime);
-    scan.angle_min = static_cast<float>(laser.angle_min);
-    scan.angle_increment = static_cast<float>(laser.angle_increment);
-    std::vector<float> time;
-    scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
-    std::vector<scan::RangeHit> hits(time.size());
-    const auto T_map_laser = T_map_base * laser.T_base_laser;
-    scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time},
-                              configuration_.model, 30, hits);
-    for (const scan::RangeHit& hit : hits)
-      scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
-    return scan;
+    return test::exact_scan(*configuration_.robot.laser, T_map_base, configuration_.model,
+                            SensorTime::from_utime(utime));
   }
 
   Scan newest_scan() {

@@ -60,8 +60,6 @@ std::vector<Message> standing(double duration, const Transform<Map, Base>& T_map
 inline Scan seen_from(const Transform<Map, Base>& T_map_base, double t,
                       const Transform<Map, Base>* other = nullptr,
                       const Eigen::Vector3d& size = {0.6, 0.5, 0.5}) {
-  const RobotDescription description = robot();
-  const LaserDescription& laser = *description.laser;
   SemanticModel model = room();
   if (other != nullptr) {
     ModelEntity box;
@@ -71,19 +69,8 @@ inline Scan seen_from(const Transform<Map, Base>& T_map_base, double t,
     box.size = size;
     model.entities.push_back(box);
   }
-  Scan scan;
-  scan.stamp = SensorTime::from_utime(kStartUs + static_cast<std::int64_t>(t * 1e6));
-  scan.angle_min = static_cast<float>(laser.angle_min);
-  scan.angle_increment = static_cast<float>(laser.angle_increment);
-  std::vector<float> time;
-  scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
-  std::vector<scan::RangeHit> hits(time.size());
-  const auto T_map_laser = T_map_base * laser.T_base_laser;
-  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time}, model,
-                            30, hits);
-  for (const scan::RangeHit& hit : hits)
-    scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
-  return scan;
+  return exact_scan(*robot().laser, T_map_base, model,
+                    SensorTime::from_utime(kStartUs + static_cast<std::int64_t>(t * 1e6)));
 }
 
 inline std::vector<Message> by_arrival(std::vector<Message> one, const std::vector<Message>& other) {

@@ -16,6 +16,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/tick/configuration.hpp"
+#include "tests/server/tick/exact_scan.hpp"
 #include "tests/server/tick/message.hpp"
 
 namespace parhelion::test {
@@ -90,22 +91,8 @@ inline Transform<Map, Base> pose_at(double t) {
 }
 
 inline Scan scan_at(double t) {
-  const RobotDescription description = robot();
-  const LaserDescription& laser = *description.laser;
-  Scan scan;
-  scan.stamp = SensorTime::from_utime(kStartUs + static_cast<std::int64_t>(t * 1e6));
-  scan.angle_min = static_cast<float>(laser.angle_min);
-  scan.angle_increment = static_cast<float>(laser.angle_increment);
-  std::vector<float> time;
-  scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
-  std::vector<scan::RangeHit> hits(time.size());
-  const auto T_map_laser = pose_at(t) * laser.T_base_laser;
-  scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_min, scan.angle_increment, time}, room(),
-                            30, hits);
-  for (const scan::RangeHit& hit : hits) {
-    scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
-  }
-  return scan;
+  return exact_scan(*robot().laser, pose_at(t), room(),
+                    SensorTime::from_utime(kStartUs + static_cast<std::int64_t>(t * 1e6)));
 }
 
 /// ODOMETRY at 20 Hz, SCAN at 10 Hz, POSE_COV 20 ms after each scan; `extra` are merged in by arrival.
