@@ -101,10 +101,11 @@ std::string laser_lines(const CalibrationReport& report) {
   return text + "\n";
 }
 
-/// Whether odometry agrees with the scans at least as well as before where the result was not fitted.
-/// m, rad: errors over 2 s that are not compared any further. Scans of a good laser are as far apart.
+/// m, rad: errors over 2 s that are not compared any further. Chosen on the smallest robot of
+/// docs/connect-your-robot.md, where they were 0.5 to 1.2 mm before and after.
 constexpr double kSmallError = 0.002, kSmallYawError = 0.001;
 
+/// Whether odometry agrees with the scans at least as well as before where the result was not fitted.
 bool holds(const CalibrationReport& report) {
   const pose::MotionCheck &before = report.check_before, &after = report.check_after;
   return after.position_rms <= std::max(1.05 * before.position_rms, kSmallError) &&

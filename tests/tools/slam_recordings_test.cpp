@@ -74,8 +74,10 @@ TEST(SlamOnRecordings, MapsTheIntelLabLikeItsPublishedRelations) {
   EXPECT_EQ(final.relations, relations.size());
   EXPECT_EQ(causal.relations, relations.size());
   EXPECT_GT(odometry.mean, 5) << "the recording is no longer a hard one: is it read in file order?";
-  EXPECT_LE(final.mean, 0.019);   // required: 0.019 m; reached: 0.014
-  EXPECT_LE(causal.mean, 0.052);  // required: 0.045 m; reached: 0.044, mostly before a loop closure
+  EXPECT_LE(final.mean, 0.019);  // required: 0.019 m; reached: 0.014
+  // Required: 0.045 m; reached: 0.044, mostly before a loop closure. Small changes of the prior by odometry
+  // gave 0.043 to 0.051.
+  EXPECT_LE(causal.mean, 0.052);
 }
 
 TEST(SlamOnRecordings, PlacesTheJarvisRobotLikeItsCertifiedPoses) {

@@ -155,9 +155,15 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   options.notify("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
   options.notify("observer   " + (*station)->link(station::Role::observer, "observer"));
   options.notify("           each in a browser of its own, or in a private window; ^C ends it");
-  options.notify(
-      "           virtual robots wait for *Start the training* on the page, or until one is driven");
-  const Speaker speaker(std::move(*robot), hub.connect(), options.notify);
+  if (configuration.scenario.training)
+    options.notify(
+        "           virtual robots wait for *Start the training* on the page, or until one is driven");
+  std::mutex notifying;
+  const auto notify = [&](const std::string& line) {
+    const std::lock_guard lock(notifying);
+    options.notify(line);
+  };
+  const Speaker speaker(std::move(*robot), hub.connect(), notify);
   runtime::ServeOptions serving;
   serving.session = options.session;
   serving.overwrite = options.overwrite;
@@ -167,7 +173,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   if (!end.asked) return report;
   (*station)->set_report(session_report(*report, options.session));
   end.reported = true;
-  options.notify("ended by the instructor; the page shows the report; stop with ^C");
+  notify("ended by the instructor; the page shows the report; stop with ^C");
   while (options.stop && !options.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return report;
 }
