@@ -6,20 +6,27 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kNodeDistance = 1;      ///< m of path between two poses of the graph
-constexpr std::size_t kNearest = 4;      ///< submaps that one scan is compared with
-constexpr double kRecent = 6;            ///< m of path over which closures must agree
-constexpr std::size_t kEnoughScans = 3;  ///< that agree
-constexpr double kSmallWindow = 0.5;     ///< m, within which a match needs no search
-constexpr std::size_t kLikelihoods = 8;  ///< that are kept: each takes up to 16 MB outdoors
+constexpr double kNodeDistance = 1;          ///< m of path between two poses of the graph
+constexpr std::size_t kNearest = 4;          ///< submaps that one scan is matched to,
+constexpr std::size_t kNearestInWindow = 2;  ///< and that the last metres are compared with
+constexpr double kPartTime = 0.2;            ///< s between two scans for a part of a comparison
+constexpr double kMaxParts = 8;
+constexpr double kCompared = 4;           ///< m of path whose scans are compared
+constexpr double kRecent = 6;             ///< m of path over which matches must agree
+constexpr std::size_t kEnoughScans = 3;   ///< that agree
+constexpr double kSmallWindow = 0.5;      ///< m, within which a match needs no search
+constexpr std::size_t kSurroundings = 8;  ///< that are kept: each takes up to 16 MB outdoors
 
 }  // namespace
 
-std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& keyframes) {
+std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& keyframes, SensorTime stamp) {
+  const double parts = (stamp - last_scan_).seconds() / kPartTime;
+  last_scan_ = stamp;
   if (keyframes.size() > poses_.size()) add_keyframe(keyframes);
-  if (queries_.empty()) return std::nullopt;
-  answer(keyframes);
-  return close(keyframes);
+  for (int part = static_cast<int>(std::clamp(parts, 1.0, kMaxParts)); part > 0 && work(keyframes); --part) {
+    if (auto correction = close(keyframes)) return correction;
+  }
+  return std::nullopt;
 }
 
 void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {
@@ -45,7 +52,13 @@ void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {
     submaps_.push_back(search.submap(next_stretch_, end));
     next_stretch_ = end;
   }
-  if (added.driven - last_query_driven_ >= options_.query_distance) ask(keyframes);
+  const bool busy = comparison_ || (!queries_.empty() && window(added) >= kSmallWindow);
+  if (!busy && added.driven - last_query_driven_ >= options_.query_distance) ask(keyframes);
+}
+
+/// m, of the search.
+double LiveLoops::window(const Keyframe& keyframe) const {
+  return options_.window(keyframe.driven - last_loop_driven_);
 }
 
 /// Plans the comparison of the newest scan with the nearest old submaps.
@@ -53,37 +66,65 @@ void LiveLoops::ask(const std::vector<Keyframe>& keyframes) {
   const std::size_t keyframe = keyframes.size() - 1;
   last_query_driven_ = keyframes[keyframe].driven;
   const LoopSearch search(keyframes, poses_, options_);
-  const double window = options_.window(last_query_driven_ - last_loop_driven_);
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t s = 0; s < submaps_.size(); ++s) {
-    if (search.may_close(keyframe, submaps_[s], window))
+    if (search.may_close(keyframe, submaps_[s], window(keyframes[keyframe])))
       near.emplace_back((poses_[submaps_[s].anchor].position() - poses_[keyframe].position()).norm(), s);
   }
   std::sort(near.begin(), near.end());
   queries_.clear();
-  for (std::size_t i = 0; i < std::min(kNearest, near.size()); ++i)
+  const std::size_t wanted = window(keyframes[keyframe]) < kSmallWindow ? kNearest : kNearestInWindow;
+  for (std::size_t i = 0; i < std::min(wanted, near.size()); ++i)
     queries_.push_back({near[i].second, keyframe});
 }
 
-void LiveLoops::answer(const std::vector<Keyframe>& keyframes) {
+/// A part of the comparison with old submaps. False: there is nothing to do.
+bool LiveLoops::work(const std::vector<Keyframe>& keyframes) {
+  const LoopSearch search(keyframes, poses_, options_);
+  if (comparison_) {
+    Submap& submap = submaps_[comparison_->submap()];
+    if (!comparison_->step(search, submap)) return true;
+    auto found = comparison_->closures(search, submap);
+    if (!found.empty()) recent_ = std::move(found);
+    if (submap.surroundings) remember_search(comparison_->submap());
+    comparison_.reset();
+    return true;
+  }
+  if (queries_.empty()) return false;
   const Query query = queries_.front();
   queries_.pop_front();
-  const LoopSearch search(keyframes, poses_, options_);
-  Submap& submap = submaps_[query.submap];
-  const double window = options_.window(keyframes[query.keyframe].driven - last_loop_driven_);
-  auto closure = window < kSmallWindow ? search.matched(submap, query.submap, query.keyframe)
-                                       : search.searched(submap, query.submap, query.keyframe, window);
-  if (submap.likelihood) remember_search(query.submap);
+  if (window(keyframes[query.keyframe]) < kSmallWindow)
+    match_one(search, query);
+  else
+    comparison_ = begin_comparison(keyframes, query.submap);
+  return true;
+}
+
+void LiveLoops::match_one(const LoopSearch& search, const Query& query) {
+  auto closure = search.matched(submaps_[query.submap], query.submap, query.keyframe);
   if (closure) recent_.push_back(std::move(*closure));
+  const double newest = search.keyframes().back().driven;
+  std::erase_if(recent_,
+                [&](const Closure& c) { return newest - search.keyframes()[c.keyframe].driven > kRecent; });
+}
+
+/// Of the scans of the last metres.
+LoopComparison LiveLoops::begin_comparison(const std::vector<Keyframe>& keyframes, std::size_t submap) const {
+  std::vector<std::size_t> scans;
   const double newest = keyframes.back().driven;
-  std::erase_if(recent_, [&](const Closure& c) { return newest - keyframes[c.keyframe].driven > kRecent; });
+  for (std::size_t k = keyframes.size(); k-- > 0 && newest - keyframes[k].driven < kCompared;) {
+    if (scans.empty() || keyframes[scans.back()].driven - keyframes[k].driven >= options_.query_distance)
+      scans.push_back(k);
+  }
+  std::reverse(scans.begin(), scans.end());
+  return {submap, std::move(scans), window(keyframes.back())};
 }
 
 void LiveLoops::remember_search(std::size_t submap) {
   std::erase(searched_, submap);
   searched_.push_back(submap);
-  if (searched_.size() <= kLikelihoods) return;
-  submaps_[searched_.front()].likelihood.reset();
+  if (searched_.size() <= kSurroundings) return;
+  submaps_[searched_.front()].surroundings.reset();
   searched_.pop_front();
 }
 

@@ -1,13 +1,14 @@
 // Loop closing during a drive: the map is corrected as soon as several scans agree that the robot is back at
-// a place. One search per scan at most, and a graph of one pose per metre, so that a scan is never kept
-// waiting.
+// a place. A part of a comparison per scan, or per 0.2 s between scans, and a graph of one pose per metre, so
+// that a scan is never kept waiting.
 #pragma once
 
 #include <deque>
 #include <optional>
 #include <vector>
 
-#include "fusion/pose/loop_search.hpp"
+#include "fusion/pose/loop_comparison.hpp"
+#include "protocols/time.hpp"
 
 namespace parhelion::pose {
 
@@ -25,7 +26,7 @@ class LiveLoops {
 
   /// After each scan. `keyframes`: all, with their current poses; only the last may be new. Where a loop was
   /// closed: how they are to be corrected.
-  std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes);
+  std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes, SensorTime stamp);
 
  private:
   struct Query {
@@ -33,8 +34,11 @@ class LiveLoops {
   };
   void add_keyframe(const std::vector<Keyframe>& keyframes);
   void remember_search(std::size_t submap);
+  double window(const Keyframe& keyframe) const;
   void ask(const std::vector<Keyframe>& keyframes);
-  void answer(const std::vector<Keyframe>& keyframes);
+  bool work(const std::vector<Keyframe>& keyframes);
+  void match_one(const LoopSearch& search, const Query& query);
+  LoopComparison begin_comparison(const std::vector<Keyframe>& keyframes, std::size_t submap) const;
   std::optional<LoopCorrection> close(const std::vector<Keyframe>& keyframes);
   std::size_t node_at(std::size_t keyframe) const;
 
@@ -47,10 +51,12 @@ class LiveLoops {
   Pose2 since_node_;                  ///< tracked motion since the last node
   Eigen::Matrix3d since_node_covariance_ = Eigen::Matrix3d::Zero();
   std::deque<Query> queries_;
-  std::deque<std::size_t> searched_;  ///< submaps that have a likelihood, the last searched at the end
+  std::optional<LoopComparison> comparison_;
+  std::deque<std::size_t> searched_;  ///< submaps that have surroundings, the last searched at the end
   std::vector<Closure> recent_;
   std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet
   double last_query_driven_ = 0, last_loop_driven_ = 0;
+  SensorTime last_scan_;
 };
 
 }  // namespace parhelion::pose

@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "fusion/pose/loop_comparison.hpp"
+
 namespace parhelion::pose {
 namespace {
 
@@ -37,33 +39,43 @@ class LoopCloser {
 
   /// Finds loops between the scans of one stretch and older submaps.
   void search_stretch(std::size_t stretch) {
-    const Submap& own = submaps_[stretch];
-    const double window = options_.window(keyframes_[own.anchor].driven - last_loop_driven_);
+    std::vector<PoseGraphEdge> edges = chain_;
+    edges.insert(edges.end(), loops_.begin(), loops_.end());
+    const std::vector<double> apart = shortest_paths(edges, poses_.size(), submaps_[stretch].anchor);
     bool any = false;
     for (std::size_t s = 0; s < stretch; ++s) {
-      std::vector<Closure> found;
-      double last_query = -options_.query_distance;
-      for (std::size_t k = own.begin; k < own.end; ++k) {
-        if (keyframes_[k].driven - last_query < options_.query_distance) continue;
-        if (!search().may_close(k, submaps_[s], window)) continue;
-        last_query = keyframes_[k].driven;
-        searched_in_[s] = stretch;
-        if (auto closure = search().searched(submaps_[s], s, k, window)) found.push_back(std::move(*closure));
-      }
+      const std::vector<Closure> found = compared(stretch, s, options_.window(apart[submaps_[s].anchor]));
       for (std::size_t i : consistent(found)) loops_.push_back(found[i].edge), any = true;
     }
-    release_likelihoods(stretch);
-    if (!any) return;
-    last_loop_driven_ = keyframes_[own.end - 1].driven;
-    optimize(2);
+    release_surroundings(stretch);
+    if (any) optimize(2);
+  }
+
+  /// The scans of a stretch, matched to a submap.
+  std::vector<Closure> compared(std::size_t stretch, std::size_t submap, double window) {
+    const Submap& own = submaps_[stretch];
+    std::vector<std::size_t> scans;
+    double last = -options_.query_distance;
+    for (std::size_t k = own.begin; k < own.end; ++k) {
+      if (keyframes_[k].driven - last < options_.query_distance) continue;
+      if (!search().may_close(k, submaps_[submap], window)) continue;
+      last = keyframes_[k].driven;
+      scans.push_back(k);
+    }
+    if (scans.empty()) return {};
+    searched_in_[submap] = stretch;
+    LoopComparison comparison(submap, std::move(scans), window);
+    while (!comparison.step(search(), submaps_[submap])) {
+    }
+    return comparison.closures(search(), submaps_[submap]);
   }
 
   /// Each takes up to 16 MB outdoors. Those near the path are needed again soon.
-  void release_likelihoods(std::size_t stretch) {
+  void release_surroundings(std::size_t stretch) {
     constexpr std::size_t kept = 3;  // stretches
     for (auto searched = searched_in_.begin(); searched != searched_in_.end();) {
       const bool old = searched->second + kept < stretch;
-      if (old) submaps_[searched->first].likelihood.reset();
+      if (old) submaps_[searched->first].surroundings.reset();
       searched = old ? searched_in_.erase(searched) : std::next(searched);
     }
   }
@@ -99,8 +111,7 @@ class LoopCloser {
   std::vector<Pose2> poses_;
   std::vector<PoseGraphEdge> chain_, loops_;
   std::vector<Submap> submaps_;
-  std::map<std::size_t, std::size_t> searched_in_;  ///< by submap with a likelihood: the last stretch
-  double last_loop_driven_ = 0;
+  std::map<std::size_t, std::size_t> searched_in_;  ///< by submap with surroundings: the last stretch
 };
 
 }  // namespace

@@ -13,22 +13,48 @@ std::size_t end_of_stretch(std::span<const Keyframe> keyframes, std::size_t begi
   return end;
 }
 
+/// `margin`: m of path before and after.
+LoopSearch::Range LoopSearch::with_margin(const Submap& submap, double margin) const {
+  Range range{submap.begin, submap.end};
+  const double first = keyframes_[submap.begin].driven - margin,
+               last = keyframes_[submap.end - 1].driven + margin;
+  while (range.begin > 0 && keyframes_[range.begin - 1].driven >= first) --range.begin;
+  while (range.end < keyframes_.size() && keyframes_[range.end].driven <= last) ++range.end;
+  return range;
+}
+
 Submap LoopSearch::submap(std::size_t begin, std::size_t end) const {
-  Submap submap;
-  submap.begin = begin, submap.end = end;
-  submap.anchor = begin + (end - begin) / 2;
-  submap.surfels = std::make_unique<SurfelMap>(options_.cell);
-  const double margin = options_.submap_length / 2;
+  Submap submap{begin + (end - begin) / 2, begin, end, std::make_unique<SurfelMap>(options_.cell), {}};
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
-  for (std::size_t i = 0; i < keyframes_.size(); ++i) {
-    if (keyframes_[i].driven < keyframes_[begin].driven - margin) continue;
-    if (keyframes_[i].driven > keyframes_[end - 1].driven + margin) break;
-    const Pose2 T_anchor_base = T_anchor_map * poses_[i];
-    submap.surfels->add(keyframes_[i].scan.points, T_anchor_base);
-    for (const Eigen::Vector2d& p : thinned(keyframes_[i].scan.points, 180))
-      submap.points.push_back(T_anchor_base * p);
-  }
+  const Range range = with_margin(submap, options_.submap_length / 2);
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    submap.surfels->add(keyframes_[i].scan.points, T_anchor_map * poses_[i]);
   return submap;
+}
+
+std::unique_ptr<Surroundings> LoopSearch::surroundings(const Submap& submap) const {
+  constexpr std::size_t points = 180, beams = 90;
+  constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
+  auto result = std::make_unique<Surroundings>();
+  result->surfels = std::make_unique<SurfelMap>(options_.cell);
+  const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
+  const Range range = with_margin(submap, 1.5 * options_.submap_length);
+  Eigen::Vector2d low(0, 0), high(0, 0);
+  for (std::size_t i = range.begin; i < range.end; ++i) {
+    const Pose2 T_anchor_base = T_anchor_map * poses_[i];
+    result->surfels->add(keyframes_[i].scan.points, T_anchor_base);
+    for (const Eigen::Vector2d& p : thinned(keyframes_[i].scan.points, points)) {
+      result->points.push_back(T_anchor_base * p);
+      low = low.cwiseMin(result->points.back()), high = high.cwiseMax(result->points.back());
+    }
+  }
+  result->seen = SeenArea(low, high);
+  for (std::size_t i = range.begin; i < range.end; i += skipped) {
+    const Pose2 T_anchor_base = T_anchor_map * poses_[i];
+    for (const Eigen::Vector2d& p : thinned(keyframes_[i].scan.points, beams))
+      result->seen.add_beam(T_anchor_base.position(), T_anchor_base * p);
+  }
+  return result;
 }
 
 bool LoopSearch::may_close(std::size_t keyframe, const Submap& submap, double window) const {
@@ -37,9 +63,10 @@ bool LoopSearch::may_close(std::size_t keyframe, const Submap& submap, double wi
          (poses_[keyframe].position() - poses_[submap.anchor].position()).norm() < options_.reach + window;
 }
 
-std::optional<Closure> LoopSearch::matched_from(const Submap& submap, std::size_t index, std::size_t keyframe,
-                                                const Pose2& T_anchor_base) const {
-  const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, T_anchor_base, T_anchor_base,
+std::optional<Closure> LoopSearch::matched(const Submap& submap, std::size_t index, std::size_t keyframe,
+                                           const Pose2& correction) const {
+  const Pose2 start = poses_[submap.anchor].inverse() * (correction * poses_[keyframe]);
+  const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, start, start,
                             Eigen::Matrix3d::Zero(), options_.match);
   if (found.explained < options_.min_explained) return std::nullopt;
   // Directions that the points leave open (a corridor) stay open; accuracy is limited to 1 cm and 0.3
@@ -55,23 +82,6 @@ std::optional<Closure> LoopSearch::matched_from(const Submap& submap, std::size_
   const Pose2 T_map_found = poses_[submap.anchor] * found.T_map_base;
   closure.correction = T_map_found * poses_[keyframe].inverse();
   return closure;
-}
-
-std::optional<Closure> LoopSearch::matched(const Submap& submap, std::size_t index,
-                                           std::size_t keyframe) const {
-  return matched_from(submap, index, keyframe, poses_[submap.anchor].inverse() * poses_[keyframe]);
-}
-
-std::optional<Closure> LoopSearch::searched(Submap& submap, std::size_t index, std::size_t keyframe,
-                                            double window) const {
-  if (!submap.likelihood)
-    submap.likelihood = std::make_unique<CorrelativeMap>(submap.points, options_.cell, 6);
-  const Pose2 expected = poses_[submap.anchor].inverse() * poses_[keyframe];
-  const auto candidates = submap.likelihood->search(thinned(keyframes_[keyframe].scan.points, 90),
-                                                    {expected, window, window, options_.angle_window},
-                                                    {options_.min_score, 1, 0.5, 0.3});
-  if (candidates.empty()) return std::nullopt;
-  return matched_from(submap, index, keyframe, candidates.front().T_map_base);
 }
 
 std::vector<std::size_t> consistent(std::span<const Closure> closures) {

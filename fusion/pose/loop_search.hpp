@@ -8,6 +8,7 @@
 
 #include "fusion/pose/correlative.hpp"
 #include "fusion/pose/pose_graph.hpp"
+#include "fusion/pose/seen_area.hpp"
 #include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
@@ -18,24 +19,30 @@ struct LoopClosingOptions {
   double min_path_length = 12;  ///< m of path between two places that may form a loop
   double query_distance = 0.8;  ///< m of path between two scans that are searched for loops
   double reach = 7;           ///< m, distance from a submap's centre within which a scan can be matched to it
-  double drift = 0.03;        ///< m per m of path since the last loop, allowed for in the search
-  double max_window = 4;      ///< m
+  double drift = 0.03;        ///< m per m of path between two places, allowed for in the search
+  double max_window = 10;     ///< m
   double angle_window = 0.4;  ///< rad
-  double min_score = 0.55;    ///< of the correlative search
   double min_explained = 0.6;  ///< fraction of points that the submap explains
   int refinements = 2;         ///< final iterations over all pairs of nearby places
   MatchOptions match;
 
-  /// m, half side of the search, `driven` m after the last loop.
+  /// m, half side of the search, between places that are `driven` m of path apart.
   double window(double driven) const { return std::min(max_window, 0.4 + drift * driven); }
+};
+
+/// More of the path around a submap, to search in and to judge what is found. In the submap's frame.
+struct Surroundings {
+  std::unique_ptr<SurfelMap> surfels;
+  std::unique_ptr<CorrelativeMap> likelihood;  ///< empty until it is needed
+  std::vector<Eigen::Vector2d> points;         ///< thinned, for the likelihood
+  SeenArea seen;
 };
 
 /// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.
 struct Submap {
   std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
   std::unique_ptr<SurfelMap> surfels;
-  std::unique_ptr<CorrelativeMap> likelihood;  ///< built when first searched
-  std::vector<Eigen::Vector2d> points;         ///< thinned, for the search
+  std::unique_ptr<Surroundings> surroundings;  ///< empty until it is searched; takes up to 16 MB outdoors
 };
 
 /// A scan matched to a submap.
@@ -57,19 +64,26 @@ class LoopSearch {
              const LoopClosingOptions& options)
       : keyframes_(keyframes), poses_(poses), options_(options) {}
 
+  std::span<const Keyframe> keyframes() const { return keyframes_; }
+  std::span<const Pose2> poses() const { return poses_; }
+  const LoopClosingOptions& options() const { return options_; }
+
   /// A stretch, with half its length before and after.
   Submap submap(std::size_t begin, std::size_t end) const;
+  /// Without a likelihood.
+  std::unique_ptr<Surroundings> surroundings(const Submap& submap) const;
   /// `window`: m, error of the expected pose.
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
-  /// Matches the scan of `keyframe`, starting from where it is expected.
-  std::optional<Closure> matched(const Submap& submap, std::size_t index, std::size_t keyframe) const;
-  /// The same within a window around it.
-  std::optional<Closure> searched(Submap& submap, std::size_t index, std::size_t keyframe,
-                                  double window) const;
+  /// Matches the scan of `keyframe`, starting from where `correction` puts it. nullopt: the submap does not
+  /// explain it.
+  std::optional<Closure> matched(const Submap& submap, std::size_t index, std::size_t keyframe,
+                                 const Pose2& correction = {}) const;
 
  private:
-  std::optional<Closure> matched_from(const Submap& submap, std::size_t index, std::size_t keyframe,
-                                      const Pose2& T_anchor_base) const;
+  struct Range {
+    std::size_t begin, end;  ///< keyframes
+  };
+  Range with_margin(const Submap& submap, double margin) const;
 
   std::span<const Keyframe> keyframes_;
   std::span<const Pose2> poses_;

@@ -3,6 +3,9 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <queue>
 
 namespace parhelion::pose {
 namespace {
@@ -111,6 +114,37 @@ std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
     result = minimized(std::move(result), edges, weights);
   }
   return result;
+}
+
+std::vector<double> shortest_paths(const std::vector<PoseGraphEdge>& edges, std::size_t poses,
+                                   std::size_t from) {
+  struct Path {
+    double length;
+    std::size_t to;
+    bool operator>(const Path& other) const { return length > other.length; }
+  };
+  std::vector<std::vector<Path>> neighbours(poses);
+  for (const PoseGraphEdge& edge : edges) {
+    const double length = edge.T_from_to.position().norm();
+    neighbours[edge.from].push_back({length, edge.to});
+    neighbours[edge.to].push_back({length, edge.from});
+  }
+  std::vector<double> shortest(poses, std::numeric_limits<double>::infinity());
+  std::priority_queue<Path, std::vector<Path>, std::greater<>> open;
+  shortest[from] = 0;
+  open.push({0, from});
+  while (!open.empty()) {
+    const Path nearest = open.top();
+    open.pop();
+    if (nearest.length > shortest[nearest.to]) continue;
+    for (const Path& next : neighbours[nearest.to]) {
+      const double length = nearest.length + next.length;
+      if (length >= shortest[next.to]) continue;
+      shortest[next.to] = length;
+      open.push({length, next.to});
+    }
+  }
+  return shortest;
 }
 
 }  // namespace parhelion::pose

@@ -23,4 +23,8 @@ struct PoseGraphEdge {
 std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
                                        const std::vector<PoseGraphEdge>& edges, int iterations);
 
+/// m, along edges, from one pose to each of the `poses`; infinite where no edge leads.
+std::vector<double> shortest_paths(const std::vector<PoseGraphEdge>& edges, std::size_t poses,
+                                   std::size_t from);
+
 }  // namespace parhelion::pose

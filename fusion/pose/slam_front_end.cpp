@@ -34,7 +34,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
   Estimate estimate;
   if (keyframes_.empty()) {
     matched_ = scan.stamp;
-    if (!scan.points.empty()) keep(scan);
+    if (!scan.points.empty()) keep(scan, 1);
   } else {
     const Pose2 moved = track(scan, step, estimate);
     driven_ += moved.position().norm();
@@ -44,7 +44,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
                           turned_ - turned_at_keyframe_ >= options_.keyframe_angle;
     // Odometry that can be trusted leads over places where scans have little in common with the map.
     const double enough = tracking_.fault() == OdometryFault::none ? 0.5 * kMinExplained : kMinExplained;
-    if (moved_on && estimate.explained >= enough) keep(scan), estimate.keyframe = true;
+    if (moved_on && estimate.explained >= enough) keep(scan, estimate.explained), estimate.keyframe = true;
   }
   ++scans_;
   estimate.T_map_base = pose_;
@@ -97,8 +97,8 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
                                                                        : SlamState::tracking;
 }
 
-void SlamFrontEnd::keep(const ScanPoints& scan) {
-  Keyframe keyframe{scan, pose_, {}, Eigen::Matrix3d::Zero(), drift_at(pose_), driven_, scans_};
+void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {
+  Keyframe keyframe{scan, pose_, {}, Eigen::Matrix3d::Zero(), drift_at(pose_), driven_, scans_, explained};
   if (!keyframes_.empty()) {
     keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
     const Eigen::Matrix3d step = odometry_covariance(robot_, driven_ - driven_at_keyframe_,

@@ -21,6 +21,7 @@ struct Keyframe {
   Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw
   double driven = 0;                                ///< m, path length up to here
   std::size_t scan_index = 0;                       ///< number of the scan
+  double explained = 1;                             ///< fraction of its points, by the path before it
 };
 
 /// A loop was closed: the poses of all keyframes, of which the first is fixed, and an old keyframe whose
@@ -65,7 +66,7 @@ class SlamFrontEnd {
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   SlamState state(SensorTime stamp) const;
-  void keep(const ScanPoints& scan);
+  void keep(const ScanPoints& scan, double explained);
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();

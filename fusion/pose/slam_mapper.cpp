@@ -33,7 +33,8 @@ class Mapper final : public Slam {
     const SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;
-    if (const auto corrected = loops_.update(front_end_.keyframes())) front_end_.correct(*corrected);
+    if (const auto corrected = loops_.update(front_end_.keyframes(), scan.stamp))
+      front_end_.correct(*corrected);
     PoseEstimate estimate =
         planar_estimate(scan.stamp, front_end_.keyframes().back().T_map_base * T_keyframe_base,
                         tracked.covariance, tracked.state);

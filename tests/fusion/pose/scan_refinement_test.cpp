@@ -67,6 +67,15 @@ struct Errors {
 
 /// A drive whose odometry is stamped 0.1 s too early, with 10 ms of jitter, and 2 % too long; SLAM sends a
 /// pose for each fifth scan, 0.1 s after it.
+PoseEstimate slam_estimate(SensorTime stamp, const Pose2& T_map_base) {
+  PoseEstimate estimate;
+  estimate.stamp = stamp;
+  estimate.T_map_base = transform<Map, Base>(T_map_base);
+  estimate.covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 4e-6;
+  estimate.state = SlamState::tracking;
+  return estimate;
+}
+
 Errors drive_with_bad_odometry() {
   const RobotDescription robot = test::robot_with_laser();
   const auto samples = test::drive(test::ring_building(), robot, 2, 0.02, 17);
@@ -86,12 +95,8 @@ Errors drive_with_bad_odometry() {
     }
     from_slam.reset();
     if (i % 5 == 0) {
-      from_slam.emplace();
       const Pose2 off{0.01 * noise(random), 0.01 * noise(random), 0.002 * noise(random)};
-      from_slam->stamp = sample.stamp;
-      from_slam->T_map_base = transform<Map, Base>(sample.T_map_base * off);
-      from_slam->covariance.diagonal() << 1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 4e-6;
-      from_slam->state = SlamState::tracking;
+      from_slam = slam_estimate(sample.stamp, sample.T_map_base * off);
     }
     const auto prior = refined.match_prior(sample.stamp);
     if (!prior) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -110,6 +111,7 @@ struct TrueDriveOptions {
   double odometry_late = 0.1;     ///< s, its stamps are after the instants at which it holds
   double odometry_jitter = 0.02;  ///< s, uniform, added to that; at most half a period
   double odometry_scale = 1.02;   ///< of what it says to what was driven and turned
+  double odometry_bend = 0;       ///< rad it says too much per metre
   double odometry_noise = 0.01;   ///< m per square root of a metre, and rad per square root of a radian
   double range_sigma = 0.01;      ///< m
   int people = 0;                 ///< that walk around the robot, 0.8 to 2.5 m away
@@ -200,9 +202,10 @@ inline std::vector<Odometry> late_odometry(const TruePath& path, const TrueDrive
   for (double t = 0; t < path.seconds(); t += options.odometry_period) {
     const Pose2 now = path.at(t);
     Twist2 step = twist_to(before.inverse() * now);
-    const double sigma = options.odometry_noise;
+    const double sigma = options.odometry_noise, driven = std::abs(step.vx);
     step.vx = options.odometry_scale * step.vx + sigma * std::sqrt(std::abs(step.vx)) * noise(random);
     step.wz = options.odometry_scale * step.wz + sigma * std::sqrt(std::abs(step.wz)) * noise(random);
+    step.wz += options.odometry_bend * driven;
     odom = odom * moved(step, 1);
     before = now;
     const SensorTime stamp =
@@ -240,6 +243,16 @@ inline Scan true_scan(const std::vector<Segment>& walls, const std::vector<Walke
   return scan;
 }
 
+/// The walls that a laser may see from somewhere within a metre of p.
+inline std::vector<Segment> walls_near(const std::vector<Segment>& walls, const Eigen::Vector2d& p,
+                                       double range_max) {
+  std::vector<Segment> near;
+  std::copy_if(walls.begin(), walls.end(), std::back_inserter(near), [&](const Segment& wall) {
+    return ((wall.a + wall.b) / 2 - p).norm() < range_max + (wall.b - wall.a).norm() / 2 + 1;
+  });
+  return near;
+}
+
 inline TrueDrive true_drive(const TrueBuilding& building, const RobotDescription& robot,
                             const TrueDriveOptions& options) {
   std::mt19937 random(options.seed);
@@ -249,10 +262,12 @@ inline TrueDrive true_drive(const TrueBuilding& building, const RobotDescription
   std::vector<Walker> walkers;
   for (int i = 0; i < options.people; ++i)
     walkers.push_back({0.8 + 1.7 * unit(random), 6.28 * unit(random), 0.4 * (unit(random) - 0.5)});
+  const double range_max = static_cast<double>(robot.laser->convention.range_max);
   for (double t = 0.3; t + 0.1 < drive.path.seconds(); t += options.scan_period) {
-    drive.scans.push_back(
-        {true_scan(building.now, walkers, robot, drive.path, t, options.range_sigma, random),
-         drive.path.at(t), drive.path.twist_at(t)});
+    const Pose2 pose = drive.path.at(t);
+    const auto walls = walls_near(building.now, pose.position(), range_max);
+    drive.scans.push_back({true_scan(walls, walkers, robot, drive.path, t, options.range_sigma, random), pose,
+                           drive.path.twist_at(t)});
   }
   return drive;
 }

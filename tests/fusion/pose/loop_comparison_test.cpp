@@ -1,0 +1,102 @@
+#include "fusion/pose/loop_comparison.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/fusion/pose/corridors.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+/// Two drives along the same corridor of 60 m, as keyframes; the second one is displaced in the map.
+struct TwoVisits {
+  std::vector<Keyframe> keyframes;
+  std::vector<Pose2> poses;
+  std::vector<std::size_t> again;  ///< each 0.8 m, of the second visit
+
+  TwoVisits(const test::CorridorOptions& options, const Pose2& displaced) {
+    const test::TrueBuilding building = test::corridor_building(options);
+    RobotDescription robot = test::robot_with_laser();
+    robot.laser->beam_interval = 0;
+    std::mt19937 random(options.seed);
+    double driven = 0;
+    const auto visit = [&](double from, double to, const Pose2& error) {
+      for (double x = from; x < to; x += 0.2, driven += 0.2) {
+        const test::TruePath path({{x, 0.1}, {x + 1, 0.1}}, 0.5);
+        const Scan scan = test::true_scan(building.now, {}, robot, path, 0, 0.015, random);
+        Keyframe keyframe;
+        keyframe.scan = deskewed(scan, *robot.laser, {});
+        keyframe.T_map_base = error * path.at(0);
+        keyframe.driven = driven;
+        keyframes.push_back(keyframe);
+        poses.push_back(keyframe.T_map_base);
+      }
+    };
+    visit(15, 45, {});
+    driven += 100;
+    const std::size_t second = keyframes.size();
+    visit(26, 31, displaced);
+    for (std::size_t k = second; k < keyframes.size(); k += 4) again.push_back(k);
+  }
+
+  /// Compared with what the first visit saw around x = 28 m.
+  std::vector<Closure> closures(double window) const {
+    const LoopClosingOptions options;
+    const LoopSearch search(keyframes, poses, options);
+    Submap submap = search.submap(50, 75);
+    LoopComparison comparison(0, again, window);
+    int parts = 1;
+    while (!comparison.step(search, submap)) ++parts;
+    EXPECT_LE(parts, 12) << "the expected place, eight others, and three steps before";
+    return comparison.closures(search, submap);
+  }
+};
+
+test::CorridorOptions repeating() {
+  test::CorridorOptions options;
+  options.alike = true;
+  options.shut = 1;
+  options.clutter = 0;
+  return options;
+}
+
+TEST(LoopComparison, FindsThePlaceAmongManyDoors) {
+  const Pose2 displaced{1.4, 0.3, 0.01};
+  const TwoVisits visits({.seed = 5}, displaced);
+  const auto closures = visits.closures(4);
+  ASSERT_GE(closures.size(), 5U);
+  for (const Closure& closure : closures) {
+    const Pose2 off = displaced * closure.correction;
+    EXPECT_LT((off * closure.place - closure.place).norm(), 0.1);
+  }
+}
+
+TEST(LoopComparison, DoesNotChooseAmongDoorsThatAreAlike) {
+  for (const double along : {2.0, -1.9, 1.0}) {
+    const TwoVisits visits(repeating(), {along, 0.1, 0});
+    EXPECT_TRUE(visits.closures(4).empty()) << along;
+  }
+}
+
+TEST(LoopComparison, StaysWhereItIsExpectedIfDoorsAreAlike) {
+  const TwoVisits visits(repeating(), {0.1, 0.1, 0.005});
+  const auto closures = visits.closures(1.2);
+  ASSERT_GE(closures.size(), 5U);
+  for (const Closure& closure : closures)
+    EXPECT_LT((closure.correction * closure.place - closure.place).norm(), 0.3);
+}
+
+TEST(LoopComparison, FindsNothingInAnotherCorridor) {
+  TwoVisits visits({.seed = 5}, {});
+  const TwoVisits others({.seed = 6}, {});
+  for (std::size_t k : visits.again) visits.keyframes[k].scan = others.keyframes[k].scan;
+  EXPECT_TRUE(visits.closures(4).empty());
+}
+
+TEST(LoopComparison, TwoScansAreNotEnough) {
+  TwoVisits visits({.seed = 5}, {});
+  visits.again.resize(2);
+  EXPECT_TRUE(visits.closures(4).empty());
+}
+
+}  // namespace
+}  // namespace parhelion::pose
