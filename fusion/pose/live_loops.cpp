@@ -11,11 +11,11 @@ constexpr std::size_t kNearest = 4;          ///< submaps that one scan is match
 constexpr std::size_t kNearestInWindow = 2;  ///< and that the last metres are compared with
 constexpr double kPartTime = 0.2;            ///< s between two scans for a part of a comparison
 constexpr double kMaxParts = 8;
-constexpr double kCompared = 4;           ///< m of path whose scans are compared
-constexpr double kRecent = 6;             ///< m of path over which matches must agree
-constexpr std::size_t kEnoughScans = 3;   ///< that agree
-constexpr double kSmallWindow = 0.5;      ///< m, within which a match needs no search
-constexpr std::size_t kSurroundings = 8;  ///< that are kept: each takes up to 16 MB outdoors
+constexpr double kCompared = 4;          ///< m of path whose scans are compared
+constexpr double kRecent = 6;            ///< m of path over which matches must agree
+constexpr std::size_t kEnoughScans = 3;  ///< that agree
+constexpr double kSmallWindow = 0.5;     ///< m, within which a match needs no search
+constexpr std::size_t kBuilt = 16;       ///< submaps that are kept: each takes up to 20 MB outdoors
 
 }  // namespace
 
@@ -86,7 +86,7 @@ bool LiveLoops::work(const std::vector<Keyframe>& keyframes) {
     if (!comparison_->step(search, submap)) return true;
     auto found = comparison_->closures(search, submap);
     if (!found.empty()) recent_ = std::move(found);
-    if (submap.surroundings) remember_search(comparison_->submap());
+    remember_built(comparison_->submap());
     comparison_.reset();
     return true;
   }
@@ -103,6 +103,7 @@ bool LiveLoops::work(const std::vector<Keyframe>& keyframes) {
 void LiveLoops::match_one(const LoopSearch& search, const Query& query) {
   auto closure = search.matched(submaps_[query.submap], query.submap, query.keyframe);
   if (closure) recent_.push_back(std::move(*closure));
+  remember_built(query.submap);
   const double newest = search.keyframes().back().driven;
   std::erase_if(recent_,
                 [&](const Closure& c) { return newest - search.keyframes()[c.keyframe].driven > kRecent; });
@@ -120,12 +121,13 @@ LoopComparison LiveLoops::begin_comparison(const std::vector<Keyframe>& keyframe
   return {submap, std::move(scans), window(keyframes.back())};
 }
 
-void LiveLoops::remember_search(std::size_t submap) {
-  std::erase(searched_, submap);
-  searched_.push_back(submap);
-  if (searched_.size() <= kSurroundings) return;
-  submaps_[searched_.front()].surroundings.reset();
-  searched_.pop_front();
+void LiveLoops::remember_built(std::size_t submap) {
+  std::erase(built_, submap);
+  built_.push_back(submap);
+  if (built_.size() <= kBuilt) return;
+  submaps_[built_.front()].surfels.reset();
+  submaps_[built_.front()].surroundings.reset();
+  built_.pop_front();
 }
 
 /// The last node at or before a keyframe.

@@ -33,7 +33,7 @@ class LiveLoops {
     std::size_t submap, keyframe;
   };
   void add_keyframe(const std::vector<Keyframe>& keyframes);
-  void remember_search(std::size_t submap);
+  void remember_built(std::size_t submap);
   double window(const Keyframe& keyframe) const;
   void ask(const std::vector<Keyframe>& keyframes);
   bool work(const std::vector<Keyframe>& keyframes);
@@ -52,7 +52,7 @@ class LiveLoops {
   Eigen::Matrix3d since_node_covariance_ = Eigen::Matrix3d::Zero();
   std::deque<Query> queries_;
   std::optional<LoopComparison> comparison_;
-  std::deque<std::size_t> searched_;  ///< submaps that have surroundings, the last searched at the end
+  std::deque<std::size_t> built_;  ///< submaps that have maps, the last one used at the end
   std::vector<Closure> recent_;
   std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet
   double last_query_driven_ = 0, last_loop_driven_ = 0;

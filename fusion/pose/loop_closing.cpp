@@ -47,7 +47,7 @@ class LoopCloser {
       const std::vector<Closure> found = compared(stretch, s, options_.window(apart[submaps_[s].anchor]));
       for (std::size_t i : consistent(found)) loops_.push_back(found[i].edge), any = true;
     }
-    release_surroundings(stretch);
+    release_maps(stretch);
     if (any) optimize(2);
   }
 
@@ -71,18 +71,23 @@ class LoopCloser {
   }
 
   /// Each takes up to 16 MB outdoors. Those near the path are needed again soon.
-  void release_surroundings(std::size_t stretch) {
+  void release_maps(std::size_t stretch) {
     constexpr std::size_t kept = 3;  // stretches
     for (auto searched = searched_in_.begin(); searched != searched_in_.end();) {
       const bool old = searched->second + kept < stretch;
-      if (old) submaps_[searched->first].surroundings.reset();
+      if (old) release(submaps_[searched->first]);
       searched = old ? searched_in_.erase(searched) : std::next(searched);
     }
   }
 
+  static void release(Submap& submap) {
+    submap.surfels.reset();
+    submap.surroundings.reset();
+  }
+
   /// Matches all pairs of nearby places again, from the current poses.
   void refine() {
-    for (Submap& submap : submaps_) submap = search().submap(submap.begin, submap.end);
+    for (Submap& submap : submaps_) release(submap);
     loops_.clear();
     for (std::size_t s = 0; s < submaps_.size(); ++s) {
       double last_query = -options_.query_distance;
@@ -96,6 +101,7 @@ class LoopCloser {
             (poses_[submaps_[s].anchor].inverse() * poses_[k]).inverse() * closure->edge.T_from_to;
         if (moved.position().norm() < 0.3 && std::abs(moved.yaw) < 0.1) loops_.push_back(closure->edge);
       }
+      release(submaps_[s]);
     }
     optimize(3);
   }
@@ -111,7 +117,7 @@ class LoopCloser {
   std::vector<Pose2> poses_;
   std::vector<PoseGraphEdge> chain_, loops_;
   std::vector<Submap> submaps_;
-  std::map<std::size_t, std::size_t> searched_in_;  ///< by submap with surroundings: the last stretch
+  std::map<std::size_t, std::size_t> searched_in_;  ///< by submap with maps: the last stretch
 };
 
 }  // namespace

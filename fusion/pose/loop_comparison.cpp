@@ -132,7 +132,7 @@ bool LoopComparison::is_enough(const LoopSearch& search, const Hypothesis& best)
   return best.explained >= std::max(kMinExplainedFar, kExplainedFar * recent);
 }
 
-std::vector<Closure> LoopComparison::closures(const LoopSearch& search, const Submap& submap) const {
+std::vector<Closure> LoopComparison::closures(const LoopSearch& search, Submap& submap) const {
   constexpr double same = 0.2;  // m
   if (judged_ == 0) return {};
   const auto best =

@@ -17,7 +17,7 @@ class LoopComparison {
   /// A part of the work, some milliseconds. True: that was the last. Until then keyframes keep their poses.
   bool step(const LoopSearch& search, Submap& submap);
   /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well.
-  std::vector<Closure> closures(const LoopSearch& search, const Submap& submap) const;
+  std::vector<Closure> closures(const LoopSearch& search, Submap& submap) const;
 
   std::size_t submap() const { return index_; }
 

@@ -24,12 +24,16 @@ LoopSearch::Range LoopSearch::with_margin(const Submap& submap, double margin) c
 }
 
 Submap LoopSearch::submap(std::size_t begin, std::size_t end) const {
-  Submap submap{begin + (end - begin) / 2, begin, end, std::make_unique<SurfelMap>(options_.cell), {}};
+  return {begin + (end - begin) / 2, begin, end, {}, {}};
+}
+
+std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
+  auto result = std::make_unique<SurfelMap>(options_.cell);
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
   const Range range = with_margin(submap, options_.submap_length / 2);
   for (std::size_t i = range.begin; i < range.end; ++i)
-    submap.surfels->add(keyframes_[i].scan.points, T_anchor_map * poses_[i]);
-  return submap;
+    result->add(keyframes_[i].scan.points, T_anchor_map * poses_[i]);
+  return result;
 }
 
 std::unique_ptr<Surroundings> LoopSearch::surroundings(const Submap& submap) const {
@@ -63,8 +67,9 @@ bool LoopSearch::may_close(std::size_t keyframe, const Submap& submap, double wi
          (poses_[keyframe].position() - poses_[submap.anchor].position()).norm() < options_.reach + window;
 }
 
-std::optional<Closure> LoopSearch::matched(const Submap& submap, std::size_t index, std::size_t keyframe,
+std::optional<Closure> LoopSearch::matched(Submap& submap, std::size_t index, std::size_t keyframe,
                                            const Pose2& correction) const {
+  if (!submap.surfels) submap.surfels = surfels(submap);
   const Pose2 start = poses_[submap.anchor].inverse() * (correction * poses_[keyframe]);
   const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, start, start,
                             Eigen::Matrix3d::Zero(), options_.match);

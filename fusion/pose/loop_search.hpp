@@ -41,7 +41,7 @@ struct Surroundings {
 /// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.
 struct Submap {
   std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
-  std::unique_ptr<SurfelMap> surfels;
+  std::unique_ptr<SurfelMap> surfels;          ///< empty until it is needed
   std::unique_ptr<Surroundings> surroundings;  ///< empty until it is searched; takes up to 16 MB outdoors
 };
 
@@ -68,15 +68,16 @@ class LoopSearch {
   std::span<const Pose2> poses() const { return poses_; }
   const LoopClosingOptions& options() const { return options_; }
 
-  /// A stretch, with half its length before and after.
+  /// A stretch, with half its length before and after. Its parts are built when they are needed.
   Submap submap(std::size_t begin, std::size_t end) const;
+  std::unique_ptr<SurfelMap> surfels(const Submap& submap) const;
   /// Without a likelihood.
   std::unique_ptr<Surroundings> surroundings(const Submap& submap) const;
   /// `window`: m, error of the expected pose.
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
   /// Matches the scan of `keyframe`, starting from where `correction` puts it. nullopt: the submap does not
   /// explain it.
-  std::optional<Closure> matched(const Submap& submap, std::size_t index, std::size_t keyframe,
+  std::optional<Closure> matched(Submap& submap, std::size_t index, std::size_t keyframe,
                                  const Pose2& correction = {}) const;
 
  private:

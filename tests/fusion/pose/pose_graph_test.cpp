@@ -8,7 +8,7 @@ namespace parhelion::pose {
 namespace {
 
 /// Ten poses, each 1 m from the one before, and a loop from the last to the first.
-std::vector<PoseGraphEdge> ring() {
+std::vector<PoseGraphEdge> poses_and_a_loop() {
   std::vector<PoseGraphEdge> edges;
   for (std::size_t i = 0; i < 9; ++i)
     edges.push_back({i, i + 1, {1, 0, 0.6}, Eigen::Matrix3d::Identity(), false});
@@ -17,7 +17,7 @@ std::vector<PoseGraphEdge> ring() {
 }
 
 TEST(ShortestPaths, GoAcrossLoops) {
-  const std::vector<double> length = shortest_paths(ring(), 10, 1);
+  const std::vector<double> length = shortest_paths(poses_and_a_loop(), 10, 1);
   EXPECT_DOUBLE_EQ(length[1], 0);
   EXPECT_DOUBLE_EQ(length[0], 1);
   EXPECT_DOUBLE_EQ(length[5], 4);
@@ -26,7 +26,7 @@ TEST(ShortestPaths, GoAcrossLoops) {
 }
 
 TEST(ShortestPaths, AreInfiniteWhereNoEdgeLeads) {
-  const std::vector<double> length = shortest_paths(ring(), 11, 0);
+  const std::vector<double> length = shortest_paths(poses_and_a_loop(), 11, 0);
   EXPECT_TRUE(std::isinf(length[10]));
 }
 
