@@ -10,12 +10,12 @@ constexpr double kNodeDistance = 1;          ///< m of path between two poses of
 constexpr std::size_t kNearest = 4;          ///< submaps that one scan is matched to,
 constexpr std::size_t kNearestInWindow = 2;  ///< and that the last metres are compared with
 constexpr double kPartTime = 0.2;            ///< s between two scans for a part of a comparison
-constexpr double kMaxParts = 8;
-constexpr double kCompared = 4;          ///< m of path whose scans are compared
-constexpr double kRecent = 6;            ///< m of path over which matches must agree
-constexpr std::size_t kEnoughScans = 3;  ///< that agree
-constexpr double kSmallWindow = 0.5;     ///< m, within which a match needs no search
-constexpr std::size_t kBuilt = 16;       ///< submaps that are kept: each takes up to 20 MB outdoors
+constexpr double kMaxParts = 8;              ///< after a scan
+constexpr double kCompared = 4;              ///< m of path whose scans are compared
+constexpr double kRecent = 6;                ///< m of path over which matches must agree
+constexpr std::size_t kEnoughScans = 3;      ///< that agree
+constexpr double kSmallWindow = 0.5;         ///< m, within which a match needs no search
+constexpr std::size_t kBuilt = 16;           ///< submaps that are kept: each takes up to 20 MB outdoors
 
 }  // namespace
 
@@ -109,11 +109,13 @@ void LiveLoops::match_one(const LoopSearch& search, const Query& query) {
                 [&](const Closure& c) { return newest - search.keyframes()[c.keyframe].driven > kRecent; });
 }
 
-/// Of the scans of the last metres.
+/// Between a submap and the scans of the last metres, as far as these are not in its surroundings.
 LoopComparison LiveLoops::begin_comparison(const std::vector<Keyframe>& keyframes, std::size_t submap) const {
   std::vector<std::size_t> scans;
   const double newest = keyframes.back().driven;
+  const LoopSearch search(keyframes, poses_, options_);
   for (std::size_t k = keyframes.size(); k-- > 0 && newest - keyframes[k].driven < kCompared;) {
+    if (!search.may_close(k, submaps_[submap], window(keyframes[k]))) break;
     if (scans.empty() || keyframes[scans.back()].driven - keyframes[k].driven >= options_.query_distance)
       scans.push_back(k);
   }

@@ -24,8 +24,8 @@ class LiveLoops {
   }
   explicit LiveLoops(const LoopClosingOptions& options = live()) : options_(options) {}
 
-  /// After each scan. `keyframes`: all, with their current poses; only the last may be new. Where a loop was
-  /// closed: how they are to be corrected.
+  /// After each scan, with its stamp. `keyframes`: all, with their current poses; only the last may be new.
+  /// Where a loop was closed: how they are to be corrected.
   std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes, SensorTime stamp);
 
  private:

@@ -70,7 +70,7 @@ class LoopCloser {
     return comparison.closures(search(), submaps_[submap]);
   }
 
-  /// Each takes up to 16 MB outdoors. Those near the path are needed again soon.
+  /// Each takes up to 20 MB outdoors. Those near the path are needed again soon.
   void release_maps(std::size_t stretch) {
     constexpr std::size_t kept = 3;  // stretches
     for (auto searched = searched_in_.begin(); searched != searched_in_.end();) {

@@ -6,21 +6,25 @@ namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t kEnoughScans = 3;
-constexpr double kPointCost = 0.9;  ///< of a point that contradicts the map, as match() counts it
+constexpr double kPointCost = 0.9;  ///< the largest that match() gives a point: one that contradicts the map
 /// Chosen on 50 generated drives through long corridors (tests/fusion/pose/corridors.hpp, seeds 100 to 149).
-constexpr double kSeen = 0.4;         ///< fraction of a scan's points that must lie where the map was seen
-constexpr double kUnseenCost = 0.15;  ///< of a point of other scans, which may fit or not
-constexpr double kNear = 0.5;         ///< m: a correction that needs no more than a good match
-/// What a correction has to explain, of what the recent path explains of the same scans.
-constexpr double kExplainedNear = 0.7, kExplainedFar = 0.95;
-constexpr double kMinExplainedFar = 0.85;
-/// By how much the cost of the next best place is to be higher, and by how much of the best one's.
+constexpr double kSeen = 0.4;  ///< fraction of a scan's points that must lie where the map was seen
+/// Of kPointCost: a point of a scan of which less was seen. Such a scan may fit the place or not.
+constexpr double kUnseenCost = 0.15;
+constexpr double kNear = 0.5;  ///< m: a smaller correction is no new place
+/// What has to be explained at the expected place, and at another, of what the recent path explains of the
+/// same scans; and at least.
+constexpr double kExplainedNear = 0.7, kExplainedFar = 0.95, kMinExplainedFar = 0.85;
+/// By how much the cost of any other place must be higher: in units of cost, and of the best place's.
 constexpr double kMargin = 8, kRelativeMargin = 0.15;
 
 }  // namespace
 
 LoopComparison::LoopComparison(std::size_t index, std::vector<std::size_t> scans, double window)
-    : index_(index), scans_(std::move(scans)), middle_(scans_[scans_.size() / 2]), window_(window) {}
+    : index_(index),
+      scans_(std::move(scans)),
+      middle_(scans_.empty() ? 0 : scans_[scans_.size() / 2]),
+      window_(window) {}
 
 bool LoopComparison::step(const LoopSearch& search, Submap& submap) {
   if (scans_.size() < kEnoughScans) return true;
@@ -62,8 +66,8 @@ void LoopComparison::search_places(const LoopSearch& search, const Submap& subma
   }
 }
 
-LoopComparison::Look LoopComparison::look(const LoopSearch& search, const Submap& submap,
-                                          std::size_t keyframe, const Pose2& correction) const {
+LoopComparison::ScanFit LoopComparison::fit(const LoopSearch& search, const Submap& submap,
+                                            std::size_t keyframe, const Pose2& correction) const {
   const std::vector<Eigen::Vector2d>& points = search.keyframes()[keyframe].scan.points;
   const Surroundings& around = *submap.surroundings;
   const Pose2 T_map_anchor = search.poses()[submap.anchor], T_map_expected = search.poses()[keyframe];
@@ -71,14 +75,14 @@ LoopComparison::Look LoopComparison::look(const LoopSearch& search, const Submap
   MatchOptions options = search.options().match;
   const Pose2 T_anchor_base =
       match(*around.surfels, points, start, start, Eigen::Matrix3d::Zero(), options).T_map_base;
-  // What lies where the map was never seen speaks neither for nor against the place.
+  // A point where the map was never seen does not count.
   std::vector<Eigen::Vector2d> seen;
   for (const Eigen::Vector2d& p : points) {
     const Eigen::Vector2d q = T_anchor_base * p;
     if (around.surfels->nearest(q) != nullptr || around.seen.is_inside(q)) seen.push_back(p);
   }
-  Look result{T_map_anchor * T_anchor_base * T_map_expected.inverse(),
-              kUnseenCost * kPointCost * static_cast<double>(points.size()), 0};
+  ScanFit result{T_map_anchor * T_anchor_base * T_map_expected.inverse(),
+                 kUnseenCost * kPointCost * static_cast<double>(points.size()), 0};
   const double part =
       points.empty() ? 0 : static_cast<double>(seen.size()) / static_cast<double>(points.size());
   if (part < kSeen) return result;
@@ -94,7 +98,7 @@ void LoopComparison::judge(const LoopSearch& search, const Submap& submap, Hypot
   constexpr double agreeing = 0.2;  // m
   std::vector<Pose2> corrections;
   for (std::size_t k : scans_) {
-    const Look found = look(search, submap, k, hypothesis.correction);
+    const ScanFit found = fit(search, submap, k, hypothesis.correction);
     hypothesis.cost += found.cost;
     hypothesis.explained += found.explained / static_cast<double>(scans_.size());
     if (found.explained >= search.options().min_explained) corrections.push_back(found.correction);

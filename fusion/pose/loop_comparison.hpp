@@ -10,11 +10,12 @@ namespace parhelion::pose {
 
 class LoopComparison {
  public:
-  /// `index`: of the submap. `scans`: keyframes in the order of the path, not empty. `window`: m, the error
-  /// of their expected poses.
+  /// `index`: of the submap. `scans`: keyframes in the order of the path; with fewer than three nothing is
+  /// found. `window`: m, the error of their expected poses.
   LoopComparison(std::size_t index, std::vector<std::size_t> scans, double window);
 
-  /// A part of the work, some milliseconds. True: that was the last. Until then keyframes keep their poses.
+  /// A part of the work, some milliseconds. True: that was the last. Until then keyframes must keep their
+  /// poses.
   bool step(const LoopSearch& search, Submap& submap);
   /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well.
   std::vector<Closure> closures(const LoopSearch& search, Submap& submap) const;
@@ -26,17 +27,18 @@ class LoopComparison {
   struct Hypothesis {
     Pose2 correction;
     std::size_t scans = 0;  ///< that it explains
-    double explained = 0;   ///< fraction of their points, mean of all scans
+    double explained = 0;   ///< mean of all scans, of ScanFit::explained
     double cost = 0;        ///< of all scans, and of the correction
   };
-  struct Look {
+  /// One scan, matched to the surroundings.
+  struct ScanFit {
     Pose2 correction;
     double cost = 0;
-    double explained = 0;  ///< fraction of the points where the map was seen; 0: too few are
+    double explained = 0;  ///< fraction of the points that lie where the map was seen; 0: too few do
   };
   void search_places(const LoopSearch& search, const Submap& submap);
-  Look look(const LoopSearch& search, const Submap& submap, std::size_t keyframe,
-            const Pose2& correction) const;
+  ScanFit fit(const LoopSearch& search, const Submap& submap, std::size_t keyframe,
+              const Pose2& correction) const;
   void judge(const LoopSearch& search, const Submap& submap, Hypothesis& hypothesis) const;
   bool is_enough(const LoopSearch& search, const Hypothesis& best) const;
   /// m, by how far a correction moves the scans.

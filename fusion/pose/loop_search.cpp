@@ -2,8 +2,15 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <iterator>
 
 namespace parhelion::pose {
+namespace {
+
+constexpr double kFar = 50;              ///< m from a submap, beyond which nothing is compared
+constexpr std::size_t kKeyframes = 200;  ///< that a map is made from, about: 20 m of path have 130
+
+}  // namespace
 
 std::size_t end_of_stretch(std::span<const Keyframe> keyframes, std::size_t begin,
                            const LoopClosingOptions& options) {
@@ -15,11 +22,12 @@ std::size_t end_of_stretch(std::span<const Keyframe> keyframes, std::size_t begi
 
 /// `margin`: m of path before and after.
 LoopSearch::Range LoopSearch::with_margin(const Submap& submap, double margin) const {
-  Range range{submap.begin, submap.end};
+  Range range{submap.begin, submap.end, 1};
   const double first = keyframes_[submap.begin].driven - margin,
                last = keyframes_[submap.end - 1].driven + margin;
   while (range.begin > 0 && keyframes_[range.begin - 1].driven >= first) --range.begin;
   while (range.end < keyframes_.size() && keyframes_[range.end].driven <= last) ++range.end;
+  range.stride = 1 + (range.end - range.begin) / kKeyframes;
   return range;
 }
 
@@ -31,7 +39,7 @@ std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
   auto result = std::make_unique<SurfelMap>(options_.cell);
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
   const Range range = with_margin(submap, options_.submap_length / 2);
-  for (std::size_t i = range.begin; i < range.end; ++i)
+  for (std::size_t i = range.begin; i < range.end; i += range.stride)
     result->add(keyframes_[i].scan.points, T_anchor_map * poses_[i]);
   return result;
 }
@@ -41,22 +49,23 @@ std::unique_ptr<Surroundings> LoopSearch::surroundings(const Submap& submap) con
   constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
   auto result = std::make_unique<Surroundings>();
   result->surfels = std::make_unique<SurfelMap>(options_.cell);
+  result->seen = SeenArea({0, 0}, kFar);
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
   const Range range = with_margin(submap, 1.5 * options_.submap_length);
-  Eigen::Vector2d low(0, 0), high(0, 0);
-  for (std::size_t i = range.begin; i < range.end; ++i) {
+  const auto is_far = [](const Eigen::Vector2d& p_anchor) { return !(p_anchor.norm() < kFar); };
+  std::vector<Eigen::Vector2d> near;
+  for (std::size_t i = range.begin; i < range.end; i += range.stride) {
+    const ScanPoints& scan = keyframes_[i].scan;
     const Pose2 T_anchor_base = T_anchor_map * poses_[i];
-    result->surfels->add(keyframes_[i].scan.points, T_anchor_base);
-    for (const Eigen::Vector2d& p : thinned(keyframes_[i].scan.points, points)) {
-      result->points.push_back(T_anchor_base * p);
-      low = low.cwiseMin(result->points.back()), high = high.cwiseMax(result->points.back());
-    }
-  }
-  result->seen = SeenArea(low, high);
-  for (std::size_t i = range.begin; i < range.end; i += skipped) {
-    const Pose2 T_anchor_base = T_anchor_map * poses_[i];
-    for (const Eigen::Vector2d& p : thinned(keyframes_[i].scan.points, beams))
-      result->seen.add_beam(T_anchor_base.position(), T_anchor_base * p);
+    near.clear();
+    std::copy_if(scan.points.begin(), scan.points.end(), std::back_inserter(near),
+                 [&](const Eigen::Vector2d& p) { return !is_far(T_anchor_base * p); });
+    result->surfels->add(near, T_anchor_base);
+    for (const Eigen::Vector2d& p : thinned(near, points)) result->points.push_back(T_anchor_base * p);
+    if ((i - range.begin) % (skipped * range.stride) != 0) continue;
+    const Eigen::Vector2d laser = T_anchor_base * scan.laser;
+    for (const Eigen::Vector2d& p : thinned(scan.points, beams))
+      result->seen.add_beam(laser, T_anchor_base * p);
   }
   return result;
 }

@@ -1,6 +1,7 @@
 // The parts of loop closing: stretches of the path as maps of their own, and scans that are matched to them.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -30,7 +31,8 @@ struct LoopClosingOptions {
   double window(double driven) const { return std::min(max_window, 0.4 + drift * driven); }
 };
 
-/// More of the path around a submap, to search in and to judge what is found. In the submap's frame.
+/// More of the path around a submap, to search in and to judge what is found, as far as 50 m from it. In the
+/// submap's frame.
 struct Surroundings {
   std::unique_ptr<SurfelMap> surfels;
   std::unique_ptr<CorrelativeMap> likelihood;  ///< empty until it is needed
@@ -42,7 +44,7 @@ struct Surroundings {
 struct Submap {
   std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
   std::unique_ptr<SurfelMap> surfels;          ///< empty until it is needed
-  std::unique_ptr<Surroundings> surroundings;  ///< empty until it is searched; takes up to 16 MB outdoors
+  std::unique_ptr<Surroundings> surroundings;  ///< empty until it is searched; takes up to 20 MB outdoors
 };
 
 /// A scan matched to a submap.
@@ -68,10 +70,11 @@ class LoopSearch {
   std::span<const Pose2> poses() const { return poses_; }
   const LoopClosingOptions& options() const { return options_; }
 
-  /// A stretch, with half its length before and after. Its parts are built when they are needed.
+  /// A stretch whose maps are still empty.
   Submap submap(std::size_t begin, std::size_t end) const;
+  /// With half the stretch's length of path before and after it.
   std::unique_ptr<SurfelMap> surfels(const Submap& submap) const;
-  /// Without a likelihood.
+  /// With one and a half of its lengths before and after it; without a likelihood.
   std::unique_ptr<Surroundings> surroundings(const Submap& submap) const;
   /// `window`: m, error of the expected pose.
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
@@ -83,6 +86,7 @@ class LoopSearch {
  private:
   struct Range {
     std::size_t begin, end;  ///< keyframes
+    std::size_t stride;      ///< one of so many is enough, where a robot turned on the spot for long
   };
   Range with_margin(const Submap& submap, double margin) const;
 

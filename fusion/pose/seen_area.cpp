@@ -4,28 +4,35 @@
 
 namespace parhelion::pose {
 
-SeenArea::SeenArea(const Eigen::Vector2d& low, const Eigen::Vector2d& high)
-    : low_(low),
-      columns_(static_cast<int>((high.x() - low.x()) / kCell) + 1),
-      rows_(static_cast<int>((high.y() - low.y()) / kCell) + 1),
-      passed_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+SeenArea::SeenArea(const Eigen::Vector2d& centre, double reach)
+    : low_(centre - Eigen::Vector2d(reach, reach)),
+      side_(static_cast<std::size_t>(std::ceil(2 * reach / kCell))),
+      passed_(side_ * side_) {}
+
+std::optional<std::size_t> SeenArea::index(double x, double y) const {
+  const auto side = static_cast<double>(side_);
+  if (!(x >= 0 && y >= 0 && x < side && y < side)) return std::nullopt;
+  return static_cast<std::size_t>(y) * side_ + static_cast<std::size_t>(x);
+}
 
 void SeenArea::add_beam(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  const int steps = static_cast<int>(std::ceil((to - from).norm() / kCell)) + 1;
-  const Eigen::Vector2d start = (from - low_) / kCell, step = (to - from) / (kCell * steps);
+  const Eigen::Vector2d start = (from - low_) / kCell, along = (to - from) / kCell;
+  // No beam crosses more of the square than its diagonal, wherever it ends.
+  const double length = along.norm(), longest = 2 * static_cast<double>(side_);
+  const int steps = static_cast<int>(std::ceil(std::min(length, longest))) + 1;
+  const Eigen::Vector2d step = along * (std::min(1.0, longest / length) / steps);
   for (int i = 0; i <= steps; ++i) {
     const Eigen::Vector2d p = start + i * step;
-    const int column = static_cast<int>(std::floor(p.x())), row = static_cast<int>(std::floor(p.y()));
-    if (holds(column, row)) passed_[index(column, row)] = true;
+    if (const auto cell = index(p.x(), p.y())) passed_[*cell] = true;
   }
 }
 
 bool SeenArea::is_inside(const Eigen::Vector2d& p) const {
   const Eigen::Vector2d at = (p - low_) / kCell;
-  const int column = static_cast<int>(std::floor(at.x())), row = static_cast<int>(std::floor(at.y()));
-  for (int j = -1; j <= 1; ++j) {
-    for (int i = -1; i <= 1; ++i) {
-      if (!holds(column + i, row + j) || !passed_[index(column + i, row + j)]) return false;
+  for (const double y : {-1.0, 0.0, 1.0}) {
+    for (const double x : {-1.0, 0.0, 1.0}) {
+      const auto cell = index(at.x() + x, at.y() + y);
+      if (!cell || !passed_[*cell]) return false;
     }
   }
   return true;

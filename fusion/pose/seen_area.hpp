@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace parhelion::pose {
@@ -10,26 +11,21 @@ namespace parhelion::pose {
 class SeenArea {
  public:
   SeenArea() = default;
-  /// Covers the rectangle between two corners, m.
-  SeenArea(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+  /// Covers a square around `centre`, which reaches `reach` (m) to each side.
+  SeenArea(const Eigen::Vector2d& centre, double reach);
 
-  /// What lies outside of the rectangle is not kept.
+  /// A beam to the surface that it met. What lies outside of the square is not kept.
   void add_beam(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
-  /// Beams have passed p on all sides, some 0.25 to 0.5 m away: nothing stood there.
+  /// Beams have passed p, and everywhere around it within some 0.25 m.
   bool is_inside(const Eigen::Vector2d& p) const;
 
  private:
   static constexpr double kCell = 0.25;  ///< m
-  bool holds(int column, int row) const {
-    return column >= 0 && row >= 0 && column < columns_ && row < rows_;
-  }
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(column);
-  }
+  /// Of the cell at a place given in cells from the corner; nullopt: outside.
+  std::optional<std::size_t> index(double x, double y) const;
 
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
-  int columns_ = 0, rows_ = 0;
+  std::size_t side_ = 0;  ///< cells
   std::vector<bool> passed_;
 };
 

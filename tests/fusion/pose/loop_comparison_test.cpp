@@ -13,7 +13,8 @@ struct TwoVisits {
   std::vector<Pose2> poses;
   std::vector<std::size_t> again;  ///< each 0.8 m, of the second visit
 
-  TwoVisits(const test::CorridorOptions& options, const Pose2& displaced) {
+  /// `shift`: m, where the second visit begins, from 26 m.
+  TwoVisits(const test::CorridorOptions& options, const Pose2& displaced, double shift = 0) {
     const test::TrueBuilding building = test::corridor_building(options);
     RobotDescription robot = test::robot_with_laser();
     robot.laser->beam_interval = 0;
@@ -34,7 +35,7 @@ struct TwoVisits {
     visit(15, 45, {});
     driven += 100;
     const std::size_t second = keyframes.size();
-    visit(26, 31, displaced);
+    visit(26 + shift, 31 + shift, displaced);
     for (std::size_t k = second; k < keyframes.size(); k += 4) again.push_back(k);
   }
 
@@ -78,11 +79,12 @@ TEST(LoopComparison, DoesNotChooseAmongDoorsThatAreAlike) {
 }
 
 TEST(LoopComparison, StaysWhereItIsExpectedIfDoorsAreAlike) {
-  const TwoVisits visits(repeating(), {0.1, 0.1, 0.005});
+  const Pose2 displaced{0.1, 0.1, 0.005};
+  const TwoVisits visits(repeating(), displaced);
   const auto closures = visits.closures(1.2);
   ASSERT_GE(closures.size(), 5U);
   for (const Closure& closure : closures)
-    EXPECT_LT((closure.correction * closure.place - closure.place).norm(), 0.3);
+    EXPECT_LT((displaced * closure.correction * closure.place - closure.place).norm(), 0.1);
 }
 
 TEST(LoopComparison, FindsNothingInAnotherCorridor) {
@@ -92,10 +94,21 @@ TEST(LoopComparison, FindsNothingInAnotherCorridor) {
   EXPECT_TRUE(visits.closures(4).empty());
 }
 
+TEST(LoopComparison, ScansAtTheEndOfWhatTheMapHasSeenFitAtTheirPlaceAlone) {
+  test::CorridorOptions options{.seed = 5};
+  options.shut = 0.3;
+  const Pose2 displaced{0.3, -0.1, 0};
+  const TwoVisits visits(options, displaced, 7);
+  for (const Closure& closure : visits.closures(4))
+    EXPECT_LT((displaced * closure.correction * closure.place - closure.place).norm(), 0.1);
+}
+
 TEST(LoopComparison, TwoScansAreNotEnough) {
   TwoVisits visits({.seed = 5}, {});
-  visits.again.resize(2);
-  EXPECT_TRUE(visits.closures(4).empty());
+  for (const std::size_t scans : {2, 0}) {
+    visits.again.resize(scans);
+    EXPECT_TRUE(visits.closures(4).empty()) << scans;
+  }
 }
 
 }  // namespace

@@ -65,8 +65,6 @@ struct Errors {
   std::vector<double> carried, matched;
 };
 
-/// A drive whose odometry is stamped 0.1 s too early, with 10 ms of jitter, and 2 % too long; SLAM sends a
-/// pose for each fifth scan, 0.1 s after it.
 PoseEstimate slam_estimate(SensorTime stamp, const Pose2& T_map_base) {
   PoseEstimate estimate;
   estimate.stamp = stamp;
@@ -76,6 +74,8 @@ PoseEstimate slam_estimate(SensorTime stamp, const Pose2& T_map_base) {
   return estimate;
 }
 
+/// A drive whose odometry is stamped 0.1 s too early, with 10 ms of jitter, and 2 % too long; SLAM sends a
+/// pose for each fifth scan, 0.1 s after it.
 Errors drive_with_bad_odometry() {
   const RobotDescription robot = test::robot_with_laser();
   const auto samples = test::drive(test::ring_building(), robot, 2, 0.02, 17);

@@ -111,7 +111,7 @@ struct TrueDriveOptions {
   double odometry_late = 0.1;     ///< s, its stamps are after the instants at which it holds
   double odometry_jitter = 0.02;  ///< s, uniform, added to that; at most half a period
   double odometry_scale = 1.02;   ///< of what it says to what was driven and turned
-  double odometry_bend = 0;       ///< rad it says too much per metre
+  double odometry_bend = 0;       ///< rad, added to its turn for each metre
   double odometry_noise = 0.01;   ///< m per square root of a metre, and rad per square root of a radian
   double range_sigma = 0.01;      ///< m
   int people = 0;                 ///< that walk around the robot, 0.8 to 2.5 m away
