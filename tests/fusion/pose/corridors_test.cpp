@@ -122,11 +122,11 @@ TEST_P(CorridorMap, ClosesItsLoopsAtTheRightDoors) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Short, CorridorMap,
-                         testing::Values(std::tuple(0, 300U), std::tuple(1, 301U), std::tuple(3, 303U),
-                                         std::tuple(4, 304U), std::tuple(6, 306U)));
+                         testing::Values(std::tuple(0, 400U), std::tuple(1, 401U), std::tuple(3, 403U),
+                                         std::tuple(4, 404U), std::tuple(6, 406U)));
 INSTANTIATE_TEST_SUITE_P(Long, CorridorMap,
                          testing::Combine(testing::Range(0, test::long_run() ? 10 : 0),
-                                          testing::Range(200U, 210U)));
+                                          testing::Range(410U, 412U)));
 
 }  // namespace
 }  // namespace parhelion::pose
