@@ -30,7 +30,8 @@ SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options
       fine_(options.cell),
       coarse_(4 * options.cell) {}
 
-SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdometry::Step& step) {
+SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const ScanOdometry::Step& step) {
+  const ScanPoints scan = without_companions(whole_scan, step);
   Estimate estimate;
   if (keyframes_.empty()) {
     matched_ = scan.stamp;
@@ -50,6 +51,13 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& scan, const ScanOdome
   estimate.T_map_base = pose_;
   estimate.covariance = tracking_.published(covariance_) + drift_at(pose_);
   return estimate;
+}
+
+/// While odometry can be trusted: it tells them from what stands still.
+ScanPoints SlamFrontEnd::without_companions(const ScanPoints& scan, const ScanOdometry::Step& step) {
+  if (step.known && tracking_.fault() == OdometryFault::none) return companions_.left_out(scan, step.step);
+  companions_.forget();
+  return scan;
 }
 
 /// In the local map, of which the keyframes are at hand.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "fusion/pose/companions.hpp"
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_points.hpp"
 #include "fusion/pose/scan_tracking.hpp"
@@ -55,7 +56,7 @@ class SlamFrontEnd {
 
   void add(const Odometry& odometry) { tracking_.add(odometry); }
   /// `step`: odometry since the previous scan; the first scan is at `start`.
-  Estimate add(const ScanPoints& scan, const ScanOdometry::Step& step);
+  Estimate add(const ScanPoints& whole_scan, const ScanOdometry::Step& step);
   void set_start(const Pose2& start) { pose_ = start; }
   const ScanTracking& tracking() const { return tracking_; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
@@ -66,6 +67,7 @@ class SlamFrontEnd {
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   SlamState state(SensorTime stamp) const;
+  ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
   void keep(const ScanPoints& scan, double explained);
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
@@ -75,6 +77,7 @@ class SlamFrontEnd {
   RobotDescription robot_;
   Options options_;
   ScanTracking tracking_;
+  Companions companions_;
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
   std::vector<char> in_map_;  ///< per keyframe

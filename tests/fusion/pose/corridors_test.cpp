@@ -123,10 +123,14 @@ TEST_P(CorridorMap, ClosesItsLoopsAtTheRightDoors) {
 
 INSTANTIATE_TEST_SUITE_P(Short, CorridorMap,
                          testing::Values(std::tuple(0, 400U), std::tuple(1, 401U), std::tuple(3, 403U),
-                                         std::tuple(4, 404U), std::tuple(6, 406U)));
+                                         std::tuple(4, 404U), std::tuple(4, 456U), std::tuple(6, 406U)));
 INSTANTIATE_TEST_SUITE_P(Long, CorridorMap,
                          testing::Combine(testing::Range(0, test::long_run() ? 10 : 0),
                                           testing::Range(410U, 412U)));
+/// People who walk along with a robot that scans once a second.
+INSTANTIATE_TEST_SUITE_P(LongWithPeople, CorridorMap,
+                         testing::Combine(testing::Values(4),
+                                          testing::Range(450U, test::long_run() ? 460U : 450U)));
 
 }  // namespace
 }  // namespace parhelion::pose

@@ -1,0 +1,110 @@
+// People who walk along with a robot are no evidence of where it is.
+#include "fusion/pose/companions.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/fusion/pose/corridors.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+/// A robot that drives along a corridor at 0.8 m/s, and what its laser sees once a second.
+struct CorridorWalk {
+  std::vector<test::Segment> walls;
+  std::vector<test::Walker> walkers;
+  RobotDescription robot = test::robot_with_laser();
+  test::TruePath path{{{5, 0}, {50, 0}}, 0.8};
+  std::mt19937 random{7};
+
+  CorridorWalk() { robot.laser->beam_interval = robot.laser->pass_period = 0; }
+  ScanPoints scan_at(double t) {
+    return deskewed(test::true_scan(walls, walkers, robot, path, t, 0.01, random), *robot.laser, {});
+  }
+  Pose2 step(double from, double to) const { return path.at(from).inverse() * path.at(to); }
+  /// How many points lie on the walkers' legs.
+  std::size_t on_walkers(const ScanPoints& scan, double t) const {
+    return static_cast<std::size_t>(
+        std::count_if(scan.points.begin(), scan.points.end(), [&](const Eigen::Vector2d& p) {
+          const Pose2 base = path.at(t);
+          return std::any_of(walkers.begin(), walkers.end(), [&](const test::Walker& walker) {
+            return (base * p - walker.at(base.position(), t)).norm() < 0.35;
+          });
+        }));
+  }
+};
+
+std::vector<test::Segment> plain_corridor() { return {{{-5, -1.1}, {90, -1.1}}, {{-5, 1.1}, {90, 1.1}}}; }
+
+struct Counts {
+  std::size_t people = 0, people_left = 0, others = 0, others_left = 0;
+};
+
+Counts counts_of(CorridorWalk& walk) {
+  Companions companions;
+  companions.left_out(walk.scan_at(5), {});
+  Counts counts;
+  for (double t = 6; t < 40; ++t) {
+    const ScanPoints whole = walk.scan_at(t), left = companions.left_out(whole, walk.step(t - 1, t));
+    const std::size_t people = walk.on_walkers(whole, t), people_left = walk.on_walkers(left, t);
+    counts.people += people;
+    counts.people_left += people_left;
+    counts.others += whole.points.size() - people;
+    counts.others_left += left.points.size() - people_left;
+  }
+  return counts;
+}
+
+TEST(Companions, PeopleWhoWalkAlongAreLeftOut) {
+  CorridorWalk walk;
+  walk.walls = plain_corridor();
+  walk.walkers = {{0.9, 0.1, 0}, {1.4, -0.3, 0.02}};
+  const Counts counts = counts_of(walk);
+  EXPECT_GT(counts.people, 300U);
+  EXPECT_LT(counts.people_left, counts.people / 5);  // one hides the other at times
+  EXPECT_EQ(counts.others_left, counts.others);
+}
+
+TEST(Companions, SomebodyInFrontOfADarkEndOfTheCorridorIsLeftOut) {
+  CorridorWalk walk;
+  walk.walls = plain_corridor();
+  walk.robot.laser->convention.range_max = 8;
+  walk.walkers = {{1.5, 0, 0}};
+  const Counts counts = counts_of(walk);
+  EXPECT_GT(counts.people, 100U);
+  EXPECT_LT(counts.people_left, counts.people / 10);
+}
+
+TEST(Companions, PostsThatStandAsFarApartAsTheRobotDrivesAreKept) {
+  CorridorWalk walk;
+  walk.walls = plain_corridor();
+  for (int i = 0; i < 60; ++i) test::add_turned_box(walk.walls, {0.8 * i, 0.7}, {0.12, 0.12}, 0.3);
+  const Counts counts = counts_of(walk);
+  EXPECT_EQ(counts.others_left, counts.others);
+}
+
+TEST(Companions, NothingIsLeftOutWhileTheRobotStands) {
+  CorridorWalk walk;
+  walk.walls = plain_corridor();
+  walk.walkers = {{0.9, 0.1, 0}};
+  Companions companions;
+  for (int i = 0; i < 5; ++i) {
+    const ScanPoints whole = walk.scan_at(0);
+    EXPECT_EQ(companions.left_out(whole, {}).points.size(), whole.points.size());
+  }
+}
+
+TEST(Companions, OfABuildingWithoutPeopleNextToNothingIsLeftOut) {
+  std::size_t all = 0, left = 0;
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    CorridorWalk walk;
+    walk.walls = test::corridor_building({.seed = seed, .clutter = 0.3}).now;
+    const Counts counts = counts_of(walk);
+    all += counts.others;
+    left += counts.others_left;
+  }
+  EXPECT_GT(all, 20'000U);
+  EXPECT_GT(left, all - all / 1000);
+}
+
+}  // namespace
+}  // namespace parhelion::pose
