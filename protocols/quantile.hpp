@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <ranges>
+#include <utility>
 
 namespace parhelion {
 
@@ -27,6 +28,21 @@ std::ranges::range_value_t<Values> quantile(Values&& values, double q,
   const auto at = std::ranges::begin(values) + static_cast<std::ptrdiff_t>(index);
   std::nth_element(std::ranges::begin(values), at, std::ranges::end(values));
   return *at;
+}
+
+/// The `low` and the `high` quantile, low <= high.
+template <std::ranges::random_access_range Values>
+std::pair<std::ranges::range_value_t<Values>, std::ranges::range_value_t<Values>> quantile_range(
+    Values&& values, double low, double high) {
+  const auto count = static_cast<std::size_t>(std::ranges::size(values));
+  const auto last = quantile(values, high);
+  // Those up to it are the smallest now.
+  const auto at = [&](double q) { return static_cast<std::size_t>(q * static_cast<double>(count - 1)); };
+  const auto first = std::ranges::begin(values) + static_cast<std::ptrdiff_t>(at(low));
+  const auto end = std::ranges::begin(values) + static_cast<std::ptrdiff_t>(at(high));
+  if (first == end) return {last, last};
+  std::nth_element(std::ranges::begin(values), first, end);
+  return {*first, last};
 }
 
 /// The median; of an even number of values the upper of the two. Changes the order of `values`.

@@ -47,8 +47,7 @@ std::uint32_t& VoxelIndex::operator[](const Eigen::Vector3i& index) {
     last_key_ = k;
     last_block_ = block_of_key_[at];
   }
-  const int within = (index.x() & 3) + 4 * (index.y() & 3) + 16 * (index.z() & 3);
-  return blocks_[last_block_][static_cast<std::size_t>(within)];
+  return blocks_[last_block_][within(index)];
 }
 
 void VoxelIndex::grow() {

@@ -20,6 +20,12 @@ class VoxelIndex {
   /// call.
   std::uint32_t& operator[](const Eigen::Vector3i& index);
 
+  /// The number of a cube; `none` where it has none.
+  std::uint32_t at(const Eigen::Vector3i& index) const {
+    const Block* block = find({index.x() >> 2, index.y() >> 2, index.z() >> 2});
+    return block == nullptr ? kNone : (*block)[within(index)];
+  }
+
   /// Calls visit(number) for the up to 27 numbered cubes around and at `index`, by blocks, each in the order
   /// of z, y, x.
   template <class Visit>
@@ -49,6 +55,9 @@ class VoxelIndex {
 
  private:
   using Block = std::array<std::uint32_t, 64>;
+  static std::size_t within(const Eigen::Vector3i& index) {
+    return static_cast<std::size_t>((index.x() & 3) + 4 * (index.y() & 3) + 16 * (index.z() & 3));
+  }
   static std::uint64_t key(const Eigen::Vector3i& block);
   std::size_t place(std::uint64_t key) const;  ///< slot in keys_ of the key, or where it would be inserted
   const Block* find(const Eigen::Vector3i& block) const;

@@ -185,7 +185,9 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   built.cloud.labels = std::move(built.net.labels);
   join_sagging_floors(built.cloud, built.model);
   begin("mesh", 3);
-  cut_floors(EvidenceGrid(built.cloud, options.evidence), built.model);
+  EvidenceOptions evidence = options.evidence;
+  evidence.asked = heights_of_floors(built.model, evidence.cube);
+  cut_floors(EvidenceGrid(built.cloud, evidence), built.model);
   FoundObjects found = find_objects(built.cloud, built.cloud.labels, built.model.entities, options.objects);
   const std::size_t meshed = std::min(found.objects.size(), kMaxMeshes);
   auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed);

@@ -75,6 +75,16 @@ struct Ahead {
   const Thing* thing;
   Eigen::Vector3d to_middle;  ///< m
   double radius;              ///< m
+  double least_along;         ///< m^2: square of how far along a ray its middle is at least, where it is met
+
+  /// Whether a ray towards `to_point` (m) may meet it. Errs by less than a micrometre, and then says so: most
+  /// rays miss, and need not be of unit length for that.
+  bool may_meet(const Eigen::Vector3d& to_point) const {
+    constexpr double rounding = 1e-6;
+    if (least_along <= rounding) return true;
+    const double along = to_middle.dot(to_point);
+    return along > 0 && along * along > (least_along - rounding) * to_point.squaredNorm();
+  }
 };
 
 class Carriers {
@@ -169,8 +179,9 @@ class Carriers {
     for (std::size_t v = 0; v < ahead.size(); ++v) {
       for (const Thing& thing : things) {
         if (thing.view == v || thing.bounds.exteriorDistance(cloud_.viewpoints[v]) >= kSight) continue;
-        ahead[v].push_back({&thing, thing.bounds.center() - cloud_.viewpoints[v],
-                            0.5 * thing.bounds.diagonal().norm() + kCube});
+        const Eigen::Vector3d to_middle = thing.bounds.center() - cloud_.viewpoints[v];
+        const double radius = 0.5 * thing.bounds.diagonal().norm() + kCube;
+        ahead[v].push_back({&thing, to_middle, radius, to_middle.squaredNorm() - radius * radius});
       }
     }
     constexpr std::size_t kChunk = 16'384;
@@ -180,10 +191,11 @@ class Carriers {
         if (view >= ahead.size() || ahead[view].empty()) continue;
         const Eigen::Vector3d &eye = cloud_.viewpoints[view],
                               to_point = cloud_.points[i].cast<double>() - eye;
-        const double length = to_point.norm();
-        if (!(length > 0)) continue;
-        const Eigen::Vector3d ray = to_point / length;
-        for (const Ahead& thing : ahead[view]) pass(eye, ray, length, thing);
+        for (const Ahead& thing : ahead[view]) {
+          if (!thing.may_meet(to_point)) continue;
+          const double length = to_point.norm();
+          if (length > 0) pass(eye, to_point / length, length, thing);
+        }
       }
     });
   }

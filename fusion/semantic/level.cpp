@@ -75,27 +75,33 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   return patches;
 }
 
+bool is_upright(const Eigen::Vector3d& normal, const Eigen::Vector3d& up) {
+  return std::abs(normal.dot(up)) < std::sin(kUprightWithin);
+}
+
 bool is_upright(const Patch& patch, const Eigen::Vector3d& up) {
-  return patch.planar && std::abs(patch.normal.dot(up)) < std::sin(kUprightWithin);
+  return patch.planar && is_upright(patch.normal, up);
 }
 
 /// The direction within `kMaxTilt` of the hint to which the most planar patches are normal; zero where there
 /// is none.
 Eigen::Vector3d dominant_normal(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
   constexpr double width = 4 * kDegree;
-  std::vector<Eigen::Vector3d> faced;
+  std::vector<Eigen::Vector3d> faced, planar;  // close together: each vote reads all of them
   for (const Patch& patch : patches) {
+    if (!patch.planar) continue;
+    planar.push_back(patch.normal);
     const double along = patch.normal.dot(hint);
-    if (patch.planar && std::abs(along) > std::cos(kMaxTilt))
-      faced.push_back(along > 0 ? patch.normal : -patch.normal);
+    if (std::abs(along) > std::cos(kMaxTilt)) faced.push_back(along > 0 ? patch.normal : -patch.normal);
   }
   // Upright patches vote with half weight, since many more directions are perpendicular to them.
   const auto votes = [&](const Eigen::Vector3d& up) {
     const auto level_ones = std::count_if(
         faced.begin(), faced.end(), [&](const Eigen::Vector3d& n) { return n.dot(up) > std::cos(width); });
-    const auto upright = std::count_if(patches.begin(), patches.end(),
-                                       [&](const Patch& patch) { return is_upright(patch, up); });
-    return level_ones < 4 ? 0 : 2 * level_ones + upright;
+    if (level_ones < 4) return std::ptrdiff_t{0};
+    const auto upright = std::count_if(planar.begin(), planar.end(),
+                                       [&](const Eigen::Vector3d& n) { return is_upright(n, up); });
+    return 2 * level_ones + upright;
   };
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   std::ptrdiff_t max_count = 0;

@@ -8,9 +8,11 @@
 #include <numeric>
 #include <optional>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
 #include "fusion/cloud/voxel_index.hpp"
+#include "fusion/semantic/occupied_cubes.hpp"
 #include "protocols/model.hpp"
 #include "protocols/quantile.hpp"
 
@@ -28,7 +30,8 @@ constexpr double kJoined = 4.5;   ///< of the eight neighbours that a cube has i
 constexpr double kPitch = 0.018;  ///< m, between the points of a face
 
 Eigen::Array3i cube_of(const Eigen::Vector3f& p, double side) {
-  return (p.cast<double>() / side).array().floor().max(-1e6).min(1e6).cast<int>();
+  const Eigen::Array3d at = (p.cast<double>() / side).array().max(-1e6).min(1e6);
+  return {cloud::floor_index(at.x()), cloud::floor_index(at.y()), cloud::floor_index(at.z())};
 }
 
 /// Numbers cubes in the order in which they are first asked for.
@@ -43,6 +46,8 @@ class CubeNumbers {
     return number;
   }
   const std::vector<Eigen::Array3i>& cubes() const { return cubes_; }
+  /// VoxelIndex::kNone where it was never asked for.
+  std::uint32_t find(const Eigen::Array3i& cube) const { return index_.at(cube + kOrigin); }
   /// Calls visit(number) for the numbered cubes among the 27 at and around one.
   template <class Visit>
   void for_each_about(const Eigen::Array3i& cube, Visit&& visit) const {
@@ -110,18 +115,25 @@ double largest_square(double root) {
   return square;
 }
 
-/// Through those of the points whose distance from p has a square of at most `reach2` (m^2).
+/// Through those of the points whose distance from p has a square of at most `reach2` (m^2). `near` is
+/// scratch.
 std::optional<Plane> plane_at(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& p,
-                              double reach2) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, beside = sum;
-  double n = 0;
+                              double reach2, std::vector<Eigen::Vector3d>& near) {
+  // Which points are near cannot be foretold: a jump for each would cost more than its sums.
+  near.resize(points.size());
+  std::size_t count = 0;
   for (const Eigen::Vector3f& q : points) {
     const Eigen::Vector3d d = (q - p).cast<double>();
-    if (d.squaredNorm() > reach2) continue;
-    n += 1, sum += d, squares += d.cwiseProduct(d);
+    near[count] = d;
+    count += d.squaredNorm() > reach2 ? 0 : 1;
+  }
+  if (count < 5) return std::nullopt;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, beside = sum;
+  for (const Eigen::Vector3d& d : std::span(near).first(count)) {
+    sum += d, squares += d.cwiseProduct(d);
     beside += Eigen::Vector3d(d.x() * d.y(), d.x() * d.z(), d.y() * d.z());
   }
-  if (n < 5) return std::nullopt;
+  const auto n = static_cast<double>(count);
   const Eigen::Vector3d mean = sum / n;
   const cloud::SmallestEigen eigen = cloud::smallest_eigen(
       squares / n - mean.cwiseProduct(mean),
@@ -139,9 +151,10 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
   std::vector<std::optional<Plane>> planes(points.size());
   cloud::for_each_chunk(cubes.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Eigen::Vector3f> about;
+    std::vector<Eigen::Vector3d> near;
     for (std::size_t c = begin; c < end; ++c) {
       cubes.collect_about(c, about);
-      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach2);
+      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach2, near);
     }
   });
   return planes;
@@ -169,13 +182,9 @@ void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, dou
 
 /// Mean number of occupied cubes around an occupied one: eight on a closed surface.
 double joined(const std::vector<Eigen::Vector3f>& points, double side) {
-  CubeNumbers numbers;
-  for (const Eigen::Vector3f& p : points) numbers(cube_of(p, side));
-  std::size_t about = 0;
-  for (const Eigen::Array3i& cube : numbers.cubes())
-    numbers.for_each_about(cube, [&](std::uint32_t) { ++about; });
-  const std::size_t cubes = numbers.cubes().size();
-  return static_cast<double>(about - cubes) / static_cast<double>(cubes);
+  OccupiedCubes cubes;
+  for (const Eigen::Vector3f& p : points) cubes.add(cube_of(p, side));
+  return static_cast<double>(cubes.count_neighbours()) / static_cast<double>(cubes.count());
 }
 
 /// Of each query the distance (m) to the nearest point in another place, if it is less than `reach`.
@@ -192,11 +201,10 @@ std::vector<double> nearest_distances(const std::vector<Eigen::Vector3f>& points
       queries_about[cube].push_back(q);
     }
   }
-  const std::size_t known = numbers.cubes().size();
   std::vector<double> squares(queries.size(), std::numeric_limits<double>::infinity());
   for (const Eigen::Vector3f& p : points) {
-    const std::uint32_t cube = numbers(cube_of(p, reach));
-    if (cube >= known) continue;
+    const std::uint32_t cube = numbers.find(cube_of(p, reach));
+    if (cube == cloud::VoxelIndex::kNone) continue;
     for (const std::uint32_t q : queries_about[cube]) {
       const double square = (p - queries[q]).cast<double>().squaredNorm();
       if (square > 0) squares[q] = std::min(squares[q], square);

@@ -1,8 +1,11 @@
 #include "fusion/semantic/net/evidence.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "fusion/cloud/floor_index.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -10,6 +13,66 @@ namespace {
 constexpr std::size_t kBlockBytes = 12'300;
 constexpr std::size_t kSomeBlocks = 5'000;
 constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's index has 21 bits per axis
+
+bool is_in_reach(const Eigen::Vector3d& p, double cube) { return p.cwiseAbs().maxCoeff() < kReach * cube; }
+
+/// The horizontal layers of cubes that are asked for, and the lines of sight that pass them.
+class AskedLayers {
+ public:
+  AskedLayers(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options, int block_side) {
+    if (options.asked.empty()) return;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3f& point : cloud.points) {
+      const Eigen::Vector3d p = point.cast<double>();
+      if (is_in_reach(p, options.cube)) box.extend(p);
+    }
+    for (const Eigen::Vector3d& eye : cloud.viewpoints) box.extend(eye);
+    if (box.isEmpty() || !is_in_reach(box.min(), options.cube) || !is_in_reach(box.max(), options.cube))
+      return;
+    // Rounding may take a ray one cube out of the box.
+    const Eigen::Array3d low = (box.min() / options.cube).array().floor() - 1,
+                         high = (box.max() / options.cube).array().floor() + 1;
+    // Where the number of blocks may reach its limit, each ray decides on which of them exist.
+    const double blocks = ((high / block_side).floor() - (low / block_side).floor() + 1).prod();
+    if (blocks > static_cast<double>(options.max_blocks)) return;
+    all_ = false;
+    lowest_ = static_cast<int>(low.z());
+    const auto layers = static_cast<std::size_t>(high.z() - low.z() + 1);
+    std::vector<std::uint8_t> is_asked(layers, 0);
+    for (const HeightRange& range : options.asked) {
+      const double from = std::max(low.z(), std::floor(range.low / options.cube)),
+                   to = std::min(high.z(), std::floor(range.high / options.cube));
+      for (double layer = from; layer <= to; ++layer) is_asked[static_cast<std::size_t>(layer - low.z())] = 1;
+    }
+    asked_below_.assign(layers + 1, 0);
+    for (std::size_t k = 0; k < layers; ++k) asked_below_[k + 1] = asked_below_[k] + is_asked[k];
+    for (std::size_t k = 0; k < layers; ++k) {
+      const int layer = lowest_ + static_cast<int>(k);
+      const bool by_ray =
+          std::any_of(cloud.viewpoints.begin(), cloud.viewpoints.end(), [&](const Eigen::Vector3d& eye) {
+            return are_between(layer, cloud::floor_index(eye.z() / options.cube));
+          });
+      concerned_.push_back(by_ray || is_asked[k] != 0);
+    }
+  }
+
+  /// Whether a line of sight between two layers may pass one that is asked for.
+  bool are_between(int one, int other) const {
+    if (all_) return true;
+    const auto [low, high] = std::minmax(one, other);
+    const auto from = static_cast<std::size_t>(std::max(low - 1 - lowest_, 0));
+    const auto to = std::min(static_cast<std::size_t>(high + 2 - lowest_), asked_below_.size() - 1);
+    return asked_below_[to] > asked_below_[from];
+  }
+  /// Whether this layer is asked for, or a line of sight from some viewpoint to it passes one that is.
+  bool concern(int layer) const { return all_ || concerned_[static_cast<std::size_t>(layer - lowest_)]; }
+
+ private:
+  bool all_ = true;
+  int lowest_ = 0;
+  std::vector<std::uint32_t> asked_below_;  ///< per layer, and one more: number of those under it
+  std::vector<bool> concerned_;             ///< per layer
+};
 
 }  // namespace
 
@@ -19,9 +82,11 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     options_.max_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
   // Surfaces first: a measured cube stays measured even if a line of sight crosses its corner, and gets its
   // memory first.
+  const AskedLayers asked(cloud, options_, kSide);
+  const auto layer_of = [&](const Eigen::Vector3d& p) { return cloud::floor_index(p.z() / options_.cube); };
   for (const Eigen::Vector3f& point : cloud.points) {
     const Eigen::Vector3d p = point.cast<double>();
-    if (!(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) continue;
+    if (!is_in_reach(p, options_.cube) || !asked.concern(layer_of(p))) continue;
     const Index cube = index_of(p);
     if (Block* block = block_at(cube, true)) block->cubes[place_in(cube)] = Evidence::measured;
   }
@@ -29,7 +94,8 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
-    if (view >= cloud.viewpoints.size() || !(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) continue;
+    if (view >= cloud.viewpoints.size() || !is_in_reach(p, options_.cube)) continue;
+    if (!asked.concern(layer_of(p))) continue;
     const Index cube = index_of(p);
     Block* block = block_at(cube, false);
     if (block == nullptr) continue;
@@ -37,7 +103,7 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     const auto mark = static_cast<std::uint16_t>(view + 1);
     if (followed == mark) continue;
     followed = mark;
-    follow(cloud.viewpoints[view], p);
+    if (asked.are_between(layer_of(cloud.viewpoints[view]), cube.z())) follow(cloud.viewpoints[view], p);
   }
 }
 
@@ -109,7 +175,7 @@ void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end
 }
 
 Evidence EvidenceGrid::at(const Eigen::Vector3d& p) const {
-  if (!(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) return Evidence::unobserved;
+  if (!is_in_reach(p, options_.cube)) return Evidence::unobserved;
   const Index cube = index_of(p);
   const auto found = block_of_.find(key_of(cube));
   return found == block_of_.end() ? Evidence::unobserved : blocks_[found->second].cubes[place_in(cube)];

@@ -8,12 +8,19 @@
 #include <cstdint>
 #include <deque>
 #include <unordered_map>
+#include <vector>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/point_cloud.hpp"
 
 namespace parhelion::semantic {
 
 enum class Evidence : std::uint8_t { unobserved, seen_through, measured };
+
+/// m, map frame.
+struct HeightRange {
+  double low = 0, high = 0;
+};
 
 struct EvidenceOptions {
   double cube = 0.10;  ///< m, > 0
@@ -21,6 +28,9 @@ struct EvidenceOptions {
   /// Maximum number of blocks of 16 x 16 x 16 cubes, 12 kB each; further ones stay unobserved. 0: as many as
   /// take the memory of the cloud itself, plus 5,000.
   std::size_t max_blocks = 0;
+  /// The only heights that at() will be asked for: what lies elsewhere may be missing, which saves most lines
+  /// of sight. Empty: all heights.
+  std::vector<HeightRange> asked;
 };
 
 /// Immutable after construction.
@@ -47,7 +57,10 @@ class EvidenceGrid {
     std::array<Evidence, kSide * kSide * kSide> cubes{};
     std::array<std::uint16_t, kSide * kSide * kSide> followed{};  ///< 1 + the last view that was traced here
   };
-  Index index_of(const Eigen::Vector3d& p) const { return (p / options_.cube).array().floor().cast<int>(); }
+  Index index_of(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d at = p / options_.cube;
+    return {cloud::floor_index(at.x()), cloud::floor_index(at.y()), cloud::floor_index(at.z())};
+  }
   static std::uint64_t key_of(const Index& cube);
   static std::size_t place_in(const Index& cube);
   /// nullptr: it does not exist, and `make` is false or the limit is reached.

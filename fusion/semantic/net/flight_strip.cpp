@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "fusion/cloud/floor_index.hpp"
+
 namespace parhelion::semantic {
 
 StripPoints::StripPoints(std::span<const Eigen::Vector3f> points)
@@ -12,7 +14,7 @@ StripPoints::StripPoints(std::span<const Eigen::Vector3f> points)
       by_square_(blocks_.sorted().size()) {
   const auto square_of = [&](std::size_t b, const Eigen::Vector3f& p) {
     const auto along = [](float at, int block) {
-      return std::clamp(static_cast<int>(std::floor(at / kSquare)) - block * kAcross, 0, kAcross - 1);
+      return std::clamp(cloud::floor_index(at / kSquare) - block * kAcross, 0, kAcross - 1);
     };
     const PlanBlocks::Block& block = blocks_.blocks()[b];
     return b * kSquares + static_cast<std::size_t>(along(p.y(), block.y) * kAcross + along(p.x(), block.x));

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "fusion/cloud/parallel.hpp"
@@ -42,18 +43,32 @@ class BoxesByPlace {
       }
     }
   }
-  /// The last box that holds the point gives its label.
-  void label(const Eigen::Vector3f& point, std::uint8_t& label) const {
-    if (boxes_.empty()) return;
-    const auto found = by_cell_.find({cell(point.x()), cell(point.y())});
-    if (found == by_cell_.end()) return;
-    for (const std::uint32_t index : found->second) {
-      const Box& box = boxes_[index];
-      if (((box.R * point + box.p).array().abs() <= box.half.array()).all()) label = box.label;
+  /// Labels points one after the other: the next one is mostly in the same cell.
+  class Labeller {
+   public:
+    explicit Labeller(const BoxesByPlace& boxes) : boxes_(boxes), cell_{cell(0), cell(0)} { look_up(); }
+    /// The last box that holds the point gives its label.
+    void label(const Eigen::Vector3f& point, std::uint8_t& label) {
+      const Cell at{cell(point.x()), cell(point.y())};
+      if (at != cell_) cell_ = at, look_up();
+      for (const std::uint32_t index : here_) {
+        const Box& box = boxes_.boxes_[index];
+        if (((box.R * point + box.p).array().abs() <= box.half.array()).all()) label = box.label;
+      }
     }
-  }
+
+   private:
+    void look_up() {
+      const auto found = boxes_.by_cell_.find(cell_);
+      here_ = found == boxes_.by_cell_.end() ? std::span<const std::uint32_t>{} : found->second;
+    }
+    const BoxesByPlace& boxes_;
+    std::pair<int, int> cell_;
+    std::span<const std::uint32_t> here_;
+  };
 
  private:
+  using Cell = std::pair<int, int>;
   struct Box {
     Eigen::Matrix3f R;
     Eigen::Vector3f p, half;
@@ -61,7 +76,7 @@ class BoxesByPlace {
   };
   static int cell(double v) { return static_cast<int>(std::floor(v)); }  // of 1 m
   std::vector<Box> boxes_;
-  std::map<std::pair<int, int>, std::vector<std::uint32_t>> by_cell_;
+  std::map<Cell, std::vector<std::uint32_t>> by_cell_;
 };
 
 /// Whether a candidate is the other face of one that is labelled wall.
@@ -91,11 +106,12 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
   const BoxesByPlace boxes(boxes_of(net));
   constexpr std::size_t kChunk = 16'384;
   cloud::for_each_chunk(cloud.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    BoxesByPlace::Labeller labeller(boxes);
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t surface = segmentation.surface_of[i];
       net.labels[i] =
           static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
-      boxes.label(cloud.points[i], net.labels[i]);
+      labeller.label(cloud.points[i], net.labels[i]);
     }
   });
   grow_floors(cloud, net.labels);

@@ -209,6 +209,20 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
 
 }  // namespace
 
+std::vector<HeightRange> heights_of_floors(const SemanticModel& model, double cube) {
+  std::vector<HeightRange> heights;
+  for (const ModelEntity& entity : model.entities) {
+    if (entity.label != EntityLabel::floor) continue;
+    const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;
+    // One cube more for rounding, and what a floor that counts as level may lean.
+    const double margin = cube + 1e-4 * entity.size.norm();
+    heights.push_back({top - kUnder * cube - margin, top + cube + margin});
+  }
+  // Nothing is asked for, which is not the same as no limit.
+  if (heights.empty()) heights.push_back({0, -1});
+  return heights;
+}
+
 void cut_floors(const EvidenceGrid& evidence, SemanticModel& model) {
   std::vector<ModelEntity> entities;
   std::set<std::string> gone;

@@ -9,6 +9,7 @@
 #include <span>
 #include <tuple>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/symmetric3.hpp"
 #include "fusion/semantic/net/flight_profile.hpp"
 #include "protocols/nearest_on_segment.hpp"
@@ -31,7 +32,7 @@ constexpr std::size_t kRises = 2;        ///< at least, of a seed
 
 using Place = std::tuple<int, int, int>;  ///< of a cube: y, x, z
 Place place_of(const Eigen::Vector3d& p, double side) {
-  const auto at = [&](double v) { return static_cast<int>(std::floor(v / side)); };
+  const auto at = [&](double v) { return cloud::floor_index(v / side); };
   return {at(p.y()), at(p.x()), at(p.z())};
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -108,7 +109,7 @@ std::vector<PlanPoints::Fan> PlanPoints::fans_towards(const Eigen::Vector2d& a, 
         std::min(static_cast<std::size_t>(std::floor(last) + 1 + kDirections), low + kDirections - 1);
     for (std::size_t d = low; d <= high;) {
       const std::size_t from = d % kDirections, to = std::min(kDirections, from + (high - d) + 1);
-      fans.push_back({start[from], start[to], stride});
+      fans.push_back({start[from], start[to], stride, v});
       d += to - from;
     }
   }
@@ -242,19 +243,25 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.viewpoints_known = points.has_rays();
   // The last column may extend slightly past the end; from close by that is a wide angle.
   const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
-  points.rays_towards(start, edge, kSight, [&](const PlanPoints::Point& point, std::uint32_t stride) {
-    const Eigen::Vector3d from =
-        points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>();
-    const Eigen::Vector3d to = point.p.cast<double>();
-    const double a = normal.dot(from.head<2>() - start), b = normal.dot(to.head<2>() - start);
-    const bool through = a * b < 0 && std::abs(b) >= kBeyond, before = a * b > 0 && std::abs(b) < std::abs(a);
-    if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
-    const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
-    const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - start) / wall.column));
-    const int r = wall.row_of(hit.z());
-    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
-    if (through) count(wall.through, wall.at(c, r));
-    (through ? wall.crossed : wall.hidden)[wall.at(c, r)] += stride;
+  const double length = wall.columns * wall.column, height = wall.rows * wall.row;
+  points.rays_towards(start, edge, kSight, [&](const Eigen::Vector3f& viewpoint) {
+    const Eigen::Vector3d from = viewpoint.cast<double>();
+    const double a = normal.dot(from.head<2>() - start);
+    return [&, from, a](const PlanPoints::Point& point, std::uint32_t stride) {
+      const Eigen::Vector3d to = point.p.cast<double>();
+      const double b = normal.dot(to.head<2>() - start);
+      const bool through = a * b < 0 && std::abs(b) >= kBeyond,
+                 before = a * b > 0 && std::abs(b) < std::abs(a);
+      if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
+      const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
+      const double at = wall.along.dot(hit.head<2>() - start), over = hit.z() - wall.z_low;
+      // Most rays miss the wall: this is a little larger than it, and spares the divisions below.
+      if (at < 0 || at > length + wall.column || over < 0 || over > height + wall.row) return;
+      const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
+      if (c >= wall.columns || r >= wall.rows) return;
+      if (through) count(wall.through, wall.at(c, r));
+      (through ? wall.crossed : wall.hidden)[wall.at(c, r)] += stride;
+    };
   });
   return wall;
 }

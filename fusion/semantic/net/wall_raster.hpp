@@ -27,13 +27,15 @@ class PlanPoints {
   const std::vector<Point>& all() const { return points_; }
   bool has_rays() const { return !by_view_.empty(); }
 
-  /// Calls visit(point) for points whose rays come within `reach` of the segment from a to b and past it in
-  /// the plan (and some beside it); for a view with very many, every n-th, as visit(point, n). The cost of a
-  /// wall depends only on its surroundings, not on the size of the site.
+  /// Calls visit(viewpoint) for those from which rays come within `reach` of the segment from a to b and past
+  /// it in the plan (and some beside it); it returns what to call with the points of these rays. For a view
+  /// with very many, every n-th, as (point, n). The cost of a wall depends only on its surroundings, not on
+  /// the size of the site.
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {
-      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(by_view_[k], fan.stride);
+      auto&& visit_point = visit(viewpoints_[fan.view]);
+      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit_point(by_view_[k], fan.stride);
     }
   }
 
@@ -73,6 +75,7 @@ class PlanPoints {
   /// Points of one view in adjacent directions: a range of by_view_.
   struct Fan {
     std::uint32_t begin = 0, end = 0, stride = 1;
+    std::size_t view = 0;
   };
   std::vector<Fan> fans_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach) const;
   void sort_by_direction();

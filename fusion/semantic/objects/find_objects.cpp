@@ -8,6 +8,7 @@
 #include "fusion/semantic/objects/classify_object.hpp"
 #include "fusion/semantic/objects/object_groups.hpp"
 #include "fusion/semantic/objects/open_ground.hpp"
+#include "fusion/semantic/occupied_cubes.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -24,12 +25,17 @@ constexpr double kNextTo = 0.25;                              ///< m
 /// m: about the distance between points where they are few.
 double cell_of(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels) {
   std::size_t points = 0;
-  for (const std::uint8_t label : labels) points += label == static_cast<std::uint8_t>(EntityLabel::unknown);
+  OccupiedCubes cubes;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown)) continue;
+    ++points;
+    const Eigen::Array3d at = (cloud.points[i].cast<double>() / kFinest).array().floor();
+    if (at.abs().maxCoeff() < ObjectGrid::kFar) cubes.add(at.cast<int>());
+  }
   if (points == 0) return kFinest;
   // Cubes of the finest size that hold one point only tell a sparse cloud.
-  const ObjectGrid grid(cloud, labels, {}, kFinest);
   const double each =
-      static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(1, grid.cubes().size()));
+      static_cast<double>(points) / static_cast<double>(std::max<std::size_t>(1, cubes.count()));
   return each > 2.5 ? kFinest : each > 1.5 ? 0.06 : each > 1.15 ? 0.08 : 0.10;
 }
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kOnFloor = 0.15;  ///< m: a point so little under a floor's top stands on it
 constexpr double kBeside = 0.3;    ///< m: how far beyond its box a floor reaches
-constexpr double kFar = 1e6;       ///< cubes
 
 /// Tops of floors by plan cell of 2 m.
 class FloorTops {

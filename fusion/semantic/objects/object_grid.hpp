@@ -29,6 +29,8 @@ class ObjectGrid {
   ObjectGrid(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
              const std::vector<ModelEntity>& entities, double cell);
 
+  static constexpr double kFar = 1e6;  ///< cubes from the origin: points farther away are left out
+
   double cell() const { return cell_; }
   const std::vector<ObjectCube>& cubes() const { return cubes_; }
   std::span<const std::uint32_t> points_of(std::uint32_t cube) const {

@@ -3,8 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
+#include <utility>
 
 #include "fusion/semantic/objects/split_groups.hpp"
 
@@ -20,7 +19,12 @@ constexpr std::size_t kSmall = 12;  ///< cubes of a fragment
 constexpr double kNear = 0.2;       ///< m, from a fragment to what it is a part of
 constexpr double kStacked = 0.35, kOver = 0.7, kTallest = 2.3;  ///< m, fraction of the cubes, m
 
-using Column = std::pair<int, int>;
+using Column = std::pair<int, int>;  ///< y, x
+
+void sort_out_doubles(std::vector<Column>& columns) {
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+}
 
 class Grouping {
  public:
@@ -56,13 +60,14 @@ class Grouping {
   void lift_table(const ObjectPlate& plate) {
     ObjectGroup table;
     table.table = true;
-    std::set<std::pair<int, int>> columns;
+    std::vector<Column> columns;
     for (const std::uint32_t c : plate.cubes) {
       if (taken_[c]) return;  // a part of a larger one
       const Eigen::Vector3i& at = grid_.cubes()[c].at;
-      for (int k = 0; k < 9; ++k) columns.emplace(at.x() + k % 3 - 1, at.y() + k / 3 - 1);
+      for (int k = 0; k < 9; ++k) columns.emplace_back(at.y() + k / 3 - 1, at.x() + k % 3 - 1);
     }
-    for (const auto& [x, y] : columns) {
+    sort_out_doubles(columns);
+    for (const auto& [y, x] : columns) {
       const auto [first, last] = grid_.column(x, y);
       double under = 0;
       for (std::uint32_t c = first; c < last; ++c) {
@@ -138,27 +143,34 @@ class Grouping {
     }
   }
 
-  /// The columns of a group and those around them.
-  std::set<Column> columns_about(const ObjectGroup& group) const {
-    std::set<Column> columns;
-    for (const std::uint32_t c : group.cubes) {
-      const Eigen::Vector3i& at = grid_.cubes()[c].at;
-      for (int k = 0; k < 25; ++k) columns.emplace(at.x() + k % 5 - 2, at.y() + k / 5 - 2);
-    }
+  std::vector<Column> columns_of(const ObjectGroup& group) const {
+    std::vector<Column> columns;
+    for (const std::uint32_t c : group.cubes)
+      columns.emplace_back(grid_.cubes()[c].at.y(), grid_.cubes()[c].at.x());
+    sort_out_doubles(columns);
     return columns;
   }
-  /// Fraction of a group's cubes that stand in the columns.
-  double fraction_in(const std::set<Column>& columns, const ObjectGroup& group) const {
+  /// Fraction of a group's cubes that stand in the columns or within two of one.
+  double fraction_about(const std::vector<Column>& columns, const ObjectGroup& group) const {
+    const auto is_about = [&](int y, int x) {
+      for (int row = y - 2; row <= y + 2; ++row) {
+        const auto next = std::lower_bound(columns.begin(), columns.end(), Column{row, x - 2});
+        if (next != columns.end() && *next <= Column{row, x + 2}) return true;
+      }
+      return false;
+    };
     std::size_t inside = 0;
-    for (const std::uint32_t c : group.cubes)
-      inside += columns.contains({grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y()});
+    for (const std::uint32_t c : group.cubes) {
+      const Eigen::Vector3i& at = grid_.cubes()[c].at;
+      inside += is_about(at.y(), at.x());
+    }
     return static_cast<double>(inside) / static_cast<double>(group.cubes.size());
   }
 
   /// Pieces over one another that a scan's gap parts.
   void join_stacks(std::size_t tables) {
     std::vector<Eigen::AlignedBox3d> box = boxes();
-    std::vector<std::set<Column>> columns(groups_.size());
+    std::vector<std::vector<Column>> columns(groups_.size());
     for (std::size_t g = tables; g < groups_.size(); ++g) {
       if (groups_[g].cubes.empty()) continue;
       for (std::size_t o = tables; o < groups_.size(); ++o) {
@@ -166,8 +178,8 @@ class Grouping {
         const double gap = std::max(box[g].min().z() - box[o].max().z(), box[o].min().z() - box[g].max().z());
         const Eigen::AlignedBox3d all = box[g].merged(box[o]);
         if (gap > kStacked || all.sizes().z() > kTallest || !box[g].intersects(columns_box(box[o]))) continue;
-        if (columns[o].empty()) columns[o] = columns_about(groups_[o]);
-        if (fraction_in(columns[o], groups_[g]) < kOver) continue;
+        if (columns[o].empty()) columns[o] = columns_of(groups_[o]);
+        if (fraction_about(columns[o], groups_[g]) < kOver) continue;
         merge(g, o);
         box[o] = all;
         columns[o].clear();

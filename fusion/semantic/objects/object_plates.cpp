@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <utility>
 
 namespace parhelion::semantic {
 namespace {
@@ -100,14 +100,16 @@ class Plates {
     return filled * grid_.cell() > kFilled * std::max(0.1, plate.height - 2 * kFoot);
   }
   double sides_of(const ObjectPlate& plate) const {
-    std::set<std::pair<int, int>> inside;
+    std::vector<std::pair<int, int>> inside;
     for (const std::uint32_t c : plate.cubes)
-      inside.emplace(grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y());
+      inside.emplace_back(grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y());
+    std::sort(inside.begin(), inside.end());
+    inside.erase(std::unique(inside.begin(), inside.end()), inside.end());
     int rim = 0, filled = 0;
     for (const auto& [x, y] : inside) {
       bool edge = false, closed = false;
       for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-        edge = edge || !inside.contains({x + dx, y + dy});
+        edge = edge || !std::binary_search(inside.begin(), inside.end(), std::pair(x + dx, y + dy));
         closed = closed || is_filled(x + dx, y + dy, plate);
       }
       rim += edge, filled += edge && closed;

@@ -17,8 +17,8 @@ PlanRectangle plan_rectangle(const std::vector<Eigen::Vector2d>& points, double 
     const double yaw = 0.5 * EIGEN_PI * k / kTurns;
     const Eigen::Vector2d along(std::cos(yaw), std::sin(yaw)), across(-along.y(), along.x());
     for (std::size_t i = 0; i < points.size(); ++i) s[i] = along.dot(points[i]), t[i] = across.dot(points[i]);
-    const double s0 = quantile(s, 0.01), s1 = quantile(s, 0.99), t0 = quantile(t, 0.01),
-                 t1 = quantile(t, 0.99);
+    const auto [s0, s1] = quantile_range(s, 0.01, 0.99);
+    const auto [t0, t1] = quantile_range(t, 0.01, 0.99);
     const double area = (s1 - s0 + cell) * (t1 - t0 + cell);
     if (area > 0.995 * best) continue;
     best = area;

@@ -44,9 +44,12 @@ std::vector<Eigen::Vector2d> columns_of(const ObjectGrid& grid, const Cubes& cub
 
 /// The extent of most points along a direction, m.
 double extent(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& direction, double cell) {
-  std::vector<double> along;
-  for (const Eigen::Vector2d& p : points) along.push_back(direction.dot(p));
-  return along.empty() ? 0 : quantile(along, 0.98) - quantile(along, 0.02) + cell;
+  if (points.empty()) return 0;
+  std::vector<double> along(points.size());
+  std::transform(points.begin(), points.end(), along.begin(),
+                 [&](const Eigen::Vector2d& p) { return direction.dot(p); });
+  const auto [low, high] = quantile_range(along, 0.02, 0.98);
+  return high - low + cell;
 }
 
 /// m, the usual extent of the slices across a piece.
@@ -63,24 +66,24 @@ double breadth(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d
   return breadths.empty() ? 0 : quantile(breadths, 0.5);
 }
 
-/// m^2 of the piece's box; nothing where it is too small or too thin to be a thing.
-std::optional<double> area_of(const std::vector<Eigen::Vector2d>& piece, const Eigen::Vector2d& along,
-                              double cell) {
-  const Eigen::Vector2d across(-along.y(), along.x());
-  const double s = extent(piece, along, cell), t = extent(piece, across, cell);
-  if (std::max(s, t) < kReach || breadth(piece, s > t ? across : along, cell) < kArm) return std::nullopt;
-  return s * t;
-}
-
-/// m^2 of the boxes of all pieces; nothing where one of them is no thing.
-std::optional<double> area_after(const std::vector<Eigen::Vector2d>& columns, const Cuts& cuts, double cell) {
+/// m^2 of the boxes of all pieces; nothing where it is not less than `limit`, or where a piece is too small
+/// or too thin to be a thing.
+std::optional<double> area_after(const std::vector<Eigen::Vector2d>& columns, const Cuts& cuts, double cell,
+                                 double limit) {
+  const Eigen::Vector2d &along = cuts.normal, across(-along.y(), along.x());
   std::vector<std::vector<Eigen::Vector2d>> pieces(cuts.at.size() + 1);
   for (const Eigen::Vector2d& p : columns) pieces[cuts.piece_of(p)].push_back(p);
   double area = 0;
+  std::vector<bool> is_long;
   for (const auto& piece : pieces) {
-    const auto of_piece = area_of(piece, cuts.normal, cell);
-    if (!of_piece) return std::nullopt;
-    area += *of_piece;
+    const double s = extent(piece, along, cell), t = extent(piece, across, cell);
+    area += s * t;
+    if (std::max(s, t) < kReach || area >= limit) return std::nullopt;
+    is_long.push_back(s > t);
+  }
+  // Last, as few cuts get here.
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    if (breadth(pieces[k], is_long[k] ? across : along, cell) < kArm) return std::nullopt;
   }
   return area;
 }
@@ -110,8 +113,8 @@ class Search {
     return at;
   }
   void weigh(Cuts cuts) {
-    const auto area = area_after(columns_, cuts, cell_);
-    if (area && *area < best_) best_ = *area, found_ = std::move(cuts);
+    const auto area = area_after(columns_, cuts, cell_, best_);
+    if (area) best_ = *area, found_ = std::move(cuts);
   }
   void try_one(double yaw) {
     const Eigen::Vector2d normal(std::cos(yaw), std::sin(yaw));

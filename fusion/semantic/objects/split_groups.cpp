@@ -3,8 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <map>
+#include <utility>
 
 #include "fusion/semantic/objects/split_corners.hpp"
 
@@ -66,7 +65,7 @@ std::vector<Cubes> split_at_seats(const ObjectGrid& grid, const Cubes& cubes,
 }
 
 struct Region {
-  std::vector<Column> columns;
+  std::vector<std::size_t> columns;
   double top = 0;  ///< m over the floor
   Eigen::AlignedBox2d box;
 };
@@ -74,8 +73,12 @@ struct Region {
 class Heights {
  public:
   Heights(const ObjectGrid& grid, const Cubes& cubes) : grid_(grid) {
+    for (const std::uint32_t c : cubes) columns_.push_back(column_of(c));
+    std::sort(columns_.begin(), columns_.end());
+    columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
+    tops_.assign(columns_.size(), 0);
     for (const std::uint32_t c : cubes) {
-      double& top = tops_.try_emplace({grid.cubes()[c].at.x(), grid.cubes()[c].at.y()}, 0).first->second;
+      double& top = tops_[find(column_of(c))];
       top = std::max(top, grid.height(c));
     }
     find_regions();
@@ -92,48 +95,61 @@ class Heights {
     return false;
   }
   std::vector<Cubes> split(const Cubes& cubes) {
-    std::map<Column, std::size_t> region_of;
-    std::deque<Column> open;
+    std::vector<std::size_t> region_of(columns_.size(), regions_.size()), open;
     for (std::size_t r = 0; r < regions_.size(); ++r) {
-      for (const Column& column : regions_[r].columns) region_of[column] = r, open.push_back(column);
+      for (const std::size_t column : regions_[r].columns) region_of[column] = r, open.push_back(column);
     }
-    while (!open.empty()) {
-      const Column at = open.front();
-      open.pop_front();
-      for (int n = 0; n < 9; ++n) {
-        const Column next{at.first + n % 3 - 1, at.second + n / 3 - 1};
-        if (!tops_.contains(next) || region_of.contains(next)) continue;
-        region_of[next] = region_of.at(at);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      const std::size_t at = open[k];
+      for_each_around(at, [&](std::size_t next) {
+        if (region_of[next] < regions_.size()) return;
+        region_of[next] = region_of[at];
         open.push_back(next);
-      }
+      });
     }
     std::vector<Cubes> parts(regions_.size() + 1);
-    for (const std::uint32_t c : cubes) {
-      const auto found = region_of.find({grid_.cubes()[c].at.x(), grid_.cubes()[c].at.y()});
-      parts[found == region_of.end() ? regions_.size() : found->second].push_back(c);
-    }
+    for (const std::uint32_t c : cubes) parts[region_of[find(column_of(c))]].push_back(c);
     std::erase_if(parts, [](const Cubes& part) { return part.empty(); });
     return parts;
   }
 
  private:
+  Column column_of(std::uint32_t cube) const {
+    return {grid_.cubes()[cube].at.x(), grid_.cubes()[cube].at.y()};
+  }
+  /// The place of a column that is there.
+  std::size_t find(const Column& column) const {
+    return static_cast<std::size_t>(std::lower_bound(columns_.begin(), columns_.end(), column) -
+                                    columns_.begin());
+  }
+  /// visit(place) for the columns at and around one, by y, then x.
+  template <class Visit>
+  void for_each_around(std::size_t place, Visit&& visit) const {
+    const auto [x, y] = columns_[place];
+    for (int n = 0; n < 9; ++n) {
+      const Column next{x + n % 3 - 1, y + n / 3 - 1};
+      const std::size_t at = find(next);
+      if (at < columns_.size() && columns_[at] == next) visit(at);
+    }
+  }
+
   void find_regions() {
-    std::map<Column, bool> seen;
-    for (const auto& [first, top] : tops_) {
+    std::vector<bool> seen(columns_.size());
+    for (std::size_t first = 0; first < columns_.size(); ++first) {
       if (seen[first]) continue;
+      const double top = tops_[first];
       Region region;
       region.columns = {first};
       seen[first] = true;
       for (std::size_t k = 0; k < region.columns.size(); ++k) {
-        const auto [x, y] = region.columns[k];
+        const auto [x, y] = columns_[region.columns[k]];
         region.box.extend(grid_.cell() * Eigen::Vector2d(x, y));
         region.box.extend(grid_.cell() * Eigen::Vector2d(x + 1, y + 1));
-        for (int n = 0; n < 9; ++n) {
-          const auto next = tops_.find({x + n % 3 - 1, y + n / 3 - 1});
-          if (next == tops_.end() || seen[next->first] || std::abs(next->second - top) > kAlike) continue;
-          seen[next->first] = true;
-          region.columns.push_back(next->first);
-        }
+        for_each_around(region.columns[k], [&](std::size_t next) {
+          if (seen[next] || std::abs(tops_[next] - top) > kAlike) return;
+          seen[next] = true;
+          region.columns.push_back(next);
+        });
       }
       region.top = top;
       const double area = grid_.cell() * grid_.cell() * static_cast<double>(region.columns.size());
@@ -141,7 +157,8 @@ class Heights {
     }
   }
   const ObjectGrid& grid_;
-  std::map<Column, double> tops_;
+  std::vector<Column> columns_;  ///< ascending
+  std::vector<double> tops_;     ///< m over the floor, of these
   std::vector<Region> regions_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/semantic/segmentation/surface_search.hpp"
 #include "protocols/quantile.hpp"
 
@@ -24,8 +25,8 @@ BlockPlates::BlockPlates(const Site& site, const HorizontalSearch& horizontals, 
 }
 
 std::span<const Plate> BlockPlates::at(const Eigen::Vector3f& p) const {
-  const int x = std::clamp(static_cast<int>(std::floor(p.x() * per_cell_)) - x0_, 0, kBlockCells - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(p.y() * per_cell_)) - y0_, 0, kBlockCells - 1);
+  const int x = std::clamp(cloud::floor_index(p.x() * per_cell_) - x0_, 0, kBlockCells - 1);
+  const int y = std::clamp(cloud::floor_index(p.y() * per_cell_) - y0_, 0, kBlockCells - 1);
   const auto cell = static_cast<std::size_t>(y * kBlockCells + x);
   return plates_.subspan(first_[cell], static_cast<std::size_t>(first_[cell + 1] - first_[cell]));
 }

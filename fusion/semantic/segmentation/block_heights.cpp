@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "fusion/cloud/floor_index.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -29,7 +31,7 @@ BlockHeights::BlockHeights(const Site& site, const PlanBlocks::Block& block) : s
   const std::uint32_t n = block.end - block.begin;
   const double per_cell = 1 / site.cell();
   const auto cell = [&](float at, int first) {
-    return std::clamp(static_cast<int>(std::floor(at * per_cell)) - first * kBlockCells, 0, kBlockCells - 1);
+    return std::clamp(cloud::floor_index(at * per_cell) - first * kBlockCells, 0, kBlockCells - 1);
   };
   cell_of_.resize(n);
   near_.assign(n / 64 + 1, 0);
@@ -45,17 +47,15 @@ BlockHeights::BlockHeights(const Site& site, const PlanBlocks::Block& block) : s
   by_band_.resize(n);
   std::vector<std::uint32_t> next(band_begin_.begin(), band_begin_.end() - 1);
   for (std::uint32_t k = 0; k < n; ++k) by_band_[next[band[k]]++] = k;
-  sort_into_cells();
+  gather_in_cells();
 }
 
-void BlockHeights::sort_into_cells() {
+void BlockHeights::gather_in_cells() {
   for (const std::uint8_t cell : cell_of_) ++cell_begin_[cell + 1U];
   std::partial_sum(cell_begin_.begin(), cell_begin_.end(), cell_begin_.begin());
   cell_heights_.resize(cell_of_.size());
   std::array<std::uint32_t, kCells + 1> next = cell_begin_;
   for (std::uint32_t k = 0; k < cell_of_.size(); ++k) cell_heights_[next[cell_of_[k]]++] = height(k);
-  for (std::size_t c = 0; c < kCells; ++c)
-    std::sort(cell_heights_.begin() + cell_begin_[c], cell_heights_.begin() + cell_begin_[c + 1]);
 }
 
 std::size_t BlockHeights::band_of(double z) const {
@@ -121,9 +121,12 @@ BlockHeights::Sums BlockHeights::sums_at(double z) {
 }
 
 /// The points of the cell that are not on the plate.
-void BlockHeights::count_column(std::size_t cell, double z, Plate& plate) const {
+void BlockHeights::count_column(std::size_t cell, double z, Plate& plate) {
   const auto begin = cell_heights_.begin() + cell_begin_[cell],
              end = cell_heights_.begin() + cell_begin_[cell + 1];
+  // Not before: in many cells no plate is found.
+  if (!sorted_[cell]) std::sort(begin, end);
+  sorted_[cell] = true;
   const auto first_from = [&](double dz) {
     return std::partition_point(begin, end, [&](float at) { return static_cast<double>(at) - z < dz; });
   };

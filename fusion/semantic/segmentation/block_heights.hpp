@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <vector>
 
@@ -31,8 +32,8 @@ class BlockHeights {
   void for_each_between(double low, double high, Visit&& visit) const;
   double densest(double level) const;
   Sums sums_at(double z);
-  void count_column(std::size_t cell, double z, Plate& plate) const;
-  void sort_into_cells();
+  void count_column(std::size_t cell, double z, Plate& plate);
+  void gather_in_cells();
 
   const Site& site_;
   const PlanBlocks::Block& block_;
@@ -40,7 +41,8 @@ class BlockHeights {
   std::vector<std::uint32_t> band_begin_;  ///< per band of `near` height and one more: into by_band_
   std::vector<std::uint32_t> by_band_;     ///< points of the block, ascending within a band
   std::array<std::uint32_t, kCells + 1> cell_begin_{};
-  std::vector<float> cell_heights_;  ///< m, by cell, ascending within it
+  std::vector<float> cell_heights_;  ///< m, by cell
+  std::bitset<kCells> sorted_;       ///< cells whose heights are ascending
   std::vector<std::uint64_t> near_;  ///< a bit per point of the block; all 0 between calls
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -161,9 +162,8 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
 
 /// Plates by block, with their range per block.
 void index_by_block(const Site& site, HorizontalSearch& search) {
-  const auto block_of = [](std::int32_t cell) {
-    return cell >= 0 ? cell / kBlockCells : -((-cell + kBlockCells - 1) / kBlockCells);
-  };
+  static_assert(std::has_single_bit(unsigned{kBlockCells}));
+  const auto block_of = [](std::int32_t cell) { return cell >> std::countr_zero(unsigned{kBlockCells}); };
   const auto key = [&](const Plate& p) { return std::tuple(block_of(p.y), block_of(p.x), p.y, p.x, p.z); };
   std::sort(search.plates.begin(), search.plates.end(),
             [&](const Plate& a, const Plate& b) { return key(a) < key(b); });

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/semantic/segmentation/hough.hpp"
 #include "fusion/semantic/segmentation/line_refiner.hpp"
 #include "fusion/semantic/segmentation/plan_arcs.hpp"
@@ -68,8 +69,8 @@ class TilePlan {
                                for (std::uint32_t i = block.begin; i < block.end; ++i) {
                                  if (flat_[i]) continue;
                                  const Eigen::Vector3f& p = site_.blocks.sorted()[i];
-                                 const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
-                                 const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
+                                 const int x = cloud::floor_index(p.x() * per_pixel) - x0_;
+                                 const int y = cloud::floor_index(p.y() * per_pixel) - y0_;
                                  if (chain_.input.inside(x, y)) visit(p, x, y);
                                }
                              });

@@ -29,11 +29,15 @@ bool is(std::uint8_t label, EntityLabel kind) { return label == static_cast<std:
 class ScanFloor {
  public:
   ScanFloor(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> points) : cloud_(cloud) {
+    std::uint32_t last = 0;  // the next point is often in the same cell
     for (const std::uint32_t i : points) {
-      const auto [at, is_new] =
-          index_.emplace(key_of(cloud.points[i]), static_cast<std::uint32_t>(cells_.size()));
-      if (is_new) cells_.push_back({at->first, {}, 0, 0, false});
-      cells_[at->second].points.push_back(i);
+      const std::uint64_t key = key_of(cloud.points[i]);
+      if (cells_.empty() || cells_[last].key != key) {
+        const auto [at, is_new] = index_.emplace(key, static_cast<std::uint32_t>(cells_.size()));
+        if (is_new) cells_.push_back({key, {}, 0, 0, false});
+        last = at->second;
+      }
+      cells_[last].points.push_back(i);
     }
   }
 

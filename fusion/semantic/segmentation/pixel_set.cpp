@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 
 namespace parhelion::semantic {
 
@@ -15,7 +16,25 @@ void PixelSet::reset(int width, int height) {
   on_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
 }
 
-void PixelSet::sort() { std::sort(set_.begin(), set_.end()); }
+void PixelSet::sort() {
+  constexpr std::size_t kWord = 8, kDense = 16;
+  if (set_.size() * kWord * kDense < on_.size()) {
+    std::sort(set_.begin(), set_.end());
+    return;
+  }
+  // Where many are set, to read the picture is faster.
+  std::size_t kept = 0;
+  const auto read = [&](std::size_t i) {
+    if (on_[i]) set_[kept++] = static_cast<std::uint32_t>(i);
+  };
+  std::size_t i = 0;
+  for (; i + kWord <= on_.size(); i += kWord) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, on_.data() + i, kWord);
+    for (std::size_t k = i; word != 0 && k < i + kWord; ++k) read(k);
+  }
+  for (; i < on_.size(); ++i) read(i);
+}
 
 void PixelSet::erase(const std::vector<std::uint8_t>& drop) {
   std::size_t kept = 0;
@@ -59,18 +78,21 @@ int LayerImage::count_along(std::size_t i) const {
 void threshold_ridges(const LayerImage& image, int layers, int reach, double fraction, PixelSet& result) {
   result.reset(image.width(), image.height());
   const auto width = static_cast<std::size_t>(image.width());
+  // Each count is needed for all pixels in reach; those of empty pixels stay 0.
+  static thread_local std::vector<std::uint8_t> counts;
+  counts.resize(std::max(counts.size(), width * static_cast<std::size_t>(image.height())));
+  for (const std::uint32_t i : image.touched()) counts[i] = static_cast<std::uint8_t>(image.count_along(i));
   for (const std::uint32_t i : image.touched()) {
-    const int count = image.count_along(i);
+    const int count = counts[i];
     if (count < layers) continue;
     const int row = static_cast<int>(i / width);
     const int first = std::max(1, row - reach), last = std::min(image.height() - 2, row + reach);
     int max_layers = 0;
-    for (int y = first; y <= last; ++y) {
-      const std::size_t at = i + (static_cast<std::size_t>(y) - static_cast<std::size_t>(row)) * width;
-      if (image.layers(at) != 0) max_layers = std::max(max_layers, image.count_along(at));
-    }
+    const std::uint8_t* at = counts.data() + i - static_cast<std::size_t>(row - first) * width;
+    for (int y = first; y <= last; ++y, at += width) max_layers = std::max<int>(max_layers, *at);
     if (count >= fraction * max_layers) result.add(i);
   }
+  for (const std::uint32_t i : image.touched()) counts[i] = 0;
   result.sort();
 }
 
@@ -110,11 +132,12 @@ void dilate(const PixelSet& image, PixelSet& result) {
 
 namespace {
 
-/// The conditions of Guo and Hall for one of the two half passes; one bit for each neighbour, north first,
-/// clockwise.
-bool may_go(unsigned neighbours, bool second_half) {
+/// The conditions of Guo and Hall for one of the two half passes; a bit for each pixel of the square of 3 x 3
+/// around one, row by row.
+bool may_go(unsigned square, bool second_half) {
+  constexpr std::array<unsigned, 8> clockwise = {1, 2, 5, 8, 7, 6, 3, 0};  // neighbours, north first
   bool p[8];
-  for (unsigned n = 0; n < 8; ++n) p[n] = (neighbours >> n & 1) != 0;
+  for (unsigned n = 0; n < 8; ++n) p[n] = (square >> clockwise[n] & 1) != 0;
   const int connected = (!p[0] && (p[1] || p[2])) + (!p[2] && (p[3] || p[4])) + (!p[4] && (p[5] || p[6])) +
                         (!p[6] && (p[7] || p[0]));
   if (connected != 1) return false;
@@ -125,13 +148,12 @@ bool may_go(unsigned neighbours, bool second_half) {
   return second_half ? !((p[0] || p[1] || !p[3]) && p[2]) : !((p[4] || p[5] || !p[7]) && p[6]);
 }
 
-using ThinningTable = std::array<std::array<bool, 256>, 2>;
+using ThinningTable = std::array<std::array<bool, 512>, 2>;
 
 ThinningTable thinning_table() {
   ThinningTable table;
-  for (unsigned neighbours = 0; neighbours < 256; ++neighbours) {
-    for (const bool second_half : {false, true})
-      table[second_half][neighbours] = may_go(neighbours, second_half);
+  for (unsigned square = 0; square < 512; ++square) {
+    for (const bool second_half : {false, true}) table[second_half][square] = may_go(square, second_half);
   }
   return table;
 }
@@ -140,8 +162,6 @@ ThinningTable thinning_table() {
 
 void thin(PixelSet& image) {
   static const ThinningTable table = thinning_table();
-  int around[8];
-  image.neighbours(around);
   std::vector<std::uint8_t> drop;
   for (bool changed = true; changed;) {
     changed = false;
@@ -149,10 +169,7 @@ void thin(PixelSet& image) {
       const auto& set = image.set();
       drop.assign(set.size(), 0);
       for (std::size_t k = 0; k < set.size(); ++k) {
-        unsigned neighbours = 0;
-        for (unsigned n = 0; n < 8; ++n)
-          neighbours |= unsigned{image.at(set[k] + static_cast<std::size_t>(around[n]))} << n;
-        drop[k] = table[second_half][neighbours];
+        drop[k] = table[second_half][image.square(set[k])];
         changed = changed || drop[k];
       }
       image.erase(drop);

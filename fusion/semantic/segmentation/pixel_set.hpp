@@ -33,6 +33,13 @@ class PixelSet {
   /// Clears the pixels of `set()` for which `drop[k]` is not 0; k is an index into `set()`.
   void erase(const std::vector<std::uint8_t>& drop);
 
+  /// A bit for each pixel of the square of 3 x 3 around a set one, row by row.
+  unsigned square(std::size_t i) const {
+    const auto w = static_cast<std::size_t>(width_);
+    const auto row = [&](std::size_t at) { return on_[at - 1] | on_[at] << 1 | on_[at + 1] << 2; };
+    return static_cast<unsigned>(row(i - w) | row(i) << 3 | row(i + w) << 6);
+  }
+
   /// Offsets of the eight neighbours: north, then clockwise (rows grow southwards).
   void neighbours(int (&offsets)[8]) const;
 

@@ -4,6 +4,8 @@
 #include <limits>
 #include <unordered_map>
 
+#include "fusion/cloud/floor_index.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -26,8 +28,7 @@ std::vector<std::uint32_t> number_blocks(std::span<const Eigen::Vector3f> points
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = points[i].x(), y = points[i].y();
     if (!(std::abs(x) <= PlanBlocks::kReach && std::abs(y) <= PlanBlocks::kReach)) continue;
-    const int bx = static_cast<int>(std::floor(x * per_metre));
-    const int by = static_cast<int>(std::floor(y * per_metre));
+    const int bx = cloud::floor_index(x * per_metre), by = cloud::floor_index(y * per_metre);
     const std::uint64_t key = key_of(bx, by);
     if (last == kNowhere || key != last_key) {
       const auto [it, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(blocks.size()));

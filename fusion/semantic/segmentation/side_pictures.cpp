@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/semantic/segmentation/hough.hpp"
 
 namespace parhelion::semantic {
@@ -62,8 +63,8 @@ class SidePictures {
       const double height = (static_cast<double>(p.z()) - site_.z_low) * per_pixel;
       if (!(height >= 0 && height < rows_ - 2)) continue;
       const int z = static_cast<int>(height) + 1;
-      const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
-      const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
+      const int x = cloud::floor_index(p.x() * per_pixel) - x0_;
+      const int y = cloud::floor_index(p.y() * per_pixel) - y0_;
       if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / kImagePixels);
       if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / kImagePixels);
     }
