@@ -77,13 +77,13 @@ struct Ahead {
   double radius;              ///< m
   double least_along;         ///< m^2: square of how far along a ray its middle is at least, where it is met
 
-  /// Whether a ray towards `to_point` (m) may meet it. Errs by less than a micrometre, and then says so: most
-  /// rays miss, and need not be of unit length for that.
-  bool may_meet(const Eigen::Vector3d& to_point) const {
+  /// Whether a ray towards `to_point` (m; `square`: of its length) may meet it. Errs by less than a
+  /// micrometre, and then says so: most rays miss, and need not be of unit length for that.
+  bool may_meet(const Eigen::Vector3d& to_point, double square) const {
     constexpr double rounding = 1e-6;
     if (least_along <= rounding) return true;
     const double along = to_middle.dot(to_point);
-    return along > 0 && along * along > (least_along - rounding) * to_point.squaredNorm();
+    return along > 0 && along * along > (least_along - rounding) * square;
   }
 };
 
@@ -191,8 +191,9 @@ class Carriers {
         if (view >= ahead.size() || ahead[view].empty()) continue;
         const Eigen::Vector3d &eye = cloud_.viewpoints[view],
                               to_point = cloud_.points[i].cast<double>() - eye;
+        const double square = to_point.squaredNorm();
         for (const Ahead& thing : ahead[view]) {
-          if (!thing.may_meet(to_point)) continue;
+          if (!thing.may_meet(to_point, square)) continue;
           const double length = to_point.norm();
           if (length > 0) pass(eye, to_point / length, length, thing);
         }

@@ -56,7 +56,9 @@ std::optional<double> near_height(const std::vector<Eigen::Vector3d>& points,
                                   const Eigen::Vector3d& scanner) {
   std::vector<double> z;
   for (const Eigen::Vector3d& p : points) {
-    if ((p - scanner).head<2>().norm() < kNear) z.push_back(p.z());
+    const Eigen::Vector2d d = (p - scanner).head<2>();
+    // Most points are far away in one direction already.
+    if (std::abs(d.x()) < kNear && std::abs(d.y()) < kNear && d.norm() < kNear) z.push_back(p.z());
   }
   if (z.size() < kFewest) return std::nullopt;
   return median(z);

@@ -187,23 +187,28 @@ double joined(const std::vector<Eigen::Vector3f>& points, double side) {
   return static_cast<double>(cubes.count_neighbours()) / static_cast<double>(cubes.count());
 }
 
-/// Of each query the distance (m) to the nearest point in another place, if it is less than `reach`.
+/// Of each query the distance (m) to the nearest point in another place, at most `reach`.
 std::vector<double> nearest_distances(const std::vector<Eigen::Vector3f>& points,
                                       const std::vector<Eigen::Vector3f>& queries, double reach) {
   // The queries at and around each cube: one look-up for a point.
+  const double per_metre = 1 / reach;  // cubes need not be the same to the bit as others of that size
+  const auto place_of = [&](const Eigen::Vector3f& p) {
+    const Eigen::Array3d at = (p.cast<double>() * per_metre).array().max(-1e6).min(1e6);
+    return Eigen::Array3i(cloud::floor_index(at.x()), cloud::floor_index(at.y()), cloud::floor_index(at.z()));
+  };
   CubeNumbers numbers;
   std::vector<std::vector<std::uint32_t>> queries_about;
   for (std::uint32_t q = 0; q < queries.size(); ++q) {
     for (int n = 0; n < 27; ++n) {
       const std::uint32_t cube =
-          numbers(cube_of(queries[q], reach) + Eigen::Array3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+          numbers(place_of(queries[q]) + Eigen::Array3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
       queries_about.resize(numbers.cubes().size());
       queries_about[cube].push_back(q);
     }
   }
   std::vector<double> squares(queries.size(), std::numeric_limits<double>::infinity());
   for (const Eigen::Vector3f& p : points) {
-    const std::uint32_t cube = numbers.find(cube_of(p, reach));
+    const std::uint32_t cube = numbers.find(place_of(p));
     if (cube == cloud::VoxelIndex::kNone) continue;
     for (const std::uint32_t q : queries_about[cube]) {
       const double square = (p - queries[q]).cast<double>().squaredNorm();

@@ -21,11 +21,9 @@ class AskedLayers {
  public:
   AskedLayers(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options, int block_side) {
     if (options.asked.empty()) return;
-    Eigen::AlignedBox3d box;
-    for (const Eigen::Vector3f& point : cloud.points) {
-      const Eigen::Vector3d p = point.cast<double>();
-      if (is_in_reach(p, options.cube)) box.extend(p);
-    }
+    Eigen::AlignedBox3f of_points;
+    for (const Eigen::Vector3f& point : cloud.points) of_points.extend(point);
+    Eigen::AlignedBox3d box = of_points.cast<double>();
     for (const Eigen::Vector3d& eye : cloud.viewpoints) box.extend(eye);
     if (box.isEmpty() || !is_in_reach(box.min(), options.cube) || !is_in_reach(box.max(), options.cube))
       return;

@@ -52,10 +52,12 @@ std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmenta
 
 Step strip(const Tread& tread, const Eigen::Vector2d& direction) {
   const Eigen::Vector2d across(-direction.y(), direction.x());
-  std::vector<double> s, t;
-  for (const Eigen::Vector2d& p : tread.plan) s.push_back(direction.dot(p)), t.push_back(across.dot(p));
-  return {tread.horizontal,  tread.z,           quantile(s, 0.05),
-          quantile(s, 0.95), quantile(t, 0.05), quantile(t, 0.95)};
+  std::vector<double> s(tread.plan.size()), t(tread.plan.size());
+  for (std::size_t i = 0; i < s.size(); ++i)
+    s[i] = direction.dot(tread.plan[i]), t[i] = across.dot(tread.plan[i]);
+  const auto [near, far] = quantile_range(s, 0.05, 0.95);
+  const auto [left, right] = quantile_range(t, 0.05, 0.95);
+  return {tread.horizontal, tread.z, near, far, left, right};
 }
 
 /// Whether `b` is the step after `a`: above and parallel (paper 2.3).

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/cloud/floor_index.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -25,7 +27,7 @@ SiteColumns::SiteColumns(const cloud::PointCloud<Map>& cloud) {
   chunks_ = static_cast<std::size_t>(height / kLayer / 64) + 1;
   layers_.assign(static_cast<std::size_t>(cells_.x()) * static_cast<std::size_t>(cells_.y()) * chunks_, 0);
   for (const Eigen::Vector3f& p : cloud.points) {
-    const double layer = std::floor((static_cast<double>(p.z()) - z_low_) / kLayer);
+    const double layer = (static_cast<double>(p.z()) - z_low_) / kLayer;
     if (layer < 0 || layer >= 64.0 * static_cast<double>(chunks_)) continue;
     const auto k = static_cast<std::size_t>(layer);
     layers_[cell_of(p) * chunks_ + k / 64] |= std::uint64_t{1} << (k % 64);
@@ -33,8 +35,9 @@ SiteColumns::SiteColumns(const cloud::PointCloud<Map>& cloud) {
 }
 
 std::uint32_t SiteColumns::cell_of(const Eigen::Vector3f& p) const {
-  const Eigen::Vector2i c = ((p.head<2>() - low_).cast<double>() / cell_).array().floor().cast<int>();
-  return index(std::clamp(c.x(), 0, cells_.x() - 1), std::clamp(c.y(), 0, cells_.y() - 1));
+  const Eigen::Vector2d at = (p.head<2>() - low_).cast<double>() / cell_;
+  return index(std::clamp(cloud::floor_index(at.x()), 0, cells_.x() - 1),
+               std::clamp(cloud::floor_index(at.y()), 0, cells_.y() - 1));
 }
 
 bool SiteColumns::occupied(std::uint32_t cell, double low, double high) const {

@@ -191,15 +191,20 @@ class Worth {
   double count_, by_chance_;
 };
 
-enum class Evidence { on, off, none };
+struct Evidence {
+  bool on, off;  ///< at most one of them
+};
 
+/// Without jumps, which no processor could foretell here: a stepping is tried at any place.
 Evidence evidence_of(const OnStep& p, const Stepping& steps) {
   const double over = p.z - (steps.z + (p.which + 1) * steps.rise);  // its tread
-  const bool by_riser = (over < 0 && p.s < kClose) || (over > 0 && steps.depth - p.s < kClose);
-  if ((p.from_above && std::abs(over) < kClose) || (p.from_front && by_riser)) return Evidence::on;
+  const bool under = over < 0, on_tread = std::abs(over) < kClose;
+  const bool by_riser = (under & (p.s < kClose)) | ((over > 0) & (steps.depth - p.s < kClose));
+  const bool on = (p.from_above & on_tread) | (p.from_front & by_riser);
   // Seen from behind, what is under a tread may be the back of an open flight, but not the tread before.
-  const bool may_be_back = !p.from_front && over < 0 && std::abs(over + steps.rise) > kClose;
-  return may_be_back ? Evidence::none : Evidence::off;
+  const bool may_be_back = !p.from_front & under & (std::abs(over + steps.rise) > kClose);
+  const bool off = !on & !may_be_back;
+  return {on, off};
 }
 
 /// Replaces `best` if these steps are worth more; stops counting where they cannot be any more.
@@ -211,7 +216,7 @@ void try_stepping(const std::vector<OnStep>& points, const Stepping& steps, Step
     const std::size_t end = std::min(points.size(), i + kBatch);
     for (; i < end; ++i) {
       const Evidence evidence = evidence_of(points[i], steps);
-      on += evidence == Evidence::on, off += evidence == Evidence::off;
+      on += evidence.on, off += evidence.off;
     }
     if (worth.of(on + points.size() - end, off) <= best.worth) return;
   }

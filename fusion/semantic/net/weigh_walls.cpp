@@ -61,9 +61,9 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
   std::vector<double> penalty;
   for (const WallCandidate& wall : walls) {
     const bool joins = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
-      const bool parallel = std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike;
-      return other.whole_length() > wall.whole_length() && !parallel && other.score > 0 &&
-             std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin;
+      return other.whole_length() > wall.whole_length() && other.score > 0 &&
+             std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin &&
+             !(std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike);
     });
     penalty.push_back(joins || wall.whole_length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
   }

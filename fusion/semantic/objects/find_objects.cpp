@@ -77,16 +77,20 @@ bool is_of_stairs(const ObjectGrid& grid, const ObjectGroup& group,
                   const std::vector<const ModelEntity*>& steps) {
   constexpr double kBeside = 0.2, kOver = 0.08, kMaxFraction = 0.7;  // m, m, fraction
   if (steps.empty()) return false;
-  const auto in_step = [&](const ModelEntity& step, const Eigen::Vector3d& p) {
-    const Eigen::Vector3d local = step.T_map_body.inverse() * p;
+  std::vector<Transform<Body, Map>> T_step_map;
+  for (const ModelEntity* step : steps) T_step_map.push_back(step->T_map_body.inverse());
+  const auto in_step = [&](std::size_t s, const Eigen::Vector3d& p) {
+    const Eigen::Vector3d local = T_step_map[s] * p;
+    const ModelEntity& step = *steps[s];
     return (local.head<2>().cwiseAbs().array() < 0.5 * step.size.head<2>().array() + kBeside).all() &&
            local.z() < 0.5 * step.size.z() + kOver && local.z() > -0.5 * step.size.z() - kOver;
   };
   std::size_t inside = 0;
   for (const std::uint32_t c : group.cubes) {
     const Eigen::Vector3d p(grid.plan(c).x(), grid.plan(c).y(), static_cast<double>(grid.cubes()[c].z));
-    inside +=
-        std::any_of(steps.begin(), steps.end(), [&](const ModelEntity* step) { return in_step(*step, p); });
+    std::size_t s = 0;
+    while (s < steps.size() && !in_step(s, p)) ++s;
+    inside += s < steps.size() ? 1 : 0;
   }
   return static_cast<double>(inside) > kMaxFraction * static_cast<double>(group.cubes.size());
 }

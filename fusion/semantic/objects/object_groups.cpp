@@ -129,12 +129,15 @@ class Grouping {
   /// A few cubes beside something larger are a part of it; under a table they are its legs' rest.
   void join_fragments(std::size_t tables) {
     const std::vector<Eigen::AlignedBox3d> box = boxes();
+    std::vector<std::size_t> large;  // what is joined to them does not change which they are
+    for (std::size_t o = 0; o < groups_.size(); ++o) {
+      if (groups_[o].cubes.size() >= 2 * kSmall) large.push_back(o);
+    }
     for (std::size_t g = tables; g < groups_.size(); ++g) {
       if (groups_[g].cubes.size() >= kSmall) continue;
       std::size_t best = groups_.size();
       double nearest = kNear;
-      for (std::size_t o = 0; o < groups_.size(); ++o) {
-        if (o == g || groups_[o].cubes.size() < 2 * kSmall) continue;
+      for (const std::size_t o : large) {
         const double apart = box[o].exteriorDistance(box[g]);
         if (o < tables && box[g].min().z() > box[o].max().z() - kRim) continue;
         if (apart < nearest) nearest = apart, best = o;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kFewPoints = 10;
 constexpr double kAroundHeight = 0.3;  // m
+constexpr std::uint8_t kFewTimes = 4;  // that a cell is asked; to sort it costs as much
 constexpr double kRounding = 1e-6;     // m, more than a difference of heights is rounded by
 
 /// -1 seen from below, 1 from above, 0 unknown.
@@ -122,23 +123,34 @@ BlockHeights::Sums BlockHeights::sums_at(double z) {
 
 /// The points of the cell that are not on the plate.
 void BlockHeights::count_column(std::size_t cell, double z, Plate& plate) {
-  const auto begin = cell_heights_.begin() + cell_begin_[cell],
-             end = cell_heights_.begin() + cell_begin_[cell + 1];
-  // Not before: in many cells no plate is found.
-  if (!sorted_[cell]) std::sort(begin, end);
-  sorted_[cell] = true;
-  const auto first_from = [&](double dz) {
-    return std::partition_point(begin, end, [&](float at) { return static_cast<double>(at) - z < dz; });
-  };
-  const auto first_over = [&](double dz) {
-    return std::partition_point(begin, end, [&](float at) { return static_cast<double>(at) - z <= dz; });
-  };
+  const std::span heights =
+      std::span(cell_heights_).subspan(cell_begin_[cell], cell_begin_[cell + 1] - cell_begin_[cell]);
   const double near = site_.options.near;
-  const auto low = first_from(-near), high = first_over(near);
-  plate.column_below = static_cast<std::uint32_t>(low - begin);
-  plate.column_above = static_cast<std::uint32_t>(end - high);
-  const auto around = (first_over(kAroundHeight) - first_from(-kAroundHeight)) - (high - low);
-  plate.around = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(0, around));
+  std::ptrdiff_t below = 0, above = 0, around = 0;  // under the plate; over it; less than kAroundHeight off
+  if (asked_[cell]++ < kFewTimes) {
+    for (const float at : heights) {
+      const double dz = static_cast<double>(at) - z;
+      below += dz < -near, above += !(dz <= near);
+      around += !(dz < -kAroundHeight) & (dz <= kAroundHeight);
+    }
+  } else {
+    if (asked_[cell] == kFewTimes + 1) std::sort(heights.begin(), heights.end());
+    asked_[cell] = kFewTimes + 2;
+    const auto first_from = [&](double dz) {
+      return std::partition_point(heights.begin(), heights.end(),
+                                  [&](float at) { return static_cast<double>(at) - z < dz; });
+    };
+    const auto first_over = [&](double dz) {
+      return std::partition_point(heights.begin(), heights.end(),
+                                  [&](float at) { return static_cast<double>(at) - z <= dz; });
+    };
+    below = first_from(-near) - heights.begin(), above = heights.end() - first_over(near);
+    around = first_over(kAroundHeight) - first_from(-kAroundHeight);
+  }
+  plate.column_below = static_cast<std::uint32_t>(below);
+  plate.column_above = static_cast<std::uint32_t>(above);
+  const auto on_plate = std::ssize(heights) - below - above;
+  plate.around = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(0, around - on_plate));
 }
 
 void BlockHeights::add_plates(double level, std::vector<Plate>& plates) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <bitset>
 #include <cstdint>
 #include <vector>
 
@@ -42,7 +41,8 @@ class BlockHeights {
   std::vector<std::uint32_t> by_band_;     ///< points of the block, ascending within a band
   std::array<std::uint32_t, kCells + 1> cell_begin_{};
   std::vector<float> cell_heights_;  ///< m, by cell
-  std::bitset<kCells> sorted_;       ///< cells whose heights are ascending
+  std::array<std::uint8_t, kCells>
+      asked_{};                      ///< how often a cell was asked; from some number on it is sorted
   std::vector<std::uint64_t> near_;  ///< a bit per point of the block; all 0 between calls
 };
 

@@ -38,16 +38,19 @@ bool is_flat(const Plate& plate) {
   return plate.points > mean + 2 * std::sqrt(mean * (1 - kSliceFraction));
 }
 
+/// Ascends with y, then x.
+std::int64_t cell_key(std::int64_t x, std::int64_t y) { return (y << 32) + x; }
+
 /// What a plate's neighbours need of it first, close together in memory.
 struct Place {
-  std::int32_t x, y;
+  std::int64_t cell;
   float z;
   bool flat;
 };
 
 constexpr float kFarthest = 0.031F;  // m, a little more than kMaxHeightStep
 
-Place place_of(const Plate& plate) { return {plate.x, plate.y, plate.z, is_flat(plate)}; }
+Place place_of(const Plate& plate) { return {cell_key(plate.x, plate.y), plate.z, is_flat(plate)}; }
 
 }  // namespace
 
@@ -79,11 +82,11 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   for (std::uint32_t i = 0; i < places.size(); ++i) {
     const Place& place = places[i];
     for (int dy = 0; dy <= kReachCells; ++dy) {
-      const std::pair from(place.y + dy, place.x + (dy == 0 ? 1 : -kReachCells));
+      const std::int64_t from = place.cell + cell_key(dy == 0 ? 1 : -kReachCells, dy),
+                         to = place.cell + cell_key(kReachCells, dy);
       std::uint32_t& begin = first[static_cast<std::size_t>(dy)];
-      while (begin < places.size() && std::pair(places[begin].y, places[begin].x) < from) ++begin;
-      for (std::uint32_t j = begin;
-           j < places.size() && places[j].y == from.first && places[j].x <= place.x + kReachCells; ++j) {
+      while (begin < places.size() && places[begin].cell < from) ++begin;
+      for (std::uint32_t j = begin; j < places.size() && places[j].cell <= to; ++j) {
         // Most are at other heights.
         if (std::abs(places[j].z - place.z) <= kFarthest) meet(i, j);
       }

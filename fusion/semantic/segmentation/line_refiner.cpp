@@ -46,9 +46,11 @@ void LineRefiner::gather(const PlanLine& line, double low, double high, double b
                               if (claimed_[i] && !claimed_too) continue;
                               const Eigen::Vector3f& e = evidence_.sorted()[i];
                               const Eigen::Vector2d q = e.head<2>().cast<double>();
-                              const Hit hit{line.along(q), line.across(q), static_cast<double>(e.z()), i};
-                              if (std::abs(hit.across) <= band && hit.along >= low && hit.along <= high)
-                                hits.push_back(hit);
+                              const double across = line.across(q);
+                              if (!(std::abs(across) <= band)) continue;  // most are
+                              const double along = line.along(q);
+                              if (along >= low && along <= high)
+                                hits.push_back({along, across, static_cast<double>(e.z()), i});
                             }
                           });
   }

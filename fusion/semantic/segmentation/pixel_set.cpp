@@ -36,16 +36,8 @@ void PixelSet::sort() {
   for (; i < on_.size(); ++i) read(i);
 }
 
-void PixelSet::erase(const std::vector<std::uint8_t>& drop) {
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < set_.size(); ++k) {
-    if (drop[k]) {
-      on_[set_[k]] = 0;
-    } else {
-      set_[kept++] = set_[k];
-    }
-  }
-  set_.resize(kept);
+void PixelSet::leave_out_cleared() {
+  std::erase_if(set_, [&](std::uint32_t i) { return on_[i] == 0; });
 }
 
 void PixelSet::neighbours(int (&offsets)[8]) const {
@@ -158,23 +150,46 @@ ThinningTable thinning_table() {
   return table;
 }
 
+/// The pixels that are set beside one of those in either list, each once.
+std::vector<std::uint32_t> beside(const PixelSet& image, const std::vector<std::uint32_t>& some,
+                                  const std::vector<std::uint32_t>& others) {
+  static thread_local std::vector<std::uint32_t> found_in;  // per pixel: the last call that found it
+  static thread_local std::uint32_t call = 0;
+  found_in.resize(std::max(found_in.size(), image.pixels()));
+  ++call;
+  int around[8];
+  image.neighbours(around);
+  std::vector<std::uint32_t> found;
+  for (const auto* pixels : {&some, &others}) {
+    for (const std::uint32_t i : *pixels) {
+      for (const int offset : around) {
+        const std::uint32_t next = i + static_cast<std::uint32_t>(offset);
+        if (!image.at(next) || found_in[next] == call) continue;
+        found_in[next] = call;
+        found.push_back(next);
+      }
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 void thin(PixelSet& image) {
   static const ThinningTable table = thinning_table();
-  std::vector<std::uint8_t> drop;
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const bool second_half : {false, true}) {
-      const auto& set = image.set();
-      drop.assign(set.size(), 0);
-      for (std::size_t k = 0; k < set.size(); ++k) {
-        drop[k] = table[second_half][image.square(set[k])];
-        changed = changed || drop[k];
-      }
-      image.erase(drop);
+  // First all are asked in both halves, later those beside one that went since they were asked in the same
+  // half: the others' answer is as before.
+  std::vector<std::uint32_t> ask = image.set(), gone, gone_before;
+  for (int half = 0; !ask.empty(); ++half) {
+    gone.swap(gone_before);
+    gone.clear();
+    for (const std::uint32_t i : ask) {
+      if (image.at(i) && table[half % 2][image.square(i)]) gone.push_back(i);
     }
+    for (const std::uint32_t i : gone) image.clear(i);
+    if (half > 0) ask = beside(image, gone_before, gone);
   }
+  image.leave_out_cleared();
 }
 
 }  // namespace parhelion::semantic

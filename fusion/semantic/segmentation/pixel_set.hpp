@@ -17,6 +17,7 @@ class PixelSet {
 
   int width() const { return width_; }
   int height() const { return height_; }
+  std::size_t pixels() const { return on_.size(); }
   bool at(int x, int y) const { return on_[index(x, y)] != 0; }
   bool at(std::size_t i) const { return on_[i] != 0; }
   std::uint32_t index(int x, int y) const { return static_cast<std::uint32_t>(y * width_ + x); }
@@ -30,8 +31,9 @@ class PixelSet {
     set_.push_back(i);
   }
   void sort();
-  /// Clears the pixels of `set()` for which `drop[k]` is not 0; k is an index into `set()`.
-  void erase(const std::vector<std::uint8_t>& drop);
+  /// Clears a pixel, which stays in `set()` until the call below.
+  void clear(std::size_t i) { on_[i] = 0; }
+  void leave_out_cleared();
 
   /// A bit for each pixel of the square of 3 x 3 around a set one, row by row.
   unsigned square(std::size_t i) const {

@@ -105,9 +105,11 @@ class ArcFitter {
                             for (std::uint32_t i = block.begin; i < block.end; ++i) {
                               const Eigen::Vector3f& e = evidence_.sorted()[i];
                               const Eigen::Vector2d q = e.head<2>().cast<double>();
-                              const Hit hit{arc.along(q), arc.across(q), static_cast<double>(e.z()), q};
-                              if (std::abs(hit.across) <= band && hit.along >= low && hit.along <= high)
-                                hits.push_back(hit);
+                              const double across = arc.across(q);
+                              if (!(std::abs(across) <= band)) continue;  // most are
+                              const double along = arc.along(q);
+                              if (along >= low && along <= high)
+                                hits.push_back({along, across, static_cast<double>(e.z()), q});
                             }
                           });
     std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
