@@ -190,7 +190,14 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   cut_floors(EvidenceGrid(built.cloud, evidence), built.model);
   FoundObjects found = find_objects(built.cloud, built.cloud.labels, built.model.entities, options.objects);
   const std::size_t meshed = std::min(found.objects.size(), kMaxMeshes);
-  auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed);
+  std::optional<Result<UnknownMesh>> meshing;
+  std::vector<ModelObject> kerbs;
+  tbb::parallel_invoke(
+      [&] { meshing = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed); },
+      [&] {
+        kerbs = find_kerbs(built.cloud, built.cloud.labels, built.model.entities, spread ? spread->voxel : 0);
+      });
+  Result<UnknownMesh>& mesh = *meshing;
   if (!mesh) return mesh.error();
   for (std::size_t o = 0; o < meshed; ++o) {
     if (mesh->of_owner[o].empty()) continue;
@@ -200,8 +207,6 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   built.objects = std::move(found.objects);
   built.object_features = std::move(found.features);
   built.object_of = std::move(found.object_of);
-  std::vector<ModelObject> kerbs =
-      find_kerbs(built.cloud, built.cloud.labels, built.model.entities, spread ? spread->voxel : 0);
   std::move(kerbs.begin(), kerbs.end(), std::back_inserter(built.objects));
   if (mesh->cube > options.mesh.cube * 1.001)
     built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +

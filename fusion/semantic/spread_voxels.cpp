@@ -115,25 +115,51 @@ double largest_square(double root) {
   return square;
 }
 
-/// Through those of the points whose distance from p has a square of at most `reach2` (m^2). `near` is
-/// scratch.
-std::optional<Plane> plane_at(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& p,
-                              double reach2, std::vector<Eigen::Vector3d>& near) {
-  // Which points are near cannot be foretold: a jump for each would cost more than its sums.
-  near.resize(points.size());
-  std::size_t count = 0;
-  for (const Eigen::Vector3f& q : points) {
-    const Eigen::Vector3d d = (q - p).cast<double>();
-    near[count] = d;
-    count += d.squaredNorm() > reach2 ? 0 : 1;
+/// Points by coordinate, for loops over many at once.
+struct Candidates {
+  std::vector<float> x, y, z;
+  std::vector<float> squares;            ///< m^2, scratch: about those of their distances from one point
+  std::vector<Eigen::Vector3d> offsets;  ///< m, scratch: from that point
+
+  void assign(const std::vector<Eigen::Vector3f>& points) {
+    const std::size_t n = points.size();
+    x.resize(n), y.resize(n), z.resize(n), squares.resize(n), offsets.resize(n);
+    for (std::size_t i = 0; i < n; ++i) x[i] = points[i].x(), y[i] = points[i].y(), z[i] = points[i].z();
   }
-  if (count < 5) return std::nullopt;
+
+  /// Those of a distance from p whose square is at most `reach2` (m^2), in their order.
+  std::span<const Eigen::Vector3d> within(const Eigen::Vector3f& p, double reach2) {
+    constexpr double kRounding = 1e-5;  // of the squares, more than a float's
+    const auto largest = static_cast<float>((1 + kRounding) * reach2);
+    const std::size_t n = x.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const float dx = x[i] - p.x(), dy = y[i] - p.y(), dz = z[i] - p.z();
+      squares[i] = dx * dx + dy * dy + dz * dz;
+    }
+    // Which are near cannot be foretold: a jump for each would cost more than to write it down.
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      offsets[count] = (Eigen::Vector3f(x[i], y[i], z[i]) - p).cast<double>();
+      count += squares[i] > largest ? 0 : 1;
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (offsets[i].squaredNorm() > reach2) continue;
+      offsets[kept++] = offsets[i];
+    }
+    return std::span(offsets).first(kept);
+  }
+};
+
+/// Through points at these offsets from p.
+std::optional<Plane> plane_at(std::span<const Eigen::Vector3d> offsets, const Eigen::Vector3f& p) {
+  if (offsets.size() < 5) return std::nullopt;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = sum, beside = sum;
-  for (const Eigen::Vector3d& d : std::span(near).first(count)) {
+  for (const Eigen::Vector3d& d : offsets) {
     sum += d, squares += d.cwiseProduct(d);
     beside += Eigen::Vector3d(d.x() * d.y(), d.x() * d.z(), d.y() * d.z());
   }
-  const auto n = static_cast<double>(count);
+  const auto n = static_cast<double>(offsets.size());
   const Eigen::Vector3d mean = sum / n;
   const cloud::SmallestEigen eigen = cloud::smallest_eigen(
       squares / n - mean.cwiseProduct(mean),
@@ -151,10 +177,12 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
   std::vector<std::optional<Plane>> planes(points.size());
   cloud::for_each_chunk(cubes.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::vector<Eigen::Vector3f> about;
-    std::vector<Eigen::Vector3d> near;
+    Candidates candidates;
     for (std::size_t c = begin; c < end; ++c) {
       cubes.collect_about(c, about);
-      for (const std::uint32_t i : cubes.in(c)) planes[i] = plane_at(about, points[i], reach2, near);
+      candidates.assign(about);
+      for (const std::uint32_t i : cubes.in(c))
+        planes[i] = plane_at(candidates.within(points[i], reach2), points[i]);
     }
   });
   return planes;

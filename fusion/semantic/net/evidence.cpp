@@ -54,6 +54,8 @@ class AskedLayers {
     }
   }
 
+  /// All of them: each ray may decide on which blocks there is memory for.
+  bool all() const { return all_; }
   /// Whether a line of sight between two layers may pass one that is asked for.
   bool are_between(int one, int other) const {
     if (all_) return true;
@@ -78,12 +80,13 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     : options_(options) {
   if (options_.max_blocks == 0)
     options_.max_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
-  // Surfaces first: a measured cube stays measured even if a line of sight crosses its corner, and gets its
-  // memory first.
+  // A measured cube stays measured even if a line of sight crosses its corner. Where memory may not suffice
+  // surfaces get theirs first.
   const AskedLayers asked(cloud, options_, kSide);
   const auto layer_of = [&](const Eigen::Vector3d& p) { return cloud::floor_index(p.z() / options_.cube); };
-  for (const Eigen::Vector3f& point : cloud.points) {
-    const Eigen::Vector3d p = point.cast<double>();
+  const bool surfaces_first = asked.all() || cloud.viewpoints.empty();
+  for (std::size_t i = 0; i < cloud.size() && surfaces_first; ++i) {
+    const Eigen::Vector3d p = cloud.points[i].cast<double>();
     if (!is_in_reach(p, options_.cube) || !asked.concern(layer_of(p))) continue;
     const Index cube = index_of(p);
     if (Block* block = block_at(cube, true)) block->cubes[place_in(cube)] = Evidence::measured;
@@ -92,11 +95,12 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
-    if (view >= cloud.viewpoints.size() || !is_in_reach(p, options_.cube)) continue;
-    if (!asked.concern(layer_of(p))) continue;
+    if (!is_in_reach(p, options_.cube) || !asked.concern(layer_of(p))) continue;
     const Index cube = index_of(p);
-    Block* block = block_at(cube, false);
+    Block* block = block_at(cube, !surfaces_first);
     if (block == nullptr) continue;
+    if (!surfaces_first) block->cubes[place_in(cube)] = Evidence::measured;
+    if (view >= cloud.viewpoints.size()) continue;
     std::uint16_t& followed = block->followed[place_in(cube)];
     const auto mark = static_cast<std::uint16_t>(view + 1);
     if (followed == mark) continue;

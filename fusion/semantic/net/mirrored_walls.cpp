@@ -49,12 +49,13 @@ struct Ray {
 std::vector<Ray> rays_to(const PlanPoints& points, const WallCandidate& wall) {
   constexpr double kNear = 0.05, kInside = 0.15;  // m
   std::vector<Ray> rays;
+  const double length = wall.length(), low = wall.floor + kInside, high = wall.ceiling - kInside;
   points.near_segment(wall.start, wall.end, kNear, [&](const PlanPoints::Point& point) {
     const Eigen::Vector3d p = point.p.cast<double>();
-    const double along = wall.raster.along.dot(p.head<2>() - wall.start);
-    if (point.viewpoint < 0 || std::abs(off(wall, p.head<2>())) > kNear || along < 0 ||
-        along > wall.length() || p.z() < wall.floor + kInside || p.z() > wall.ceiling - kInside)
+    if (point.viewpoint < 0 || std::abs(off(wall, p.head<2>())) > kNear || p.z() < low || p.z() > high)
       return;
+    const double along = wall.raster.along.dot(p.head<2>() - wall.start);
+    if (along < 0 || along > length) return;
     rays.push_back({points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>(), p});
   });
   return rays;

@@ -183,13 +183,15 @@ void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double n
   std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
   std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
   std::vector<std::vector<float>> offsets(static_cast<std::size_t>(wall.columns));
+  const double length = (wall.columns + 1) * wall.column, height = (wall.rows + 1) * wall.row;
   const auto count_point = [&](const PlanPoints::Point& point) {
     const Eigen::Vector2d d = point.p.head<2>().cast<double>() - wall.start;
     const double offset = wall.away.dot(d);
     if (offset < -kFront || offset > kRecessMost) return;
-    const int c = static_cast<int>(std::floor(wall.along.dot(d) / wall.column));
-    const int r = wall.row_of(point.p.z());
-    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
+    const double at = wall.along.dot(d), over = static_cast<double>(point.p.z()) - wall.z_low;
+    if (at < 0 || at > length || over < 0 || over > height) return;
+    const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
+    if (c >= wall.columns || r >= wall.rows) return;
     if (std::abs(offset) <= near) {
       count(wall.measured, wall.at(c, r));
       if (point.p.z() > wall.z_low + kFaceFrom && point.p.z() < wall.z_low + kFaceTo)
@@ -243,7 +245,8 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.viewpoints_known = points.has_rays();
   // The last column may extend slightly past the end; from close by that is a wide angle.
   const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
-  const double length = wall.columns * wall.column, height = wall.rows * wall.row;
+  // A little more than the wall's, to spare the divisions below for rays that miss it.
+  const double length = (wall.columns + 1) * wall.column, height = (wall.rows + 1) * wall.row;
   points.rays_towards(start, edge, kSight, [&](const Eigen::Vector3f& viewpoint) {
     const Eigen::Vector3d from = viewpoint.cast<double>();
     const double a = normal.dot(from.head<2>() - start);
@@ -255,8 +258,7 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
       if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
       const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
       const double at = wall.along.dot(hit.head<2>() - start), over = hit.z() - wall.z_low;
-      // Most rays miss the wall: this is a little larger than it, and spares the divisions below.
-      if (at < 0 || at > length + wall.column || over < 0 || over > height + wall.row) return;
+      if (at < 0 || at > length || over < 0 || over > height) return;
       const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
       if (c >= wall.columns || r >= wall.rows) return;
       if (through) count(wall.through, wall.at(c, r));
