@@ -188,14 +188,18 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
   return planes;
 }
 
-/// The points that replace one.
+/// Points of a row or a column of those that replace one.
+int points_along(double spacing) { return std::max(2, static_cast<int>(std::lround(spacing / kPitch))); }
+
+/// The points that replace one: a column of them, or a square on its plane.
 void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, double spacing,
-            std::vector<Eigen::Vector3f>& out) {
-  const int count = std::max(2, static_cast<int>(std::lround(spacing / kPitch)));
+            std::span<Eigen::Vector3f> out) {
+  const int count = points_along(spacing);
   const auto offset = [&](int k) { return spacing * ((k + 0.5) / count - 0.5); };
   const Eigen::Vector3d p = point.cast<double>();
+  auto next = out.begin();
   if (!plane) {
-    for (int k = 0; k < count; ++k) out.push_back((p + Eigen::Vector3d(0, 0, offset(k))).cast<float>());
+    for (int k = 0; k < count; ++k) *next++ = (p + Eigen::Vector3d(0, 0, offset(k))).cast<float>();
     return;
   }
   // Along the axis that is nearest to the plane first, so that faces of neighbours meet.
@@ -204,7 +208,7 @@ void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, dou
   const Eigen::Vector3d u = (std::abs(n.z()) < 0.7 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
   const Eigen::Vector3d a = (u - n.dot(u) * n).normalized(), b = n.cross(a);
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < count; ++k) out.push_back((on_plane + offset(i) * a + offset(k) * b).cast<float>());
+    for (int k = 0; k < count; ++k) *next++ = (on_plane + offset(i) * a + offset(k) * b).cast<float>();
   }
 }
 
@@ -274,32 +278,32 @@ std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads) {
   constexpr std::size_t kChunk = 4096;
   const std::vector<std::optional<Plane>> planes = planes_of(cloud.points, kReach * spacing, threads);
-  std::vector<std::vector<Eigen::Vector3f>> points((cloud.size() + kChunk - 1) / kChunk);
-  std::vector<std::vector<std::uint32_t>> parents(points.size());
-  cloud::for_each_chunk(cloud.size(), kChunk, threads,
-                        [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                          for (std::size_t i = begin; i < end; ++i) {
-                            spread(cloud.points[i], planes[i], spacing, points[chunk]);
-                            parents[chunk].resize(points[chunk].size(), static_cast<std::uint32_t>(i));
-                          }
-                        });
-  std::vector<std::size_t> first(points.size() + 1, 0);
-  for (std::size_t c = 0; c < points.size(); ++c) first[c + 1] = first[c] + points[c].size();
+  const auto along = static_cast<std::size_t>(points_along(spacing));
+  const auto points_of = [&](std::size_t i) { return planes[i] ? along * along : along; };
+  std::vector<std::size_t> first{0};  // of each chunk
+  for (std::size_t begin = 0; begin < cloud.size(); begin += kChunk) {
+    std::size_t points = 0;
+    for (std::size_t i = begin; i < std::min(cloud.size(), begin + kChunk); ++i) points += points_of(i);
+    first.push_back(first.back() + points);
+  }
   SpreadCloud result;
   result.cloud.viewpoints = cloud.viewpoints;
   result.cloud.points.resize(first.back());
   result.parent.resize(first.back());
   if (!cloud.scans.empty()) result.cloud.scans.resize(first.back());
-  cloud::for_each_chunk(points.size(), 1, threads, [&](std::size_t c, std::size_t, std::size_t) {
-    std::copy(points[c].begin(), points[c].end(),
-              result.cloud.points.begin() + static_cast<std::ptrdiff_t>(first[c]));
-    std::copy(parents[c].begin(), parents[c].end(),
-              result.parent.begin() + static_cast<std::ptrdiff_t>(first[c]));
-    for (std::size_t i = first[c]; i < first[c + 1] && !cloud.scans.empty(); ++i)
-      result.cloud.scans[i] = cloud.scans[result.parent[i]];
-    points[c] = {};
-    parents[c] = {};
-  });
+  cloud::for_each_chunk(
+      cloud.size(), kChunk, threads, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        std::size_t at = first[chunk];
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::size_t points = points_of(i);
+          spread(cloud.points[i], planes[i], spacing, std::span(result.cloud.points).subspan(at, points));
+          std::fill_n(result.parent.begin() + static_cast<std::ptrdiff_t>(at), points,
+                      static_cast<std::uint32_t>(i));
+          if (!cloud.scans.empty())
+            std::fill_n(result.cloud.scans.begin() + static_cast<std::ptrdiff_t>(at), points, cloud.scans[i]);
+          at += points;
+        }
+      });
   return result;
 }
 

@@ -1,6 +1,9 @@
 #include "fusion/semantic/net/flight_strip.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -12,24 +15,24 @@ StripPoints::StripPoints(std::span<const Eigen::Vector3f> points)
     : blocks_(points, kAcross * kSquare),
       begin_(blocks_.blocks().size() * kSquares + 1, 0),
       by_square_(blocks_.sorted().size()) {
-  const auto square_of = [&](std::size_t b, const Eigen::Vector3f& p) {
-    const auto along = [](float at, int block) {
-      return std::clamp(cloud::floor_index(at / kSquare) - block * kAcross, 0, kAcross - 1);
-    };
+  tbb::parallel_for(std::size_t{0}, blocks_.blocks().size(), [&](std::size_t b) {
     const PlanBlocks::Block& block = blocks_.blocks()[b];
-    return b * kSquares + static_cast<std::size_t>(along(p.y(), block.y) * kAcross + along(p.x(), block.x));
-  };
-  const auto for_each_point = [&](auto&& visit) {
-    for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
-      const PlanBlocks::Block& block = blocks_.blocks()[b];
-      for (std::uint32_t i = block.begin; i < block.end; ++i)
-        visit(square_of(b, blocks_.sorted()[i]), i - block.begin);
+    const auto along = [](float at, int of_block) {
+      return std::clamp(cloud::floor_index(at / kSquare) - of_block * kAcross, 0, kAcross - 1);
+    };
+    std::vector<std::uint8_t> square(block.end - block.begin);
+    std::array<std::uint32_t, kSquares + 1> next{};
+    for (std::uint32_t k = 0; k < square.size(); ++k) {
+      const Eigen::Vector3f& p = blocks_.sorted()[block.begin + k];
+      square[k] = static_cast<std::uint8_t>(along(p.y(), block.y) * kAcross + along(p.x(), block.x));
+      ++next[square[k] + 1U];
     }
-  };
-  for_each_point([&](std::size_t square, std::uint32_t) { ++begin_[square + 1]; });
-  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  for_each_point([&](std::size_t square, std::uint32_t point) { by_square_[next[square]++] = point; });
+    next[0] = block.begin;
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    std::copy(next.begin(), next.end() - 1, begin_.begin() + static_cast<std::ptrdiff_t>(b * kSquares));
+    for (std::uint32_t k = 0; k < square.size(); ++k) by_square_[next[square[k]]++] = k;
+  });
+  begin_.back() = static_cast<std::uint32_t>(by_square_.size());
 }
 
 void StripPoints::mark(std::size_t block, const Eigen::Vector2d& direction, const Strip& strip,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/point_cloud.hpp"
 
 namespace parhelion::semantic {
@@ -81,7 +82,8 @@ class PlanPoints {
   void sort_by_direction();
   std::size_t direction_of(const Point& point) const;
   Eigen::Vector2i cell_of(const Eigen::Vector2d& p) const {
-    return ((p - low_) / kCell).array().floor().cast<int>();
+    const Eigen::Vector2d at = (p - low_) / kCell;
+    return {cloud::floor_index(at.x()), cloud::floor_index(at.y())};
   }
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
   Eigen::Vector2i cells_ = Eigen::Vector2i::Zero();

@@ -4,39 +4,29 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/cloud/floor_index.hpp"
 #include "fusion/semantic/segmentation/surface_search.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 
 BlockPlates::BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block)
-    : x0_(site.blocks.blocks()[block].x * kBlockCells),
-      y0_(site.blocks.blocks()[block].y * kBlockCells),
-      per_cell_(1 / site.cell()),
-      surfaces_(horizontals.surfaces),
-      near_(site.options.near) {
+    : surfaces_(horizontals.surfaces), near_(site.options.near) {
+  const int x0 = site.blocks.blocks()[block].x * kBlockCells,
+            y0 = site.blocks.blocks()[block].y * kBlockCells;
   plates_ = std::span(horizontals.plates)
                 .subspan(horizontals.first[block], horizontals.first[block + 1] - horizontals.first[block]);
   for (const Plate& plate : plates_)
-    ++first_[static_cast<std::size_t>((plate.y - y0_) * kBlockCells + plate.x - x0_ + 1)];
+    ++first_[static_cast<std::size_t>((plate.y - y0) * kBlockCells + plate.x - x0 + 1)];
   for (std::size_t c = 1; c < first_.size(); ++c)
     first_[c] = static_cast<std::uint16_t>(first_[c] + first_[c - 1]);
 }
 
-std::span<const Plate> BlockPlates::at(const Eigen::Vector3f& p) const {
-  const int x = std::clamp(cloud::floor_index(p.x() * per_cell_) - x0_, 0, kBlockCells - 1);
-  const int y = std::clamp(cloud::floor_index(p.y() * per_cell_) - y0_, 0, kBlockCells - 1);
-  const auto cell = static_cast<std::size_t>(y * kBlockCells + x);
-  return plates_.subspan(first_[cell], static_cast<std::size_t>(first_[cell + 1] - first_[cell]));
-}
-
-bool BlockPlates::lies_flat(const Eigen::Vector3f& p) const {
+bool BlockPlates::lies_flat(std::uint8_t cell, float z) const {
   constexpr double at_least = 0.02;  // m, the noise of a good scanner
-  return std::ranges::any_of(at(p), [&](const Plate& plate) {
+  return std::ranges::any_of(at(cell), [&](const Plate& plate) {
     // Of the whole surface: a cell at the foot of a riser has a different spread.
     const double spread = 1.25 * surfaces_[plate.surface].thickness;
-    return std::abs(static_cast<double>(p.z() - plate.z)) <= std::clamp(spread, at_least, near_);
+    return std::abs(static_cast<double>(z - plate.z)) <= std::clamp(spread, at_least, near_);
   });
 }
 
@@ -103,7 +93,7 @@ void assign_block(const Site& site, const HorizontalSearch& horizontals, std::si
       nearest = distance;
       surface = band.index;
     }
-    for (const Plate& plate : plates.at(p)) {
+    for (const Plate& plate : plates.at(site.cells[i])) {
       const double distance = std::abs(static_cast<double>(p.z() - plate.z));
       if (distance > nearest) continue;
       nearest = distance;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "fusion/cloud/floor_index.hpp"
-
 namespace parhelion::semantic {
 namespace {
 
@@ -28,19 +26,16 @@ int seen_from(const cloud::PointCloud<Map>& cloud, std::uint32_t i) {
 
 }  // namespace
 
-BlockHeights::BlockHeights(const Site& site, const PlanBlocks::Block& block) : site_(site), block_(block) {
+BlockHeights::BlockHeights(const Site& site, const PlanBlocks::Block& block)
+    : site_(site),
+      block_(block),
+      cell_of_(std::span(site.cells).subspan(block.begin, block.end - block.begin)) {
   const std::uint32_t n = block.end - block.begin;
-  const double per_cell = 1 / site.cell();
-  const auto cell = [&](float at, int first) {
-    return std::clamp(cloud::floor_index(at * per_cell) - first * kBlockCells, 0, kBlockCells - 1);
-  };
-  cell_of_.resize(n);
   near_.assign(n / 64 + 1, 0);
   band_begin_.assign(static_cast<std::size_t>((site.z_high - site.z_low) / site.options.near) + 2, 0);
   std::vector<std::uint32_t> band(n);
   for (std::uint32_t k = 0; k < n; ++k) {
     const Eigen::Vector3f& p = site.blocks.sorted()[block.begin + k];
-    cell_of_[k] = static_cast<std::uint8_t>(cell(p.y(), block.y) * kBlockCells + cell(p.x(), block.x));
     band[k] = static_cast<std::uint32_t>(band_of(p.z()));
     ++band_begin_[band[k] + 1];
   }

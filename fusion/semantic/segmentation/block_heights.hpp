@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fusion/semantic/segmentation/surface_search.hpp"
@@ -36,7 +37,7 @@ class BlockHeights {
 
   const Site& site_;
   const PlanBlocks::Block& block_;
-  std::vector<std::uint8_t> cell_of_;      ///< per point of the block
+  std::span<const std::uint8_t> cell_of_;  ///< per point of the block
   std::vector<std::uint32_t> band_begin_;  ///< per band of `near` height and one more: into by_band_
   std::vector<std::uint32_t> by_band_;     ///< points of the block, ascending within a band
   std::array<std::uint32_t, kCells + 1> cell_begin_{};

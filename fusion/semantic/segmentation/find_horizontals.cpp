@@ -164,9 +164,10 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
 void index_by_block(const Site& site, HorizontalSearch& search) {
   static_assert(std::has_single_bit(unsigned{kBlockCells}));
   const auto block_of = [](std::int32_t cell) { return cell >> std::countr_zero(unsigned{kBlockCells}); };
-  const auto key = [&](const Plate& p) { return std::tuple(block_of(p.y), block_of(p.x), p.y, p.x, p.z); };
-  std::sort(search.plates.begin(), search.plates.end(),
-            [&](const Plate& a, const Plate& b) { return key(a) < key(b); });
+  std::sort(search.plates.begin(), search.plates.end(), [&](const Plate& a, const Plate& b) {
+    const std::pair one(block_of(a.y), block_of(a.x)), other(block_of(b.y), block_of(b.x));
+    return one != other ? one < other : by_place(a, b);
+  });
   std::uint32_t at = 0;
   for (const PlanBlocks::Block& block : site.blocks.blocks()) {
     search.first.push_back(at);

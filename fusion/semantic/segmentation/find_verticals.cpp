@@ -30,7 +30,7 @@ std::vector<std::uint8_t> flat_points(const Site& site, const HorizontalSearch& 
     const PlanBlocks::Block& block = site.blocks.blocks()[b];
     const BlockPlates plates(site, horizontals, b);
     for (std::uint32_t i = block.begin; i < block.end; ++i)
-      flat[i] = plates.lies_flat(site.blocks.sorted()[i]);
+      flat[i] = plates.lies_flat(site.cells[i], site.blocks.sorted()[i].z());
   });
   return flat;
 }

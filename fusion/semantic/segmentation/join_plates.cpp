@@ -41,34 +41,33 @@ bool is_flat(const Plate& plate) {
 /// Ascends with y, then x.
 std::int64_t cell_key(std::int64_t x, std::int64_t y) { return (y << 32) + x; }
 
-/// What a plate's neighbours need of it first, close together in memory.
-struct Place {
-  std::int64_t cell;
-  float z;
-  bool flat;
-};
-
 constexpr float kFarthest = 0.031F;  // m, a little more than kMaxHeightStep
-
-Place place_of(const Plate& plate) { return {cell_key(plate.x, plate.y), plate.z, is_flat(plate)}; }
 
 }  // namespace
 
 bool by_place(const Plate& a, const Plate& b) {
-  return std::tuple(a.y, a.x, a.z) < std::tuple(b.y, b.x, b.z);
+  const std::int64_t one = cell_key(a.x, a.y), other = cell_key(b.x, b.y);
+  return one != other ? one < other : a.z < b.z;
 }
 
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
   std::iota(parent.begin(), parent.end(), 0U);
-  std::vector<Place> places(plates.size());
-  std::transform(plates.begin(), plates.end(), places.begin(), place_of);
+  // What a plate's neighbours need of it first, close together in memory.
+  std::vector<std::int64_t> cell;
+  std::vector<float> z;
+  std::vector<std::uint8_t> flat;
+  for (const Plate& plate : plates) {
+    cell.push_back(cell_key(plate.x, plate.y));
+    z.push_back(plate.z);
+    flat.push_back(is_flat(plate) ? 1 : 0);
+  }
   const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
     const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
     if (host[child] == kNoSurface || apart(i) < apart(host[child])) host[child] = i;
   };
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
-    const bool one = places[i].flat, other = places[j].flat;
+    const bool one = flat[i] != 0, other = flat[j] != 0;
     if ((!one && !other) || !of_one_height(plates[i], plates[j])) return;
     if (one && other) {
       const auto a = root(parent, i), b = root(parent, j);
@@ -77,18 +76,22 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
     if (one && !other) adopt(i, j);
     if (other && !one) adopt(j, i);
   };
-  // Where the neighbours in each row begin: these places move on with the plates.
-  std::array<std::uint32_t, kReachCells + 1> first{};
-  for (std::uint32_t i = 0; i < places.size(); ++i) {
-    const Place& place = places[i];
+  // Where the neighbours in each row begin and end: these places move on with the plates.
+  struct Range {
+    std::uint32_t begin = 0, end = 0;
+  };
+  std::array<Range, kReachCells + 1> rows{};
+  for (std::uint32_t i = 0; i < cell.size(); ++i) {
     for (int dy = 0; dy <= kReachCells; ++dy) {
-      const std::int64_t from = place.cell + cell_key(dy == 0 ? 1 : -kReachCells, dy),
-                         to = place.cell + cell_key(kReachCells, dy);
-      std::uint32_t& begin = first[static_cast<std::size_t>(dy)];
-      while (begin < places.size() && places[begin].cell < from) ++begin;
-      for (std::uint32_t j = begin; j < places.size() && places[j].cell <= to; ++j) {
+      const std::int64_t from = cell[i] + cell_key(dy == 0 ? 1 : -kReachCells, dy),
+                         to = cell[i] + cell_key(kReachCells, dy);
+      auto& [begin, end] = rows[static_cast<std::size_t>(dy)];
+      while (begin < cell.size() && cell[begin] < from) ++begin;
+      end = std::max(begin, end);
+      while (end < cell.size() && cell[end] <= to) ++end;
+      for (std::uint32_t j = begin; j < end; ++j) {
         // Most are at other heights.
-        if (std::abs(places[j].z - place.z) <= kFarthest) meet(i, j);
+        if (std::abs(z[j] - z[i]) <= kFarthest) meet(i, j);
       }
     }
   }

@@ -1,10 +1,12 @@
 // The image-based pipeline from cloud to surfaces.
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
 #include "fusion/semantic/segmentation/surface_search.hpp"
 #include "protocols/quantile.hpp"
@@ -46,9 +48,27 @@ std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
   return tiles;
 }
 
+std::vector<std::uint8_t> cells_of(const PlanBlocks& blocks, double cell) {
+  static_assert(kBlockCells * kBlockCells <= 256);
+  std::vector<std::uint8_t> cells(blocks.sorted().size());
+  tbb::parallel_for(std::size_t{0}, blocks.blocks().size(), [&](std::size_t b) {
+    const PlanBlocks::Block& block = blocks.blocks()[b];
+    const double per_cell = 1 / cell;
+    const auto along = [&](float at, int of_block) {
+      return std::clamp(cloud::floor_index(at * per_cell) - of_block * kBlockCells, 0, kBlockCells - 1);
+    };
+    for (std::uint32_t i = block.begin; i < block.end; ++i) {
+      const Eigen::Vector3f& p = blocks.sorted()[i];
+      cells[i] = static_cast<std::uint8_t>(along(p.y(), block.y) * kBlockCells + along(p.x(), block.x));
+    }
+  });
+  return cells;
+}
+
 Result<Segmentation> run(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options,
                          double z_low, double z_high) {
-  Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * kBlockPixels), {}, z_low, z_high};
+  Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * kBlockPixels), {}, {}, z_low, z_high};
+  site.cells = cells_of(site.blocks, site.cell());
   site.tiles = tiles_of(site.blocks);
   StageImages stages;
   StageImages* const kept = options.stages.empty() ? nullptr : &stages;

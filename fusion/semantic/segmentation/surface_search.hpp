@@ -32,8 +32,9 @@ struct Site {
   const cloud::PointCloud<Map>& cloud;
   const SegmentationOptions& options;
   PlanBlocks blocks;
-  std::vector<Tile> tiles;       ///< those with points, by y, then x
-  double z_low = 0, z_high = 0;  ///< m, of all points except outliers, with the margin
+  std::vector<std::uint8_t> cells;  ///< per point in the order of the blocks: its cell of its block
+  std::vector<Tile> tiles;          ///< those with points, by y, then x
+  double z_low = 0, z_high = 0;     ///< m, of all points except outliers, with the margin
 
   double cell() const { return options.pixel * kBlockPixels / kBlockCells; }
 };
@@ -81,16 +82,16 @@ struct HorizontalSearch {
 class BlockPlates {
  public:
   BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block);
-  /// Plates of the cell that contains `p`.
-  std::span<const Plate> at(const Eigen::Vector3f& p) const;
-  /// Whether a single plate explains the point: it is within 2.5 sigma.
-  bool lies_flat(const Eigen::Vector3f& p) const;
+  /// Plates of a cell of the block.
+  std::span<const Plate> at(std::uint8_t cell) const {
+    return plates_.subspan(first_[cell], static_cast<std::size_t>(first_[cell + 1U] - first_[cell]));
+  }
+  /// Whether a single plate explains a point of this height (m) in a cell: it is within 2.5 sigma.
+  bool lies_flat(std::uint8_t cell, float z) const;
 
  private:
   std::span<const Plate> plates_;
   std::array<std::uint16_t, kBlockCells * kBlockCells + 1> first_{};
-  int x0_ = 0, y0_ = 0;
-  double per_cell_ = 1;
   std::span<const HorizontalSurface> surfaces_;
   double near_ = 0;
 };
