@@ -188,13 +188,13 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
   return planes;
 }
 
-/// Points of a row or a column of those that replace one.
-int points_along(double spacing) { return std::max(2, static_cast<int>(std::lround(spacing / kPitch))); }
+/// How many points are along a side of the square that replaces one.
+int side_of_square(double spacing) { return std::max(2, static_cast<int>(std::lround(spacing / kPitch))); }
 
 /// The points that replace one: a column of them, or a square on its plane.
 void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, double spacing,
             std::span<Eigen::Vector3f> out) {
-  const int count = points_along(spacing);
+  const int count = side_of_square(spacing);
   const auto offset = [&](int k) { return spacing * ((k + 0.5) / count - 0.5); };
   const Eigen::Vector3d p = point.cast<double>();
   auto next = out.begin();
@@ -278,7 +278,7 @@ std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads) {
   constexpr std::size_t kChunk = 4096;
   const std::vector<std::optional<Plane>> planes = planes_of(cloud.points, kReach * spacing, threads);
-  const auto along = static_cast<std::size_t>(points_along(spacing));
+  const auto along = static_cast<std::size_t>(side_of_square(spacing));
   const auto points_of = [&](std::size_t i) { return planes[i] ? along * along : along; };
   std::vector<std::size_t> first{0};  // of each chunk
   for (std::size_t begin = 0; begin < cloud.size(); begin += kChunk) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace parhelion {
@@ -43,6 +44,18 @@ TEST(Quantile, EqualsSelectionFromSortedValues) {
     EXPECT_EQ(median(values), sorted[n / 2]);
     EXPECT_EQ(quantile(values, 0.8, QuantileRank::upper), sorted[n * 8 / 10]);
     EXPECT_EQ(quantile(values, 0.5), sorted[(n - 1) / 2]);
+  }
+}
+
+TEST(Quantile, RangeEqualsBothQuantiles) {
+  std::mt19937 random(5);
+  for (std::size_t n = 1; n < 200; ++n) {
+    std::vector<double> values(n);
+    for (double& value : values) value = std::uniform_int_distribution<int>(-20, 20)(random);
+    for (const auto& [low, high] : {std::pair{0.0, 1.0}, {0.01, 0.99}, {0.4, 0.5}, {0.5, 0.5}}) {
+      const double first = quantile(values, low), last = quantile(values, high);
+      EXPECT_EQ(quantile_range(values, low, high), std::pair(first, last));
+    }
   }
 }
 

@@ -89,6 +89,35 @@ TEST(Evidence, BeyondTheMemoryLimitSpaceStaysUnobserved) {
     EXPECT_EQ(bounded.at(p.cast<double>()), whole.at(p.cast<double>()));
 }
 
+TEST(Evidence, AtTheHeightsAskedForIsAsOfTheWhole) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const bool seen_from : {true, false}) {
+      cloud::PointCloud<Map> cloud = random_views(seed);
+      if (!seen_from) cloud.viewpoints.clear(), cloud.scans.clear();
+      EvidenceOptions options;
+      options.asked = {{-2.05, -1.8}, {1.0, 1.0}, {7, 8}};
+      const EvidenceGrid part(cloud, options), whole(cloud);
+      EXPECT_LT(part.count(Evidence::measured), whole.count(Evidence::measured));
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<double> place(-3.2, 3.2);
+      for (int i = 0; i < 20'000; ++i) {
+        const HeightRange& range = options.asked[static_cast<std::size_t>(i % 3)];
+        const double z = std::uniform_real_distribution<double>(range.low, range.high)(random);
+        const Eigen::Vector3d p(place(random), place(random), z);
+        ASSERT_EQ(part.at(p), whole.at(p)) << p.transpose();
+      }
+    }
+  }
+}
+
+TEST(Evidence, OfAllHeightsWhereMemoryMayNotSuffice) {
+  const cloud::PointCloud<Map> cloud = random_views(3);
+  EvidenceOptions few, asked;
+  few.max_blocks = asked.max_blocks = 4;
+  asked.asked = {{-2.05, -1.8}};
+  EXPECT_EQ(EvidenceGrid(cloud, asked).centres().points, EvidenceGrid(cloud, few).centres().points);
+}
+
 SemanticModel one_floor() {
   SemanticModel model;
   model.entities = {test::model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {12, 8, 0.1}),
