@@ -21,8 +21,8 @@ class Transform2d {
     radius_ = static_cast<int>(std::ceil(std::hypot(image.width(), image.height()))) + 1;
     first_ = std::max(0, kUpright - options.max_rise);
     end_ = std::min(kAngles, kUpright + options.max_rise + 1);
-    votes_.assign(static_cast<std::size_t>(kAngles) * static_cast<std::size_t>(2 * radius_ + 1), 0);
-    for (int a = 0; a < kAngles; ++a) {
+    votes_.assign(static_cast<std::size_t>(end_ - first_) * static_cast<std::size_t>(2 * radius_ + 1), 0);
+    for (int a = first_; a < end_; ++a) {
       const double angle = a * std::numbers::pi / kAngles;
       cosine_[static_cast<std::size_t>(a)] = static_cast<float>(std::cos(angle));
       sine_[static_cast<std::size_t>(a)] = static_cast<float>(std::sin(angle));
@@ -64,7 +64,8 @@ class Transform2d {
     const auto a = static_cast<std::size_t>(angle);
     const float rho = static_cast<float>(x) * cosine_[a] + static_cast<float>(y) * sine_[a];
     const int r = static_cast<int>(rho + static_cast<float>(radius_) + 0.5F);
-    return votes_[a * static_cast<std::size_t>(2 * radius_ + 1) + static_cast<std::size_t>(r)];
+    return votes_[static_cast<std::size_t>(angle - first_) * static_cast<std::size_t>(2 * radius_ + 1) +
+                  static_cast<std::size_t>(r)];
   }
 
   /// Adds the pixel's votes; returns the angle of the line with the most votes, or -1 where none has enough.
