@@ -11,6 +11,11 @@ namespace parhelion::people {
 namespace {
 
 constexpr std::size_t kCandidates = 8192;
+constexpr double kOccluder = 0.2;         // m in front of a person who is hidden
+constexpr double kSwingAveraging = 0.08;  // s
+/// Log-odds against a pair that is taken all the same: a track that misses a part is worse than one that
+/// takes a neighbour's once.
+constexpr double kUnassigned = 0.5;
 
 }  // namespace
 
@@ -23,6 +28,7 @@ PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), 
   evidence_.reserve(options.max_tracks);
   taken_.reserve(options.max_tracks);
   candidates_.reserve(kCandidates);
+  association_.reserve(options.max_tracks, kCandidates);
   assignment_.reserve(2 * options.max_tracks, options.max_tracks, kCandidates);
 }
 
@@ -33,7 +39,10 @@ std::span<const Mover> PeopleTracker::update(const LaserSweep& sweep) {
   if (seen_free_.size() <= sweep.laser) seen_free_.resize(sweep.laser + 1, SeenFree(options_.seen_free));
   found_ = segmented_.find(sweep);
   collect_evidence(sweep);
-  for (Track& track : tracks_) predict(track, sweep.stamp);
+  for (Track& track : tracks_) {
+    predict(track, sweep.stamp);
+    track.clearance = clearance(sweep, track);
+  }
   assign();
   for (std::size_t i = 0; i < tracks_.size(); ++i) update_track(sweep, i);
   begin_tracks(sweep);
@@ -57,8 +66,12 @@ void PeopleTracker::collect_evidence(const LaserSweep& sweep) {
 
 void PeopleTracker::assign() {
   candidates_.clear();
-  for (std::size_t i = 0; i < tracks_.size(); ++i) add_candidates(static_cast<std::uint32_t>(i), tracks_[i]);
-  const auto slots = assignment_.solve(2 * tracks_.size(), found_.size(), candidates_, kMaxSlotCost);
+  parts_ = association_.find(tracks_, found_, evidence_, dt_);
+  for (const PossiblePart& part : parts_) {
+    const double cost = -pair_log_odds(options_.pair, part);
+    if (cost < kUnassigned) candidates_.push_back({2 * part.track + part.slot, part.segment, cost});
+  }
+  const auto slots = assignment_.solve(2 * tracks_.size(), found_.size(), candidates_, kUnassigned);
   segment_of_slot_.assign(slots.begin(), slots.end());
   for (std::size_t i = 0; i < segment_of_slot_.size(); i += 2) {
     std::int32_t &a = segment_of_slot_[i], &b = segment_of_slot_[i + 1];
@@ -72,29 +85,32 @@ void PeopleTracker::assign() {
     if (segment != Assignment::kNone) taken_[static_cast<std::size_t>(segment)] = 1;
 }
 
-void PeopleTracker::add_candidates(std::uint32_t index, const Track& track) {
-  for (std::size_t s = 0; s < found_.size(); ++s) {
-    if ((found_[s].center - track.position()).squaredNorm() > kMaxLegOffset * kMaxLegOffset) continue;
-    for (const std::uint32_t slot : {0U, 1U}) {
-      const double cost = slot_cost(track, slot, found_[s], evidence_[s]);
-      if (cost < kMaxSlotCost) candidates_.push_back({2 * index + slot, static_cast<std::uint32_t>(s), cost});
-    }
-  }
-}
-
 void PeopleTracker::update_track(const LaserSweep& sweep, std::size_t index) {
   Track& track = tracks_[index];
   std::int32_t a = segment_of_slot_[2 * index], b = segment_of_slot_[2 * index + 1];
   if (a == Assignment::kNone && b == Assignment::kNone) return miss(track, dt_);
+  const std::array<Leg, 2> before = track.legs;
   remember_legs(track, a, b, sweep.stamp);
   const TrackObservation seen = observe(sweep, &track, a, b);
   people::update(track, seen, sweep.stamp, dt_);
-  // Offsets are about the corrected place.
-  for (const std::uint32_t slot : {0U, 1U}) {
-    const std::int32_t segment = segment_of_slot_[2 * index + slot];
-    if (segment != Assignment::kNone)
-      track.legs[slot].offset = found_[static_cast<std::size_t>(segment)].center - track.position();
+  for (const std::uint32_t slot : {0U, 1U})
+    move_leg(track, slot, segment_of_slot_[2 * index + slot], before[slot]);
+}
+
+/// Offsets are about the corrected place.
+void PeopleTracker::move_leg(Track& track, std::uint32_t slot, std::int32_t segment,
+                             const Leg& before) const {
+  if (segment == Assignment::kNone) return;
+  Leg& leg = track.legs[slot];
+  const Segment& found = found_[static_cast<std::size_t>(segment)];
+  leg.offset = found.center - track.position();
+  leg.width = found.width;
+  const double since = (leg.seen - before.seen).seconds();
+  if (!before.known || !(since > 0)) {
+    leg.swing.setZero();
+    return;
   }
+  leg.swing += ((leg.offset - before.offset) / since - before.swing) * (since / (kSwingAveraging + since));
 }
 
 void PeopleTracker::remember_legs(Track& track, std::int32_t a, std::int32_t b, SimulationTime stamp) const {
@@ -127,9 +143,8 @@ void PeopleTracker::begin_tracks(const LaserSweep& sweep) {
     const auto first = static_cast<std::int32_t>(i);
     Track track = begin_track(++last_id_, observe(sweep, nullptr, first, second), sweep.stamp);
     remember_legs(track, first, second, sweep.stamp);
-    track.legs[0].offset = found_[i].center - track.position();
-    if (second != Assignment::kNone)
-      track.legs[1].offset = found_[static_cast<std::size_t>(second)].center - track.position();
+    move_leg(track, 0, first, {});
+    move_leg(track, 1, second, {});
     tracks_.push_back(track);
   }
 }
@@ -223,23 +238,24 @@ void PeopleTracker::forget(const LaserSweep& sweep) {
     const Duration missing = sweep.stamp - track.seen;
     if (missing.ns == 0) return false;
     if (!track.person) return missing > options_.max_thing_missed;
-    return missing > (hidden(sweep, track) ? options_.max_hidden : options_.max_missed);
+    return missing > (clearance(sweep, track) < -kOccluder ? options_.max_hidden : options_.max_missed);
   };
   for (const Track& track : tracks_)
     if (gone(track) && track.confirmed.ns != 0 && lost_.size() < options_.max_tracks) lost_.push_back(track);
   std::erase_if(tracks_, gone);
 }
 
-/// Something nearer than the track's place hides it, or it is outside the field of view.
-bool PeopleTracker::hidden(const LaserSweep& sweep, const Track& track) const {
+/// How far the laser sees beyond the track's place, m, within 1; outside the field of view: -1.
+double PeopleTracker::clearance(const LaserSweep& sweep, const Track& track) {
   const auto T_laser_map = sweep.motion.T_map_laser_end.inverse();
   const Eigen::Vector2d p = (T_laser_map * Eigen::Vector3d(track.position().x(), track.position().y(),
                                                            sweep.motion.T_map_laser_end.translation().z()))
                                 .head<2>();
   const auto beam = sweep.scan.beam_at(std::atan2(p.y(), p.x()));
-  if (!beam) return true;
+  if (!beam) return -1;
   const float range = sweep.scan.ranges[*beam];
-  return sweep.description.convention.classify(range) == BeamKind::hit && range < p.norm() - 0.2;
+  if (sweep.description.convention.classify(range) != BeamKind::hit) return 1;
+  return std::clamp(double{range} - p.norm(), -1.0, 1.0);
 }
 
 void PeopleTracker::report() {

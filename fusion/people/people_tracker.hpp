@@ -1,8 +1,8 @@
 // People and other movers around the robots, from planar lasers: segments of a scan, each with the evidence
 // that it is a leg or a body and that its place was free before, are assigned to tracks of one or two
-// segments (legs), which a classifier tells apart. After Leigh, Pineau, Olmedo, Zhang: "Person Tracking and
-// Following with 2D Laser Scanners", ICRA 2015; the evidence of places that were seen free replaces its local
-// grid.
+// segments (legs) by classified pairs; another classifier tells persons from things. After Leigh, Pineau,
+// Olmedo, Zhang: "Person Tracking and Following with 2D Laser Scanners", ICRA 2015; the evidence of places
+// that were seen free replaces its local grid.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fusion/people/assignment.hpp"
+#include "fusion/people/association.hpp"
 #include "fusion/people/mover.hpp"
 #include "fusion/people/person_trees.hpp"
 #include "fusion/people/seen_free.hpp"
@@ -21,22 +22,16 @@ namespace parhelion::people {
 struct PeopleOptions {
   SegmentOptions segments;
   SeenFreeOptions seen_free;
-  Trees segment = segment_trees(), track = track_trees();
+  Trees segment = segment_trees(), track = track_trees(), pair = pair_trees();
   std::size_t max_tracks = 400;
-  double person = 0;            ///< log-odds from which a track is a person ...
-  double not_person = -1.5;     ///< ... and below which it no longer is;
-  double person_unmoved = 1.2;  ///< the same where it was never seen to move
+  double person = 0.8;          ///< log-odds from which a track is a person ...
+  double not_person = -0.7;     ///< ... and below which it no longer is;
+  double person_unmoved = 1.0;  ///< the same where it was never seen to move
   double not_person_unmoved = 0.2;
   std::uint32_t min_scans = 3;
   Duration max_hidden = seconds(2.0);             ///< a person behind something else is kept
   Duration max_missed = seconds(0.6);             ///< where nothing hides it
   Duration max_thing_missed = milliseconds(350);  ///< of what is not a person
-};
-
-/// What was found out about one segment of the newest scan.
-struct SegmentEvidence {
-  double log_odds = 0;  ///< of being part of a person, by its shape
-  PlaceEvidence place;
 };
 
 /// Deterministic. Allocates nothing after warm-up, and its time is bounded for any scan.
@@ -49,16 +44,19 @@ class PeopleTracker {
   std::span<const Mover> update(const LaserSweep& sweep);
   std::span<const Mover> movers() const { return movers_; }
 
-  /// For training and tests: all tracks, persons or not, and the segments of the newest scan.
+  /// For training and tests: all tracks, persons or not, the segments of the newest scan, and which of them
+  /// may be part of which track.
   std::span<const Track> tracks() const { return tracks_; }
   std::span<const Segment> segments() const { return found_; }
+  /// Its `track` counts the tracks as they were before the newest scan.
+  std::span<const PossiblePart> parts() const { return parts_; }
 
  private:
   void collect_evidence(const LaserSweep& sweep);
   void assign();
-  void add_candidates(std::uint32_t track_index, const Track& track);
   void update_track(const LaserSweep& sweep, std::size_t index);
   TrackObservation observe(const LaserSweep& sweep, const Track* track, std::int32_t a, std::int32_t b) const;
+  void move_leg(Track& track, std::uint32_t slot, std::int32_t segment, const Leg& before) const;
   void remember_legs(Track& track, std::int32_t a, std::int32_t b, SimulationTime stamp) const;
   void begin_tracks(const LaserSweep& sweep);
   std::int32_t second_leg(std::size_t first) const;
@@ -68,7 +66,7 @@ class PeopleTracker {
   void recognise();
   Track* lost_like(const Track& found);
   void forget(const LaserSweep& sweep);
-  bool hidden(const LaserSweep& sweep, const Track& track) const;
+  static double clearance(const LaserSweep& sweep, const Track& track);
   void report();
 
   PeopleOptions options_;
@@ -77,6 +75,8 @@ class PeopleTracker {
   std::span<const Segment> found_;
   std::vector<SegmentEvidence> evidence_;  // for each segment
   std::vector<char> taken_;                // for each segment
+  Association association_;
+  std::span<const PossiblePart> parts_;
   Assignment assignment_;
   std::vector<Candidate> candidates_;
   std::vector<std::int32_t> segment_of_slot_;  // two for each track

@@ -1,4 +1,5 @@
-// The classifiers of segments and tracks. Trained on synthetic scans only: tests/bench/train_people.cpp.
+// The classifiers of segments, tracks and pairs of both. Trained on synthetic scans only:
+// tests/bench/train_people.cpp.
 #pragma once
 
 #include "protocols/boosted_trees.hpp"
@@ -9,5 +10,7 @@ namespace parhelion::people {
 /// (TrackFeatures) is a person.
 Trees segment_trees();
 Trees track_trees();
+/// Log-odds that a segment is part of a track (PairFeatures).
+Trees pair_trees();
 
 }  // namespace parhelion::people

@@ -57,6 +57,8 @@ struct LastSight {
 struct Leg {
   bool known = false;
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< m, map: from the track's position
+  Eigen::Vector2d swing = Eigen::Vector2d::Zero();   ///< m/s, map: how the offset changes
+  double width = 0;                                  ///< m, of its last segment
   SimulationTime seen;
 };
 
@@ -83,6 +85,7 @@ struct Track {
   SimulationTime arrival;                                   ///< ... since then
   LastSight sight;
   std::array<Leg, 2> legs;
+  double clearance = 0;  ///< m that the newest scan sees beyond its place, within 1; negative: it is hidden
   std::uint32_t scans = 0;  ///< with returns from it
   TrackFeatures features{};
   double log_odds = 0;          ///< that it is a person: average over 0.15 s

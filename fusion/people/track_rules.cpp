@@ -6,15 +6,9 @@
 namespace parhelion::people {
 namespace {
 
-constexpr double kLegSigma = 0.14;         // m: a leg between two scans, beyond the motion of the body
-constexpr double kUnknownLegSigma = 0.25;  // m: a leg that was not seen lately
-constexpr double kUnknownLegCost = 2.5;
-constexpr double kWide = 0.26;        // m: wider than a leg: a body, or two legs beside each other
-constexpr double kMaxLegWidth = 0.3;  // m
+constexpr double kWide = 0.26;  // m: wider than a leg: a body, or two legs beside each other
 constexpr double kLegDepth = 0.04, kBodyDepth = 0.1;  // m from the returns to the middle
 constexpr double kPairSigma = 0.07, kBodySigma = 0.09, kOneLegSigma = 0.15, kThingSigma = 0.07;  // m
-
-double wanted_look(double log_odds) { return 0.4 * std::clamp(-log_odds, -3.0, 3.0) + 1.2; }
 
 Eigen::Vector2d behind(const Eigen::Vector2d& p, const Eigen::Vector2d& eye, double depth) {
   const Eigen::Vector2d ray = p - eye;
@@ -22,8 +16,6 @@ Eigen::Vector2d behind(const Eigen::Vector2d& p, const Eigen::Vector2d& eye, dou
   return range > 1e-6 ? Eigen::Vector2d(p + ray / range * depth) : p;
 }
 
-constexpr double kWasThereCost = 4;
-constexpr double kWalkingSpeed = 0.5;  // m/s
 // Somebody lost goes on for a while, then may have stopped, turned or gone faster.
 constexpr double kKeepsGoing = 0.7;     // s
 constexpr double kLostRadius = 0.9;     // m, at once: a pose that jumps, too ...
@@ -35,37 +27,18 @@ bool two_legged(const Track& track) { return track.feature(TrackFeature::two_seg
 /// One leg of it swings while the body goes on evenly.
 bool walks(const Track& track) { return two_legged(track) || track.feature(TrackFeature::has_moved) > 0.5F; }
 
-/// Something that has been there all along does not belong to somebody who came or walks.
-double static_cost(const Track& track, const SegmentEvidence& evidence) {
-  if (track.feature(TrackFeature::has_moved) < 0.5F && track.average_velocity().norm() < kWalkingSpeed)
-    return 0;
-  return was_there_before(track, evidence, track.stamp) ? kWasThereCost : 0;
+/// Of two persons the newer identity is the part, of two things the one that looks less like a person:
+/// furniture that was there first must not swallow who steps up to it.
+bool may_be_part(const Track& part, const Track& whole) {
+  if (part.person != whole.person) return !part.person;
+  if (!part.person && part.log_odds != whole.log_odds) return part.log_odds < whole.log_odds;
+  return part.id > whole.id;
 }
 
 /// Seen with both legs, or as a body.
 bool complete(const Track& track) { return two_legged(track) || track.feature(TrackFeature::width) > 0.3F; }
 
 }  // namespace
-
-double slot_cost(const Track& track, std::uint32_t slot, const Segment& segment,
-                 const SegmentEvidence& evidence) {
-  const Leg &leg = track.legs[slot], &other = track.legs[1 - slot];
-  if (!leg.known && !other.known) {  // not seen for a while: about its place
-    if (slot == 1) return kMaxSlotCost;
-    const double sigma = std::sqrt(track.covariance(0, 0) + kUnknownLegSigma * kUnknownLegSigma);
-    return (segment.center - track.position()).squaredNorm() / (sigma * sigma) +
-           wanted_look(evidence.log_odds) + static_cost(track, evidence);
-  }
-  const Eigen::Vector2d expected = track.position() + (leg.known ? leg.offset : -other.offset);
-  double variance = leg.known ? kLegSigma * kLegSigma : kUnknownLegSigma * kUnknownLegSigma;
-  variance += std::min(track.covariance(0, 0), 0.3 * 0.3);
-  double cost = (segment.center - expected).squaredNorm() / variance + static_cost(track, evidence);
-  if (!leg.known) {
-    if (segment.width > kMaxLegWidth || track.feature(TrackFeature::width) > 0.45F) return kMaxSlotCost;
-    cost += kUnknownLegCost + wanted_look(evidence.log_odds);
-  }
-  return cost;
-}
 
 TrackObservation observe_one(const Segment& segment, const SegmentEvidence& evidence,
                              const Eigen::Vector2d& eye, const Track* track) {
@@ -116,8 +89,11 @@ bool was_there_before(const Track& track, const SegmentEvidence& evidence, Simul
 }
 
 bool belongs_to(const Track& part, const Track& whole) {
-  if (part.person != whole.person ? part.person : part.id < whole.id) return false;
-  if ((whole.position() - part.position()).norm() > kCompanionDistance) return false;
+  if (!may_be_part(part, whole)) return false;
+  // Who was a person for a while is not part of another only for standing close by.
+  const bool persons = part.confirmed.ns != 0 && whole.confirmed.ns != 0;
+  const double reach = persons ? kPersonCompanionDistance : kCompanionDistance;
+  if ((whole.position() - part.position()).norm() > reach) return false;
   const bool young = part.stamp - part.born < kYoung;  // has no average yet
   if (!young && (whole.average_velocity() - part.average_velocity()).norm() > kCompanionSpeed) return false;
   // Two people side by side are each seen with two legs, or as a body.

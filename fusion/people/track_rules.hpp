@@ -7,12 +7,12 @@
 
 namespace parhelion::people {
 
-inline constexpr double kMaxSlotCost = 9;          // 3 sigma
 inline constexpr double kMaxLegOffset = 0.8;       // m, of a segment from its track's predicted place
 inline constexpr double kMaxNewLegDistance = 0.6;  // m, between the legs of a new track
 inline constexpr double kMaxStride = 0.9;          // m, between the legs of one person
 inline constexpr double kPersonRadius = 0.5;       // m: what is nearer to a person belongs to that person
-inline constexpr double kCompanionDistance = 0.6;  // m
+inline constexpr double kCompanionDistance = 0.6, kPersonCompanionDistance = 0.4;  // m
+inline constexpr double kMaxLegWidth = 0.3;  // m: a wider segment is two legs or a body
 inline constexpr Duration kYoung = seconds(0.7);
 inline constexpr double kCompanionSpeed = 0.8;  // m/s, difference of average velocities
 inline constexpr double kRobotMargin = 0.2;     // m
@@ -20,11 +20,6 @@ inline constexpr Duration kLegMemory = seconds(0.6);
 inline constexpr double kLogOddsAveraging = 0.15;      // s
 inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised for so long
 inline constexpr Duration kMergeAfter = seconds(0.4);
-
-/// Cost of a segment as part `slot` of a track: squared distance in standard deviations, and more for what
-/// does not look like a part of it.
-double slot_cost(const Track& track, std::uint32_t slot, const Segment& segment,
-                 const SegmentEvidence& evidence);
 
 struct ObservedSegment {
   const Segment& segment;

@@ -1,11 +1,16 @@
 // Trains the classifiers of fusion/people on synthetic crowds alone (tests/fusion/people/synthetic_crowd) and
-// writes fusion/people/{segment,track}_trees.cpp:
+// writes fusion/people/{segment,track,pair}_trees.cpp:
 //   train_people FOLDER [crowds] [seed]
+// Tracks and pairs are learned on other crowds than segments, as their features contain the segments'
+// log-odds.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "fusion/people/people_tracker.hpp"
@@ -16,6 +21,11 @@ namespace parhelion {
 namespace {
 
 using test::Samples, test::Boosting, test::TrainedTrees;
+
+constexpr double kPairRate = 8, kTrackRate = 4;  // samples a second
+constexpr std::size_t kSegmentTrees = 80, kTrackTrees = 120, kPairTrees = 220, kFirstPairTrees = 100;
+constexpr int kRounds = 4;
+constexpr std::uint64_t kOtherCrowds = 5000;  // added to the seed
 
 people::LaserSweep sweep_of(const test::Crowd& crowd, const test::CrowdScan& scan) {
   return {0,           scan.scan,  crowd.laser, scan.estimated, crowd.beam_time, scan.building,
@@ -40,18 +50,127 @@ void add_segments(const test::Crowd& crowd, Samples& samples) {
   }
 }
 
-void add_tracks(const test::Crowd& crowd, const people::PeopleOptions& options, test::Random& random,
-                Samples& samples) {
-  people::PeopleTracker tracker(options);
-  for (const test::CrowdScan& scan : crowd.scans) {
-    tracker.update(sweep_of(crowd, scan));
+/// Whose a segment is: a person's number, or what it is.
+constexpr int kFurniture = -1, kBuilding = -2, kRobot = -3, kNobody = -4;
+
+int owner_of(const test::CrowdScan& scan, std::span<const people::Return> returns,
+             const people::Segment& segment) {
+  std::map<int, int> votes;
+  for (std::uint32_t i = segment.first; i <= segment.last; ++i) {
+    const people::Return& each = returns[i];
+    const test::Source source = scan.source[each.beam];
+    int who = source == test::Source::furniture  ? kFurniture
+              : source == test::Source::building ? kBuilding
+                                                 : kRobot;
+    if (source == test::Source::person)
+      who = std::min_element(scan.people.begin(), scan.people.end(), [&](const auto& a, const auto& b) {
+              return (a.position - each.p).norm() < (b.position - each.p).norm();
+            })->id;
+    ++votes[who];
+  }
+  return std::max_element(votes.begin(), votes.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+/// Whose the tracks are: whose segments they held most in about the last second.
+class Owners {
+ public:
+  int of(std::uint32_t track) const {
+    const auto found = held_.find(track);
+    if (found == held_.end() || found->second.empty()) return kNobody;
+    return std::max_element(found->second.begin(), found->second.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; })
+        ->first;
+  }
+  /// After a scan; `owners`: of its segments.
+  void add(const people::PeopleTracker& tracker, std::span<const int> owners, double dt) {
+    std::map<std::uint32_t, std::map<int, double>> held;
     for (const people::Track& track : tracker.tracks()) {
-      if (track.seen != scan.stamp || !random.chance(4 * crowd.laser.scan_period)) continue;
-      const bool person = std::any_of(
-          scan.people.begin(), scan.people.end(),
-          [&](const test::TruePerson& each) { return (each.position - track.position()).norm() < 0.3; });
-      samples.add(track.features, person);
+      std::map<int, double>& now = held[track.id] = held_[track.id];
+      for (auto& [owner, time] : now) time *= std::exp(-dt);
+      for (const people::Leg& leg : track.legs) {
+        if (track.seen != track.stamp || leg.seen != track.stamp) continue;
+        for (std::size_t s = 0; s < owners.size(); ++s)
+          if ((tracker.segments()[s].center - track.position() - leg.offset).norm() < 1e-6)
+            now[owners[s]] += dt;
+      }
     }
+    held_.swap(held);
+  }
+
+ private:
+  std::map<std::uint32_t, std::map<int, double>> held_;
+};
+
+/// What is known of a track before a scan.
+struct Before {
+  int owner = kNobody;
+  bool person = false, main = false;  ///< main: of all tracks of its owner the one that should stay
+  Duration age;
+};
+
+std::vector<Before> tracks_before(const people::PeopleTracker& tracker, const Owners& owners) {
+  std::vector<Before> before;
+  for (const people::Track& track : tracker.tracks())
+    before.push_back({owners.of(track.id), track.person, true, track.seen - track.born});
+  for (Before& one : before)
+    for (const Before& other : before)
+      if (&one != &other && one.owner >= 0 && one.owner == other.owner &&
+          std::tuple(one.person, one.age, &other) < std::tuple(other.person, other.age, &one))
+        one.main = false;
+  return before;
+}
+
+/// A person's segment belongs to that person's main track alone; a thing's to a track that was at its place.
+bool belongs(const people::PossiblePart& part, const Before& track, int owner) {
+  if (track.owner != owner) return false;
+  if (owner >= 0) return track.main;
+  return part.distance < (owner == kRobot ? 0.4 : 0.2);
+}
+
+void add_pairs(const people::PeopleTracker& tracker, std::span<const Before> before,
+               std::span<const int> owners, test::Random& random, Samples& samples) {
+  for (const people::PossiblePart& part : tracker.parts()) {
+    const Before& track = before[part.track];
+    if (track.owner == kNobody) continue;
+    // Most are things at their places, which are easy.
+    const bool things = track.owner < 0 && owners[part.segment] < 0 && !track.person;
+    if (things && !random.chance(0.25)) continue;
+    samples.add(part.features, belongs(part, track, owners[part.segment]));
+  }
+}
+
+void add_tracks(const people::PeopleTracker& tracker, const test::CrowdScan& scan, double chance,
+                test::Random& random, Samples& samples) {
+  for (const people::Track& track : tracker.tracks()) {
+    if (track.seen != scan.stamp || !random.chance(chance)) continue;
+    const bool person = std::any_of(
+        scan.people.begin(), scan.people.end(),
+        [&](const test::TruePerson& each) { return (each.position - track.position()).norm() < 0.3; });
+    samples.add(track.features, person);
+  }
+}
+
+struct TrackSamples {
+  Samples tracks, pairs;
+};
+
+void add_crowd(const test::Crowd& crowd, const people::PeopleOptions& options, test::Random& random,
+               TrackSamples& samples) {
+  people::PeopleTracker tracker(options);
+  people::SegmentedScan segmented;
+  Owners track_owners;
+  const double dt = crowd.laser.scan_period;
+  for (const test::CrowdScan& scan : crowd.scans) {
+    const std::vector<Before> before = tracks_before(tracker, track_owners);
+    tracker.update(sweep_of(crowd, scan));
+    std::vector<int> owners;
+    for (const people::Segment& each : segmented.find(sweep_of(crowd, scan)))
+      owners.push_back(owner_of(scan, segmented.returns(), each));
+    if (random.chance(kPairRate * dt)) add_pairs(tracker, before, owners, random, samples.pairs);
+    add_tracks(tracker, scan, kTrackRate * dt, random, samples.tracks);
+    track_owners.add(tracker, owners, dt);
   }
 }
 
@@ -81,36 +200,61 @@ void write(const std::string& path, const std::string& name, const TrainedTrees&
        << test::number_text(model.start) << ", kTrees}; }\n\n}  // namespace parhelion::people\n";
 }
 
-int train(const std::string& folder, int crowds, std::uint64_t seed) {
-  std::vector<test::Crowd> known, unknown;
-  for (int i = 0; i < crowds + crowds / 5; ++i) {
+std::vector<test::Crowd> make_crowds(std::uint64_t seed, int n) {
+  std::vector<test::Crowd> crowds;
+  for (int i = 0; i < n; ++i) {
     test::CrowdOptions options = test::random_crowd(seed + static_cast<std::uint64_t>(i));
     options.duration = 20;
-    (i < crowds ? known : unknown).push_back(make_crowd(options));
+    crowds.push_back(make_crowd(options));
   }
-  Samples segments, held_segments;
-  for (const test::Crowd& each : known) add_segments(each, segments);
-  for (const test::Crowd& each : unknown) add_segments(each, held_segments);
-  const TrainedTrees segment_model = Boosting(segments).train(80);
-  report("segments, trained on", segments, segment_model);
-  report("segments, held out", held_segments, segment_model);
-  TrainedTrees track_model;
-  // The tracks depend on which of them are persons, so the second round starts from the first.
-  for (int round = 0; round < 2; ++round) {
+  return crowds;
+}
+
+TrainedTrees train_segments(int crowds, std::uint64_t seed) {
+  const std::vector<test::Crowd> all = make_crowds(seed, crowds + crowds / 5);
+  Samples known, held_out;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    add_segments(all[i], i < static_cast<std::size_t>(crowds) ? known : held_out);
+  const TrainedTrees model = Boosting(known).train(kSegmentTrees);
+  report("segments, trained on", known, model);
+  report("segments, held out", held_out, model);
+  return model;
+}
+
+/// Pairs by nearness alone: what the first tracks are made with.
+TrainedTrees nearness() {
+  constexpr auto sigmas = static_cast<std::uint8_t>(people::PairFeature::sigmas);
+  TrainedTrees model;
+  model.trees.push_back({{sigmas, sigmas, sigmas}, {1, 2, 3}, {2, 1, 0, 0, 0, 0, 0, -3}});
+  return model;
+}
+
+int train(const std::string& folder, int crowds, std::uint64_t seed) {
+  const TrainedTrees segments = train_segments(crowds, seed);
+  write(folder + "/segment_trees.cpp", "segment", segments);
+  const std::vector<test::Crowd> all = make_crowds(seed + kOtherCrowds, crowds + crowds / 5);
+  TrainedTrees tracks, pairs = nearness();
+  // The samples depend on what is tracked, so each round goes on from the one before.
+  for (int round = 0; round < kRounds; ++round) {
     people::PeopleOptions options;
-    options.segment = segment_model.view();
-    const TrainedTrees previous = track_model;
-    options.track = previous.view();
+    options.segment = segments.view();
+    const TrainedTrees last_tracks = tracks, last_pairs = pairs;
+    options.track = last_tracks.view();
+    options.pair = last_pairs.view();
     test::Random random(seed);
-    Samples tracks, held_tracks;
-    for (const test::Crowd& each : known) add_tracks(each, options, random, tracks);
-    for (const test::Crowd& each : unknown) add_tracks(each, options, random, held_tracks);
-    track_model = Boosting(tracks).train(120);
-    report("tracks, trained on", tracks, track_model);
-    report("tracks, held out", held_tracks, track_model);
+    TrackSamples known, held_out;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      add_crowd(all[i], options, random, i < static_cast<std::size_t>(crowds) ? known : held_out);
+    tracks = Boosting(known.tracks).train(kTrackTrees);
+    report("tracks, trained on", known.tracks, tracks);
+    report("tracks, held out", held_out.tracks, tracks);
+    pairs = Boosting(known.pairs).train(round == kRounds - 1 ? kPairTrees : kFirstPairTrees);
+    report("pairs, trained on", known.pairs, pairs);
+    report("pairs, held out", held_out.pairs, pairs);
+    std::fflush(stdout);
+    write(folder + "/track_trees.cpp", "track", tracks);
+    write(folder + "/pair_trees.cpp", "pair", pairs);
   }
-  write(folder + "/segment_trees.cpp", "segment", segment_model);
-  write(folder + "/track_trees.cpp", "track", track_model);
   return 0;
 }
 

@@ -29,6 +29,11 @@ TEST(PeopleAccuracy, of_reported_persons_in_a_furnished_crowd_most_are_persons) 
   EXPECT_LE(score.rms_error(), 0.15);
 }
 
+TEST(PeopleAccuracy, gives_somebody_in_a_crowd_another_identity_less_than_three_times_a_minute) {
+  const test::PeopleScore score = crowds(40, 2'300'000, [](test::CrowdOptions&) {});
+  EXPECT_LE(score.switches_a_person_minute(), 3);
+}
+
 TEST(PeopleAccuracy, finds_walkers_at_the_height_of_legs) {
   const test::PeopleScore score = crowds(10, 2'100'000, [](test::CrowdOptions& options) {
     options.standing = 0;
