@@ -27,12 +27,11 @@ bool two_legged(const Track& track) { return track.feature(TrackFeature::two_seg
 /// One leg of it swings while the body goes on evenly.
 bool walks(const Track& track) { return two_legged(track) || track.feature(TrackFeature::has_moved) > 0.5F; }
 
-/// Of two persons the newer identity is the part, of two things the one that looks less like a person:
-/// furniture that was there first must not swallow who steps up to it.
+/// Of two alike the newer one is the part; but a thing that looks more like a person than the older one is
+/// not: furniture must not swallow who steps up to it.
 bool may_be_part(const Track& part, const Track& whole) {
   if (part.person != whole.person) return !part.person;
-  if (!part.person && part.log_odds != whole.log_odds) return part.log_odds < whole.log_odds;
-  return part.id > whole.id;
+  return part.id > whole.id && (part.person || part.log_odds <= whole.log_odds);
 }
 
 /// Seen with both legs, or as a body.

@@ -109,8 +109,8 @@ TEST(Companions, furniture_does_not_swallow_who_steps_up_to_it) {
   furniture.log_odds = -3;
   newcomer.log_odds = -1;
   EXPECT_FALSE(belongs_to(newcomer, furniture));
-  EXPECT_TRUE(belongs_to(furniture, newcomer));
-  newcomer.log_odds = -3;  // alike: the older one stays, and only one of them
+  EXPECT_FALSE(belongs_to(furniture, newcomer));  // nor does a newborn replace what has a history
+  newcomer.log_odds = -3;                         // alike: the older one stays, and only one of them
   EXPECT_TRUE(belongs_to(newcomer, furniture));
   EXPECT_FALSE(belongs_to(furniture, newcomer));
 }
