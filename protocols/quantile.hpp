@@ -30,7 +30,8 @@ std::ranges::range_value_t<Values> quantile(Values&& values, double q,
   return *at;
 }
 
-/// The `low` and the `high` quantile, low <= high.
+/// The `low` and the `high` quantile by QuantileRank::lower, 0 <= low <= high <= 1, of at least one value.
+/// Changes the order of `values`. O(n).
 template <std::ranges::random_access_range Values>
 std::pair<std::ranges::range_value_t<Values>, std::ranges::range_value_t<Values>> quantile_range(
     Values&& values, double low, double high) {

@@ -42,7 +42,7 @@ bool has_step(const Scan& scan) { return !scan.ranges.empty() && std::abs(scan.a
 }  // namespace
 
 std::optional<std::size_t> Scan::beam_at(double direction) const {
-  if (!has_step(*this)) return std::nullopt;
+  if (!has_step(*this) || !std::isfinite(direction) || !std::isfinite(angle_min)) return std::nullopt;
   std::size_t nearest = 0;
   if (angles.empty()) {
     const double last = static_cast<double>(ranges.size() - 1);

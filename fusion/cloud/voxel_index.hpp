@@ -16,11 +16,11 @@ class VoxelIndex {
 
   VoxelIndex();
 
-  /// Reference to the number of a cube; `none` where it is new, to be set by the caller. Valid until the next
-  /// call.
+  /// Reference to the number of a cube; `kNone` where it is new, to be set by the caller. Valid until the
+  /// next call.
   std::uint32_t& operator[](const Eigen::Vector3i& index);
 
-  /// The number of a cube; `none` where it has none.
+  /// The number of a cube; `kNone` where it has none.
   std::uint32_t at(const Eigen::Vector3i& index) const {
     const Block* block = find({index.x() >> 2, index.y() >> 2, index.z() >> 2});
     return block == nullptr ? kNone : (*block)[within(index)];

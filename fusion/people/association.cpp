@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "fusion/people/track_rules.hpp"
@@ -13,10 +14,11 @@ constexpr double kLegSigma = 0.14;         // m: a leg between two scans, beyond
 constexpr double kUnknownLegSigma = 0.25;  // m: a leg that was not seen lately
 constexpr double kMaxSigmas = 4.5;
 constexpr double kMaxTwoLegsWidth = 0.45;  // m
-// Most pairs are hopeless after a few trees.
+// Most pairs are hopeless after the first trees.
 constexpr std::size_t kFirstTrees = 60;
 constexpr float kHopeless = -4;
-constexpr double kDirectedSpeed = 0.2;  // m/s: slower ones have no direction
+constexpr std::ptrdiff_t kMaxParts = 40;  // possible ones of a track
+constexpr double kDirectedSpeed = 0.2;    // m/s: slower ones have no direction
 
 /// Where a leg is expected.
 struct Expected {
@@ -74,9 +76,10 @@ void Association::Nearest::add(std::uint32_t candidate, double at) {
   }
 }
 
-void Association::reserve(std::size_t tracks, std::size_t parts) {
+void Association::reserve(std::size_t tracks, std::size_t segments, std::size_t parts) {
   parts_.reserve(parts);
   segment_.reserve(2 * tracks);
+  for (std::vector<Nearest>* rivals : {&person_, &person_sigmas_, &thing_}) rivals->reserve(segments);
 }
 
 std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
@@ -87,8 +90,11 @@ std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
   person_sigmas_.assign(segments.size(), Nearest(9));
   thing_.assign(segments.size(), {});
   segment_.assign(2 * tracks.size(), {});
-  for (std::size_t i = 0; i < tracks.size(); ++i)
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const std::size_t first = parts_.size();
     add_pairs(static_cast<std::uint32_t>(i), tracks[i], segments);
+    keep_nearest(first);
+  }
   for (std::size_t first = 0, last = 0; first < parts_.size(); first = last) {
     const std::uint32_t track = parts_[first].track;
     while (last < parts_.size() && parts_[last].track == track) ++last;
@@ -117,6 +123,19 @@ void Association::add_pairs(std::uint32_t index, const Track& track, std::span<c
       segment_[2 * index + slot].add(s, distance);
     }
   }
+}
+
+/// Of one track. More are near it only where a scan is no scan of a place.
+void Association::keep_nearest(std::size_t first) {
+  if (parts_.size() - first <= std::size_t{kMaxParts}) return;
+  const auto from = parts_.begin() + static_cast<std::ptrdiff_t>(first), last = from + kMaxParts;
+  std::nth_element(from, last, parts_.end(), [](const PossiblePart& a, const PossiblePart& b) {
+    return std::tuple(a.distance, a.segment, a.slot) < std::tuple(b.distance, b.segment, b.slot);
+  });
+  parts_.erase(last, parts_.end());
+  std::sort(from, parts_.end(), [](const PossiblePart& a, const PossiblePart& b) {
+    return std::tuple(a.segment, a.slot) < std::tuple(b.segment, b.slot);
+  });
 }
 
 void Association::describe(std::size_t first, std::size_t last, const Track& track,

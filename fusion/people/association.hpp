@@ -26,7 +26,7 @@ struct SegmentEvidence {
 enum class PairFeature : std::uint8_t {
   distance,          ///< of the segment from the expected place of the leg
   sigmas,            ///< the same in standard deviations
-  swing_distance,    ///< the same where the leg goes on swinging as it did
+  swing_distance,    ///< the same where the leg swung on for `dt` as it did
   along,             ///< the part of it in the track's direction, signed; 0 where that is not known
   body_distance,     ///< of the segment from the track's place
   known,             ///< 2 where this leg was seen lately, plus 1 where the other was
@@ -69,13 +69,13 @@ struct PossiblePart {
   PairFeatures features{};
 };
 
-/// That the segment is part of the track; of hopeless pairs only a bound from a part of the trees.
+/// That the segment is part of the track; of hopeless pairs an estimate by a part of the trees.
 double pair_log_odds(const Trees& trees, const PossiblePart& part);
 
 /// Memory is reused from scan to scan.
 class Association {
  public:
-  void reserve(std::size_t tracks, std::size_t parts);
+  void reserve(std::size_t tracks, std::size_t segments, std::size_t parts);
 
   /// All pairs that are possible at all, by track; tracks are predicted to the scan. `dt`: s since the scan
   /// before. Valid until the next call.
@@ -93,6 +93,7 @@ class Association {
     double except(std::uint32_t own) const { return own == index ? second : distance; }
   };
   void add_pairs(std::uint32_t index, const Track& track, std::span<const Segment> segments);
+  void keep_nearest(std::size_t first);
   void describe(std::size_t first, std::size_t last, const Track& track, std::span<const Segment> segments,
                 std::span<const SegmentEvidence> evidence, double dt);
   static void describe_leg(PossiblePart& part, const Track& track, const Segment& segment, double dt);

@@ -13,8 +13,7 @@ namespace {
 constexpr std::size_t kCandidates = 8192;
 constexpr double kOccluder = 0.2;         // m in front of a person who is hidden
 constexpr double kSwingAveraging = 0.08;  // s
-/// Log-odds against a pair that is taken all the same: a track that misses a part is worse than one that
-/// takes a neighbour's once.
+/// A pair is taken from log-odds of minus this on: to miss a part is worse than to take a neighbour's once.
 constexpr double kUnassigned = 0.5;
 
 }  // namespace
@@ -28,7 +27,7 @@ PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), 
   evidence_.reserve(options.max_tracks);
   taken_.reserve(options.max_tracks);
   candidates_.reserve(kCandidates);
-  association_.reserve(options.max_tracks, kCandidates);
+  association_.reserve(options.max_tracks, options.max_tracks, kCandidates);
   assignment_.reserve(2 * options.max_tracks, options.max_tracks, kCandidates);
 }
 
@@ -245,12 +244,14 @@ void PeopleTracker::forget(const LaserSweep& sweep) {
   std::erase_if(tracks_, gone);
 }
 
-/// How far the laser sees beyond the track's place, m, within 1; outside the field of view: -1.
+/// How far the laser sees beyond the track's place, m, within 1; outside the field of view, or where the
+/// laser's pose is not finite: -1.
 double PeopleTracker::clearance(const LaserSweep& sweep, const Track& track) {
   const auto T_laser_map = sweep.motion.T_map_laser_end.inverse();
   const Eigen::Vector2d p = (T_laser_map * Eigen::Vector3d(track.position().x(), track.position().y(),
                                                            sweep.motion.T_map_laser_end.translation().z()))
                                 .head<2>();
+  if (!p.allFinite()) return -1;
   const auto beam = sweep.scan.beam_at(std::atan2(p.y(), p.x()));
   if (!beam) return -1;
   const float range = sweep.scan.ranges[*beam];

@@ -18,6 +18,7 @@ constexpr double kInFront = 0.3;              ///< m
 /// m, and as a fraction of the range: between neighbouring points of one thing.
 constexpr double kGap = 0.12, kGapFraction = 0.03;
 constexpr double kDrivenOver = 0.25;  ///< m from the path of the base, where nothing can have stayed
+constexpr double kMaxFraction = 0.5;  ///< of a scan's points
 constexpr std::size_t kDirections = 360;
 /// Directions without a return, with returns within so many at both sides, are free: the laser sees farther
 /// than it reaches.
@@ -58,8 +59,8 @@ std::vector<Companions::Thing> Companions::things_of(const ScanPoints& scan) {
   return things;
 }
 
-Companions::Seen Companions::seen(const ScanPoints& scan) const {
-  Seen result{scan.stamp, T_local_base_, scan.laser, std::vector<double>(kDirections), things_of(scan)};
+Companions::PastScan Companions::described(const ScanPoints& scan) const {
+  PastScan result{scan.stamp, T_local_base_, scan.laser, std::vector<double>(kDirections), things_of(scan)};
   for (const Eigen::Vector2d& p : scan.points) {
     const Eigen::Vector2d ray = p - scan.laser;
     double& nearest = result.nearest[direction_of(ray)];
@@ -68,16 +69,16 @@ Companions::Seen Companions::seen(const ScanPoints& scan) const {
   return result;
 }
 
-const Companions::Seen* Companions::some_path_before(SensorTime stamp) const {
-  for (auto seen = seen_.rbegin(); seen != seen_.rend(); ++seen) {
-    if (stamp - seen->stamp > kRemembered) return nullptr;
-    if ((T_local_base_.position() - seen->T_local_base.position()).norm() >= kDriven) return &*seen;
+const Companions::PastScan* Companions::some_path_before(SensorTime stamp) const {
+  for (auto past = past_.rbegin(); past != past_.rend(); ++past) {
+    if (stamp - past->stamp > kRemembered) return nullptr;
+    if ((T_local_base_.position() - past->T_local_base.position()).norm() >= kDriven) return &*past;
   }
   return nullptr;
 }
 
 /// p: base_link at that scan.
-bool Companions::is_free(const Seen& seen, const Eigen::Vector2d& p) {
+bool Companions::is_free(const PastScan& seen, const Eigen::Vector2d& p) {
   const Eigen::Vector2d ray = p - seen.laser;
   const std::size_t direction = direction_of(ray);
   bool returned = false;
@@ -95,35 +96,51 @@ bool Companions::is_free(const Seen& seen, const Eigen::Vector2d& p) {
 }
 
 /// p: base_link then. It is seen through now, or the robot has driven over it.
-bool Companions::is_gone(const Seen& now, const Eigen::Vector2d& p, const Pose2& T_then_now) {
+bool Companions::is_gone(const PastScan& now, const Eigen::Vector2d& p, const Pose2& T_then_now) {
   const Eigen::Vector2d driven = T_then_now.position();
   const double along = std::clamp(p.dot(driven) / driven.squaredNorm(), 0.0, 1.0);
   return (p - along * driven).norm() < kDrivenOver || is_free(now, T_then_now.inverse() * p);
 }
 
-ScanPoints Companions::left_out(const ScanPoints& scan, const Pose2& odometry) {
-  T_local_base_ = T_local_base_ * odometry;
-  Seen now = seen(scan);
-  ScanPoints result = scan;
-  if (const Seen* then = some_path_before(scan.stamp)) {
-    const Pose2 T_then_now = then->T_local_base.inverse() * T_local_base_;
-    const auto came_along = [&](const Thing& thing) {
-      return std::any_of(then->things.begin(), then->things.end(), [&](const Thing& before) {
-        return (before.middle - thing.middle).norm() < kBeside &&
-               (is_free(*then, T_then_now * thing.middle) || is_gone(now, before.middle, T_then_now));
-      });
-    };
-    // From the last on, so that the indices of the others stay.
-    for (auto thing = now.things.rbegin(); thing != now.things.rend(); ++thing) {
-      if (!came_along(*thing)) continue;
-      const auto first = result.points.begin();
-      result.points.erase(first + static_cast<std::ptrdiff_t>(thing->begin),
-                          first + static_cast<std::ptrdiff_t>(thing->end));
-    }
+/// In the order of the beams.
+std::vector<Companions::Thing> Companions::companions_in(const PastScan& now) const {
+  std::vector<Thing> companions;
+  const PastScan* then = some_path_before(now.stamp);
+  if (then == nullptr) return companions;
+  const Pose2 T_then_now = then->T_local_base.inverse() * now.T_local_base;
+  for (const Thing& thing : now.things) {
+    const bool came_along = std::any_of(then->things.begin(), then->things.end(), [&](const Thing& before) {
+      return (before.middle - thing.middle).norm() < kBeside &&
+             (is_free(*then, T_then_now * thing.middle) || is_gone(now, before.middle, T_then_now));
+    });
+    if (came_along) companions.push_back(thing);
   }
-  while (!seen_.empty() && scan.stamp - seen_.front().stamp > kRemembered) seen_.pop_front();
-  seen_.push_back(std::move(now));
-  return result;
+  return companions;
+}
+
+ScanPoints Companions::without(const ScanPoints& scan, const Pose2& odometry) {
+  if (!odometry.finite() || (!past_.empty() && scan.stamp <= past_.back().stamp)) forget();
+  if (!odometry.finite()) return scan;
+  T_local_base_ = T_local_base_ * odometry;
+  PastScan now = described(scan);
+  const std::vector<Thing> companions = companions_in(now);
+  while (!past_.empty() && scan.stamp - past_.front().stamp > kRemembered) past_.pop_front();
+  past_.push_back(std::move(now));
+
+  ScanPoints result = scan;
+  // From the last on, so that the indices of the others stay.
+  for (auto companion = companions.rbegin(); companion != companions.rend(); ++companion) {
+    const auto first = result.points.begin();
+    result.points.erase(first + static_cast<std::ptrdiff_t>(companion->begin),
+                        first + static_cast<std::ptrdiff_t>(companion->end));
+  }
+  const double left = static_cast<double>(result.points.size());
+  return left < (1 - kMaxFraction) * static_cast<double>(scan.points.size()) ? scan : result;
+}
+
+void Companions::forget() {
+  past_.clear();
+  T_local_base_ = {};
 }
 
 }  // namespace parhelion::pose

@@ -17,9 +17,10 @@ namespace parhelion::pose {
 /// brought the robot on: either space was free there then, or the place where it stood is free now.
 class Companions {
  public:
-  /// The scan without companions. `odometry`: motion of the base since the previous scan.
-  ScanPoints left_out(const ScanPoints& scan, const Pose2& odometry);
-  void forget() { seen_.clear(); }
+  /// The scan without companions; the whole where they would be much of it: then it is odometry that is
+  /// wrong. `odometry`: motion of the base since the previous scan.
+  ScanPoints without(const ScanPoints& scan, const Pose2& odometry);
+  void forget();
 
  private:
   /// Neighbouring points, in the order of the beams.
@@ -27,7 +28,7 @@ class Companions {
     std::size_t begin = 0, end = 0;
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< m, base_link at the scan
   };
-  struct Seen {
+  struct PastScan {
     SensorTime stamp;
     Pose2 T_local_base;
     Eigen::Vector2d laser = Eigen::Vector2d::Zero();  ///< m, base_link at the scan
@@ -35,13 +36,14 @@ class Companions {
     std::vector<Thing> things;
   };
   static std::vector<Thing> things_of(const ScanPoints& scan);
-  Seen seen(const ScanPoints& scan) const;
-  const Seen* some_path_before(SensorTime stamp) const;
-  static bool is_free(const Seen& seen, const Eigen::Vector2d& p);
-  static bool is_gone(const Seen& now, const Eigen::Vector2d& p, const Pose2& T_then_now);
+  PastScan described(const ScanPoints& scan) const;
+  const PastScan* some_path_before(SensorTime stamp) const;
+  static bool is_free(const PastScan& seen, const Eigen::Vector2d& p);
+  static bool is_gone(const PastScan& now, const Eigen::Vector2d& p, const Pose2& T_then_now);
+  std::vector<Thing> companions_in(const PastScan& now) const;
 
-  std::deque<Seen> seen_;  ///< in the last seconds
-  Pose2 T_local_base_;     ///< by odometry
+  std::deque<PastScan> past_;  ///< of the last seconds, their stamps ascend
+  Pose2 T_local_base_;         ///< by odometry
 };
 
 }  // namespace parhelion::pose

@@ -13,7 +13,7 @@ constexpr double kSeen = 0.4;  ///< fraction of a scan's points that must lie wh
 constexpr double kUnseenCost = 0.15;
 constexpr double kNear = 0.5;  ///< m: a smaller correction is no new place
 /// What has to be explained at the expected place, and at another, of what the recent path explains of the
-/// same scans; and at least.
+/// same scans; and at least. Another place must explain no less than the expected one, too.
 constexpr double kExplainedNear = 0.7, kExplainedFar = 0.95, kMinExplainedFar = 0.85;
 /// By how much the cost of any other place must be higher: in units of cost, and of the best place's.
 constexpr double kMargin = 8, kRelativeMargin = 0.15;
@@ -133,7 +133,8 @@ bool LoopComparison::is_enough(const LoopSearch& search, const Hypothesis& best)
   double recent = 0;
   for (std::size_t k : scans_) recent += search.keyframes()[k].explained / static_cast<double>(scans_.size());
   if (moved(search, best.correction) < kNear) return best.explained >= kExplainedNear * recent;
-  return best.explained >= std::max(kMinExplainedFar, kExplainedFar * recent);
+  const double expected = hypotheses_.front().explained;
+  return best.explained >= std::max({kMinExplainedFar, kExplainedFar * recent, expected});
 }
 
 std::vector<Closure> LoopComparison::closures(const LoopSearch& search, Submap& submap) const {

@@ -131,6 +131,21 @@ bool ScanTracking::is_stray(SensorTime stamp, const Pose2& found, const Pose2& o
   return off > kStray + kStrayRate * (stamp - matched_).seconds();
 }
 
+/// Where stamps do not say how long ago the previous scan was, a scan that `found` explains badly may have
+/// been taken two intervals after it, or at the same place: that match, where it is far better.
+Match ScanTracking::after_other_intervals(const Maps& maps, const ScanPoints& scan,
+                                          const Eigen::Matrix3d& prior, const Match& found,
+                                          const MatchOptions& options) const {
+  Match best = found;
+  if (!motion_.known || found.explained >= kSure) return best;
+  for (const double intervals : {0.0, 2.0}) {
+    const Pose2 expected = by_scans_alone_ * moved(twist_to(motion_.step), intervals);
+    const Match other = match_from_several(maps.fine, maps.coarse, scan.points, expected, prior, options);
+    if (other.explained >= kGood && other.cost + kContradiction < best.cost) best = other;
+  }
+  return best;
+}
+
 /// With odometry and without; the second wins where it contradicts the first, unless the motion so far
 /// `agrees` with odometry.
 ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPoints& scan,
@@ -145,7 +160,8 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
     const Match wide =
         match(maps.fine, scan.points, odometry.T_map_base, odometry.T_map_base, scans_prior, options);
     const Match free = lower_cost(several(scans, scans_prior), wide);
-    return {{free, scans, false}, free};
+    const Match other = after_other_intervals(maps, scan, scans_prior, free, options);
+    return {{other, scans, false}, other};
   }
   const Match with = several(odometry, odometry.covariance.inverse());
   Match free = match(maps.fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);

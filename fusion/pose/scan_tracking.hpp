@@ -87,6 +87,8 @@ class ScanTracking {
   };
   Candidates candidates(const Maps& maps, const ScanPoints& scan, const Where& odometry, const Where& scans,
                         bool trusted, bool agrees, const MatchOptions& options) const;
+  Match after_other_intervals(const Maps& maps, const ScanPoints& scan, const Eigen::Matrix3d& prior,
+                              const Match& found, const MatchOptions& options) const;
   bool is_trusted(const ScanOdometry::Step& step, SensorTime stamp);
   std::optional<Followed> driven_on(const Maps& maps, const ScanPoints& scan, const Where& before,
                                     const Match& standing, const MatchOptions& options) const;

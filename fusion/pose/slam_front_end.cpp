@@ -55,7 +55,7 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const Sca
 
 /// While odometry can be trusted: it tells them from what stands still.
 ScanPoints SlamFrontEnd::without_companions(const ScanPoints& scan, const ScanOdometry::Step& step) {
-  if (step.known && tracking_.fault() == OdometryFault::none) return companions_.left_out(scan, step.step);
+  if (step.known && tracking_.fault() == OdometryFault::none) return companions_.without(scan, step.step);
   companions_.forget();
   return scan;
 }

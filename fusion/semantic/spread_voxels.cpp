@@ -136,7 +136,7 @@ struct Candidates {
       const float dx = x[i] - p.x(), dy = y[i] - p.y(), dz = z[i] - p.z();
       squares[i] = dx * dx + dy * dy + dz * dz;
     }
-    // Which are near cannot be foretold: a jump for each would cost more than to write it down.
+    // Free of branches: which are near cannot be predicted.
     std::size_t count = 0;
     for (std::size_t i = 0; i < n; ++i) {
       offsets[count] = (Eigen::Vector3f(x[i], y[i], z[i]) - p).cast<double>();

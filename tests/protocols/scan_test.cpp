@@ -33,6 +33,7 @@ TEST(Beams, TheNearestToADirectionIsFoundAcrossTheEndsOfATurn) {
   even.angle_min = static_cast<float>(-std::numbers::pi);
   even.angle_increment = static_cast<float>(kFullTurn / 360);
   EXPECT_EQ(even.beam_at(0), 180U);
+  EXPECT_EQ(even.beam_at(std::numeric_limits<double>::quiet_NaN()), std::nullopt);
   EXPECT_EQ(even.beam_at(3.0 * kFullTurn), 180U);
   EXPECT_EQ(even.beam_at(even.angle(359) + 0.3 * kFullTurn / 360), 359U);
   const Scan uneven = uneven_turn(300, 2.5);

@@ -14,17 +14,24 @@ constexpr std::size_t kBlockBytes = 12'300;
 constexpr std::size_t kSomeBlocks = 5'000;
 constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's index has 21 bits per axis
 
-bool is_in_reach(const Eigen::Vector3d& p, double cube) { return p.cwiseAbs().maxCoeff() < kReach * cube; }
+bool is_in_reach(const Eigen::Vector3d& p, double cube) { return (p.array().abs() < kReach * cube).all(); }
 
 /// The horizontal layers of cubes that are asked for, and the lines of sight that pass them.
 class AskedLayers {
  public:
   AskedLayers(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options, int block_side) {
     if (options.asked.empty()) return;
+    double lowest_eye = std::numeric_limits<double>::infinity(), highest_eye = -lowest_eye;
     Eigen::AlignedBox3f of_points;
     for (const Eigen::Vector3f& point : cloud.points) of_points.extend(point);
     Eigen::AlignedBox3d box = of_points.cast<double>();
-    for (const Eigen::Vector3d& eye : cloud.viewpoints) box.extend(eye);
+    const double cube = options.cube;
+    for (const Eigen::Vector3d& eye : cloud.viewpoints) {
+      if (!is_in_reach(eye, cube)) return;
+      box.extend(eye);
+      lowest_eye = std::min(lowest_eye, eye.z());
+      highest_eye = std::max(highest_eye, eye.z());
+    }
     if (box.isEmpty() || !is_in_reach(box.min(), options.cube) || !is_in_reach(box.max(), options.cube))
       return;
     // Rounding may take a ray one cube out of the box.
@@ -46,10 +53,9 @@ class AskedLayers {
     for (std::size_t k = 0; k < layers; ++k) asked_below_[k + 1] = asked_below_[k] + is_asked[k];
     for (std::size_t k = 0; k < layers; ++k) {
       const int layer = lowest_ + static_cast<int>(k);
-      const bool by_ray =
-          std::any_of(cloud.viewpoints.begin(), cloud.viewpoints.end(), [&](const Eigen::Vector3d& eye) {
-            return are_between(layer, cloud::floor_index(eye.z() / options.cube));
-          });
+      // What a ray passes on the way to any eye is passed on the way to the lowest or the highest, too.
+      const auto by_ray_to = [&](double eye) { return are_between(layer, cloud::floor_index(eye / cube)); };
+      const bool by_ray = !cloud.viewpoints.empty() && (by_ray_to(lowest_eye) || by_ray_to(highest_eye));
       concerned_.push_back(by_ray || is_asked[k] != 0);
     }
   }
@@ -105,7 +111,8 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     const auto mark = static_cast<std::uint16_t>(view + 1);
     if (followed == mark) continue;
     followed = mark;
-    if (asked.are_between(layer_of(cloud.viewpoints[view]), cube.z())) follow(cloud.viewpoints[view], p);
+    const Eigen::Vector3d& eye = cloud.viewpoints[view];
+    if (asked.all() || asked.are_between(layer_of(eye), cube.z())) follow(eye, p);
   }
 }
 

@@ -47,7 +47,7 @@ class LooseCubes {
                         segmentation.horizontals[surface - segmentation.verticals.size()].area > kWideLevel;
       if (wide || is_tall(segmentation, surface)) continue;
       const Eigen::Vector3d p = cloud.points[i].cast<double>();
-      if (p.head<2>().cwiseAbs().maxCoeff() < PlanBlocks::kReach) fine.emplace_back(place_of(p, kFine), i);
+      if (p.cwiseAbs().maxCoeff() < PlanBlocks::kReach) fine.emplace_back(place_of(p, kFine), i);
     }
     std::sort(fine.begin(), fine.end());
     fine.erase(std::unique(fine.begin(), fine.end(),
@@ -195,7 +195,7 @@ struct Evidence {
   bool on, off;  ///< at most one of them
 };
 
-/// Without jumps, which no processor could foretell here: a stepping is tried at any place.
+/// Free of branches, which cannot be predicted here: a stepping is tried at any place.
 Evidence evidence_of(const OnStep& p, const Stepping& steps) {
   const double over = p.z - (steps.z + (p.which + 1) * steps.rise);  // its tread
   const bool under = over < 0, on_tread = std::abs(over) < kClose;

@@ -189,7 +189,7 @@ void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double n
     const double offset = wall.away.dot(d);
     if (offset < -kFront || offset > kRecessMost) return;
     const double at = wall.along.dot(d), over = static_cast<double>(point.p.z()) - wall.z_low;
-    if (at < 0 || at > length || over < 0 || over > height) return;
+    if (!(at >= 0 && at <= length && over >= 0 && over <= height)) return;  // not a number, too
     const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
     if (c >= wall.columns || r >= wall.rows) return;
     if (std::abs(offset) <= near) {
@@ -258,7 +258,7 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
       if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
       const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
       const double at = wall.along.dot(hit.head<2>() - start), over = hit.z() - wall.z_low;
-      if (at < 0 || at > length || over < 0 || over > height) return;
+      if (!(at >= 0 && at <= length && over >= 0 && over <= height)) return;  // not a number, too
       const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
       if (c >= wall.columns || r >= wall.rows) return;
       if (through) count(wall.through, wall.at(c, r));

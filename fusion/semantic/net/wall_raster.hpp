@@ -28,10 +28,10 @@ class PlanPoints {
   const std::vector<Point>& all() const { return points_; }
   bool has_rays() const { return !by_view_.empty(); }
 
-  /// Calls visit(viewpoint) for those from which rays come within `reach` of the segment from a to b and past
-  /// it in the plan (and some beside it); it returns what to call with the points of these rays. For a view
-  /// with very many, every n-th, as (point, n). The cost of a wall depends only on its surroundings, not on
-  /// the size of the site.
+  /// For each viewpoint from which rays come within `reach` of the segment from a to b and past it in the
+  /// plan (and some beside it), visit(viewpoint) returns a function that is called as (point, n) for every
+  /// n-th of the points of these rays: n is 1 but where they are very many. The cost of a wall depends only
+  /// on its surroundings, not on the size of the site.
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {

@@ -21,7 +21,7 @@ constexpr double kStacked = 0.35, kOver = 0.7, kTallest = 2.3;  ///< m, fraction
 
 using Column = std::pair<int, int>;  ///< y, x
 
-void sort_out_doubles(std::vector<Column>& columns) {
+void sort_unique(std::vector<Column>& columns) {
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
 }
@@ -66,7 +66,7 @@ class Grouping {
       const Eigen::Vector3i& at = grid_.cubes()[c].at;
       for (int k = 0; k < 9; ++k) columns.emplace_back(at.y() + k / 3 - 1, at.x() + k % 3 - 1);
     }
-    sort_out_doubles(columns);
+    sort_unique(columns);
     for (const auto& [y, x] : columns) {
       const auto [first, last] = grid_.column(x, y);
       double under = 0;
@@ -150,7 +150,7 @@ class Grouping {
     std::vector<Column> columns;
     for (const std::uint32_t c : group.cubes)
       columns.emplace_back(grid_.cubes()[c].at.y(), grid_.cubes()[c].at.x());
-    sort_out_doubles(columns);
+    sort_unique(columns);
     return columns;
   }
   /// Fraction of a group's cubes that stand in the columns or within two of one.

@@ -156,7 +156,10 @@ std::vector<std::uint32_t> beside(const PixelSet& image, const std::vector<std::
   static thread_local std::vector<std::uint32_t> found_in;  // per pixel: the last call that found it
   static thread_local std::uint32_t call = 0;
   found_in.resize(std::max(found_in.size(), image.pixels()));
-  ++call;
+  if (++call == 0) {  // after 2^32 calls
+    std::fill(found_in.begin(), found_in.end(), 0);
+    call = 1;
+  }
   int around[8];
   image.neighbours(around);
   std::vector<std::uint32_t> found;

@@ -100,7 +100,7 @@ TEST_F(Parts, of_somebody_with_no_known_leg_are_about_the_place) {
   EXPECT_NEAR(parts_[0].distance, 0.3, 1e-6);
 }
 
-TEST(Companions, furniture_does_not_swallow_who_steps_up_to_it) {
+TEST(TracksOfOnePerson, furniture_does_not_swallow_who_steps_up_to_it) {
   Track furniture = person_at(1, 0, 0), newcomer = person_at(2, 0.3, 0);
   for (Track* track : {&furniture, &newcomer}) {
     track->person = false;
@@ -115,7 +115,7 @@ TEST(Companions, furniture_does_not_swallow_who_steps_up_to_it) {
   EXPECT_FALSE(belongs_to(furniture, newcomer));
 }
 
-TEST(Companions, two_persons_who_stand_close_by_stay_two) {
+TEST(TracksOfOnePerson, two_persons_who_stand_close_by_stay_two) {
   const Track older = person_at(1, 0, 0);
   EXPECT_FALSE(belongs_to(person_at(2, 0.5, 0), older));
   EXPECT_TRUE(belongs_to(person_at(2, 0.2, 0), older));

@@ -200,5 +200,17 @@ TEST(PeopleTracker, survives_scans_that_make_no_sense) {
   EXPECT_TRUE(fixture.update(scan, 6).empty());
 }
 
+TEST(PeopleTracker, weighs_a_bounded_number_of_pairs_in_a_scan_of_thousands_of_segments) {
+  Fixture fixture;
+  Scan scan = scan_of([](double) { return 2.0; });
+  scan.angle_min = -0.1F;
+  scan.angle_increment = 2e-5F;
+  scan.ranges.assign(10'000, 2.0F);
+  for (std::size_t i = 0; i < scan.ranges.size(); i += 4) scan.ranges[i] = scan.ranges[i + 1] = 2.5F;
+  for (int i = 1; i < 5; ++i) fixture.update(scan, 0.1 * i);
+  EXPECT_GT(fixture.tracker.segments().size(), 300U);
+  EXPECT_LE(fixture.tracker.parts().size(), 400U * 40U);
+}
+
 }  // namespace
 }  // namespace parhelion::people
