@@ -75,15 +75,15 @@ struct Ahead {
   const Thing* thing;
   Eigen::Vector3d to_middle;  ///< m
   double radius;              ///< m
-  double least_along;         ///< m^2: square of how far along a ray its middle is at least, where it is met
+  double min_along;           ///< m^2: square of how far along a ray its middle is at least, where it is met
 
   /// Whether a ray towards `to_point` (m; `square`: of its length) may meet it: true for some that just miss,
   /// never false for one that meets it. Cheap, as the ray need not be of unit length; most rays miss.
   bool may_meet(const Eigen::Vector3d& to_point, double square) const {
     constexpr double rounding = 1e-6;  // m^2
-    if (least_along <= rounding) return true;
+    if (min_along <= rounding) return true;
     const double along = to_middle.dot(to_point);
-    return along > 0 && along * along > (least_along - rounding) * square;
+    return along > 0 && along * along > (min_along - rounding) * square;
   }
 };
 

@@ -17,8 +17,8 @@ void PixelSet::reset(int width, int height) {
 }
 
 void PixelSet::sort() {
-  constexpr std::size_t kWord = 8, kDense = 16;
-  if (set_.size() * kWord * kDense < on_.size()) {
+  constexpr std::size_t kBatch = 8, kDense = 16;
+  if (set_.size() * kBatch * kDense < on_.size()) {
     std::sort(set_.begin(), set_.end());
     return;
   }
@@ -28,10 +28,10 @@ void PixelSet::sort() {
     if (on_[i]) set_[kept++] = static_cast<std::uint32_t>(i);
   };
   std::size_t i = 0;
-  for (; i + kWord <= on_.size(); i += kWord) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, on_.data() + i, kWord);
-    for (std::size_t k = i; word != 0 && k < i + kWord; ++k) read(k);
+  for (; i + kBatch <= on_.size(); i += kBatch) {
+    std::uint64_t batch = 0;
+    std::memcpy(&batch, on_.data() + i, kBatch);
+    for (std::size_t k = i; batch != 0 && k < i + kBatch; ++k) read(k);
   }
   for (; i < on_.size(); ++i) read(i);
 }

@@ -35,14 +35,14 @@ struct CorridorWalk {
 
 std::vector<test::Segment> plain_corridor() { return {{{-5, -1.1}, {90, -1.1}}, {{-5, 1.1}, {90, 1.1}}}; }
 
-struct Counts {
+struct PointCounts {
   std::size_t people = 0, people_kept = 0, others = 0, others_kept = 0;
 };
 
-Counts counts_of(CorridorWalk& walk) {
+PointCounts counts_of(CorridorWalk& walk) {
   Companions companions;
   companions.without(walk.scan_at(5), {});
-  Counts counts;
+  PointCounts counts;
   for (double t = 6; t < 40; ++t) {
     const ScanPoints whole = walk.scan_at(t), kept = companions.without(whole, walk.step(t - 1, t));
     const std::size_t people = walk.on_walkers(whole, t), people_kept = walk.on_walkers(kept, t);
@@ -58,7 +58,7 @@ TEST(Companions, PeopleWhoWalkAlongAreLeftOut) {
   CorridorWalk walk;
   walk.walls = plain_corridor();
   walk.walkers = {{0.9, 0.1, 0}, {1.4, -0.3, 0.02}};
-  const Counts counts = counts_of(walk);
+  const PointCounts counts = counts_of(walk);
   EXPECT_GT(counts.people, 300U);
   EXPECT_LT(counts.people_kept, counts.people / 5);  // one hides the other at times
   EXPECT_EQ(counts.others_kept, counts.others);
@@ -69,7 +69,7 @@ TEST(Companions, SomebodyInFrontOfADarkEndOfTheCorridorIsLeftOut) {
   walk.walls = plain_corridor();
   walk.robot.laser->convention.range_max = 8;
   walk.walkers = {{1.5, 0, 0}};
-  const Counts counts = counts_of(walk);
+  const PointCounts counts = counts_of(walk);
   EXPECT_GT(counts.people, 100U);
   EXPECT_LT(counts.people_kept, counts.people / 10);
 }
@@ -78,7 +78,7 @@ TEST(Companions, PostsThatStandAsFarApartAsTheRobotDrivesAreKept) {
   CorridorWalk walk;
   walk.walls = plain_corridor();
   for (int i = 0; i < 60; ++i) test::add_turned_box(walk.walls, {0.8 * i, 0.7}, {0.12, 0.12}, 0.3);
-  const Counts counts = counts_of(walk);
+  const PointCounts counts = counts_of(walk);
   EXPECT_EQ(counts.others_kept, counts.others);
 }
 
@@ -134,7 +134,7 @@ TEST(Companions, OfABuildingWithoutPeopleNextToNothingIsLeftOut) {
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     CorridorWalk walk;
     walk.walls = test::corridor_building({.seed = seed, .clutter = 0.3}).now;
-    const Counts counts = counts_of(walk);
+    const PointCounts counts = counts_of(walk);
     all += counts.others;
     kept += counts.others_kept;
   }
