@@ -50,10 +50,11 @@ CREATE INDEX deductions_by_cause ON deductions(cause);
 constexpr std::int64_t kApplication = 1349675116;
 
 Status refuse_foreign(Database& database) {
-  const auto application = database.number("PRAGMA application_id");
-  if (!application) return application.error();
+  // In this order: another program may make the tables, and with them the identity, in between.
   const auto tables = database.number("SELECT count(*) FROM sqlite_schema");
   if (!tables) return tables.error();
+  const auto application = database.number("PRAGMA application_id");
+  if (!application) return application.error();
   if (application->value_or(0) == kApplication || tables->value_or(0) == 0) return {};
   return Error{database.path() +
                ": is a database of another program; expected the records of trainees, as 'parhelion records "
