@@ -7,7 +7,7 @@
 namespace parhelion::pose {
 namespace {
 
-// Chosen on 40 generated drives along corridors (docs/measurements/slam.md).
+// Chosen on generated drives along corridors (docs/measurements/slam.md).
 constexpr double kDriven = 0.4;               ///< m, after which what stands is elsewhere for the robot
 constexpr Duration kRemembered = seconds(3);  ///< after more, a companion may have changed its place
 constexpr double kWidth = 0.6;                ///< m, of a companion at most

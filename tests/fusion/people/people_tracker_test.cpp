@@ -200,7 +200,7 @@ TEST(PeopleTracker, survives_scans_that_make_no_sense) {
   EXPECT_TRUE(fixture.update(scan, 6).empty());
 }
 
-TEST(PeopleTracker, weighs_a_bounded_number_of_pairs_in_a_scan_of_thousands_of_segments) {
+TEST(PeopleTracker, weighs_a_bounded_number_of_pairs_where_hundreds_of_segments_are_at_one_place) {
   Fixture fixture;
   Scan scan = scan_of([](double) { return 2.0; });
   scan.angle_min = -0.1F;
