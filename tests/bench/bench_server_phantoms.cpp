@@ -124,7 +124,7 @@ Result<Reference> read_truth(const std::string& path) {
   }
 }
 
-/// `icp`: the matcher's own poses; stamps that jitter make the smoothed ones wrong.
+/// `icp`: the matcher's own poses, not smoothed.
 Result<Reference> match_with_mrpt(const Session& session, const std::string& map, Reference* icp = nullptr) {
   std::vector<bench::ReferenceScan> scans;
   for (const SeenScan& seen : session.scans) {
@@ -135,11 +135,11 @@ Result<Reference> match_with_mrpt(const Session& session, const std::string& map
       scans.push_back({seen.scan, *seen.used});
     }
   }
-  const auto poses = bench::reference_trajectory(scans, session.laser, map);
-  if (!poses) return poses.error();
+  const auto trajectory = bench::reference_trajectory(scans, session.laser, map);
+  if (!trajectory) return trajectory.error();
   Reference reference;
   std::size_t bridged = 0;
-  for (const bench::ReferencePose& pose : *poses) {
+  for (const bench::ReferencePose& pose : trajectory->poses) {
     if (pose.goodness < 0.5) {
       ++bridged;
       continue;
@@ -147,7 +147,8 @@ Result<Reference> match_with_mrpt(const Session& session, const std::string& map
     reference[pose.stamp] = pose.T_map_base;
     if (icp != nullptr) (*icp)[pose.stamp] = pose.T_map_base_icp;
   }
-  std::printf("reference: MRPT's ICP, %zu scans, %zu of them left out\n", poses->size(), bridged);
+  std::printf("reference: MRPT's ICP, %zu scans, %zu of them left out; stamps jitter by %.1f ms\n",
+              trajectory->poses.size(), bridged, 1e3 * trajectory->stamp_sigma);
   return reference;
 }
 
@@ -437,6 +438,7 @@ int make(const std::vector<std::string>& words) {
   test::TrueDriveOptions options;
   if (words.size() > 2) options.seed = static_cast<std::uint32_t>(std::stoul(words[2]));
   if (words.size() > 3) options.people = std::stoi(words[3]);
+  if (words.size() > 5) options.scan_jitter = std::stod(words[5]);
   const Status made = make(words[1], options, words.size() > 4 ? std::stod(words[4]) : 0);
   if (!made) std::fprintf(stderr, "%s\n", made.error().message.c_str());
   return made ? 0 : 1;
@@ -449,8 +451,9 @@ int make(const std::vector<std::string>& words) {
 ///   --truth LOG                   against LOG's REFERENCE_POSE
 ///   --map SIMPLEMAP               against MRPT's ICP in the map that SLAM localized in
 ///   --map SIMPLEMAP --truth LOG   how good that reference itself is
-/// bench_server_phantoms --make FOLDER [SEED [PEOPLE [MOVED]]]: a drive with known truth, in an office of
-/// which the fraction MOVED of the furniture stands elsewhere than when it was mapped.
+/// bench_server_phantoms --make FOLDER [SEED [PEOPLE [MOVED [JITTER]]]]: a drive with known truth, in an
+/// office of which the fraction MOVED of the furniture stands elsewhere than when it was mapped; stamps of
+/// scans are off by JITTER seconds (1 sigma).
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() >= 2 && words[0] == "--make") return parhelion::make(words);
@@ -467,6 +470,6 @@ int main(int argc, char** argv) {
   std::fprintf(
       stderr,
       "usage: bench_server_phantoms LOG [--scenario FILE] [--map SIMPLEMAP] [--truth LOG], or --make "
-      "FOLDER [SEED [PEOPLE [MOVED]]]\n");
+      "FOLDER [SEED [PEOPLE [MOVED [JITTER]]]]\n");
   return 2;
 }

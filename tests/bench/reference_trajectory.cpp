@@ -9,8 +9,10 @@
 #include <mrpt/serialization/CArchive.h>
 #include <mrpt/slam/CICP.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -118,7 +120,7 @@ ReferencePose aligned(const mrpt::maps::CSimplePointsMap& map, const ReferenceSc
                       const LaserDescription& laser, const Twist2& twist) {
   mrpt::slam::CICP icp = make_icp();
   const auto points = points_at_stamp(scan.scan, laser, twist);
-  ReferencePose result{scan.scan.stamp, scan.guess, scan.guess, 0};
+  ReferencePose result{scan.scan.stamp, scan.guess, scan.guess, {}, 0};
   if (points.size() < 10) return result;
   mrpt::slam::CICP::TReturnInfo report;
   const auto pdf =
@@ -129,81 +131,126 @@ ReferencePose aligned(const mrpt::maps::CSimplePointsMap& map, const ReferenceSc
   return result;
 }
 
-/// Kalman filter and Rauch-Tung-Striebel smoother of one coordinate: white noise on the acceleration.
-/// `density`: per s^3, of its spectrum.
-void smooth(const std::vector<ReferencePose>& poses, double sigma, double density,
-            std::vector<double>& values) {
+using State = Eigen::Vector<double, 7>;
+using StateCovariance = Eigen::Matrix<double, 7, 7>;
+using Block = Eigen::Matrix2d;
+constexpr int kStampError = 6;  ///< index in State: s; before it come x, vx, y, vy, yaw, wz, each in the map
+
+/// What ICP leaves on scans with 1 cm of noise, and what a robot's wheels accelerate: 0.5 m/s^2 and
+/// 1.5 rad/s^2 over a second.
+struct Coordinate {
+  double sigma;    ///< m or rad
+  double density;  ///< per s^3, of the spectrum of the acceleration
+};
+constexpr std::array<Coordinate, 3> kCoordinates = {Coordinate{0.01, 0.25}, {0.01, 0.25}, {0.0035, 2.25}};
+
+Eigen::Vector3d unwrapped(const Pose2& pose, double yaw_near) {
+  return {pose.x, pose.y, yaw_near + wrap_angle(pose.yaw - yaw_near)};
+}
+
+struct Smoothed {
+  std::vector<Eigen::Vector3d> poses;       ///< x, y, yaw in the map, at the instants of the scans
+  std::vector<Eigen::Vector3d> velocities;  ///< per s
+  double stamp_sigma = 0;                   ///< s, root mean square of the stamps' errors
+};
+
+/// Kalman filter and Rauch-Tung-Striebel smoother: white noise on the accelerations, and on each stamp an
+/// error of its own with `stamp_sigma` (s), so that a match shows where the robot was at another instant.
+/// `velocities`: about which that is linear. The result's stamp_sigma is the next guess of it (expectation
+/// maximization, Shumway and Stoffer 1982).
+Smoothed smoothed(const std::vector<ReferencePose>& poses, const std::vector<Eigen::Vector3d>& velocities,
+                  double stamp_sigma) {
   struct Step {
-    Eigen::Vector2d predicted, filtered;
-    Eigen::Matrix2d P_predicted, P_filtered, F;
+    State predicted, filtered;
+    StateCovariance P_predicted, P_filtered, F;
   };
   std::vector<Step> steps(poses.size());
-  Eigen::Vector2d x(values.front(), 0);
-  Eigen::Matrix2d P = Eigen::Vector2d(1, 1).asDiagonal();
+  State x = State::Zero();
+  const Eigen::Vector3d start = unwrapped(poses.front().T_map_base, 0);
+  for (int c = 0; c < 3; ++c) x[2 * c] = start[c];
+  StateCovariance P = StateCovariance::Identity();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double dt = i == 0 ? 0 : (poses[i].stamp - poses[i - 1].stamp).seconds();
     Step& step = steps[i];
-    Eigen::Matrix2d Q;
-    Q << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
-    step.F << 1, dt, 0, 1;
+    step.F.setZero();
+    StateCovariance Q = StateCovariance::Zero();
+    for (int c = 0; c < 3; ++c) {
+      step.F.block<2, 2>(2 * c, 2 * c) << 1, dt, 0, 1;
+      Q.block<2, 2>(2 * c, 2 * c) = kCoordinates[static_cast<std::size_t>(c)].density *
+                                    (Block() << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt).finished();
+    }
+    Q(kStampError, kStampError) = stamp_sigma * stamp_sigma;
     step.predicted = step.F * x;
-    step.P_predicted = step.F * P * step.F.transpose() + density * Q;
+    step.P_predicted = step.F * P * step.F.transpose() + Q;
     x = step.predicted;
     P = step.P_predicted;
     if (poses[i].goodness >= kGoodness) {
-      const Eigen::Vector2d gain = P.col(0) / (P(0, 0) + sigma * sigma);
-      x += gain * (values[i] - x[0]);
-      P -= gain * P.row(0).eval();
+      Eigen::Matrix<double, 3, 7> H = Eigen::Matrix<double, 3, 7>::Zero();
+      Eigen::Matrix3d R = Eigen::Matrix3d::Zero();
+      for (int c = 0; c < 3; ++c) {
+        H(c, 2 * c) = 1;
+        H(c, kStampError) = velocities[i][c];
+        R(c, c) = std::pow(kCoordinates[static_cast<std::size_t>(c)].sigma, 2);
+      }
+      const Eigen::Vector3d innovation = unwrapped(poses[i].T_map_base, x[4]) - H * x;
+      const Eigen::Matrix<double, 7, 3> gain = P * H.transpose() * (H * P * H.transpose() + R).inverse();
+      x += gain * innovation;
+      P = (P - gain * H * P).eval();
     }
     step.filtered = x;
     step.P_filtered = P;
   }
+  Smoothed result{std::vector<Eigen::Vector3d>(poses.size()), std::vector<Eigen::Vector3d>(poses.size())};
+  double sum = 0, count = 0;
   for (std::size_t i = poses.size(); i-- > 0;) {
     if (i + 1 < poses.size()) {
       const Step& next = steps[i + 1];
-      const Eigen::Matrix2d G = steps[i].P_filtered * next.F.transpose() * next.P_predicted.inverse();
+      const StateCovariance G = steps[i].P_filtered * next.F.transpose() * next.P_predicted.inverse();
       x = steps[i].filtered + G * (x - next.predicted);
+      P = steps[i].P_filtered + G * (P - next.P_predicted) * G.transpose();
     }
-    values[i] = x[0];
+    if (poses[i].goodness >= kGoodness) {
+      sum += x[kStampError] * x[kStampError] + P(kStampError, kStampError);
+      ++count;
+    }
+    result.poses[i] = Eigen::Vector3d(x[0], x[2], x[4]) + x[kStampError] * velocities[i];
+    result.velocities[i] = {x[1], x[3], x[5]};
   }
+  if (count > 0) result.stamp_sigma = std::sqrt(sum / count);
+  return result;
 }
 
-void smooth(std::vector<ReferencePose>& poses) {
-  std::vector<double> x, y, yaw;
-  for (const ReferencePose& pose : poses) {
-    x.push_back(pose.T_map_base.x);
-    y.push_back(pose.T_map_base.y);
-    yaw.push_back(yaw.empty() ? pose.T_map_base.yaw
-                              : yaw.back() + wrap_angle(pose.T_map_base.yaw - yaw.back()));
+/// Returns the root mean square of the stamps' errors, s.
+double smooth(std::vector<ReferencePose>& poses) {
+  constexpr int passes = 30;
+  constexpr double none = 1e-4, start = 0.01;  // s
+  Smoothed result =
+      smoothed(poses, std::vector<Eigen::Vector3d>(poses.size(), Eigen::Vector3d::Zero()), none);
+  result.stamp_sigma = start;
+  for (int pass = 0; pass < passes; ++pass)
+    result = smoothed(poses, result.velocities, std::max(none, result.stamp_sigma));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Vector3d& at = result.poses[i];
+    const Eigen::Vector3d& v = result.velocities[i];
+    poses[i].T_map_base = {at.x(), at.y(), wrap_angle(at.z())};
+    const Eigen::Vector2d v_base = Eigen::Rotation2Dd(-at.z()) * v.head<2>();
+    poses[i].twist = {v_base.x(), v_base.y(), v.z()};
   }
-  // What ICP leaves on scans with 1 cm of noise, and what a robot's wheels accelerate: 0.5 m/s^2 and
-  // 1.5 rad/s^2 over a second.
-  smooth(poses, 0.01, 0.25, x);
-  smooth(poses, 0.01, 0.25, y);
-  smooth(poses, 0.0035, 2.25, yaw);
-  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].T_map_base = {x[i], y[i], wrap_angle(yaw[i])};
-}
-
-/// Body frame, from the neighbours of pose i.
-Twist2 twist_at(const std::vector<ReferencePose>& poses, std::size_t i) {
-  const ReferencePose& before = poses[i == 0 ? 0 : i - 1];
-  const ReferencePose& after = poses[std::min(i + 1, poses.size() - 1)];
-  const double dt = (after.stamp - before.stamp).seconds();
-  if (dt <= 0 || dt > 1) return {};
-  return twist_between(before.T_map_base, after.T_map_base, dt);
+  return result.stamp_sigma;
 }
 
 }  // namespace
 
-Result<std::vector<ReferencePose>> reference_trajectory(const std::vector<ReferenceScan>& scans,
-                                                        const LaserDescription& laser,
-                                                        const std::string& simplemap,
-                                                        const std::function<void(double)>& progress) {
+Result<ReferenceTrajectory> reference_trajectory(const std::vector<ReferenceScan>& scans,
+                                                 const LaserDescription& laser, const std::string& simplemap,
+                                                 const std::function<void(double)>& progress) {
   const auto map = load_map(simplemap);
   if (!map) return map.error();
-  std::vector<ReferencePose> poses;
-  for (const ReferenceScan& scan : scans) poses.push_back({scan.scan.stamp, scan.guess, scan.guess, 1});
-  if (poses.empty()) return poses;
+  ReferenceTrajectory trajectory;
+  std::vector<ReferencePose>& poses = trajectory.poses;
+  for (const ReferenceScan& scan : scans) poses.push_back({scan.scan.stamp, scan.guess, scan.guess, {}, 1});
+  if (poses.empty()) return trajectory;
+  smooth(poses);
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<ReferencePose> before = poses;
     mrpt::maps::CSimplePointsMap points;
@@ -216,12 +263,12 @@ Result<std::vector<ReferencePose>> reference_trajectory(const std::vector<Refere
       }
       ReferenceScan scan = scans[i];
       scan.guess = before[i].T_map_base;
-      poses[i] = aligned(points, scan, laser, twist_at(before, i));
+      poses[i] = aligned(points, scan, laser, before[i].twist);
       if (progress) progress((round + static_cast<double>(i) / static_cast<double>(scans.size())) / kRounds);
     }
-    smooth(poses);
+    trajectory.stamp_sigma = smooth(poses);
   }
-  return poses;
+  return trajectory;
 }
 
 }  // namespace parhelion::bench

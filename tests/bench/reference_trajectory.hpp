@@ -19,17 +19,22 @@ struct ReferenceScan {
 
 struct ReferencePose {
   SensorTime stamp;
-  Pose2 T_map_base;
-  Pose2 T_map_base_icp;  ///< as matched, before the smoother, which takes stamps as right
+  Pose2 T_map_base;      ///< when the scan was taken, which jitter moves away from its stamp
+  Pose2 T_map_base_icp;  ///< as matched, before the smoother
+  Twist2 twist;          ///< body frame
   double goodness = 0;   ///< fraction of the returns that ICP paired; below 0.5 the smoother bridges the scan
+};
+
+struct ReferenceTrajectory {
+  std::vector<ReferencePose> poses;
+  double stamp_sigma = 0;  ///< s, jitter of the stamps, estimated with the poses
 };
 
 /// `scans`: in the order of their stamps. `simplemap`: path of the map of the guesses; its scans within two
 /// seconds of a stamp are left out there, as they may be the same ones. One pose for each scan. Error: the
 /// map cannot be read.
-Result<std::vector<ReferencePose>> reference_trajectory(const std::vector<ReferenceScan>& scans,
-                                                        const LaserDescription& laser,
-                                                        const std::string& simplemap,
-                                                        const std::function<void(double)>& progress = {});
+Result<ReferenceTrajectory> reference_trajectory(const std::vector<ReferenceScan>& scans,
+                                                 const LaserDescription& laser, const std::string& simplemap,
+                                                 const std::function<void(double)>& progress = {});
 
 }  // namespace parhelion::bench

@@ -107,6 +107,7 @@ struct TrueDriveOptions {
   std::uint32_t seed = 1;
   double speed = 0.6;             ///< m/s
   double scan_period = 0.1;       ///< s
+  double scan_jitter = 0;         ///< s, sigma: a scan is taken that much beside the instant of its stamp
   double odometry_period = 0.05;  ///< s
   double odometry_late = 0.1;     ///< s, its stamps are after the instants at which it holds
   double odometry_jitter = 0.02;  ///< s, uniform, added to that; at most half a period
@@ -119,7 +120,7 @@ struct TrueDriveOptions {
 
 struct TrueScan {
   Scan scan;
-  Pose2 T_map_base;  ///< at the scan's stamp
+  Pose2 T_map_base;  ///< when it was taken
   Twist2 twist;      ///< body frame
 };
 
@@ -263,11 +264,14 @@ inline TrueDrive true_drive(const TrueBuilding& building, const RobotDescription
   for (int i = 0; i < options.people; ++i)
     walkers.push_back({0.8 + 1.7 * unit(random), 6.28 * unit(random), 0.4 * (unit(random) - 0.5)});
   const double range_max = static_cast<double>(robot.laser->convention.range_max);
+  std::normal_distribution<double> jitter;
   for (double t = 0.3; t + 0.1 < drive.path.seconds(); t += options.scan_period) {
-    const Pose2 pose = drive.path.at(t);
+    const double taken = options.scan_jitter == 0 ? t : t + options.scan_jitter * jitter(random);
+    const Pose2 pose = drive.path.at(taken);
     const auto walls = walls_near(building.now, pose.position(), range_max);
-    drive.scans.push_back({true_scan(walls, walkers, robot, drive.path, t, options.range_sigma, random), pose,
-                           drive.path.twist_at(t)});
+    Scan scan = true_scan(walls, walkers, robot, drive.path, taken, options.range_sigma, random);
+    scan.stamp = SensorTime{TrueDrive::kStart} + parhelion::seconds(t);
+    drive.scans.push_back({std::move(scan), pose, drive.path.twist_at(taken)});
   }
   return drive;
 }
