@@ -40,14 +40,24 @@ std::optional<Eigen::Vector2d> Deskewing::point(const Scan& scan, std::size_t be
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const SweepMotion& motion,
                     const std::optional<Attitude>& attitude) {
   const Deskewing deskewing(laser, motion, attitude);
-  ScanPoints result{scan.stamp,         deskewing.laser(), {},
-                    scan.ranges.size(), scan.angle_min,    scan.angle_increment};
+  ScanPoints result;
+  result.stamp = scan.stamp;
+  result.laser = deskewing.laser();
+  result.beams = scan.ranges.size();
+  result.angle_min = scan.angle_min;
+  result.angle_increment = scan.angle_increment;
   const auto bytes = std::as_bytes(std::span(scan.ranges));
   result.ranges_hash = fnv1a_of_blocks({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   result.points.reserve(scan.ranges.size());
+  double times = 0;  // s from the stamp, their sum
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    if (const auto point = deskewing.point(scan, i)) result.points.push_back(*point);
+    const auto point = deskewing.point(scan, i);
+    if (!point) continue;
+    result.points.push_back(*point);
+    times += laser.beam_time(i, scan).seconds();
   }
+  if (!result.points.empty() && !motion.at_rest())
+    result.to_middle = motion.after(times / static_cast<double>(result.points.size()));
   return result;
 }
 

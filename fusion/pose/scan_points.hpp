@@ -22,6 +22,9 @@ struct ScanPoints {
   std::size_t beams = 0;                ///< of the scan that the points come from, as its angles
   float angle_min = 0, angle_increment = 0;  ///< rad
   std::uint64_t ranges_hash = 0;             ///< of the scan's ranges
+  /// T_stamp_middle of the base, to the mean time of the hits, as it was assumed when they were placed. What
+  /// a match says of the base then does not depend on that.
+  Pose2 to_middle;
 };
 
 /// Places the hits of one scan in base_link.

@@ -96,13 +96,21 @@ double ScanTracking::intervals_until(SensorTime stamp) const {
   return std::clamp((stamp - previous_->stamp).seconds() / motion_.interval, 0.1, kLongestGap);
 }
 
-ScanTracking::Where ScanTracking::by_scans(SensorTime stamp, const Where& before) const {
+/// Where the motion so far puts the robot at the scan's stamp. It is the motion between the middles of
+/// sweeps: taken between stamps, an error of the motion that was assumed during one sweep would return in the
+/// next with the opposite sign, and grow where sweeps fill the time between scans.
+Pose2 ScanTracking::moved_on(const ScanPoints& scan, double intervals) const {
+  const Pose2 to_middle = previous_ ? previous_->to_middle : Pose2{};
+  return by_scans_alone_ * to_middle * moved(twist_to(motion_.step), intervals) * scan.to_middle.inverse();
+}
+
+ScanTracking::Where ScanTracking::by_scans(const ScanPoints& scan, const Where& before) const {
   if (!motion_.known) {
     const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);
     return {before.T_map_base, before.covariance + Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())};
   }
-  const double intervals = intervals_until(stamp), longer = std::max(1.0, intervals);
-  const Pose2 expected = by_scans_alone_ * moved(twist_to(motion_.step), intervals);
+  const double intervals = intervals_until(scan.stamp), longer = std::max(1.0, intervals);
+  const Pose2 expected = moved_on(scan, intervals);
   const double position = squared(longer * kPredictedSigma) + 4 * longer * motion_.position_variance;
   const double yaw = squared(longer * kPredictedYawSigma) + 4 * longer * motion_.yaw_variance;
   const Eigen::Matrix3d error = Eigen::Vector3d(position, position, yaw).asDiagonal();
@@ -139,7 +147,7 @@ Match ScanTracking::after_other_intervals(const Maps& maps, const ScanPoints& sc
   Match best = found;
   if (!motion_.known || found.explained >= kSure) return best;
   for (const double intervals : {0.0, 2.0}) {
-    const Pose2 expected = by_scans_alone_ * moved(twist_to(motion_.step), intervals);
+    const Pose2 expected = moved_on(scan, intervals);
     const Match other = match_from_several(maps.fine, maps.coarse, scan.points, expected, prior, options);
     if (other.explained >= kGood && other.cost + kContradiction < best.cost) best = other;
   }
@@ -178,7 +186,7 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
 
 ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                                             const ScanOdometry::Step& step, const MatchOptions& options) {
-  const Where odometry = by_odometry(before, step), scans = by_scans(scan.stamp, before);
+  const Where odometry = by_odometry(before, step), scans = by_scans(scan, before);
   const bool trusted = is_trusted(step, scan.stamp);
   // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map, and looks
   // like a wall that comes along.
@@ -218,7 +226,7 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   if (on)
     go_on_from(on->match.T_map_base, frozen_.step());
   else
-    follow_alone(scan.stamp, before.T_map_base, scans.T_map_base, result.match, free);
+    follow_alone(scan, before.T_map_base, scans.T_map_base, result.match, free);
   compare_twists(scan.stamp, before.T_map_base, result.match.T_map_base, step.twist);
   learn_interval(scan.stamp);
   weigh(maps, scan, options, result.match);
@@ -313,10 +321,10 @@ bool ScanTracking::is_leap(SensorTime stamp, const Pose2& found, const Pose2& od
 
 /// The pose by scans alone continues for itself: a wrong choice must not destroy what contradicts it. Where
 /// the map explains nothing it goes on with the motion so far, for a while.
-void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted,
+void ScanTracking::follow_alone(const ScanPoints& scan, const Pose2& before, const Pose2& predicted,
                                 const Match& chosen, const Match& free) {
   const bool matched = chosen.explained >= kMatchedFraction;
-  if (!matched && stamp - matched_ < kSearchedAtOnce) {
+  if (!matched && scan.stamp - matched_ < kSearchedAtOnce) {
     by_scans_alone_ = predicted;
     alone_is_predicted_ = true;
     return;
@@ -326,7 +334,9 @@ void ScanTracking::follow_alone(SensorTime stamp, const Pose2& before, const Pos
                      !is_announced(free.T_map_base, predicted);
   const Pose2 from = previous_ && !worse ? by_scans_alone_ : before;
   const Pose2 to = same || worse ? chosen.T_map_base : free.T_map_base;
-  if (!alone_is_predicted_) learn(moved(twist_to(from.inverse() * to), 1 / intervals_until(stamp)));
+  const Pose2 before_to_middle = previous_ ? previous_->to_middle : scan.to_middle;
+  const Pose2 step = (from * before_to_middle).inverse() * to * scan.to_middle;
+  if (!alone_is_predicted_) learn(moved(twist_to(step), 1 / intervals_until(scan.stamp)));
   by_scans_alone_ = to;
   alone_is_predicted_ = false;
 }

@@ -77,7 +77,8 @@ class ScanTracking {
  private:
   Where by_odometry(const Where& before, const ScanOdometry::Step& step) const;
   double intervals_until(SensorTime stamp) const;
-  Where by_scans(SensorTime stamp, const Where& before) const;
+  Pose2 moved_on(const ScanPoints& scan, double intervals) const;
+  Where by_scans(const ScanPoints& scan, const Where& before) const;
   bool may_search_widely(SensorTime stamp) const;
   bool is_stray(SensorTime stamp, const Pose2& found, const Pose2& odometry, const Pose2& scans) const;
   /// A scan's match, and the match that scans give without odometry.
@@ -99,7 +100,7 @@ class ScanTracking {
   bool moves_smoothly() const;
   bool is_leap(SensorTime stamp, const Pose2& found, const Pose2& odometry) const;
   bool is_announced(const Pose2& found, const Pose2& predicted) const;
-  void follow_alone(SensorTime stamp, const Pose2& before, const Pose2& predicted, const Match& chosen,
+  void follow_alone(const ScanPoints& scan, const Pose2& before, const Pose2& predicted, const Match& chosen,
                     const Match& free);
   void go_on_from(const Pose2& T_map_base, const Pose2& step);
   void learn(const Pose2& step);
