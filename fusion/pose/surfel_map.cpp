@@ -129,6 +129,9 @@ void SurfelMap::finish() {
 void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {
   constexpr double enough_points = 5;
   constexpr double flat_ratio = 0.15;
+  // As if so many more points were spread over a cell: one or two say little of where a surface is along
+  // itself, and would hold a robot in a tunnel. Chosen on generated tunnels.
+  constexpr double unseen_points = 2;
   cell.stale = false;
   cell.valid = false;
   if (cell.n <= 0) return;
@@ -151,7 +154,8 @@ void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {
   Surfel& surfel = cell.surfel;
   surfel.mean = {(static_cast<double>(cx) + 0.5) * cell_ + mx, (static_cast<double>(cy) + 0.5) * cell_ + my};
   surfel.normal = a.normal;
-  surfel.covariance << cxx, cxy, cxy, cyy;
+  const double unseen = unseen_points / (n + unseen_points) * cell_ * cell_;
+  surfel.covariance << cxx + unseen, cxy, cxy, cyy + unseen;
   surfel.thickness = std::sqrt(a.small);
   surfel.points = static_cast<float>(n);
   surfel.flat = n >= enough_points && a.small < flat_ratio * a.large;

@@ -17,7 +17,7 @@ namespace parhelion::pose {
 struct Surfel {
   Eigen::Vector2d mean;        ///< m, map frame
   Eigen::Vector2d normal;      ///< unit; undefined where not flat
-  Eigen::Matrix2d covariance;  ///< m^2, of the points about the mean
+  Eigen::Matrix2d covariance;  ///< m^2, of the points about the mean; larger where they are few
   double thickness = 0;        ///< m, 1 sigma along the normal
   float points = 0;            ///< number of points that it was made from
   bool flat = false;
