@@ -18,7 +18,8 @@ struct Keyframe {
   ScanPoints scan;
   Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
   Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
-  Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();  ///< of that, in its frame
+  /// Of that, in its frame: what odometry knows, and what its scan showed.
+  Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw
   double driven = 0;                                ///< m, path length up to here
   std::size_t scan_index = 0;                       ///< number of the scan
@@ -69,6 +70,7 @@ class SlamFrontEnd {
   SlamState state(SensorTime stamp) const;
   ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
   void keep(const ScanPoints& scan, double explained);
+  Eigen::Matrix3d step_information() const;
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();
@@ -84,6 +86,7 @@ class SlamFrontEnd {
   double joined_until_ = 0;   ///< m of path, up to which old surroundings fit to the new ones
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.
   double drift_squares_ = 6, drift_directions_ = 6;

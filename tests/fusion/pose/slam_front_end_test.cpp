@@ -1,0 +1,128 @@
+// Maps of drives whose truth is known, where a single step that goes wrong ruins all that follows: a laser
+// that sweeps all the time, and tunnels.
+#include "fusion/pose/slam_front_end.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <numbers>
+
+#include "fusion/pose/slam.hpp"
+#include "tests/fusion/pose/corrupted_odometry.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+struct Mapped {
+  double error = 0;      ///< m, largest, of positions relative to the first pose
+  double yaw_error = 0;  ///< rad, the same
+  std::size_t tracking = 0, scans = 0;
+  std::vector<OdometryFinding> findings;
+};
+
+Mapped mapped(const test::TrueDrive& drive, const std::vector<test::DriveInput>& inputs) {
+  auto slam = make_mapper(drive.robot, {});
+  Mapped result;
+  for (const test::DriveInput& input : inputs) {
+    if (!input.scan) {
+      (*slam)->add(input.odometry);
+    } else if (const auto estimate = (*slam)->add(*input.scan)) {
+      ++result.scans;
+      if (estimate->state == SlamState::tracking) ++result.tracking;
+    }
+  }
+  const auto trajectory = (*slam)->finish();
+  const Pose2 T_true_map =
+      drive.at(trajectory.front().stamp) * planar(trajectory.front().T_map_base).inverse();
+  for (const PoseEstimate& estimate : trajectory) {
+    const Pose2 off = drive.at(estimate.stamp).inverse() * T_true_map * planar(estimate.T_map_base);
+    result.error = std::max(result.error, off.position().norm());
+    result.yaw_error = std::max(result.yaw_error, std::abs(off.yaw));
+  }
+  result.findings = (*slam)->odometry_findings();
+  return result;
+}
+
+/// All around, 7 times a second, each beam at its own time until the next scan begins.
+RobotDescription robot_that_sweeps_all_the_time() {
+  RobotDescription robot = test::robot_with_laser();
+  robot.laser->beams = 360;
+  robot.laser->angle_min = -std::numbers::pi;
+  robot.laser->angle_increment = std::numbers::pi / 180;
+  robot.laser->beam_interval = 1 / 7.0 / 360;
+  robot.laser->convention.range_max = 12;
+  return robot;
+}
+
+TEST(SlamFrontEnd, OdometryThatFailsDoesNotRuinTheMapOfALaserThatSweepsAllTheTime) {
+  test::TrueDriveOptions options;
+  options.scan_period = 1 / 7.0;
+  options.odometry_late = 0.02;
+  options.odometry_jitter = 0;
+  options.range_sigma = 0.02;
+  const test::TrueDrive drive = test::true_drive(test::office(5), robot_that_sweeps_all_the_time(), options);
+  using enum test::Corruption;
+  for (const test::Corruption fault : {frozen, translation_flipped, scaled_up, wheel_dead}) {
+    const auto bad = test::corrupted(test::inputs_of(drive), fault, 0.3, 11);
+    const Mapped map = mapped(drive, bad.inputs);
+    std::printf("%s: %.3f m, %zu of %zu tracking\n", test::kind_of(fault).name, map.error, map.tracking,
+                map.scans);
+    EXPECT_LT(map.error, 0.25) << test::kind_of(fault).name;
+    EXPECT_FALSE(map.findings.empty()) << test::kind_of(fault).name;
+  }
+}
+
+/// 80 m long and 3 m wide, with niches on one side; a scan sees single points of the walls far ahead.
+test::TrueBuilding tunnel(std::uint32_t seed, int niches) {
+  constexpr double length = 80, half = 1.5;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> where(10, length - 10);
+  std::vector<double> at;
+  for (int i = 0; i < niches; ++i) at.push_back(where(random));
+  std::sort(at.begin(), at.end());
+  test::TrueBuilding building;
+  std::vector<test::Segment>& walls = building.mapped;
+  walls.push_back({{0, -half}, {length, -half}});
+  walls.push_back({{0, -half}, {0, half}});
+  walls.push_back({{length, -half}, {length, half}});
+  double x = 0;
+  for (const double niche : at) {
+    walls.push_back({{x, half}, {niche, half}});
+    walls.push_back({{niche, half}, {niche, half + 0.4}});
+    walls.push_back({{niche, half + 0.4}, {niche + 1.2, half + 0.4}});
+    walls.push_back({{niche + 1.2, half + 0.4}, {niche + 1.2, half}});
+    x = niche + 1.2;
+  }
+  walls.push_back({{x, half}, {length, half}});
+  building.now = building.mapped;
+  building.route = {{4, 0}, {length - 4, 0.1}, {4, -0.1}};
+  return building;
+}
+
+TEST(SlamFrontEnd, ATunnelKeepsItsLengthAndStaysStraight) {
+  RobotDescription robot = test::robot_with_laser();
+  robot.laser->beams = 181;
+  robot.laser->angle_increment = std::numbers::pi / 180;
+  robot.laser->beam_interval = 13.3e-3 / 181;
+  test::TrueDriveOptions options;
+  options.speed = 0.7;
+  options.scan_period = 0.2;
+  options.odometry_late = 0;
+  options.odometry_jitter = 0;
+  options.odometry_scale = 1.01;
+  options.odometry_noise = 0.002;
+  options.range_sigma = 0.01;
+  for (const std::uint32_t seed : {1, 2, 3, 4}) {
+    const test::TrueDrive drive = test::true_drive(tunnel(seed, seed % 2 == 0 ? 1 : 3), robot, options);
+    const Mapped map = mapped(drive, test::inputs_of(drive));
+    std::printf("tunnel %u: %.2f m, %.4f rad, %zu findings\n", seed, map.error, map.yaw_error,
+                map.findings.size());
+    // Odometry is 0.7 m wrong at the far end, where nothing but odometry tells how far it is.
+    EXPECT_LT(map.error, 1.6) << seed;
+    EXPECT_LT(map.yaw_error, 0.02) << seed;
+    EXPECT_TRUE(map.findings.empty()) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::pose
