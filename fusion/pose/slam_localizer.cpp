@@ -122,6 +122,9 @@ class Localizer final : public Slam {
     return mode_ == Mode::lost || was_tracking_ ? SlamState::lost : SlamState::initializing;
   }
 
+  /// Its robot drives on like one on wheels. Before that is known, it may as well be carried.
+  bool has_frozen_odometry() const { return tracking_.fault() == OdometryFault::frozen; }
+
   bool is_doubtful() const {
     const OdometryFault fault = tracking_.fault();
     if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
@@ -220,7 +223,7 @@ class Localizer final : public Slam {
       covariance_ = found.expected.covariance;
     }
     doubt_.add(scan, before, pose_, step, found.match.explained / usual_);
-    suspicious_ |= doubt_.carried();
+    suspicious_ |= doubt_.carried() && !has_frozen_odometry();
     if (doubt_.displaced()) {
       lose(true);
     } else if (now_ - matched_ > kLostAfter || sigma() > kLostSigma) {
@@ -258,7 +261,7 @@ class Localizer final : public Slam {
   /// explains its scans much better. The pose is doubted until the whole map has been searched.
   void verify(const ScanPoints& scan, const Pose2& step) {
     const auto found = search_.add(*map_, scan, step);
-    if (!found || doubt_.carried()) return;
+    if (!found || (doubt_.carried() && !has_frozen_odometry())) return;
     const Pose2 apart = pose_.inverse() * *found;
     if (apart.position().norm() > kSamePlace || std::abs(apart.yaw) > kSameYaw) pose_ = *found;
     settle(pose_);
