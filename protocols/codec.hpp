@@ -9,16 +9,18 @@
 #include <string_view>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/event.hpp"
 #include "protocols/hazard.hpp"
 #include "protocols/image.hpp"
 #include "protocols/instructor_command.hpp"
 #include "protocols/joints.hpp"
+#include "protocols/operator_status.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 #include "protocols/telemetry.hpp"
+#include "protocols/twist_command.hpp"
 #include "protocols/world.hpp"
 
 namespace parhelion {

@@ -1,5 +1,5 @@
 // The names of events, agents and states in messages and files.
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/event.hpp"
 #include "protocols/pose.hpp"
 

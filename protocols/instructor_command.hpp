@@ -10,9 +10,10 @@
 #include <string_view>
 #include <variant>
 
+#include "protocols/agent.hpp"
 #include "protocols/channels.hpp"
-#include "protocols/command.hpp"
 #include "protocols/fault.hpp"
+#include "protocols/time.hpp"
 
 namespace parhelion {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "protocols/image.hpp"
-#include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
+#include "protocols/twist_command.hpp"
 
 namespace parhelion {
 

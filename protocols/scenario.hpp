@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/driving_timing.hpp"
 #include "protocols/fault.hpp"
 #include "protocols/hazard.hpp"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
-#include "protocols/command.hpp"
 #include "protocols/joints.hpp"
 
 namespace parhelion::tools {

@@ -1,7 +1,7 @@
 // An agent in scenarios and their scripts. Nodes have passed check().
 #pragma once
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/writer.hpp"
 

@@ -10,6 +10,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/site_texture.hpp"
 #include "protocols/status.hpp"
+#include "protocols/twist_command.hpp"
 #include "server/runtime/inbox.hpp"
 #include "server/runtime/refused_hosts.hpp"
 #include "server/runtime/refused_messages.hpp"

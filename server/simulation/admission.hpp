@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/status.hpp"
 #include "server/simulation/agents.hpp"
 #include "server/simulation/building.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/event.hpp"
 #include "protocols/robot.hpp"
 #include "server/simulation/articulated_robot.hpp"

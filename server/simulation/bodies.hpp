@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/scene.hpp"
 #include "protocols/status.hpp"
 #include "server/simulation/planar.hpp"

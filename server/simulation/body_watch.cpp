@@ -1,6 +1,6 @@
 #include "server/simulation/body_watch.hpp"
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/robot.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/cable.hpp"

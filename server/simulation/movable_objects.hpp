@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/model_objects.hpp"
 #include "protocols/scene.hpp"
 #include "server/simulation/bodies.hpp"

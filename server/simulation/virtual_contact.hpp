@@ -4,9 +4,9 @@
 
 #include <optional>
 
-#include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
+#include "protocols/twist_command.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/robot.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/tick/cadence.hpp"

@@ -9,6 +9,7 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/joints.hpp"
+#include "protocols/twist_command.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
 #include "server/tick/command_clock.hpp"

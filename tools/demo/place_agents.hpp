@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fusion/pose/slam.hpp"
-#include "protocols/command.hpp"
+#include "protocols/agent.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::tools {

@@ -11,6 +11,7 @@
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
+#include "protocols/twist_command.hpp"
 #include "tools/import/import.hpp"
 
 namespace parhelion::tools {

@@ -1,5 +1,4 @@
-// Agents: their definitions and behaviours; and the status of operators' consoles. For an instructor's
-// commands see instructor_command.hpp.
+// Agents: their definitions and behaviours. For an instructor's commands to them see instructor_command.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +7,6 @@
 #include <vector>
 
 #include "protocols/frames.hpp"
-#include "protocols/time.hpp"
 
 namespace parhelion {
 
@@ -46,7 +44,7 @@ struct Behaviour {
 
 /// A virtual object at its start.
 struct AgentDefinition {
-  std::string name;  ///< unique, letters, digits, '_' and '-': part of channel names
+  std::string name;  ///< unique, see agent_name_fault(): part of channel names
   AgentKind kind = AgentKind::box;
   Transform<Map, Base> T_map_base;      ///< planar: on the floor
   Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, x, y, z; of a cable: length, diameter, diameter
@@ -55,16 +53,6 @@ struct AgentDefinition {
   std::string model;       ///< of a robot: name of its robot model; empty: the simple one that stays upright
   double camera_rate = 0;  ///< Hz, picture rate of its robot model's camera; 0: none
   double mass = 0;         ///< kg, of a box, barrel or container; 0: from the density of its kind
-};
-
-/// Status of a console (channel OPERATOR): at each change, and at least twice a second.
-struct OperatorStatus {
-  enum class State : std::uint8_t { drives, ended, lost };
-  SensorTime stamp;   ///< when it was sent, the console's clock
-  std::string name;   ///< of the operator
-  std::string robot;  ///< driven by the operator: the trainee's, or an agent
-  State state = State::drives;
-  std::string text;  ///< name of the console, or why it was lost
 };
 
 const char* to_string(AgentKind kind);
