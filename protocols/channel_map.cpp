@@ -19,8 +19,8 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
   });
   if (good && !name.empty() && name.size() <= longest) return {};
   std::string allowed = "letters, digits";
-  for (const char c : others) allowed += std::string(", '") + c + "'";
-  return "expected 1 to " + std::to_string(longest) + " of " + allowed + ", found '" + yaml::printable(name) +
+  for (const char c : others) allowed += std::string(c == others.back() ? " and '" : ", '") + c + "'";
+  return "expected 1 to " + std::to_string(longest) + " " + allowed + ", found '" + yaml::printable(name) +
          "'";
 }
 

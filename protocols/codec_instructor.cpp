@@ -34,15 +34,9 @@ void write_head(wire::Writer& writer, const Command& command) {
   writer.number(static_cast<std::int64_t>(command.request));
 }
 
-void check_agent_name(wire::Reader& reader, const std::string& name) {
-  reader.check(wire::is_name(name), "name", "a name that cannot be part of a channel",
-               "at most 40 letters, digits, '_' and '-'");
-  reader.check(!name.empty(), "name", "empty", "the agent that the message is about");
-}
-
 void read_agent_name(wire::Reader& reader, std::string& name) {
   reader.text("name", name);
-  check_agent_name(reader, name);
+  wire::check_agent_name(reader, "name", name);
 }
 
 /// One agent by its name, or all of them without one.
@@ -54,7 +48,7 @@ void read_agent_or_all(wire::Reader& reader, Command& command) {
     reader.check(command.agent.empty(), "name", "a name together with 'all'",
                  "an empty name, as all are meant");
   } else {
-    check_agent_name(reader, command.agent);
+    wire::check_agent_name(reader, "name", command.agent);
   }
 }
 
@@ -303,8 +297,7 @@ Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& comma
   wire::Reader reader(channel, "emergency_stop_t", emergency_stop_t::getHash(), bytes);
   read_head(reader, command);
   reader.text("robot", command.robot);
-  reader.check(wire::is_name(command.robot), "robot", "an invalid robot name",
-               "at most 40 letters, digits, '_' and '-'");
+  if (!command.robot.empty()) wire::check_agent_name(reader, "robot", command.robot);
   command.engaged = reader.boolean("engaged");
   return reader.status();
 }

@@ -4,6 +4,8 @@
 #include <cstdio>
 
 #include "protocols/authentication/signature.hpp"
+#include "protocols/channel_map.hpp"
+#include "protocols/operator_status.hpp"
 
 namespace parhelion::wire {
 namespace {
@@ -14,12 +16,17 @@ bool sensible(std::int64_t utime) { return utime >= 0 && utime < kUtimeOf2200; }
 
 }  // namespace
 
-bool is_name(std::string_view name) {
-  constexpr std::size_t max_name = 40;
+bool is_operator_name(std::string_view name) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   };
-  return name.size() <= max_name && std::all_of(name.begin(), name.end(), allowed);
+  return !name.empty() && name.size() <= kMaxOperatorName && std::all_of(name.begin(), name.end(), allowed);
+}
+
+void check_agent_name(Reader& reader, const char* field, std::string_view name) {
+  static_assert(kMaxRobotName == 32);
+  reader.check(agent_name_fault(name).empty(), field, "a name that cannot be part of a channel",
+               "1 to 32 letters, digits, '_' and '-'");
 }
 
 std::string hex(std::int64_t fingerprint) {

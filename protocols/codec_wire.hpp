@@ -155,9 +155,10 @@ class Writer {
   std::vector<std::uint8_t>& bytes_;
 };
 
-/// At most 40 letters, digits, '_' and '-': valid within MR_AGENT_<name>_CAMERA, which must not exceed the 63
-/// bytes of an LCM channel.
-bool is_name(std::string_view name);
+/// 1 to kMaxOperatorName letters, digits, '_' and '-'.
+bool is_operator_name(std::string_view name);
+/// Checks an agent's or a robot's name, see agent_name_fault().
+void check_agent_name(Reader& reader, const char* field, std::string_view name);
 
 /// "0x1f317af1246276ac"
 std::string hex(std::int64_t fingerprint);

@@ -39,11 +39,11 @@ Status decode(std::string_view channel, Bytes bytes, OperatorStatus& status) {
   wire::Reader reader(channel, "operator_t", operator_t::getHash(), bytes);
   status.stamp = reader.utime();
   reader.text("name", status.name);
-  reader.check(wire::is_name(status.name) && !status.name.empty(), "name", "an invalid operator name",
+  static_assert(kMaxOperatorName == 40);
+  reader.check(wire::is_operator_name(status.name), "name", "an invalid operator name",
                "1 to 40 letters, digits, '_' and '-'");
   reader.text("robot", status.robot);
-  reader.check(wire::is_name(status.robot), "robot", "an invalid robot name",
-               "at most 40 letters, digits, '_' and '-'");
+  if (!status.robot.empty()) wire::check_agent_name(reader, "robot", status.robot);
   status.state = reader.enumeration("state", OperatorStatus::State::lost);
   reader.text("text", status.text);
   return reader.status();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/nearest_name.hpp"
 #include "server/simulation/free_place.hpp"
@@ -13,12 +14,6 @@ namespace {
 
 constexpr double kMaxSpeed = 3.0;    // m/s, limit for behaviours
 constexpr double kMaxDistance = 50;  // m, limit for distances of behaviours
-
-bool fits_a_channel(const std::string& name) {
-  return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-}
 
 Status check_model(const AgentDefinition& agent, const SimulationOptions& options) {
   if (agent.model.empty()) return {};
@@ -101,9 +96,8 @@ Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& op
 
 Status check_definition(const AgentDefinition& agent, bool trainee, const SimulationOptions& options,
                         const Building& building, const Agents& agents, const RealRobots& real_robots) {
-  if (!fits_a_channel(agent.name)) {
-    return Error{"agent name '" + agent.name + "': expected 1 to 40 letters, digits, '_' and '-'"};
-  }
+  if (const std::string fault = agent_name_fault(agent.name); !fault.empty())
+    return Error{"agent name: " + fault};
   if (agents.find(agent.name) != nullptr)
     return Error{"there is an agent '" + agent.name + "' already; choose another name, or move it"};
   const bool is_real = std::any_of(real_robots.begin(), real_robots.end(),

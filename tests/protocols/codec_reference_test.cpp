@@ -38,6 +38,7 @@
 #include "parhelion/training_start_t.hpp"
 #include "parhelion/twist2D_t.hpp"
 #include "parhelion/world_t.hpp"
+#include "protocols/channel_map.hpp"
 #include "protocols/codec.hpp"
 
 namespace parhelion {
@@ -59,11 +60,11 @@ Transform<A, B> any_transform() {
 
 std::string any_text() { return *rc::gen::container<std::string>(rc::gen::nonZero<char>()); }
 
-std::string any_name() {
+std::string any_name(std::size_t max = kMaxRobotName) {
   std::string name = *rc::gen::container<std::string>(
       rc::gen::oneOf(rc::gen::inRange('a', '{'), rc::gen::inRange('A', '['), rc::gen::inRange('0', ':'),
                      rc::gen::element('_', '-')));
-  return name.substr(0, 39) + "x";
+  return name.substr(0, max - 1) + "x";
 }
 
 template <class Enumeration>
@@ -483,7 +484,7 @@ RC_GTEST_PROP(CodecReference, SessionHeader, ()) {
 }
 
 RC_GTEST_PROP(CodecReference, OperatorStatus, ()) {
-  const OperatorStatus status{any_stamp(), "o" + any_name().substr(0, 30), any_name(),
+  const OperatorStatus status{any_stamp(), any_name(kMaxOperatorName), any_name(),
                               any_enumerator(OperatorStatus::State::lost), any_text()};
   OperatorStatus back;
   const auto reference = through_liblcm<operator_t>(status, back);

@@ -42,8 +42,9 @@ std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
 }
 
 std::string operator_name_fault(const std::string& name) {
-  if (!name.empty() && wire::is_name(name)) return {};
-  return "an operator's name has 1 to 40 letters, digits, '_' and '-', found '" + yaml::printable(name) + "'";
+  if (wire::is_operator_name(name)) return {};
+  return "an operator's name has 1 to " + std::to_string(kMaxOperatorName) +
+         " letters, digits, '_' and '-', found '" + yaml::printable(name) + "'";
 }
 
 OperatorConsole::OperatorConsole(Bus& bus, std::string name, std::string console)
