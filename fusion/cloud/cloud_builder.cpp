@@ -7,11 +7,21 @@
 #include <cstring>
 #include <utility>
 
-#include "fusion/cloud/available_memory.hpp"
+#include "protocols/available_memory.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
+
+/// Error where `bytes` exceeds `available` (0: use available_memory()); it names both numbers and `what`.
+Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what) {
+  if (available == 0) available = available_memory();
+  if (bytes <= available) return {};
+  char figures[96];
+  std::snprintf(figures, sizeof figures, " needs %.2f GB of memory, %.2f GB are available",
+                static_cast<double>(bytes) / 1e9, static_cast<double>(available) / 1e9);
+  return Error{what + figures + ": thin the points out, or use a machine with more"};
+}
 
 template <class Number>
 double load_as(const char* at, bool swap) {

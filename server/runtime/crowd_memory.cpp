@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 #include <string>
 
@@ -31,17 +30,8 @@ std::uint64_t memory_of_bodies(std::uint64_t bodies, double physics_rate) {
                                     (records * static_cast<double>(sizeof(BodyState)) + kPerBody));
 }
 
-std::optional<std::uint64_t> memory_available() {
-  std::ifstream file("/proc/meminfo");
-  for (std::string word; file >> word;) {
-    std::uint64_t kilobytes = 0;
-    if (word == "MemAvailable:" && file >> kilobytes) return kilobytes * 1024;
-  }
-  return std::nullopt;
-}
-
-Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> available) {
-  if (!available || !(scenario.physics_rate > 0 && scenario.physics_rate <= 10'000)) return {};
+Status check_crowd(const Scenario& scenario, std::uint64_t available) {
+  if (!(scenario.physics_rate > 0 && scenario.physics_rate <= 10'000)) return {};
   std::uint64_t bodies = 0;
   for (const AgentDefinition& agent : scenario.agents) bodies += simulation::agent_bodies(agent, 1).size();
   std::uint64_t agents = scenario.agents.size();
@@ -50,13 +40,13 @@ Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> availa
     agents = scenario.max_agents;
   }
   const std::uint64_t needed = memory_of_bodies(bodies, scenario.physics_rate);
-  const double fraction = kUsableFraction * static_cast<double>(*available);
+  const double fraction = kUsableFraction * static_cast<double>(available);
   if (static_cast<double>(needed) <= fraction) return {};
   const auto fit =
       static_cast<std::uint64_t>(static_cast<double>(agents) * fraction / static_cast<double>(needed));
   return Error{"scenario: " + std::to_string(agents) + " agents (agents and max_agents) need about " +
                gigabytes(needed) + " for two seconds of the states of " + std::to_string(bodies) +
-               " bodies, and this machine has " + gigabytes(*available) + " free; ask for at most " +
+               " bodies, and this machine has " + gigabytes(available) + " free; ask for at most " +
                std::to_string(fit) + ", or use a machine with more memory"};
 }
 

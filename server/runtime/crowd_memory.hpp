@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
@@ -12,11 +11,8 @@ namespace parhelion::runtime {
 /// Bytes that the simulation needs for `bodies` moving bodies: two seconds of states, and their shapes.
 std::uint64_t memory_of_bodies(std::uint64_t bodies, double physics_rate);
 
-/// Bytes available to this process (MemAvailable of /proc/meminfo); nullopt if unknown.
-std::optional<std::uint64_t> memory_available();
-
 /// Error: the scenario's agents, or its max_agents if that is more than the default, need more than four
-/// fifths of `available`; the text gives the amount and how many would fit.
-Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> available);
+/// fifths of `available` (bytes, see available_memory()); the text gives the amount and how many would fit.
+Status check_crowd(const Scenario& scenario, std::uint64_t available);
 
 }  // namespace parhelion::runtime

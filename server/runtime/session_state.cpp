@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocols/available_memory.hpp"
 #include "server/runtime/crowd_memory.hpp"
 #include "server/runtime/thread_pool.hpp"
 
@@ -9,7 +10,7 @@ namespace parhelion::runtime {
 
 Result<std::unique_ptr<tick::State>> make_session_state(const tick::Configuration& configuration,
                                                         ArrivalTime start, int threads) {
-  if (const Status fits = check_crowd(configuration.scenario, memory_available()); !fits) return fits.error();
+  if (const Status fits = check_crowd(configuration.scenario, available_memory()); !fits) return fits.error();
   return tick::make_state(configuration, start, std::make_unique<ThreadPool>(std::max(1, threads)));
 }
 

@@ -48,7 +48,6 @@ TEST(CrowdMemory, MemoryForLaterSpawnsIsChecked) {
   EXPECT_FALSE(check_crowd(scenario, 4 * kGigabyte).ok());
   EXPECT_TRUE(check_crowd(scenario, 64 * kGigabyte).ok());
   EXPECT_TRUE(check_crowd(Scenario{}, kGigabyte / 10).ok()) << "the default asks for nothing";
-  EXPECT_TRUE(check_crowd(scenario, std::nullopt).ok());
 }
 
 TEST(CrowdMemory, AServerThatExceedsMemoryIsNotStarted) {

@@ -1,4 +1,4 @@
-#include "fusion/cloud/available_memory.hpp"
+#include "protocols/available_memory.hpp"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -7,8 +7,9 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <string>
 
-namespace parhelion::cloud {
+namespace parhelion {
 namespace {
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
@@ -47,13 +48,4 @@ std::uint64_t available_memory() {
   return std::min(available, addresses_left());
 }
 
-Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what) {
-  if (available == 0) available = available_memory();
-  if (bytes <= available) return {};
-  char figures[96];
-  std::snprintf(figures, sizeof figures, " needs %.2f GB of memory, %.2f GB are available",
-                static_cast<double>(bytes) / 1e9, static_cast<double>(available) / 1e9);
-  return Error{what + figures + ": thin the points out, or use a machine with more"};
-}
-
-}  // namespace parhelion::cloud
+}  // namespace parhelion
