@@ -154,7 +154,7 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
     station_options.emergency_stop = [this](bool on, const std::string& robot, const Identity& who) {
       if (on) return teleop->stop(robot, who.name);
       const bool any = who.role == Role::instructor || who.role == Role::admin;
-      return any ? teleop->reset(robot, who.name) : teleop->reset_own(robot, who.name);
+      return any ? teleop->release_stop(robot, who.name) : teleop->release_own_stop(robot, who.name);
     };
     station_options.stopped = [this] { return !teleop->stops().empty(); };
   }

@@ -218,9 +218,9 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
     read.command = std::move(*command);
     return {};
   };
-  read.name = word(message, type == "chat"                             ? "to_person"
-                            : type == "estop" || type == "estop_reset" ? "robot"
-                                                                       : "name");
+  read.name = word(message, type == "chat"                               ? "to_person"
+                            : type == "estop" || type == "estop_release" ? "robot"
+                                                                         : "name");
   read.text = word(message, "text");
   read.role = role_of(word(message, "to_role"));
   read.value = number(message, "value", 0);
@@ -235,7 +235,7 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
                                      : Kind::seek;
     return {};
   }
-  read.kind = named(type, Kind::estop_reset);
+  read.kind = named(type, Kind::estop_release);
   if (read.kind == Kind::subscribe) read.subscription = subscription(message);
   if (read.kind == Kind::agent) return take(agent_command(message));
   if (read.kind == Kind::report) return take(report_command(message));
@@ -248,9 +248,9 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
 }  // namespace
 
 const char* to_string(ClientMessage::Kind kind) {
-  static constexpr const char* names[] = {"subscribe", "agent",  "script", "fault", "start",      "end",
-                                          "save",      "report", "chat",   "mark",  "pause",      "resume",
-                                          "step",      "rate",   "seek",   "estop", "estop_reset"};
+  static constexpr const char* names[] = {"subscribe", "agent",  "script", "fault", "start",        "end",
+                                          "save",      "report", "chat",   "mark",  "pause",        "resume",
+                                          "step",      "rate",   "seek",   "estop", "estop_release"};
   return names[static_cast<std::size_t>(kind)];
 }
 

@@ -40,7 +40,7 @@ struct ClientMessage {
     rate,   ///< `value`
     seek,   ///< `value`, s
     estop,  ///< `name` of the robot; empty: the trainee's
-    estop_reset,
+    estop_release,
   };
   Kind kind = Kind::subscribe;
   std::uint64_t request = 0;  ///< repeated in the reply; 0: none

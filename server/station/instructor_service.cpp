@@ -47,7 +47,7 @@ bool may(Role role, ClientMessage::Kind kind, bool recorded) {
     case Kind::report:
     case Kind::chat:
     case Kind::estop:
-    case Kind::estop_reset:  // by a trainee: see execute()
+    case Kind::estop_release:  // by a trainee: see execute()
       return role != Role::observer;
     case Kind::pause:
     case Kind::resume:
@@ -179,10 +179,10 @@ void InstructorService::look(WallTime now) {
 
 Result<std::string> InstructorService::execute(WebClient& client, const ClientMessage& message) {
   const auto stop = [&](bool on) -> Result<std::string> {
-    if (!options_.emergency_stop) return Error{"this server drives no robot"};
+    if (!options_.emergency_stop) return Error{"no emergency stop here: this session has no robot to stop"};
     if (!on && !is_instructor(client.who().role) && !tick::simulates_trainee(feed_.configuration().scenario))
       return Error{std::string(role_name(client.who().role)) +
-                   "s may not reset the emergency stop of a real robot: an instructor does"};
+                   "s may not release the emergency stop of a real robot; an instructor must"};
     const Status done = options_.emergency_stop(on, message.name, client.who());
     if (!done) return done.error();
     return std::string(on ? "stopped" : "released");
@@ -195,7 +195,7 @@ Result<std::string> InstructorService::execute(WebClient& client, const ClientMe
     case Kind::mark:
       return mark(client, message);
     case Kind::estop:
-    case Kind::estop_reset:
+    case Kind::estop_release:
       return stop(message.kind == Kind::estop);
     default:
       return control(message);

@@ -122,7 +122,7 @@ void TeleopService::reply_to_ping(TeleopClient& teleop_client, const TeleopReque
 Status TeleopService::move(TeleopClient& teleop_client, const TeleopRequest& request) {
   if (const auto stop = stopped_by_.find(teleop_client.robot()); stop != stopped_by_.end()) {
     if (Status halted = teleop_client.halt(now()); !halted) return halted;
-    return Error{"emergency stop by " + stop->second + ": the instructor resets it"};
+    return Error{"emergency stop by " + stop->second + " is active; an instructor must release it"};
   }
   const auto moved = request.kind == TeleopRequest::Kind::joints
                          ? teleop_client.move_joints(request, now())

@@ -57,21 +57,21 @@ class TeleopService {
   /// At least every 50 ms: handles silent pages, repeats stops, reports who drives.
   void turn();
 
-  /// Active until reset(): the server is requested to stop the robot, whoever drives it, no command of a page
-  /// for it is sent, and the request is repeated until the server has replied. `robot` empty: all.
+  /// Active until release_stop(): the server is requested to stop the robot, whoever drives it, no command of
+  /// a page for it is sent, and the request is repeated until the server has replied. `robot` empty: all.
   /// Idempotent. Error: no such robot, or the bus.
   Status stop(const std::string& robot, const std::string& by);
   /// `robot` empty: all. The caller checks the permission of `by`. Nothing moves before the dead-man was
   /// released.
-  Status reset(const std::string& robot, const std::string& by);
-  /// The same for stops that `by` has pressed. Error, and nothing is reset: somebody else pressed one of
+  Status release_stop(const std::string& robot, const std::string& by);
+  /// The same for stops that `by` has pressed. Error, and nothing is released: somebody else pressed one of
   /// them, or none is active.
-  Status reset_own(const std::string& robot, const std::string& by);
+  Status release_own_stop(const std::string& robot, const std::string& by);
   std::vector<EmergencyStop> stops() const;
   std::vector<Driving> driving() const;
 
  private:
-  /// An emergency stop or its reset, sent to the server until it replies.
+  /// An emergency stop or its release, sent to the server until it replies.
   struct StopRequest {
     bool stop = true;
     std::uint64_t number = 0;
@@ -94,7 +94,7 @@ class TeleopService {
   void reply_to_ping(TeleopClient& teleop_client, const TeleopRequest& request);
   std::vector<std::string> names_to_stop(const std::string& robot) const;
   Status stop_locked(const std::string& robot, const std::string& by);
-  Status reset_locked(const std::string& robot, const std::string& by);
+  Status release_locked(const std::string& robot, const std::string& by);
   void apply_emergency_stop(const std::string& robot, bool stop);
   bool is_trainees(const std::string& robot) const;
   Status send_stop(const TeleopRobot& robot);

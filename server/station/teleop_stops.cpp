@@ -50,7 +50,7 @@ void TeleopService::apply_emergency_stop(const std::string& robot, bool stop) {
   }
   stop_requests_.erase(robot);  // done as requested
   send_about(robot, estop_text(robot, kElsewhere, stop));
-  audit(kElsewhere, (stop ? "emergency stop of " : "resets the emergency stop of ") + robot);
+  audit(kElsewhere, (stop ? "emergency stop of " : "releases the emergency stop of ") + robot);
   if (options_.stops_changed) options_.stops_changed(active_stops());
 }
 
@@ -130,7 +130,7 @@ Status TeleopService::stop(const std::string& robot, const std::string& by) {
   return stop_locked(robot, by);
 }
 
-Status TeleopService::reset_locked(const std::string& robot, const std::string& by) {
+Status TeleopService::release_locked(const std::string& robot, const std::string& by) {
   if (!robot.empty() && stopped_by_.count(robot) == 0)
     return Error{"no emergency stop of '" + robot + "' is active"};
   Status all;
@@ -144,26 +144,26 @@ Status TeleopService::reset_locked(const std::string& robot, const std::string& 
     stop_requests_[name] = {false, next_request(), {}, 0, false};
     if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
     send_about(name, estop_text(name, by, false));
-    audit(by, "resets the emergency stop of " + name);
+    audit(by, "releases the emergency stop of " + name);
   }
   if (options_.stops_changed) options_.stops_changed(active_stops());
   return all;
 }
 
-Status TeleopService::reset(const std::string& robot, const std::string& by) {
+Status TeleopService::release_stop(const std::string& robot, const std::string& by) {
   const std::lock_guard lock(mutex_);
-  return reset_locked(robot, by);
+  return release_locked(robot, by);
 }
 
-Status TeleopService::reset_own(const std::string& robot, const std::string& by) {
+Status TeleopService::release_own_stop(const std::string& robot, const std::string& by) {
   const std::lock_guard lock(mutex_);
   if (stopped_by_.empty()) return Error{"no emergency stop is active"};
   for (const auto& [name, presser] : stopped_by_) {
     if ((robot.empty() || robot == name) && presser != by)
       return Error{"the emergency stop of '" + name + "' was pressed by " + presser +
-                   ": an instructor resets it"};
+                   "; an instructor must release it"};
   }
-  return reset_locked(robot, by);
+  return release_locked(robot, by);
 }
 
 std::uint64_t TeleopService::next_request() {

@@ -100,7 +100,7 @@ export async function trainee({ step, picture, address, commands, line, trainee,
     await until("a while of commands", () => commands.length > 5);
     assert.ok(commands.every((command) => command.vx === 0));
     await page.keyboard.up("w");
-    await instructor.page.getByRole("button", { name: "Reset the stop" }).click();
+    await instructor.page.getByRole("button", { name: "Release the stop" }).click();
     await page.getByText("Stopped by tess").waitFor({ state: "detached" });
   });
 }

@@ -131,7 +131,7 @@ TEST_F(EmergencyStopTest, NoConsoleCommandOverridesTheStop) {
   EXPECT_LT(distance_driven_in(2), 0.002);
   EXPECT_EQ(wheels_ + arm_, 0);
 
-  ASSERT_TRUE(service_->reset("trainee", "ada").ok());
+  ASSERT_TRUE(service_->release_stop("trainee", "ada").ok());
   EXPECT_LT(distance_driven_in(2), 0.002) << "the stick has not been let go";
   EXPECT_EQ(wheels_ + arm_, 0);
   hold_stick(0);
@@ -146,7 +146,7 @@ TEST_F(EmergencyStopTest, AnImmediateResetStillRequiresStickRelease) {
   pass(1);
   ASSERT_TRUE(service_->stop("", "ada").ok());
   pass(0.04);
-  ASSERT_TRUE(service_->reset("", "ada").ok());
+  ASSERT_TRUE(service_->release_stop("", "ada").ok());
   pass(0.5);
   EXPECT_LT(distance_driven_in(2), 0.002);
   foreign_ = {};  // silence counts as a release, too
@@ -176,7 +176,7 @@ TEST_F(EmergencyStopTest, PagesReceiveStopsAndResetsFromAnotherConsole) {
   EXPECT_THAT(client->texts("estop").back(), testing::HasSubstr(R"("on":true)"));
   hold_stick(0.4);
   EXPECT_LT(distance_driven_in(1), 0.002);
-  ASSERT_TRUE(service_->reset("trainee", "ada").ok());
+  ASSERT_TRUE(service_->release_stop("trainee", "ada").ok());
   pass(0.1);
   EXPECT_TRUE(service_->stops().empty());
   ASSERT_TRUE(service_->stop("trainee", "ada").ok());

@@ -1,4 +1,4 @@
-// An emergency stop is active until it is reset.
+// An emergency stop is active until it is released.
 #include "tests/server/station/teleop_fixture.hpp"
 
 namespace parhelion::station {
@@ -35,8 +35,8 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
   EXPECT_EQ(out.count(channel::kTeleop), 0U) << "the server holds it now";
   EXPECT_TRUE(service_->stop("", "ines").ok()) << "twice does no harm";
   EXPECT_EQ(service_->stops()[0].by, "bert");
-  EXPECT_FALSE(service_->reset("robot_7", "ines").ok());
-  ASSERT_TRUE(service_->reset("trainee", "ines").ok());
+  EXPECT_FALSE(service_->release_stop("robot_7", "ines").ok());
+  ASSERT_TRUE(service_->release_stop("trainee", "ines").ok());
   published();  // updates orders_
   EXPECT_FALSE(orders_.back().engaged);
   EXPECT_EQ(orders_.back().robot, "trainee");
@@ -50,21 +50,21 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
   twist(*anna, 0.5);
   EXPECT_TRUE(moves(published()[channel::kTeleop]));
   EXPECT_EQ(stops_.size(), 1U);
-  EXPECT_NE(std::find(audited_.begin(), audited_.end(), "ines resets the emergency stop of trainee"),
+  EXPECT_NE(std::find(audited_.begin(), audited_.end(), "ines releases the emergency stop of trainee"),
             audited_.end());
 }
 
-TEST_F(TeleopServiceTest, ResetsOnlyTheStopsThatOneselfHasPressed) {
-  EXPECT_FALSE(service_->reset_own("", "anna").ok()) << "none is active";
+TEST_F(TeleopServiceTest, ReleasesOnlyTheStopsThatOneselfHasPressed) {
+  EXPECT_FALSE(service_->release_own_stop("", "anna").ok()) << "none is active";
   ASSERT_TRUE(service_->stop("trainee", "anna").ok());
-  EXPECT_FALSE(service_->reset_own("trainee", "bert").ok());
+  EXPECT_FALSE(service_->release_own_stop("trainee", "bert").ok());
   EXPECT_EQ(service_->stops().size(), 1U);
-  EXPECT_TRUE(service_->reset_own("trainee", "anna").ok());
+  EXPECT_TRUE(service_->release_own_stop("trainee", "anna").ok());
   EXPECT_TRUE(service_->stops().empty());
   ASSERT_TRUE(service_->stop("", "ines").ok());
   const std::size_t stopped = service_->stops().size();
-  EXPECT_FALSE(service_->reset_own("", "anna").ok());
-  EXPECT_EQ(service_->stops().size(), stopped) << "nothing is reset";
+  EXPECT_FALSE(service_->release_own_stop("", "anna").ok());
+  EXPECT_EQ(service_->stops().size(), stopped) << "nothing is released";
 }
 
 TEST_F(TeleopServiceTest, KeepsTheEmergencyStopOfAReturningRobot) {

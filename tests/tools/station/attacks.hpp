@@ -153,7 +153,7 @@ inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& 
     ASSERT_EQ(client.open_socket("/ws/state", cookie).status, 101);
     for (const char* text : {R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
                              R"({"type":"agent","request":1,"action":"remove_all"})",
-                             R"({"type":"estop_reset","request":1})", R"({"type":"end","request":1})"}) {
+                             R"({"type":"estop_release","request":1})", R"({"type":"end","request":1})"}) {
       const Json answer = reply(client, text);
       EXPECT_EQ(answer.value("ok", true), false) << text;
       EXPECT_NE(answer.value("text", "").find("s may not "), std::string::npos) << answer;

@@ -232,7 +232,7 @@ export const strings = {
     radiansPerSecond: "rad/s",
   },
   people: {
-    legend: "Real person: somewhere in the ring; arrow: the way in 1 s",
+    legend: "Real person: position uncertain within the ring; arrow: motion in 1 s",
   },
   robots: {
     title: "Robots",
@@ -244,16 +244,16 @@ export const strings = {
     nobody: "not driven",
     points: (points: number) => `${points} points`,
     stop: (name: string) => `Stop ${name}`,
-    release: (name: string) => `Reset the stop of ${name}`,
+    release: (name: string) => `Release the stop of ${name}`,
     stopAll: "Stop all robots",
-    releaseAll: "Reset all stops",
+    releaseAll: "Release all stops",
   },
   stop: {
     button: "STOP",
     label: "Emergency stop (X or Pause)",
     stopped: (by: string) => (by ? `Stopped by ${by}` : "Emergency stop"),
-    reset: "Reset the stop",
-    wait: "The instructor resets it.",
+    release: "Release the stop",
+    wait: "An instructor must release it.",
     failed: "The stop did not reach the server: not connected. Use the robot's own emergency stop.",
   },
   joints: {

@@ -10,8 +10,8 @@ class StopState {
   /** The stops that count here: of several robots a trainee's own. */
   #own = $derived([...teleop.stops].filter(([robot]) => session.robots.length < 2 || session.instructs || robot === (teleop.driven || session.robot)));
   latched = $derived(this.#own.length > 0 || (session.robots.length < 2 && (session.control?.estop ?? false)));
-  /** The user may reset it: an instructor any, a trainee his own stop of a simulated robot. */
-  resettable = $derived(session.instructs || ((session.hello?.session.level ?? 3) < 3 && this.#own.length > 0 && this.#own.every(([, by]) => by === session.hello?.who.name)));
+  /** The user may release it: an instructor any, a trainee his own stop of a simulated robot. */
+  releasable = $derived(session.instructs || ((session.hello?.session.level ?? 3) < 3 && this.#own.length > 0 && this.#own.every(([, by]) => by === session.hello?.who.name)));
   by = $derived([...new Set(this.#own.map(([, by]) => by))].join(", "));
 }
 export const stopState = new StopState();
