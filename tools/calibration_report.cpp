@@ -2,9 +2,9 @@
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "fusion/semantic/pictures/plan_picture.hpp"
+#include "protocols/angle_units.hpp"
 #include "tools/calibration_log.hpp"
 
 namespace parhelion::tools {
@@ -12,8 +12,6 @@ namespace {
 
 using P = pose::MotionParameter;
 using pose::Measured;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// How a quantity is printed: a factor to the unit, and its name.
 struct Unit {
@@ -25,16 +23,16 @@ struct Unit {
 };
 constexpr Unit kUnits[] = {{P::translation_scale, "translation_scale", 1, "", 4},
                            {P::rotation_scale, "rotation_scale", 1, "", 4},
-                           {P::curvature, "curvature_deg_per_m", kDegrees, "deg/m", 3},
+                           {P::curvature, "curvature_deg_per_m", kDegreesPerRadian, "deg/m", 3},
                            {P::laser_x, "laser_x_mm", 1e3, "mm", 1},
                            {P::laser_y, "laser_y_mm", 1e3, "mm", 1},
-                           {P::laser_yaw, "laser_yaw_deg", kDegrees, "deg", 3},
+                           {P::laser_yaw, "laser_yaw_deg", kDegreesPerRadian, "deg", 3},
                            {P::time_offset, "time_offset_ms", 1e3, "ms", 1},
                            {P::reference_offset, "reference_offset_ms", 1e3, "ms", 1}};
 // Of other sensors; the parameter does not count.
 constexpr Unit kOffset{P::time_offset, "time_offset_ms", 1e3, "ms", 1};
 constexpr Unit kScale{P::rotation_scale, "yaw_scale", 1, "", 4};
-constexpr Unit kBias{P::time_offset, "yaw_bias_deg_per_s", kDegrees, "deg/s", 3};
+constexpr Unit kBias{P::time_offset, "yaw_bias_deg_per_s", kDegreesPerRadian, "deg/s", 3};
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 std::string format(const char* pattern, ...) {
@@ -56,7 +54,8 @@ std::string line(const char* name, double before, const Measured& now, const Uni
 
 std::string check_line(const char* name, const pose::MotionCheck& check) {
   return format("  %-7s %6.1f mm, %.3f deg RMS; p95 %.1f mm, %.3f deg\n", name, 1e3 * check.position_rms,
-                kDegrees * check.yaw_rms, 1e3 * check.position_p95, kDegrees * check.yaw_p95);
+                kDegreesPerRadian * check.yaw_rms, 1e3 * check.position_p95,
+                kDegreesPerRadian * check.yaw_p95);
 }
 
 /// Time offset, and of an inertial sensor scale and bias.
@@ -69,7 +68,8 @@ std::string turn_lines(const TurnSensor& sensor) {
             line((sensor.name + " yaw bias").c_str(), 0, found.bias, kBias);
   }
   return text + format("    at %zu scans, %zu of them outliers; %.2f deg apart, stamps %.1f ms (1 sigma)\n",
-                       found.poses, found.outliers, kDegrees * found.heading_sigma, 1e3 * found.jitter);
+                       found.poses, found.outliers, kDegreesPerRadian * found.heading_sigma,
+                       1e3 * found.jitter);
 }
 
 /// Offset between the clocks of inertial sensor and odometry.
@@ -150,8 +150,8 @@ nlohmann::ordered_json to_json(const pose::MotionCheck& check) {
   return {{"windows", check.windows},
           {"position_rms_mm", 1e3 * check.position_rms},
           {"position_p95_mm", 1e3 * check.position_p95},
-          {"yaw_rms_deg", kDegrees * check.yaw_rms},
-          {"yaw_p95_deg", kDegrees * check.yaw_p95}};
+          {"yaw_rms_deg", kDegreesPerRadian * check.yaw_rms},
+          {"yaw_p95_deg", kDegreesPerRadian * check.yaw_p95}};
 }
 
 std::vector<Eigen::Vector2d> positions(const std::vector<Pose2>& poses) {
@@ -166,7 +166,7 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
   const pose::MotionCalibration& motion = report.motion;
   std::string text =
       format("%zu scans, %.1f m and %.0f deg driven; %zu steps of odometry, %zu of them outliers (slip)\n",
-             report.scans, motion.driven, kDegrees * motion.turned, motion.steps, motion.outliers);
+             report.scans, motion.driven, kDegreesPerRadian * motion.turned, motion.steps, motion.outliers);
   const pose::MotionParameters before = pose::motion_parameters(report.before);
   for (const Unit& unit : kUnits) {
     if (is_shown(report, unit))
@@ -204,7 +204,7 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
   json["scans"] = report.scans;
   json["validation_scans"] = report.validation_scans;
   json["driven_m"] = report.motion.driven;
-  json["turned_deg"] = kDegrees * report.motion.turned;
+  json["turned_deg"] = kDegreesPerRadian * report.motion.turned;
   json["steps"] = report.motion.steps;
   json["outliers"] = report.motion.outliers;
   for (const Unit& unit : kUnits) {
@@ -237,9 +237,10 @@ Status draw_calibration(const CalibrationReport& report, const std::string& path
     return Error{path + ": no picture, as no part was kept for validation to check the calibration on"};
   semantic::PlanPicture picture;
   picture.title = "Calibration, checked on the validation part";
-  picture.subtitle = format("odometry over 2 s: %.1f mm, %.2f deg before; %.1f mm, %.2f deg after (RMS)",
-                            1e3 * report.check_before.position_rms, kDegrees * report.check_before.yaw_rms,
-                            1e3 * report.check_after.position_rms, kDegrees * report.check_after.yaw_rms);
+  picture.subtitle =
+      format("odometry over 2 s: %.1f mm, %.2f deg before; %.1f mm, %.2f deg after (RMS)",
+             1e3 * report.check_before.position_rms, kDegreesPerRadian * report.check_before.yaw_rms,
+             1e3 * report.check_after.position_rms, kDegreesPerRadian * report.check_after.yaw_rms);
   picture.map = &report.map;
   picture.width = 1000;
   picture.focus = 0.6;  // differences are centimetres

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -12,18 +11,18 @@
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/voxel_index.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
+#include "protocols/angle_units.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kEnoughPoints = 1'000'000;  // more points change the result by less than the noise
 constexpr double kPatchSide = 0.25;               // m; less than the tread of a step
 constexpr double kReach = 1e5;                    // m; a patch number still fits
-constexpr double kLevelWithin = 6 * kDegree;
-constexpr double kUprightWithin = 4 * kDegree;
-constexpr double kMaxTilt = 40 * kDegree;
+constexpr double kLevelWithin = 6 * kRadiansPerDegree;
+constexpr double kUprightWithin = 4 * kRadiansPerDegree;
+constexpr double kMaxTilt = 40 * kRadiansPerDegree;
 
 struct Patch {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -86,7 +85,7 @@ bool is_upright(const Patch& patch, const Eigen::Vector3d& up) {
 /// The direction within `kMaxTilt` of the hint to which the most planar patches are normal; zero where there
 /// is none.
 Eigen::Vector3d dominant_normal(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
-  constexpr double width = 4 * kDegree;
+  constexpr double width = 4 * kRadiansPerDegree;
   std::vector<Eigen::Vector3d> faced, planar;  // close together: each vote reads all of them
   for (const Patch& patch : patches) {
     if (!patch.planar) continue;
@@ -218,8 +217,8 @@ double concentration(const std::vector<Patch>& patches, const Eigen::Vector3d& u
 /// One plane direction for all layers together, each about its own centre, perpendicular to upright patches:
 /// wide layers decide, and walls where there are none. The band that counts as a layer narrows to the noise.
 Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up) {
-  constexpr double noise_height = 0.02;       // m, of a patch's centre: floors are not more accurate
-  constexpr double noise_turn = 3 * kDegree;  // of its normal
+  constexpr double noise_height = 0.02;  // m, of a patch's centre: floors are not more accurate
+  constexpr double noise_turn = 3 * kRadiansPerDegree;  // of its normal
   for (const double band : {0.15, 0.08, 0.05, 0.05, 0.05}) {
     Eigen::Matrix3d together = Eigen::Matrix3d::Zero();  // both kinds in units of their own noise
     for (const Patch& patch : patches) {
@@ -312,7 +311,8 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
   const double reach_up = std::min(tall, (high - low) / 2);
   for (const Patch& patch : patches) {
     // Walls count as both, as do objects too thin to be seen.
-    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kDegree)))
+    if (patch.count < 6 ||
+        (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)))
       continue;
     const double height = patch.mean.dot(up);
     standing += height > low + beside && height < low + reach_up;

@@ -2,13 +2,13 @@
 
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <vector>
+
+#include "protocols/angle_units.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMaxBeams = 100'000;
 
 /// Parses the words of a line in order; keeps the first error.
@@ -104,8 +104,8 @@ Result<CarmenLine> parse_old_laser(const std::string& kind, Tokens& tokens) {
   laser.T_odom_base = planar_pose<Odom, Base>(tokens);
   laser.scan.stamp = stamp(tokens);
   const std::size_t intervals = n % 2 == 0 ? n : n - 1;
-  laser.scan.angle_min = static_cast<float>(-90 * kDegree);
-  laser.scan.angle_increment = static_cast<float>(180 * kDegree / static_cast<double>(intervals));
+  laser.scan.angle_min = static_cast<float>(-90 * kRadiansPerDegree);
+  laser.scan.angle_increment = static_cast<float>(180 * kRadiansPerDegree / static_cast<double>(intervals));
   laser.statement = kind + " of " + std::to_string(n) + " readings, angles implied: -90 degrees and up";
   return done(tokens, std::move(laser));
 }

@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 
+#include "protocols/angle_units.hpp"
 #include "protocols/channel_map.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct KnownLaser {
   const char* preset;
@@ -32,7 +30,7 @@ std::vector<Eigen::Vector2d> assumed_footprint(const LaserDescription* laser) {
 }  // namespace
 
 std::string recognise_preset(std::size_t beams, double angle_increment) {
-  const double step = std::abs(angle_increment) / kDegree;
+  const double step = std::abs(angle_increment) / kRadiansPerDegree;
   for (const KnownLaser& laser : kKnownLasers) {
     // The stated field of view may include one beam too many ("180 beams of 1 degree").
     const double intervals = laser.field_of_view / laser.step;
@@ -133,7 +131,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     laser.T_base_laser = {laser.T_base_laser.quaternion(), {p.x(), p.y(), options.laser_height}};
   }
   // A single pass of half a degree is the interlaced mode; coarser scans are a single pass.
-  if (laser.passes > 1 && std::abs(shape.angle_increment) > 0.75 * kDegree) {
+  if (laser.passes > 1 && std::abs(shape.angle_increment) > 0.75 * kRadiansPerDegree) {
     laser.passes = 1;
     laser.pass_period = 0;
   }

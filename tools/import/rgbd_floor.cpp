@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
+
+#include "protocols/angle_units.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kStride = 8;     ///< pixels between points
 constexpr int kBaseline = 4;   ///< pixels to the neighbours used for the normal
 constexpr double kBin = 0.02;  ///< m
@@ -48,7 +48,7 @@ std::optional<Eigen::Vector3d> SurfacePoints::refine_up(const Eigen::Vector3d& g
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     std::size_t n = 0;
     for (const Eigen::Vector3d& normal : normals_) {
-      if (normal.dot(up) < std::cos(window * kDegree)) continue;
+      if (normal.dot(up) < std::cos(window * kRadiansPerDegree)) continue;
       sum += normal;
       ++n;
     }
@@ -64,7 +64,7 @@ std::optional<double> SurfacePoints::lowest_layer(const Eigen::Vector3d& up) con
   std::map<long, std::size_t> layers;
   std::vector<double> heights;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (normals_[i].dot(up) < std::cos(20 * kDegree)) continue;
+    if (normals_[i].dot(up) < std::cos(20 * kRadiansPerDegree)) continue;
     heights.push_back(points_[i].dot(up));
     ++layers[std::lround(heights.back() / kBin)];
   }
@@ -89,7 +89,7 @@ std::optional<double> SurfacePoints::lowest_layer(const Eigen::Vector3d& up) con
 }
 
 std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vector3d& up) const {
-  constexpr double widest_lean = 5 * kDegree, wide = 0.5;
+  constexpr double widest_lean = 5 * kRadiansPerDegree, wide = 0.5;
   const auto layer = lowest_layer(up);
   if (!layer) return std::nullopt;
   Floor floor{up.normalized(), *layer, 0};
@@ -99,7 +99,7 @@ std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vecto
     Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
     double n = 0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      const bool level = normals_[i].dot(floor.up) > std::cos(20 * kDegree);
+      const bool level = normals_[i].dot(floor.up) > std::cos(20 * kRadiansPerDegree);
       if (!level || std::abs(points_[i].dot(floor.up) - floor.height) > within) continue;
       sum += points_[i];
       products += points_[i] * points_[i].transpose();

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
+#include "protocols/angle_units.hpp"
 #include "tools/import/image_files.hpp"
 #include "tools/import/rgbd_floor.hpp"
 #include "tools/import/rgbd_registration.hpp"
@@ -12,7 +12,6 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kFramesForTheFloor = 40;
 
 struct DepthSurvey {
@@ -53,7 +52,7 @@ void register_colour(const DepthSurvey& survey, RgbdPlacement& placement, const 
                 "colour turned by %.2f degrees against depth from what the calibration states (quaternion "
                 "wxyz %.6f %.6f "
                 "%.6f %.6f): depth edges then lie on colour gradients of %.0f on average, before %.0f",
-                turned.angle() / kDegree, q.w(), q.x(), q.y(), q.z(), after, before);
+                turned.angle() / kRadiansPerDegree, q.w(), q.x(), q.y(), q.z(), after, before);
   notes.push_back(text);
 }
 
@@ -137,7 +136,7 @@ void place_base(const RgbdFolder& folder, RgbdPlacement& placement, std::vector<
                 "the camera is hand-held: base_link is fixed to it, under it on the floor and level at the "
                 "mean pose; it "
                 "tilts by up to %.1f degrees and leaves the floor by up to %.2f m",
-                tilt / kDegree, off_floor);
+                tilt / kRadiansPerDegree, off_floor);
   notes.push_back(text);
 }
 
@@ -159,7 +158,8 @@ Result<RgbdPlacement> place_rgbd(const RgbdFolder& folder, std::vector<std::stri
       text, sizeof text,
       "map: z up, floor (the lowest supported level layer) at 0, %.3f m under the first camera; the floor "
       "leans by %.2f degrees from the stated up direction, and the map follows the floor",
-      placement.map_optical(folder.poses.front().T_world_depth).translation().z(), floor->leveled / kDegree);
+      placement.map_optical(folder.poses.front().T_world_depth).translation().z(),
+      floor->leveled / kRadiansPerDegree);
   notes.push_back(text);
   place_base(folder, placement, notes);
   register_colour(survey, placement, folder.cameras, notes);

@@ -1,14 +1,13 @@
 #include "tools/import/rgbd_registration.hpp"
 
 #include <cmath>
-#include <numbers>
 
+#include "protocols/angle_units.hpp"
 #include "tools/import/rgbd_floor.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kEdgeStep = 100;  ///< mm between neighbours
 
 /// Magnitude of the Sobel gradient; 0 along the border.
@@ -93,7 +92,7 @@ Eigen::Isometry3d DepthRegistration::refine(const CameraIntrinsics& camera,
         for (const double sign : {-1.0, 1.0}) {
           Eigen::Isometry3d turned = best;
           turned.linear() =
-              Eigen::AngleAxisd(sign * step * kDegree, Eigen::Vector3d::Unit(axis)) * best.linear();
+              Eigen::AngleAxisd(sign * step * kRadiansPerDegree, Eigen::Vector3d::Unit(axis)) * best.linear();
           const double as_turned = score(camera, turned);
           if (as_turned <= best_score) continue;
           best_score = as_turned;

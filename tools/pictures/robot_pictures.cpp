@@ -5,15 +5,14 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <numbers>
 
+#include "protocols/angle_units.hpp"
 #include "render/compositor.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::tools {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kRise = 0.17, kTread = 0.29;  // m
 constexpr int kSteps = 7;
 
@@ -113,11 +112,11 @@ Status draw_robots(const std::string& folder) {
   if (!simulation) return simulation.error();
   double x = 0;
   for (const char* name : {"rover", "hauler", "buggy", "crawler"}) {
-    if (Status status = spawn(*simulation, name, x, 0, -55 * kDegree); !status) return status;
+    if (Status status = spawn(*simulation, name, x, 0, -55 * kRadiansPerDegree); !status) return status;
     x += 1.2;
   }
   const Status raised = joints(*simulation, {"shoulder_joint", "elbow_joint", "wrist_joint"},
-                               {95 * kDegree, -100 * kDegree, -30 * kDegree});
+                               {95 * kRadiansPerDegree, -100 * kRadiansPerDegree, -30 * kRadiansPerDegree});
   if (!raised) return raised;
   run(*simulation, "crawler", 0, 5);
   return shoot(*simulation, model, {1.5, -3.9, 2.3}, {2.08, 0, 0.22}, 1300, folder + "/robots.jpg");
@@ -131,9 +130,9 @@ Status draw_stairs(const std::string& folder) {
   double flippers = 35, max_pitch = 0;
   for (int i = 0; i < 200 && simulation->robot_motion("crawler")->T_map_base.translation().x() < 1.9; ++i) {
     const double up = simulation->robot_motion("crawler")->T_map_base.rotation()(2, 0);
-    max_pitch = std::max(max_pitch, std::asin(up) / kDegree);
+    max_pitch = std::max(max_pitch, std::asin(up) / kRadiansPerDegree);
     flippers = max_pitch > 22 ? -6 : max_pitch > 6 ? -20 : 35;
-    const double angle = flippers * kDegree;
+    const double angle = flippers * kRadiansPerDegree;
     if (Status status = joints(*simulation, {"left_flipper_joint", "right_flipper_joint"}, {angle, angle});
         !status)
       return status;

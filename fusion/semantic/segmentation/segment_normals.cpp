@@ -4,24 +4,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <unordered_map>
 
 #include "fusion/cloud/normals.hpp"
 #include "fusion/semantic/segmentation/segmentation.hpp"
+#include "protocols/angle_units.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kCube = 0.15;          // m; less than a riser is high
-constexpr double kTilt = 20 * kDegree;  // of one point's normal from level or upright
-constexpr double kTurn = 15 * kDegree;  // between a region and a patch that joins it
-constexpr double kMinArea = 0.15;       // m^2, as in the image-based pipeline
-constexpr int kMinPoints = 3;           // of a patch; fewer normals have no mean
-constexpr double kCubeReach = 1e5;      // m; limit of a cube's index
+constexpr double kCube = 0.15;                    // m; less than a riser is high
+constexpr double kTilt = 20 * kRadiansPerDegree;  // of one point's normal from level or upright
+constexpr double kTurn = 15 * kRadiansPerDegree;  // between a region and a patch that joins it
+constexpr double kMinArea = 0.15;                 // m^2, as in the image-based pipeline
+constexpr int kMinPoints = 3;                     // of a patch; fewer normals have no mean
+constexpr double kCubeReach = 1e5;                // m; limit of a cube's index
 
 enum class Facing : std::uint8_t { level, upright };
 
