@@ -41,8 +41,8 @@ EventKind handled(Condition::Kind kind) {
 }
 
 /// Current value of a threshold condition; none: the robot is not present.
-std::optional<double> amount_of(Condition::Kind kind, const Surroundings& around) {
-  const auto motion = around.motion();
+std::optional<double> amount_of(Condition::Kind kind, const GradedWorld& world) {
+  const auto motion = world.motion();
   if (!motion) return std::nullopt;
   switch (kind) {
     case Condition::Kind::pitch:
@@ -80,27 +80,27 @@ Verdict ConditionWatch::look(const Moment& moment) {
 }
 
 Verdict ConditionWatch::judge(const Moment& moment) {
-  const Surroundings& around = moment.around;
+  const GradedWorld& world = moment.world;
   switch (condition_->kind) {
     case Condition::Kind::event:
       return judge_event(moment);
     case Condition::Kind::reach:
       if (moment.event && moment.event->kind == EventKind::zone_entered &&
-          moment.event->subject == around.robot() && moment.event->object == condition_->target)
+          moment.event->subject == world.robot() && moment.event->object == condition_->target)
         cause_ = *moment.event;
-      return held_for(around.in_zone(condition_->target), moment.stamp, 0);
+      return held_for(world.in_zone(condition_->target), moment.stamp, 0);
     case Condition::Kind::pass:
       return judge_pass(moment);
     case Condition::Kind::climb: {
       if (!moment.event || moment.event->kind != EventKind::step_climbed ||
-          moment.event->subject != around.robot())
+          moment.event->subject != world.robot())
         return Verdict::open;
-      const ModelEntity* top = around.top_of(condition_->target);
+      const ModelEntity* top = world.top_of(condition_->target);
       return top && top->name == moment.event->object ? count(*moment.event) : Verdict::open;
     }
     case Condition::Kind::near:
     case Condition::Kind::follow:
-      return held_for(around.is_near(condition_->target, condition_->distance), moment.stamp,
+      return held_for(world.is_near(condition_->target, condition_->distance), moment.stamp,
                       condition_->duration);
     case Condition::Kind::avoid:
       return judge_avoid(moment);
@@ -114,13 +114,13 @@ Verdict ConditionWatch::judge(const Moment& moment) {
     case Condition::Kind::roll:
     case Condition::Kind::yaw_rate:
     case Condition::Kind::speed: {
-      const auto amount = amount_of(condition_->kind, around);
+      const auto amount = amount_of(condition_->kind, world);
       return held_for(amount && *amount >= condition_->amount, moment.stamp, condition_->duration);
     }
     case Condition::Kind::still:
-      return held_for(!around.moves(), moment.stamp, condition_->duration);
+      return held_for(!world.moves(), moment.stamp, condition_->duration);
     case Condition::Kind::inspect:
-      return held_for(around.sees(condition_->target, condition_->distance), moment.stamp,
+      return held_for(world.sees(condition_->target, condition_->distance), moment.stamp,
                       condition_->duration);
     case Condition::Kind::all:
     case Condition::Kind::any:
@@ -137,7 +137,7 @@ Verdict ConditionWatch::count(const Event& event) {
 }
 
 Verdict ConditionWatch::judge_event(const Moment& moment) {
-  if (!moment.event || !matches(*condition_, *moment.event, moment.around.robot())) return Verdict::open;
+  if (!moment.event || !matches(*condition_, *moment.event, moment.world.robot())) return Verdict::open;
   return count(*moment.event);
 }
 
@@ -147,10 +147,10 @@ Verdict ConditionWatch::judge_avoid(const Moment& moment) {
   touch.object = condition_->target;
   // A contact that exists at the start does not start again.
   if (moment.event && moment.event->kind == EventKind::contact_continues) touch.event = moment.event->kind;
-  const bool touched = moment.event && matches(touch, *moment.event, moment.around.robot());
+  const bool touched = moment.event && matches(touch, *moment.event, moment.world.robot());
   if (touched) cause_ = *moment.event;
   const bool near =
-      condition_->distance > 0 && moment.around.is_near(condition_->target, condition_->distance);
+      condition_->distance > 0 && moment.world.is_near(condition_->target, condition_->distance);
   if (touched || near) return Verdict::failed;
   return moment.stamp - begin_ >= seconds(condition_->duration) ? Verdict::held : Verdict::open;
 }
@@ -167,7 +167,7 @@ Verdict ConditionWatch::judge_report(const Moment& moment) {
 
 Verdict ConditionWatch::judge_handling(const Moment& moment) {
   const Event* event = moment.event;
-  if (!event || event->kind != handled(condition_->kind) || event->subject != moment.around.robot())
+  if (!event || event->kind != handled(condition_->kind) || event->subject != moment.world.robot())
     return Verdict::open;
   const bool placed = event->kind == EventKind::placed;
   if ((placed ? event->text : event->object) != condition_->target) return Verdict::open;
@@ -177,11 +177,11 @@ Verdict ConditionWatch::judge_handling(const Moment& moment) {
 
 /// In on one side of the door's plane, out on the other.
 Verdict ConditionWatch::judge_pass(const Moment& moment) {
-  if (!moment.event || moment.event->subject != moment.around.robot() ||
+  if (!moment.event || moment.event->subject != moment.world.robot() ||
       moment.event->object != condition_->target)
     return Verdict::open;
   const Event& event = *moment.event;
-  const ModelEntity* door = moment.around.find_entity(condition_->target);
+  const ModelEntity* door = moment.world.find_entity(condition_->target);
   if (!door) return Verdict::open;
   const Eigen::Isometry3d& T_map_door = door->T_map_body.isometry();
   const double side = T_map_door.linear().col(1).dot(event.position - T_map_door.translation());

@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "protocols/training.hpp"
-#include "server/training/surroundings.hpp"
+#include "server/training/graded_world.hpp"
 
 namespace parhelion::training {
 
-/// One step of the recording: an event, or (event: nullptr) a new state of the world. The surroundings have
-/// already processed it. Stamps do not decrease.
+/// One step of the recording: an event, or (event: nullptr) a new state of the world, which `world` has
+/// already processed. Stamps do not decrease.
 struct Moment {
   SimulationTime stamp;
   const Event* event = nullptr;
-  const Surroundings& around;
+  const GradedWorld& world;
 };
 
 enum class Verdict : std::uint8_t { open, held, failed };

@@ -10,8 +10,8 @@ namespace parhelion::training {
 Grader::Grader(const Training& training, const SemanticModel& model, const RobotDescription& description,
                const std::string& robot, SimulationTime begin)
     : training_(training),
-      around_(model, description, training.robot.empty() ? robot : training.robot),
-      touched_(around_.robot()),
+      world_(model, description, training.robot.empty() ? robot : training.robot),
+      touched_(world_.robot()),
       begin_(begin),
       now_(begin),
       waiting_(training.on_command) {
@@ -30,19 +30,19 @@ void Grader::start(SimulationTime at) {
 
 void Grader::take(const Event& event) {
   if (ended_ || is_grading(event.kind)) return;
-  around_.take(event);
+  world_.take(event);
   now_ = std::max(now_, event.stamp);
   if (waiting_ && event.kind == EventKind::training_started) start(event.stamp);
   if (touched_.take(event) && training_.person_contact_fails && !is_over(event.stamp)) fail_for(event);
-  if (!waiting_) look({event.stamp, &event, around_});
+  if (!waiting_) look({event.stamp, &event, world_});
 }
 
 void Grader::take(const WorldMessage& world) {
   if (ended_) return;
-  around_.take(world);
+  world_.take(world);
   touched_.take(world);
   now_ = std::max(now_, SimulationTime{world.stamp.ns});
-  if (!waiting_) look({now_, nullptr, around_});
+  if (!waiting_) look({now_, nullptr, world_});
 }
 
 void Grader::close(SimulationTime end) {
@@ -159,7 +159,7 @@ void Grader::report(EventKind kind, SimulationTime at, const std::string& object
   Event event;
   event.stamp = at;
   event.kind = kind;
-  event.subject = around_.robot();
+  event.subject = world_.robot();
   event.object = object;
   event.value = value;
   event.text = text;

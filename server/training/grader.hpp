@@ -7,7 +7,7 @@
 
 #include "protocols/training.hpp"
 #include "server/training/condition_watch.hpp"
-#include "server/training/surroundings.hpp"
+#include "server/training/graded_world.hpp"
 #include "server/training/touched_persons.hpp"
 
 namespace parhelion::training {
@@ -102,7 +102,7 @@ class Grader {
                     const std::optional<Event>& cause);
 
   const Training& training_;
-  Surroundings around_;
+  GradedWorld world_;
   TouchedPersons touched_;
   bool person_touched_ = false;
   std::vector<Running> tasks_;

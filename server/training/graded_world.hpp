@@ -14,11 +14,11 @@
 
 namespace parhelion::training {
 
-class Surroundings {
+class GradedWorld {
  public:
   /// `robot`: name of the graded robot. Its camera, if any, is the description's, with all joints of its head
   /// at zero. The references must outlive this.
-  Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot);
+  GradedWorld(const SemanticModel& model, const RobotDescription& description, std::string robot);
 
   void take(const Event& event);
   void take(const WorldMessage& world);

@@ -1,4 +1,4 @@
-#include "server/training/surroundings.hpp"
+#include "server/training/graded_world.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 
 namespace parhelion::training {
 
-Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot)
+GradedWorld::GradedWorld(const SemanticModel& model, const RobotDescription& description, std::string robot)
     : model_(model), description_(description), robot_(std::move(robot)) {}
 
-void Surroundings::take(const Event& event) {
+void GradedWorld::take(const Event& event) {
   if (event.subject != robot_) return;
   const bool of_first_laser = event.object.empty();
   switch (event.kind) {
@@ -44,7 +44,7 @@ void Surroundings::take(const Event& event) {
 }
 
 /// Usually the same bodies with new poses.
-void Surroundings::take(const WorldMessage& world) {
+void GradedWorld::take(const WorldMessage& world) {
   const bool same = std::equal(bodies_.begin(), bodies_.end(), world.bodies.begin(), world.bodies.end(),
                                [](const auto& a, const auto& b) { return a.entity == b.entity; });
   bodies_ = world.bodies;
@@ -53,18 +53,18 @@ void Surroundings::take(const WorldMessage& world) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) first_.try_emplace(bodies_[i].entity, i);
 }
 
-const WorldMessage::Entry* Surroundings::find_body(const std::string& entity) const {
+const WorldMessage::Entry* GradedWorld::find_body(const std::string& entity) const {
   const auto at = first_.find(entity);
   return at == first_.end() ? nullptr : &bodies_[at->second];
 }
 
-const ModelEntity* Surroundings::find_entity(const std::string& name) const {
+const ModelEntity* GradedWorld::find_entity(const std::string& name) const {
   const auto at = std::find_if(model_.entities.begin(), model_.entities.end(),
                                [&](const ModelEntity& entity) { return entity.name == name; });
   return at == model_.entities.end() ? nullptr : &*at;
 }
 
-const ModelEntity* Surroundings::top_of(const std::string& flight) const {
+const ModelEntity* GradedWorld::top_of(const std::string& flight) const {
   const ModelEntity* top = nullptr;
   const auto height = [](const ModelEntity& step) {
     return step.T_map_body.translation().z() + step.size.z() / 2;
@@ -76,26 +76,26 @@ const ModelEntity* Surroundings::top_of(const std::string& flight) const {
   return top;
 }
 
-std::optional<Eigen::Vector3d> Surroundings::place_of(const std::string& entity) const {
+std::optional<Eigen::Vector3d> GradedWorld::place_of(const std::string& entity) const {
   if (const auto* body = find_body(entity)) return body->T_map_body.translation();
   if (const ModelEntity* part = find_entity(entity)) return part->T_map_body.translation();
   return std::nullopt;
 }
 
-std::optional<double> Surroundings::distance_to(const std::string& entity) const {
+std::optional<double> GradedWorld::distance_to(const std::string& entity) const {
   const auto* robot = find_body(robot_);
   const auto place = place_of(entity);
   if (!robot || !place) return std::nullopt;
   return (*place - robot->T_map_body.translation()).head<2>().norm();
 }
 
-bool Surroundings::is_near(const std::string& entity, double max_distance) const {
+bool GradedWorld::is_near(const std::string& entity, double max_distance) const {
   const auto distance = distance_to(entity);
   const bool seen = injection_live_ && !withheld_.contains(entity);
   return distance && *distance <= max_distance && (seen || find_entity(entity));
 }
 
-std::optional<Surroundings::Motion> Surroundings::motion() const {
+std::optional<GradedWorld::Motion> GradedWorld::motion() const {
   const auto* robot = find_body(robot_);
   if (!robot) return std::nullopt;
   const Eigen::Matrix3d R = robot->T_map_body.rotation();
@@ -107,7 +107,7 @@ std::optional<Surroundings::Motion> Surroundings::motion() const {
   return motion;
 }
 
-bool Surroundings::sees(const std::string& entity, double max_distance) const {
+bool GradedWorld::sees(const std::string& entity, double max_distance) const {
   const auto* robot = find_body(robot_);
   const auto place = place_of(entity);
   if (!robot || !place || !description_.camera) return false;
@@ -122,8 +122,8 @@ bool Surroundings::sees(const std::string& entity, double max_distance) const {
   return !hidden(T_map_optical.translation(), *place, entity);
 }
 
-bool Surroundings::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                          const std::string& target) const {
+bool GradedWorld::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                         const std::string& target) const {
   return std::any_of(model_.entities.begin(), model_.entities.end(), [&](const ModelEntity& entity) {
     if (!is_solid(entity) || entity.name == target || entity.label == EntityLabel::window) return false;
     const auto* moved = find_body(entity.name);
