@@ -27,7 +27,7 @@ Crossing crossing(const Building& building, const std::vector<Door>& doors, cons
 double dose_rate(const Hazard& source, double distance, double thickness);
 
 /// Distance through the air from a leak, in the plane and round walls: the straight line where it is free,
-/// else over a grid of 8 neighbours (at most 8 % too long). Modelled doors do not block gas. The
+/// else over an 8-connected grid (at most 8 % too long). Modelled doors do not block gas. The
 /// concentration falls to 1/e in each `reach` of distance: a steady leak in a draught, not a flow simulation.
 class GasField {
  public:

@@ -51,7 +51,7 @@ class NearMissWatch {
   void touch_if(Touched touched) {
     for (auto& each : open_) each.second.touched = each.second.touched || touched(each.first);
   }
-  /// At each step, after the check: reports the encounters that have ended.
+  /// At each step, after the check: reports near_miss for encounters that ended without contact.
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
 
  private:

@@ -1,5 +1,6 @@
 // Real people, tracked by sensors: bodies that agents see, keep clear of and brake before; a contact is an
-// event, and driving into one is the worst of all. They are not in the physics: nothing pushes them.
+// event, and driving into a person is the most severe one (person_touched). They are not in the physics:
+// nothing pushes them.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@ struct View {
   EntityTable table;                            ///< of `world`
   WallTime table_due;                           ///< the table is renewed no earlier
   runtime::KnownWorld world;                    ///< the newest
-  SharedText frames[2];                         ///< of it, by whether injection is suspended
+  SharedText frames[2];                         ///< encoded `world`; index 1: injection is suspended
 
   /// The event and the name as this view's pages are told; none, empty: they are not.
   std::optional<Event> event(const Event& event) const;

@@ -43,12 +43,13 @@ struct Grade {
   std::vector<TaskGrade> tasks;       ///< as in the scenario
   std::vector<Deduction> deductions;  ///< ordered by time
   double awarded = 0, deducted = 0;
-  double max = 0;         ///< points of all tasks
-  double score = 0;       ///< awarded - deducted, at least 0
-  double fraction = 0;    ///< score / max; 0 if there are no points
-  std::string grade;      ///< by the scale; empty: below its lowest grade, or no scale
-  bool passed = false;    ///< share at or above the pass mark, all required tasks done, and no person touched
-  bool ended = false;     ///< all tasks have ended, or time is over; later input changes nothing
+  double max = 0;       ///< points of all tasks
+  double score = 0;     ///< awarded - deducted, at least 0
+  double fraction = 0;  ///< score / max; 0 if there are no points
+  std::string grade;    ///< by the scale; empty: below its lowest grade, or no scale
+  bool passed =
+      false;           ///< fraction at or above the pass mark, all required tasks done, and no person touched
+  bool ended = false;  ///< all tasks have ended, or time is over; later input changes nothing
   bool complete = false;  ///< ended, or a person ended the session; otherwise the log is truncated
 };
 

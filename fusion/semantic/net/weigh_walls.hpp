@@ -1,4 +1,5 @@
-// What walls say about each other: furniture that looks like a wall is told by what is beside and behind it.
+// Re-weighs wall candidates by their neighbours: furniture that looks like a wall is recognised by what is
+// beside and behind it.
 // Internal to the semantic net.
 #pragma once
 
