@@ -38,18 +38,18 @@ enum class PairFeature : std::uint8_t {
   free_fraction,     ///< of the segment's place
   old_occupied,      ///< number of older scans with a return there
   there_before,      ///< how long the place is occupied less how long the track is about here, within 5
-  has_moved,         ///< these of the track, as in TrackFeature
-  before_it,
-  two_segments,
-  track_width,
-  missed,
-  age,
-  speed,           ///< m/s, of the track, average
-  track_log_odds,  ///< of the track being a person's; 3 more where it is confirmed
-  sigma,           ///< of the track's place
-  person_rival,    ///< distance of the segment from the nearest expected part of another person, at most 1
-  thing_rival,     ///< the same of other tracks
-  other_segment,   ///< distance of the nearest other segment from this leg's expected place, at most 1
+  has_moved,         ///< TrackFeature of the same name
+  before_it,         ///< TrackFeature of the same name
+  two_segments,      ///< TrackFeature of the same name
+  track_width,       ///< TrackFeature::width
+  missed,            ///< TrackFeature of the same name
+  age,               ///< TrackFeature of the same name
+  speed,             ///< m/s, of the track, average
+  track_log_odds,    ///< of the track being a person's; 3 more where it is confirmed
+  sigma,             ///< of the track's place
+  person_rival,      ///< distance of the segment from the nearest expected part of another person, at most 1
+  thing_rival,       ///< the same of other tracks
+  other_segment,     ///< distance of the nearest other segment from this leg's expected place, at most 1
   person_rival_sigmas,  ///< the first in standard deviations, at most 9
   clearance,            ///< of the track's place
   laser_height,

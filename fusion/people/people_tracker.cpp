@@ -192,8 +192,8 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
       return (track.position() - robot.center).norm() < robot.radius + kRobotMargin;
     });
     const bool moved = track.feature(TrackFeature::has_moved) > 0.5F;
-    const double limit = moved ? options_.person : options_.person_unmoved;
-    const double lost = moved ? options_.not_person : options_.not_person_unmoved;
+    const double limit = moved ? options_.min_log_odds_person : options_.min_log_odds_person_unmoved;
+    const double lost = moved ? options_.max_log_odds_not_person : options_.max_log_odds_not_person_unmoved;
     const bool enough = track.scans >= options_.min_scans && track.companion == 0;
     track.person = !track.robot && (track.person ? track.log_odds > lost : enough && track.log_odds > limit);
     if (track.person && track.confirmed.ns == 0) track.confirmed = sweep.stamp;

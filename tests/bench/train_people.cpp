@@ -238,10 +238,10 @@ int train(const std::string& folder, int crowds, std::uint64_t seed) {
   for (int round = 0; round < kRounds; ++round) {
     people::PeopleOptions options;
     // The thresholds in use were chosen with the trees; others give other samples.
-    options.person = 0;
-    options.not_person = -1.5;
-    options.person_unmoved = 1.2;
-    options.not_person_unmoved = 0.2;
+    options.min_log_odds_person = 0;
+    options.max_log_odds_not_person = -1.5;
+    options.min_log_odds_person_unmoved = 1.2;
+    options.max_log_odds_not_person_unmoved = 0.2;
     options.segment = segments.view();
     const TrainedTrees last_tracks = tracks, last_pairs = pairs;
     options.track = last_tracks.view();
