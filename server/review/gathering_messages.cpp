@@ -120,8 +120,8 @@ Status Gathering::asked(Message& message) {
   // The server has refused a malformed input, so it commanded nothing.
   if (!decode(message.channel, message.payload, command)) return {};
   const double t = at(message.arrival);
-  add("asked_forward", t, command.twist.vx);
-  add("asked_turn", t, command.twist.wz);
+  add("commanded_forward", t, command.twist.vx);
+  add("commanded_turn", t, command.twist.wz);
   return delay("delay_teleop", message);
 }
 
@@ -129,8 +129,8 @@ Status Gathering::given(Message& message) {
   TwistCommand command;
   if (const Status read = decode(message.channel, message.payload, command); !read) return read;
   const double t = at(message.arrival);
-  add("given_forward", t, command.twist.vx);
-  add("given_turn", t, command.twist.wz);
+  add("applied_forward", t, command.twist.vx);
+  add("applied_turn", t, command.twist.wz);
   return {};
 }
 

@@ -53,8 +53,9 @@ struct SessionReview {
   std::map<std::string, std::uint64_t> events_left_out;  ///< by kind; repeated contact events are never
                                                          ///< listed
   std::vector<Mark> marks;                               ///< the instructor's; not for trainees
-  /// By name: speed, pitch, roll, nearest, nearest_injected, asked_forward, asked_turn, given_forward,
-  /// given_turn, delay_scan, delay_camera, delay_teleop. Series without samples in the log are missing.
+  /// By name: speed, pitch, roll, nearest, nearest_injected, commanded_forward, commanded_turn,
+  /// applied_forward, applied_turn, delay_scan, delay_camera, delay_teleop. Series without samples in the log
+  /// are missing.
   std::map<std::string, Series> series;
   /// s, smallest delay from sensor to server, by series; plots show the excess over it, since clocks may
   /// differ.

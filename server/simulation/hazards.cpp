@@ -77,7 +77,7 @@ Hazards::Trigger Hazards::approached(const Entry& entry, const Agent* own, const
 void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
   for (Entry& entry : entries_) {
     const Hazard& hazard = entry.hazard;
-    if (hazard.kind != HazardKind::device || entry.set_off) continue;
+    if (hazard.kind != HazardKind::device || entry.triggered) continue;
     const Agent* agent = hazard.agent.empty() ? nullptr : around.agents.find(hazard.agent);
     if (!hazard.agent.empty() && agent == nullptr) {
       entry.epoch.reset();
@@ -90,7 +90,7 @@ void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
     const double age = around.clock.waiting ? 0 : (around.clock.now() - around.clock.begun).seconds();
     if (trigger.by == nullptr && hazard.delay && age >= *hazard.delay) trigger = {"time", age};
     if (trigger.by == nullptr) continue;
-    entry.set_off = true;
+    entry.triggered = true;
     Event event;
     event.stamp = around.clock.now();
     event.kind = EventKind::hazard_triggered;

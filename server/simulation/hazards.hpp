@@ -30,7 +30,7 @@ class Hazards {
   /// A hazard and its state between steps.
   struct Entry {
     Hazard hazard;
-    bool set_off = false;
+    bool triggered = false;
     std::optional<std::uint32_t> epoch = {};  ///< of its agent at the previous step
     /// m/s, of its agent at the two steps before, the older one first.
     std::array<Eigen::Vector3d, 2> velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};

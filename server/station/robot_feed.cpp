@@ -21,7 +21,7 @@ void RobotFeed::restart() {
   sensors.restart();
   board.restart();
   place.restart();
-  mixed_scan.reset();
+  augmented_scan.reset();
   joints.reset();
   hazard.reset();
   pose_known = false;

@@ -27,7 +27,7 @@ struct RobotFeed {
   SensorWatch sensors;
   ScoreBoard board;
   RobotPlace place;
-  std::optional<Scan> mixed_scan;  ///< MR_SCAN that waits for its MR_SCAN_INFO
+  std::optional<Scan> augmented_scan;  ///< MR_SCAN that waits for its MR_SCAN_INFO
   ScanInfo info;
   PoseEstimate pose;
   bool pose_known = false;

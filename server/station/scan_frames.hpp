@@ -14,7 +14,7 @@ namespace parhelion::station {
 
 /// Content of binary message 2 besides the scan itself.
 struct ScanFrame {
-  enum class Source : std::uint8_t { real, mixed, agent };
+  enum class Source : std::uint8_t { real, augmented, agent };
   Source source = Source::real;
   std::uint16_t part = 0xFFFF;                       ///< of an agent: index of its first part in the entity
                                                      ///< table

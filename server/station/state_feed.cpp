@@ -121,7 +121,7 @@ void StateFeed::take(const Message& message, WallTime now) {
     case Kind::scan:
       return handle_scan(message, channel.robot, ScanFrame::Source::real);
     case Kind::mr_scan:
-      return handle_scan(message, channel.robot, ScanFrame::Source::mixed);
+      return handle_scan(message, channel.robot, ScanFrame::Source::augmented);
     case Kind::scan_info:
       return handle_scan_info(message, channel.robot);
     case Kind::further_scan_info:
@@ -251,11 +251,11 @@ void StateFeed::handle_event(const Message& message) {
 void StateFeed::handle_scan(const Message& message, std::size_t index, ScanFrame::Source source) {
   if (subscribers().empty()) return;
   RobotFeed& robot = robots_[index];
-  const bool mixed = source == ScanFrame::Source::mixed;
-  if (mixed && robot.mixed_scan) send_mixed_scan(index, nullptr);
+  const bool augmented = source == ScanFrame::Source::augmented;
+  if (augmented && robot.augmented_scan) send_augmented_scan(index, nullptr);
   if (!decode(message.channel, message.payload, scan_)) return;
-  if (mixed) {
-    robot.mixed_scan = scan_;
+  if (augmented) {
+    robot.augmented_scan = scan_;
     return;
   }
   ScanFrame frame;
@@ -276,7 +276,7 @@ void StateFeed::handle_scan_info(const Message& message, std::size_t index) {
   }
   robot.injection_changed = robot.injection_changed || live != info.live || reason != info.reason;
   if (info.live && read_world()) knowledge_.handle_scan(info, index, world_);
-  if (robot.mixed_scan && robot.mixed_scan->stamp == info.stamp) send_mixed_scan(index, &info);
+  if (robot.augmented_scan && robot.augmented_scan->stamp == info.stamp) send_augmented_scan(index, &info);
 }
 
 void StateFeed::handle_further_scan_info(const Message& message, std::size_t index) {
@@ -304,12 +304,12 @@ void StateFeed::look_from_agents(WallTime now) {
 }
 
 /// With the entities hit, if MR_SCAN_INFO has arrived.
-void StateFeed::send_mixed_scan(std::size_t index, const ScanInfo* info) {
+void StateFeed::send_augmented_scan(std::size_t index, const ScanInfo* info) {
   RobotFeed& robot = robots_[index];
   ScanFrame frame;
-  frame.source = ScanFrame::Source::mixed;
-  frame.t = t(robot.sensors.to_server(robot.mixed_scan->stamp));
-  frame.T_map_laser = robot.place.laser_at(robot.mixed_scan->stamp);
+  frame.source = ScanFrame::Source::augmented;
+  frame.t = t(robot.sensors.to_server(robot.augmented_scan->stamp));
+  frame.T_map_laser = robot.place.laser_at(robot.augmented_scan->stamp);
   const auto entities = [info](const View& view) {
     std::vector<std::int16_t> numbers, beams;
     if (info == nullptr) return beams;
@@ -321,8 +321,8 @@ void StateFeed::send_mixed_scan(std::size_t index, const ScanInfo* info) {
       beams.push_back(agent < 0 ? std::int16_t{-1} : numbers[static_cast<std::size_t>(agent)]);
     return beams;
   };
-  send_scan(index, *robot.mixed_scan, frame, send_slot::kMixedScan, entities);
-  robot.mixed_scan.reset();
+  send_scan(index, *robot.augmented_scan, frame, send_slot::kAugmentedScan, entities);
+  robot.augmented_scan.reset();
 }
 
 /// To the pages that follow the robot.

@@ -120,7 +120,7 @@ class StateFeed {
   void handle_model(const Message& message);
   void handle_depth(const Message& message, std::size_t robot, WallTime now);
   void send_world(WallTime now);
-  void send_mixed_scan(std::size_t robot, const ScanInfo* info);
+  void send_augmented_scan(std::size_t robot, const ScanInfo* info);
   /// The entity that each beam hit, as numbers in the table of a page's view.
   using EntitiesIn = std::function<std::vector<std::int16_t>(const View& view)>;
   void send_scan(std::size_t robot, const Scan& scan, ScanFrame frame, int slot,

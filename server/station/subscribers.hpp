@@ -20,7 +20,7 @@ inline SharedText shared_text(std::string text) {
 
 /// Slots of WebClient::send for messages with a complete state, of which only the newest matters.
 namespace send_slot {
-inline constexpr int kWorld = 0, kRealScan = 1, kMixedScan = 2, kPoints = 3, kStatus = 4, kInjection = 5,
+inline constexpr int kWorld = 0, kRealScan = 1, kAugmentedScan = 2, kPoints = 3, kStatus = 4, kInjection = 5,
                      kPose = 6, kScore = 7, kOperators = 8, kControl = 9, kPlans = 10, kHazard = 11,
                      kJoints = 12, kRobots = 13, kPeople = 14, kKnown = 15;
 inline constexpr int kAgentScan = 64;  ///< first of a range: one slot for each agent scan that a page

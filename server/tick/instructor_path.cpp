@@ -93,7 +93,7 @@ struct CommandHandler {
     handle_object_report(context, command, path);
     return {};
   }
-  Status operator()(const ScriptStart& command) { return path.scripts.set_off(command.script, context.now); }
+  Status operator()(const ScriptStart& command) { return path.scripts.trigger(command.script, context.now); }
   Status operator()(const TrainingStart& /*command*/) {
     if (!path.start.waiting)
       return Error{"nothing waits for a start: the training has started, or there is none"};

@@ -19,7 +19,7 @@ void start_script(const TickContext& context, const Scripts::Due& due, const Age
   event.stamp = context.now;
   event.kind = EventKind::script_started;
   event.subject = due.script->name;
-  event.object = due.set_off_by;
+  event.object = due.triggered_by;
   publish_event(context, event);
   for (const AgentCommand& command : due.script->actions) {
     const Status done = apply_agent_command(context, command, path);

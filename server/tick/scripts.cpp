@@ -28,7 +28,7 @@ bool Scripts::is(const std::string& wanted, const std::string& name) const {
   return wanted == kTrainee && std::find(trainees_.begin(), trainees_.end(), name) != trainees_.end();
 }
 
-void Scripts::set_off(std::size_t script, SimulationTime at, const std::string& by) {
+void Scripts::trigger(std::size_t script, SimulationTime at, const std::string& by) {
   Progress& progress = progress_[script];
   if (progress.spent) return;
   progress.spent = !scripts_[script].repeat;
@@ -40,13 +40,13 @@ void Scripts::set_off(std::size_t script, SimulationTime at, const std::string& 
   pending_.insert(place, {due, script, by});
 }
 
-Status Scripts::set_off(const std::string& name, SimulationTime now) {
+Status Scripts::trigger(const std::string& name, SimulationTime now) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < scripts_.size(); ++i) {
     names.push_back(scripts_[i].name);
     if (scripts_[i].name != name) continue;
     progress_[i].spent = false;
-    set_off(i, now, {});
+    trigger(i, now, {});
     return {};
   }
   if (names.empty()) return Error{"no script '" + name + "': the scenario has none"};
@@ -58,7 +58,7 @@ void Scripts::handle(const Event& event) {
     const ScriptTrigger& when = scripts_[i].when;
     if (when.kind == Kind::event && when.event == event.kind && is(when.subject, event.subject) &&
         is(when.object, event.object))
-      set_off(i, event.stamp, event.subject);
+      trigger(i, event.stamp, event.subject);
   }
 }
 
@@ -67,7 +67,7 @@ void Scripts::update(SimulationTime now, const PlaceOf& place_of) {
     const Script& script = scripts_[i];
     if (script.when.kind == Kind::near) update_near(i, now, place_of);
     if (script.when.kind != Kind::time || progress_[i].spent || now < progress_[i].next) continue;
-    set_off(i, progress_[i].next, {});
+    trigger(i, progress_[i].next, {});
     // Missed periods are not repeated.
     while (script.repeat && progress_[i].next <= now)
       progress_[i].next = progress_[i].next + seconds(script.when.time);
@@ -81,14 +81,14 @@ void Scripts::update_near(std::size_t script, SimulationTime now, const PlaceOf&
   const bool both = a && b;
   const double distance = both ? (*a - *b).head<2>().norm() : 0;
   const bool was = std::exchange(near, both && distance <= when.distance + (near ? kApart : 0));
-  if (near && !was) set_off(script, now, when.subject);
+  if (near && !was) trigger(script, now, when.subject);
 }
 
 std::vector<Scripts::Due> Scripts::take_due(SimulationTime now) {
   std::vector<Due> due;
   auto end = pending_.begin();
   for (; end != pending_.end() && end->at <= now; ++end)
-    due.push_back({&scripts_[end->script], std::move(end->set_off_by)});
+    due.push_back({&scripts_[end->script], std::move(end->triggered_by)});
   pending_.erase(pending_.begin(), end);
   return due;
 }

@@ -21,7 +21,7 @@ class Scripts {
   using PlaceOf = std::function<std::optional<Eigen::Vector3d>(const std::string& who)>;
   struct Due {
     const Script* script;
-    std::string set_off_by;  ///< source of the triggering event or approach; empty: time
+    std::string triggered_by;  ///< source of the triggering event or approach; empty: time
   };
 
   Scripts() = default;
@@ -32,7 +32,7 @@ class Scripts {
   void begin(SimulationTime start);
   /// Triggers a script by command, even one that runs once and has run. Error: no script has this name; the
   /// message lists the known ones.
-  Status set_off(const std::string& name, SimulationTime now);
+  Status trigger(const std::string& name, SimulationTime now);
   /// Call with every published event.
   void handle(const Event& event);
   /// Once a step: triggers by time and by proximity (in the plane). Proximity triggers when it begins; it
@@ -54,10 +54,10 @@ class Scripts {
   struct Pending {
     SimulationTime at;
     std::size_t script;
-    std::string set_off_by;
+    std::string triggered_by;
   };
   bool is(const std::string& wanted, const std::string& name) const;
-  void set_off(std::size_t script, SimulationTime at, const std::string& by);
+  void trigger(std::size_t script, SimulationTime at, const std::string& by);
   void update_near(std::size_t script, SimulationTime now, const PlaceOf& place_of);
 
   std::vector<Script> scripts_;

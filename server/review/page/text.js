@@ -67,7 +67,7 @@ const TEXT = {
   },
   series: {
     score: "score", speed: "speed", nearest: "all returns", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
-    asked_forward: "commanded (TELEOP)", given_forward: "applied (MR_CMD)", asked_turn: "commanded (TELEOP)", given_turn: "applied (MR_CMD)",
+    commanded_forward: "commanded (TELEOP)", applied_forward: "applied (MR_CMD)", commanded_turn: "commanded (TELEOP)", applied_turn: "applied (MR_CMD)",
     delay_scan: "SCAN", delay_camera: "CAMERA", delay_teleop: "TELEOP",
   },
   units: { score: "points", speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },

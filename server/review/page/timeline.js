@@ -65,8 +65,8 @@ function drawControl(sessions) {
 
 const PLOT = { width: 640, height: 150, left: 44, right: 8, top: 8, bottom: 20 };
 const PLOTS = [
-  ["score", ["score"]], ["speed", ["speed"]], ["nearest", ["nearest", "nearest_injected"]], ["forward", ["asked_forward", "given_forward"]],
-  ["turn", ["asked_turn", "given_turn"]], ["attitude", ["pitch", "roll"]], ["delay", ["delay_scan", "delay_camera", "delay_teleop"]],
+  ["score", ["score"]], ["speed", ["speed"]], ["nearest", ["nearest", "nearest_injected"]], ["forward", ["commanded_forward", "applied_forward"]],
+  ["turn", ["commanded_turn", "applied_turn"]], ["attitude", ["pitch", "roll"]], ["delay", ["delay_scan", "delay_camera", "delay_teleop"]],
 ];
 
 /// The score over time: steps at awards and deductions.

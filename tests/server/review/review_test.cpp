@@ -86,8 +86,8 @@ TEST_F(ReviewTest, ContainsTrackAndMeasurements) {
   }
   ASSERT_EQ(made.agents.size(), 2U);
   EXPECT_EQ(made.agents[0].entity, "barrel_1");
-  for (const char* name : {"speed", "pitch", "roll", "nearest", "nearest_injected", "asked_forward",
-                           "asked_turn", "given_forward", "given_turn", "delay_scan", "delay_teleop"})
+  for (const char* name : {"speed", "pitch", "roll", "nearest", "nearest_injected", "commanded_forward",
+                           "commanded_turn", "applied_forward", "applied_turn", "delay_scan", "delay_teleop"})
     EXPECT_EQ(made.series.count(name), 1U) << name;
   EXPECT_EQ(made.series.count("delay_camera"), 0U);
   const auto peak = [&](const char* name) {
@@ -98,7 +98,7 @@ TEST_F(ReviewTest, ContainsTrackAndMeasurements) {
   EXPECT_NEAR(peak("speed"), 0.2356, 1e-3);
   EXPECT_NEAR(peak("pitch"), 0.05 * 180 / std::numbers::pi, 0.05);
   EXPECT_NEAR(peak("roll"), 0, 1e-6);
-  EXPECT_NEAR(peak("given_forward"), 0.3, 1e-6);
+  EXPECT_NEAR(peak("applied_forward"), 0.3, 1e-6);
   // A scan's delay is relative to the fastest one, with the microsecond resolution of the stamps.
   EXPECT_NEAR(peak("delay_scan") - made.min_delay.at("delay_scan"), 0.08, 1e-5);
 }

@@ -67,8 +67,8 @@ TEST_F(ReviewOfSeveralRobotsTest, EachHasItsOwnPathPointsAndPlots) {
     EXPECT_EQ(first.series.count(name), 1U) << name;
     EXPECT_EQ(second.series.count(name), 1U) << name;
   }
-  EXPECT_EQ(first.series.count("asked_forward"), 0U) << "nobody drove it";
-  EXPECT_EQ(second.series.count("asked_forward"), 1U);
+  EXPECT_EQ(first.series.count("commanded_forward"), 0U) << "nobody drove it";
+  EXPECT_EQ(second.series.count("commanded_forward"), 1U);
 }
 
 TEST_F(ReviewOfSeveralRobotsTest, TheOthersAreAmongTheAgents) {

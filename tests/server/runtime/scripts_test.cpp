@@ -105,8 +105,8 @@ TEST(Scripts, CanBeStartedByNameAgain) {
   late.after = 0.5;
   tick::Scripts scripts({at_time("once", 1), late}, {}, kStart);
   EXPECT_THAT(due(scripts, 1), ElementsAre("once"));
-  ASSERT_TRUE(scripts.set_off("once", kStart + seconds(2)));
-  ASSERT_TRUE(scripts.set_off("late", kStart + seconds(2)));
+  ASSERT_TRUE(scripts.trigger("once", kStart + seconds(2)));
+  ASSERT_TRUE(scripts.trigger("late", kStart + seconds(2)));
   EXPECT_THAT(due(scripts, 2), ElementsAre("once"));
   EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits for its delay";
   EXPECT_THAT(due(scripts, 60), IsEmpty());
@@ -116,11 +116,11 @@ TEST(Scripts, CanBeStartedByNameAgain) {
 
 TEST(Scripts, UnknownScriptsAreRefusedByName) {
   tick::Scripts scripts({at_time("door slams", 100)}, {}, kStart), none({}, {}, kStart);
-  const Status unknown = scripts.set_off("dor slams", kStart);
+  const Status unknown = scripts.trigger("dor slams", kStart);
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().message, testing::HasSubstr("door slams"));
   EXPECT_THAT(due(scripts, 1), IsEmpty());
-  ASSERT_FALSE(none.set_off("door slams", kStart));
+  ASSERT_FALSE(none.trigger("door slams", kStart));
 }
 
 TEST(Scripts, MutuallyTriggeringScriptsDoNotBlockAStep) {

@@ -194,17 +194,17 @@ TEST_F(FeedTest, ScansContainLaserPoseAndBeamHits) {
 
   const auto frames = client->frames(2);
   ASSERT_EQ(frames.size(), 2U);
-  const std::string& mixed = frames[1];
+  const std::string& augmented = frames[1];
   const std::size_t n = scan.ranges.size();
-  ASSERT_EQ(mixed.size(), 40 + 6 * n);
-  EXPECT_EQ(mixed[1], 1);
+  ASSERT_EQ(augmented.size(), 40 + 6 * n);
+  EXPECT_EQ(augmented[1], 1);
   const auto T_map_laser = pose_at(0.3) * robot().laser->T_base_laser;
-  EXPECT_NEAR(number_at<float>(mixed, 16), T_map_laser.translation().x(), 0.01);
-  EXPECT_NEAR(number_at<float>(mixed, 20), T_map_laser.translation().y(), 0.01);
-  EXPECT_NEAR(number_at<float>(mixed, 24), T_map_laser.yaw(), 0.01);
-  EXPECT_EQ(number_at<float>(mixed, 40), scan.ranges[0]);
-  EXPECT_EQ(number_at<std::int16_t>(mixed, 40 + 4 * n + 2 * 2), -1);
-  EXPECT_EQ(number_at<std::int16_t>(mixed, 40 + 4 * n + 2 * 3), 0);
+  EXPECT_NEAR(number_at<float>(augmented, 16), T_map_laser.translation().x(), 0.01);
+  EXPECT_NEAR(number_at<float>(augmented, 20), T_map_laser.translation().y(), 0.01);
+  EXPECT_NEAR(number_at<float>(augmented, 24), T_map_laser.yaw(), 0.01);
+  EXPECT_EQ(number_at<float>(augmented, 40), scan.ranges[0]);
+  EXPECT_EQ(number_at<std::int16_t>(augmented, 40 + 4 * n + 2 * 2), -1);
+  EXPECT_EQ(number_at<std::int16_t>(augmented, 40 + 4 * n + 2 * 3), 0);
 }
 
 TEST_F(FeedTest, AScanWithUnknownPoseReportsIt) {
