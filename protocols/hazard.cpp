@@ -34,7 +34,7 @@ Status check(const Hazard& hazard) {
       return Error{who + "it has no trigger; expected shock, tilt, nearness or delay"};
     if (!positive(hazard.shock) || !positive(hazard.tilt) || !positive(hazard.nearness) ||
         !positive(hazard.delay))
-      return Error{who + "expected its trigger to be above 0"};
+      return Error{who + "shock, tilt, nearness and delay must be above 0"};
     if (hazard.agent.empty() && (hazard.shock || hazard.tilt))
       return Error{who + "shock and tilt need an agent; name it: 'agent: suitcase'"};
     return {};

@@ -119,8 +119,8 @@ Result<std::shared_ptr<const SiteTexture>> load_texture_of(const std::string& mo
   auto texture = load_site_texture(path);
   if (!texture) return texture.error();
   if (texture->map_id != map_id) {
-    return Error{path + ": is of map '" + texture->map_id + "', the model " + model_path + " of '" + map_id +
-                 "'; make it anew with `parhelion map texture`, or move it away"};
+    return Error{path + ": belongs to map '" + texture->map_id + "', but model " + model_path + " to map '" +
+                 map_id + "'; make it again with `parhelion map texture`, or move it away"};
   }
   return std::make_shared<const SiteTexture>(std::move(*texture));
 }

@@ -170,10 +170,10 @@ Result<Image> encode_depth(const DepthPixels& pixels, const Image& like) {
     uLongf packed = compressBound(static_cast<uLong>(size));
     image.bytes.resize(packed);
     if (compress2(image.bytes.data(), &packed, bytes, static_cast<uLong>(size), 1) != Z_OK)
-      return Error{"depth image: zlib refuses to compress"};
+      return Error{"depth image: zlib compression failed"};
     image.bytes.resize(packed);
   } else if (encoding == "png") {
-    if (!png_encode(pixels, image.bytes)) return Error{"depth image: PNG refuses to compress"};
+    if (!png_encode(pixels, image.bytes)) return Error{"depth image: PNG encoding failed"};
   } else {
     return Error{"depth image: encoding \"" + encoding + "\" is not known; expected raw, png or zlib"};
   }

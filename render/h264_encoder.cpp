@@ -134,7 +134,7 @@ Result<H264Picture> H264Encoder::encode(const I420Picture& picture, SensorTime s
     for (int nal = 0; nal < layer.iNalCount; ++nal) size += layer.pNalLengthInByte[nal];
     result.bytes.insert(result.bytes.end(), layer.pBsBuf, layer.pBsBuf + size);
   }
-  if (result.bytes.empty()) return Error{"H.264: OpenH264 left a picture out"};
+  if (result.bytes.empty()) return Error{"H.264: OpenH264 skipped a picture"};
   return result;
 }
 

@@ -118,7 +118,7 @@ void add_demo(CLI::App& app, Exit& exit) {
       "Prints links: whoever opens the first on this machine is the instructor, who ends it (or ^C does);\n"
       "the others are for a trainee, who drives a virtual robot and is graded, and for an observer. A "
       "browser\n"
-      "is one of them at a time: open the others elsewhere, or in a private window.");
+      "can use only one of the links at a time: open the others in another browser or a private window.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -55,7 +55,7 @@ Exit run(const Arguments& arguments) {
   RobotBusGuard guard(parse_lcm_url(arguments.robot)->port);
   if (const std::string open = open_group(arguments.robot); !open.empty())
     std::fprintf(stderr, "parhelion relay: warning: %s\n", open.c_str());
-  std::fprintf(stderr, "parhelion relay: from %s to %s; stop with ^C\n",
+  std::fprintf(stderr, "parhelion relay: relaying between %s and %s; stop with ^C\n",
                bus_address(chosen_lcm_url(arguments.site.url)).c_str(), bus_address(arguments.robot).c_str());
   std::atomic<bool> ended = false;
   Status outwards;

@@ -90,10 +90,9 @@ Exit over_log(const Arguments& arguments) {
                       "map is of the same place"});
 }
 
-constexpr const char* kStates[] = {"initializing: the robot's place is not known yet",
-                                   "tracking: the robot's place is known",
+constexpr const char* kStates[] = {"initializing: not localized yet", "tracking: localized",
                                    "lost: scans do not fit the map; the server injects nothing",
-                                   "unsure: the robot's place is a guess; the server injects nothing"};
+                                   "unsure: the pose is a guess; the server injects nothing"};
 
 /// SLAM on the bus; ends at SIGINT or SIGTERM.
 class LiveSlam {

@@ -125,7 +125,7 @@ struct ImageTurns::State {
   std::optional<double> turn(const cv::Mat& before, const cv::Mat& after) const;
 };
 
-/// 8 bits, one or three channels; empty where the image can't be read.
+/// 8 bits, one or three channels; empty where the image cannot be read.
 cv::Mat ImageTurns::State::decoded(const Image& image) {
   if (image.format == PixelFormat::mjpeg) {
     const auto format = codec.decode(image.bytes, bgr);

@@ -13,7 +13,8 @@ namespace parhelion::tools {
 namespace {
 
 Result<Transform<Map, Base>> read_place(const InjectArguments& arguments) {
-  if (arguments.at.empty()) return Error{std::string("where? give --at X,Y or --at ") + kPlaceFormat};
+  if (arguments.at.empty())
+    return Error{std::string("--at is missing; give --at X,Y or --at ") + kPlaceFormat};
   const auto place = parse_place(arguments.at, false);
   if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
   return Transform<Map, Base>::planar(place->x(), place->y(), place->z());
@@ -108,7 +109,9 @@ Result<InstructorCommand> fault(const InjectArguments& arguments) {
   const bool wheel = command->kind == Fault::Kind::dead_wheel;
   if (wheel && arguments.side.empty()) return Error{"expected --side left or --side right"};
   if (!wheel && !arguments.amount)
-    return Error{"expected --amount: s of camera_delay, else the lost fraction"};
+    return Error{
+        "--amount is missing: seconds for camera_delay, the lost fraction for camera_loss and "
+        "laser_dropouts"};
   command->amount = wheel ? 0 : *arguments.amount;
   command->right = arguments.side == "right";
   if (arguments.lasting > 0) command->duration = arguments.lasting;
@@ -170,7 +173,7 @@ const std::map<std::string, Action> kActions{{"spawn", {"agent", spawn}},
                                              {"fault", {"fault", fault}},
                                              {"end-fault", {"fault", end_fault}},
                                              {"camera", {"agent", camera}},
-                                             {"report", {"find", report}},
+                                             {"report", {"object", report}},
                                              {"script", {"script", script}},
                                              {"start", {nullptr, start}},
                                              {"emergency-stop", {nullptr, emergency_stop}},
@@ -187,7 +190,7 @@ std::vector<std::string> inject_actions() {
 Result<InstructorCommand> make_command(const InjectArguments& arguments) {
   const Action& action = kActions.at(arguments.action);
   if (action.about != nullptr && arguments.name.empty())
-    return Error{std::string("which ") + action.about + "? give --name NAME"};
+    return Error{std::string("--name is missing; give --name NAME of the ") + action.about};
   auto command = action.make(arguments);
   if (!command) return command.error();
   set_request(

@@ -17,10 +17,11 @@ struct InjectArguments {
   std::vector<std::string> waypoints;
   double speed = 0.5, distance = 1.5;  ///< m/s; m from the target
   double timeout = 2.0;                ///< s
-  std::optional<double> amount;        ///< of a fault: s of camera_delay, else the lost fraction
-  std::optional<double> rate;          ///< pictures per second
-  std::optional<double> opening;       ///< rad, of a door; none: as the sensors see it
-  double lasting = 0;                  ///< s, of a fault; 0: until end-fault
+  std::optional<double>
+      amount;  ///< of a fault: s of camera_delay, the lost fraction of camera_loss and laser_dropouts
+  std::optional<double> rate;     ///< pictures per second
+  std::optional<double> opening;  ///< rad, of a door; none: as the sensors see it
+  double lasting = 0;             ///< s, of a fault; 0: until end-fault
   bool yields = false, leaves_doors = false;
 };
 

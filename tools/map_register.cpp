@@ -26,7 +26,7 @@ constexpr const char* kFooter =
     "images with "
     "poses\n(7-Scenes, TUM), or LCM logs with poses and DEPTH images or scan lines of a laser that is not "
     "level.\nThe cloud is in the first scan's frame, that of a log in the map of its poses; metres, z up. A "
-    "scan that\ncan't be registered is never in it: exit 1 and no cloud, or with --keep-going the cloud of "
+    "scan that\ncannot be registered is never in it: exit 1 and no cloud, or with --keep-going the cloud of "
     "the others.";
 
 struct Arguments {

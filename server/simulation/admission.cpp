@@ -111,9 +111,10 @@ Status check_definition(const AgentDefinition& agent, bool trainee, const Simula
   const auto of_session = static_cast<std::size_t>(
       std::count_if(agents.begin(), agents.end(), [](const Agent& each) { return !each.of_site; }));
   if (of_session >= options.max_agents) {
-    return Error{"there are " + std::to_string(of_session) +
-                 " agents, and the scenario's max_agents allows no more: what is stepped and sent in time on "
-                 "one machine; remove some first, or raise it"};
+    return Error{
+        "there are " + std::to_string(of_session) +
+        " agents, the most that the scenario's max_agents allows; remove some, or raise max_agents if "
+        "this machine can simulate more in real time"};
   }
   if (Status status = check_size(agent); !status) return status;
   if (Status status = check_model(agent, options); !status) return status;

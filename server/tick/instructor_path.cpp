@@ -96,7 +96,7 @@ struct CommandHandler {
   Status operator()(const ScriptStart& command) { return path.scripts.trigger(command.script, context.now); }
   Status operator()(const TrainingStart& /*command*/) {
     if (!path.start.waiting)
-      return Error{"nothing waits for a start: the training has started, or there is none"};
+      return Error{"no training is waiting for a start: it has started, or the scenario has none"};
     start_training(context, {}, path.start);
     return {};
   }

@@ -153,7 +153,7 @@ Result<std::vector<const Column*>> header_of(const Fields& names) {
   for (const Column& column : columns()) {
     const auto times = std::count(order.begin(), order.end(), &column);
     const bool must = &column == &columns()[0] || &column >= &columns()[kTraineeColumns];
-    if (times > 1) return Error{"column '" + std::string(column.name) + "' is there twice"};
+    if (times > 1) return Error{"column '" + std::string(column.name) + "' occurs twice"};
     if (times == 0 && must) return Error{"column '" + std::string(column.name) + "' is missing"};
   }
   return order;

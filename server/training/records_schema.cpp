@@ -66,8 +66,8 @@ Result<std::int64_t> schema_of(Database& database) {
   if (!found) return found.error();
   const std::int64_t schema = found->value_or(0);
   if (schema >= 0 && schema <= newest_schema()) return schema;
-  return Error{database.path() + ": is of schema " + std::to_string(schema) +
-               ", and this program supports them up to " + std::to_string(newest_schema()) +
+  return Error{database.path() + ": has schema version " + std::to_string(schema) +
+               "; this program supports versions up to " + std::to_string(newest_schema()) +
                ": use the newer parhelion that wrote it"};
 }
 

@@ -69,7 +69,7 @@ Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp) {
     return image;
   }
   const cv::Mat pixels = decode_file(file, cv::IMREAD_COLOR);
-  if (pixels.empty()) return Error{"an image that can't be read: JPEG or PNG is expected"};
+  if (pixels.empty()) return Error{"an image that cannot be read: JPEG or PNG is expected"};
   image.width = pixels.cols;
   image.height = pixels.rows;
   image.row_stride = pixels.cols * 3;
@@ -81,14 +81,14 @@ Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp) {
 
 Result<GreyPixels> read_grey(std::span<const std::uint8_t> file) {
   const cv::Mat pixels = decode_file(file, cv::IMREAD_GRAYSCALE);
-  if (pixels.empty()) return Error{"an image that can't be read: JPEG or PNG is expected"};
+  if (pixels.empty()) return Error{"an image that cannot be read: JPEG or PNG is expected"};
   const cv::Mat whole = pixels.isContinuous() ? pixels : pixels.clone();
   return GreyPixels{whole.cols, whole.rows, {whole.data, whole.data + whole.total()}};
 }
 
 Result<DepthMillimetres> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre) {
   const cv::Mat pixels = decode_file(file, cv::IMREAD_UNCHANGED);
-  if (pixels.empty()) return Error{"a depth image that can't be read: a 16-bit grey PNG is expected"};
+  if (pixels.empty()) return Error{"a depth image that cannot be read: a 16-bit grey PNG is expected"};
   if (pixels.type() != CV_16UC1) return Error{"a depth image that is not 16-bit grey"};
   DepthMillimetres depth{pixels.cols, pixels.rows, {}, units_per_metre == 1000};
   depth.mm.reserve(pixels.total());
@@ -115,7 +115,7 @@ Result<Image> depth_image(const DepthMillimetres& depth, SensorTime stamp) {
     }
   } catch (const cv::Exception&) {
   }
-  return Error{"a depth image that can't be written as PNG"};
+  return Error{"a depth image that cannot be written as PNG"};
 }
 
 Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTime stamp) {
@@ -136,13 +136,13 @@ Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     return Error{path + ": is no regular file, expected an image"};
   std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) return Error{path + ": can't be opened: " + std::strerror(errno)};
+  if (!file) return Error{path + ": cannot be opened: " + std::strerror(errno)};
   const auto size = static_cast<std::size_t>(file.tellg());
   if (size > kLargestFile) return Error{path + ": larger than 256 MiB"};
   std::vector<std::uint8_t> bytes(size);
   file.seekg(0);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file) return Error{path + ": can't be read: " + std::strerror(errno)};
+  if (!file) return Error{path + ": cannot be read: " + std::strerror(errno)};
   return bytes;
 }
 

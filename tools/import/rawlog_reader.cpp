@@ -99,7 +99,7 @@ Result<std::string> read_object(mrpt::serialization::CArchive& archive, RawlogVi
     if (const Status done = visit(*object, visitor, place); !done) return done.error();
     return std::string();
   } catch (const std::bad_alloc&) {
-    return std::string("a count that can't be");
+    return std::string("a count that cannot be");
   } catch (const std::exception& error) {
     return first_line_of(error);
   }
@@ -109,7 +109,7 @@ Result<std::string> read_object(mrpt::serialization::CArchive& archive, RawlogVi
 
 Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
   GzipFile file(reading.path);
-  if (!file.is_open()) return Error{reading.path + ": can't be opened: " + std::strerror(errno)};
+  if (!file.is_open()) return Error{reading.path + ": cannot be opened: " + std::strerror(errno)};
   Stream stream(file);
   auto archive = mrpt::serialization::archiveFrom(stream);
   bool damaged = false;
@@ -118,14 +118,14 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
     if (file.next_byte() < 0) {
       if (file.damaged() && !damaged) {
         visitor.damage(place, "the compressed data ends or is damaged at byte " + std::to_string(start) +
-                                  " of the inflated file; what follows can't be read");
+                                  " of the inflated file; what follows cannot be read");
       }
       return {};
     }
     file.seek(start);
     if (reading.before_object) reading.before_object(start);
     const auto what = reading.crashing.count(start) > 0
-                          ? Result<std::string>(std::string("MRPT can't read it"))
+                          ? Result<std::string>(std::string("MRPT cannot read it"))
                           : read_object(archive, visitor, place);
     if (!what) return what.error();
     // Parts of a damaged object look like objects too: one refusal for a whole unreadable section.
@@ -133,7 +133,7 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
     if (damaged) {
       if (!was_damaged) {
         visitor.damage(place, "object at byte " + std::to_string(start) +
-                                  " of the inflated file can't be read: " + *what);
+                                  " of the inflated file cannot be read: " + *what);
       }
       file.seek(start + 1);
       if (!resynchronize(file)) return {};

@@ -199,7 +199,9 @@ Result<ImportReport> RecordingWriter::finish() {
   if (const Status synced = state_->log->sync(); !synced) return synced.error();
   std::error_code failed;
   std::filesystem::rename(state_->partial, state_->report.output, failed);
-  if (failed) return Error{state_->report.output + ": cannot be renamed to it: " + failed.message()};
+  if (failed)
+    return Error{state_->report.output +
+                 ": the finished recording cannot be renamed to this name: " + failed.message()};
   state_->finished = true;
   return std::move(state_->report);
 }

@@ -173,7 +173,7 @@ class Copy {
     const auto image = colour_image(std::move(*bytes), file.stamp);
     if (!image) return refuse(file, image.error());
     if (image->width != folder_.cameras.colour.width || image->height != folder_.cameras.colour.height) {
-      return refuse(file, Error{"of another size than the first"});
+      return refuse(file, Error{"its size differs from the first image's"});
     }
     return writer_.put(channel::kCamera, *image, file.number);
   }
@@ -185,7 +185,7 @@ class Copy {
     const auto depth = read_depth_png(*bytes, folder_.depth_units_per_metre);
     if (!depth) return refuse(file, depth.error());
     if (depth->width != folder_.cameras.depth.width || depth->height != folder_.cameras.depth.height) {
-      return refuse(file, Error{"of another size than the first"});
+      return refuse(file, Error{"its size differs from the first image's"});
     }
     if (wanted_.depth) {
       const auto image = depth->as_written

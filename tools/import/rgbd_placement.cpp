@@ -85,7 +85,7 @@ Result<Eigen::Vector3d> find_up(const RgbdFolder& folder, const DepthSurvey& sur
   const auto refined = survey.surfaces.refine_up(up);
   if (!refined) {
     return Error{
-        "which way is up can't be told: too few level surfaces; put gravity-direction.txt (a vector that "
+        "which way is up cannot be told: too few level surfaces; put gravity-direction.txt (a vector that "
         "points "
         "down) beside the frames"};
   }

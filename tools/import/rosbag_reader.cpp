@@ -148,7 +148,7 @@ Status BagReader::State::open_chunk(const Record& record, std::uint64_t where) {
   const Status done = inflate_chunk(bag_text(record.fields, "compression"), record.data, *inflated, chunk);
   chunk_position = where;
   at = 0;
-  return done.ok() ? Status() : damage(where, "a chunk can't be read whole: " + done.error().message);
+  return done.ok() ? Status() : damage(where, "a chunk cannot be read whole: " + done.error().message);
 }
 
 void BagReader::State::add_connection(const Record& record) {
@@ -184,7 +184,7 @@ Result<BagReader> BagReader::open(const std::filesystem::path& path) {
   auto state = std::make_unique<State>();
   state->path = path.string();
   state->file = std::fopen(state->path.c_str(), "rb");
-  if (state->file == nullptr) return Error{state->path + ": can't be opened: " + std::strerror(errno)};
+  if (state->file == nullptr) return Error{state->path + ": cannot be opened: " + std::strerror(errno)};
   std::error_code ignored;
   state->size = std::filesystem::file_size(path, ignored);
   std::string head(kMagic.size(), '\0');
@@ -204,9 +204,10 @@ Result<bool> BagReader::next(BagMessage& message) {
       if (!record) {
         s.at = s.chunk.size();
         if (s.pending) continue;
-        return s.damage(s.chunk_position,
-                        "a record at byte " + std::to_string(where) +
-                            " of the chunk that starts here can't be read; the rest of the chunk is skipped");
+        return s.damage(
+            s.chunk_position,
+            "a record at byte " + std::to_string(where) +
+                " of the chunk that starts here cannot be read; the rest of the chunk is skipped");
       }
       if (record->op == Op::connection) s.add_connection(*record);
       if (record->op == Op::message) return s.give(*record, message, s.chunk_position);
@@ -222,8 +223,8 @@ Result<bool> BagReader::next(BagMessage& message) {
     if (!record) {
       const bool more = s.resynchronize();
       return s.damage(where,
-                      more ? "a record can't be read; resuming at byte " + std::to_string(s.position)
-                           : "a record can't be read and none follows: the bag is cut off or damaged here");
+                      more ? "a record cannot be read; resuming at byte " + std::to_string(s.position)
+                           : "a record cannot be read and none follows: the bag is cut off or damaged here");
     }
     if (record->op == Op::connection) s.add_connection(*record);
     if (record->op == Op::message) return s.give(*record, message, where);

@@ -152,7 +152,7 @@ Result<TextLines> TextLines::open(const std::filesystem::path& path) {
   auto state = std::make_unique<State>();
   state->path = path.string();
   state->bytes = open_bytes(state->path);
-  if (!state->bytes) return Error{state->path + ": can't be opened: " + std::strerror(errno)};
+  if (!state->bytes) return Error{state->path + ": cannot be opened: " + std::strerror(errno)};
   std::error_code ignored;
   state->total = static_cast<double>(std::filesystem::file_size(path, ignored));
   return TextLines(std::move(state));
@@ -176,7 +176,7 @@ Result<bool> TextLines::next(std::string& line) {
       return true;
     }
     if (s.damaged)
-      return s.damage("the compressed data is damaged or truncated here; the rest can't be read");
+      return s.damage("the compressed data is damaged or truncated here; the rest cannot be read");
     if (s.at_end) break;
     if (s.buffer.size() - s.taken > kLongestLine) return s.damage("a line longer than 16 MiB");
     searched = s.buffer.size() - s.taken;

@@ -27,7 +27,8 @@ Status check(const std::vector<View>& views, const char* kind, std::size_t value
     if (!numbers.allFinite() || c.fx <= 0 || c.fy <= 0) return Error{name + ": its camera is not calibrated"};
     if (!views[i].T_map_optical.finite()) return Error{name + ": its pose is not finite"};
     if (values_of(views[i]) != values_per_pixel * c.pixels())
-      return Error{name + ": it has another size than its camera says"};
+      return Error{name + ": its size differs from its camera's, " + std::to_string(c.width) + " x " +
+                   std::to_string(c.height)};
   }
   return {};
 }

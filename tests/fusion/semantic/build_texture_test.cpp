@@ -159,7 +159,7 @@ TEST(BuildTexture, BadInputIsRefusedWithTheReason) {
   fails(views, good.depth, "colour image 2: its pose is not finite");
   views = good.colour;
   views[0].rgb.pop_back();
-  fails(views, good.depth, "colour image 1: it has another size");
+  fails(views, good.depth, "colour image 1: its size differs from its camera's");
   fails({{{1, 1, 1, 1, 0, 0}, {}, {1, 2, 3}}}, {}, "1x1");
   views = good.colour;
   views[0].camera.fx = 0;

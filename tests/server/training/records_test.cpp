@@ -214,7 +214,7 @@ TEST_F(RecordsTest, ANewerSchemaIsRefused) {
   ASSERT_TRUE(Database::open(path_, false, 0)->execute("PRAGMA user_version = 99"));
   const auto records = Records::open(path_, true);
   ASSERT_FALSE(records.ok());
-  EXPECT_THAT(records.error().message, HasSubstr("is of schema 99"));
+  EXPECT_THAT(records.error().message, HasSubstr("has schema version 99"));
   EXPECT_THAT(records.error().message, HasSubstr("use the newer parhelion"));
 }
 
