@@ -10,7 +10,7 @@ namespace {
 constexpr double kHandSpeed = 0.15, kTurnSpeed = 0.6;  // m/s, rad/s
 constexpr double kOpen = 0.05;                         // m, of each finger
 constexpr double kBefore = 0.15;                       // m before the thing
-constexpr double kRaised = 0.40;                       // m that it is lifted: over a tub's rim
+constexpr double kRaised = 0.40;                       // m that it is lifted: over a container's rim
 constexpr double kLowered = 0.06;                      // m over the floor, when it is let go
 constexpr double kCarried = 0.46;                      // m from the turret's axis
 constexpr double kFollows = 0.06, kThere = 0.012;      // rad or m between target and encoder
@@ -43,8 +43,8 @@ std::string ArmTask::phase() const {
 
 ArmTask::Goal ArmTask::goal_of(Phase phase) const {
   const double grip = plan_.thing_height - plan_.grip_below;
-  const double to_thing = range_of(plan_.thing), to_container = range_of(plan_.tub);
-  const double thing = angle_of(plan_.thing), tub = angle_of(plan_.tub);
+  const double to_thing = range_of(plan_.thing), to_container = range_of(plan_.container);
+  const double thing = angle_of(plan_.thing), container = angle_of(plan_.container);
   switch (phase) {
     case Phase::rise:
       return {kCarried, grip + kRaised, thing, kOpen};
@@ -57,13 +57,13 @@ ArmTask::Goal ArmTask::goal_of(Phase phase) const {
     case Phase::lift:
       return {kCarried, grip + kRaised, thing, plan_.closed};
     case Phase::swing:
-      return {to_container, grip + kRaised, tub, plan_.closed};
+      return {to_container, grip + kRaised, container, plan_.closed};
     case Phase::lower:
-      return {to_container, grip + kLowered, tub, plan_.closed};
+      return {to_container, grip + kLowered, container, plan_.closed};
     case Phase::open:
-      return {to_container, grip + kLowered, tub, kOpen};
+      return {to_container, grip + kLowered, container, kOpen};
     default:
-      return {to_container - kBefore, grip + kRaised, tub, kOpen};
+      return {to_container - kBefore, grip + kRaised, container, kOpen};
   }
 }
 

@@ -1,4 +1,4 @@
-// Lift a thing and put it into a tub, as an operator does it: from the front, with the hand level.
+// Lift a thing and put it into a container, as an operator does it: from the front, with the hand level.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace robot {
 class ArmTask {
  public:
   struct Plan {
-    Point2 thing, tub;         // base_link of the robot, which stands still
+    Point2 thing, container;   // base_link of the robot, which stands still
     double thing_height = 0;   // m
     double grip_below = 0.06;  // m under its top
     double closed = 0;         // m, of each finger, when it holds; 0: until something stops the fingers

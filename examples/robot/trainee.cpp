@@ -7,8 +7,8 @@
 //   example_trainee --lift 4.6,2.5,0.45 --into 4,3.1       the real robot's arm, which stands before the
 //   thing
 //
-// Ends with 0 at the last point, or with the thing in the tub; with 3 and the reason where it has not come
-// there in time.
+// Ends with 0 at the last point, or with the thing in the container; with 3 and the reason where it has not
+// come there in time.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -42,7 +42,7 @@ constexpr const char* kHelp =
     "  --careless yes    does not look at the scans\n"
     "  --shoulder RAD    brings this joint of the real robot's arm there, and holds it\n"
     "  --lift X,Y,HEIGHT m in the map: after the last point the arm lifts the thing that stands there\n"
-    "  --into X,Y        m in the map: the middle of the tub that it is put into\n";
+    "  --into X,Y        m in the map: centre of the container\n";
 
 // Outline and laser of the server's virtual robots that have no model of their own.
 const robot::Polygon kAgentFootprint = {{-0.3, -0.24}, {0.3, -0.24}, {0.3, 0.24}, {-0.3, 0.24}};
@@ -108,7 +108,7 @@ class Trainee {
     publish_operator(1);
     return route_.is_reached();
   }
-  // Whether the thing has been lifted and let go over the tub. The robot stands.
+  // Whether the thing has been lifted and let go over the container. The robot stands.
   bool lift() {
     constexpr double kDt = 1e-6 * kPeriod;
     std::optional<robot::ArmTask> task;
@@ -211,7 +211,7 @@ class Trainee {
     const Pose2 T_base_map = inverse(track_.at(posed_));
     robot::ArmTask::Plan plan;
     plan.thing = T_base_map * *options_.lift;
-    plan.tub = T_base_map * *options_.into;
+    plan.container = T_base_map * *options_.into;
     plan.thing_height = options_.height;
     return plan;
   }

@@ -103,7 +103,7 @@ class ClosedLoop {
       const LiftPlaces at = lift_places(site_);
       return {"--patience", number(kPatience),
               "--lift",     number(at.thing.x()) + "," + number(at.thing.y()) + "," + number(at.height),
-              "--into",     number(at.tub.x()) + "," + number(at.tub.y())};
+              "--into",     number(at.container.x()) + "," + number(at.container.y())};
     }
     const bool careless = arrangement_ == Arrangement::careless_trainee_drives;
     std::vector<std::string> arguments{"--patience", number(careless ? kCarelessPatience : kPatience)};

@@ -19,17 +19,18 @@ enum class Arrangement {
   robot_drives_itself,      ///< on MR_SCAN; the trainee drives a virtual robot across its path
   careless_trainee_drives,  ///< the trainee looks at nothing: what reduces MR_CMD, and the robot, must stop
                             ///< it
-  trainee_lifts,  ///< the robot stands; the trainee lifts a virtual thing with its arm into a virtual tub
+  trainee_lifts,  ///< the robot stands; the trainee lifts a virtual thing with its arm into a virtual
+                  ///< container
 };
 inline constexpr int kArrangements = 3;  ///< in turn, of drives; lifting is none
 const char* to_string(Arrangement arrangement);
 
 Scenario loop_scenario(const Site& site, Arrangement arrangement);
 
-/// Where the robot of a site, at its start, finds a thing and a tub: m, map. Throws std::runtime_error where
-/// there is no room for them.
+/// Where the robot of a site, at its start, finds a thing and a container: m, map. Throws std::runtime_error
+/// where there is no room for them.
 struct LiftPlaces {
-  Eigen::Vector2d thing, tub;
+  Eigen::Vector2d thing, container;
   double height = 0;  ///< m, of the thing
 };
 LiftPlaces lift_places(const Site& site);

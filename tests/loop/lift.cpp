@@ -32,7 +32,7 @@ using Payloads = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
 /// What is to be lifted, and where everything is.
 struct LiftSetup {
   Pose2 base;
-  Eigen::Vector2d thing, tub;  // base_link
+  Eigen::Vector2d thing, container;  // base_link
   double width = 0, height = 0, mass = 0;
   bool round = false;
   double thing_yaw = 0, container_yaw = 0;  // rad, base_link
@@ -49,7 +49,7 @@ LiftSetup draw_setup(std::uint64_t seed) {
   setup.base = {draw.within(-2, 2), draw.within(-2, 2), draw.within(-3, 3)};
   const double at = draw.within(-0.6, 0.6), apart = draw.within(1.2, 1.8);
   setup.thing = polar(draw.within(0.54, 0.62), at);
-  setup.tub = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
+  setup.container = polar(draw.within(0.54, 0.60), at + (draw.chance(0.5) ? apart : -apart));
   setup.round = draw.chance(0.4);
   setup.width = draw.within(0.04, 0.085);
   setup.height = draw.within(0.42, 0.50);
@@ -76,12 +76,12 @@ AgentDefinition thing_of(const LiftSetup& setup) {
 }
 
 AgentDefinition container_of(const LiftSetup& setup) {
-  AgentDefinition tub;
-  tub.name = "tub_1";
-  tub.kind = AgentKind::container;
-  tub.size = setup.container_size;
-  tub.T_map_base = in_map(setup, setup.tub, setup.container_yaw);
-  return tub;
+  AgentDefinition container;
+  container.name = "container_1";
+  container.kind = AgentKind::container;
+  container.size = setup.container_size;
+  container.T_map_base = in_map(setup, setup.container, setup.container_yaw);
+  return container;
 }
 
 Task task(const std::string& name, double points, EventKind event, const std::string& object) {
@@ -97,11 +97,11 @@ Training training(const std::string& robot) {
   Training training;
   training.robot = robot;
   training.on_command = false;
-  training.text = "Lift the part and put it into the tub.";
+  training.text = "Lift the part and put it into the container.";
   training.pass_mark = 0.6;
   training.tasks = {task("grip", 20, EventKind::gripped, "part_1"),
                     task("lift", 20, EventKind::lifted, "part_1"),
-                    task("into the tub", 60, EventKind::placed, "tub_1")};
+                    task("into the container", 60, EventKind::placed, "container_1")};
   Penalty dropped;
   dropped.name = "dropped it", dropped.points = 20;
   dropped.when.event = EventKind::dropped;
@@ -237,15 +237,15 @@ class Lift {
 
   /// Where MR_WORLD shows the things: the server moves what would appear too near to the robot.
   void make_task() {
-    const auto part = seen_.find("part_1"), tub = seen_.find("tub_1");
-    if (part == seen_.end() || tub == seen_.end()) return;
+    const auto part = seen_.find("part_1"), container = seen_.find("container_1");
+    if (part == seen_.end() || container == seen_.end()) return;
     ::robot::ArmTask::Plan plan;
     plan.thing = {part->second.x(), part->second.y()};
-    plan.tub = {tub->second.x(), tub->second.y()};
+    plan.container = {container->second.x(), container->second.y()};
     plan.thing_height = setup_.height;
     plan.closed = by_ == LiftBy::robot ? setup_.width / 2 - 0.001 : 0;
     task_.emplace(plan);
-    container_ = tub->second;
+    container_ = container->second;
   }
 
   /// From the encoders, as the script knows no other posture.
@@ -401,7 +401,7 @@ class Lift {
     const Eigen::Vector2d off =
         part->translation().head<2>() - in_map(setup_, container_, 0).translation().head<2>();
     if (off.norm() > 0.32 || part->translation().z() > 0.3)
-      report_.failures.emplace_back("it is not in the tub");
+      report_.failures.emplace_back("it is not in the container");
     if (!report_.live.passed || report_.live.score != 100)
       report_.failures.push_back("score " + std::to_string(report_.live.score));
     if (report_.live.score != report_.from_log.score || report_.live.grade != report_.from_log.grade)

@@ -31,7 +31,7 @@ struct LiftReport {
   std::map<std::string, std::vector<std::vector<std::uint8_t>>> outputs;
 };
 
-/// Thing, tub, places, mass and sizes are drawn from `seed`.
+/// Thing, container, places, mass and sizes are drawn from `seed`.
 LiftReport lift_and_place(std::uint64_t seed, LiftBy by, int threads = 1);
 
 /// The same inputs given to a new server: its outputs.

@@ -101,22 +101,23 @@ Task event_task(const std::string& name, double points, EventKind event, const s
   return task;
 }
 
-/// A thing and a tub in front of the robot, and nothing else.
+/// A thing and a container in front of the robot, and nothing else.
 void add_lift(const Site& site, Scenario& scenario) {
   const LiftPlaces places = lift_places(site);
-  AgentDefinition part, tub;
+  AgentDefinition part, container;
   part.name = "part_1", part.kind = AgentKind::box, part.size = {0.06, 0.06, places.height}, part.mass = 0.8;
   const Eigen::Vector2d direction = places.thing - site.start.position();
   part.T_map_base = Transform<Map, Base>::planar(places.thing.x(), places.thing.y(),
                                                  std::atan2(direction.y(), direction.x()));
-  tub.name = "tub_1", tub.kind = AgentKind::container, tub.size = {0.44, 0.44, 0.3};
-  tub.T_map_base = Transform<Map, Base>::planar(places.tub.x(), places.tub.y(), site.start.yaw);
-  scenario.agents = {part, tub};
+  container.name = "container_1", container.kind = AgentKind::container, container.size = {0.44, 0.44, 0.3};
+  container.T_map_base =
+      Transform<Map, Base>::planar(places.container.x(), places.container.y(), site.start.yaw);
+  scenario.agents = {part, container};
   Training lesson;
-  lesson.text = "Lift the part and put it into the tub.";
+  lesson.text = "Lift the part and put it into the container.";
   lesson.tasks = {event_task("grip", 20, EventKind::gripped, "part_1"),
                   event_task("lift", 20, EventKind::lifted, "part_1"),
-                  event_task("into the tub", 60, EventKind::placed, "tub_1")};
+                  event_task("into the container", 60, EventKind::placed, "container_1")};
   scenario.zones.clear();
   scenario.training = lesson;
 }
@@ -156,10 +157,11 @@ LiftPlaces lift_places(const Site& site) {
   for (const double thing : {0.0, 0.3, -0.3, 0.6, -0.6}) {
     for (const double apart : {1.4, -1.4, 1.7, -1.7}) {
       const LiftPlaces places{at(kThingAt, thing), at(kTubAt, thing + apart), 0.45};
-      if (clearance(site, places.thing) > kRoom / 2 && clearance(site, places.tub) > kRoom) return places;
+      if (clearance(site, places.thing) > kRoom / 2 && clearance(site, places.container) > kRoom)
+        return places;
     }
   }
-  throw std::runtime_error("site " + std::to_string(site.seed) + " has no room for a tub");
+  throw std::runtime_error("site " + std::to_string(site.seed) + " has no room for a container");
 }
 
 Scenario loop_scenario(const Site& site, Arrangement arrangement) {

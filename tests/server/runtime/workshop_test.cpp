@@ -19,7 +19,7 @@ TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheContainer) {
   lift_part_into_container();
   EXPECT_TRUE(happened(EventKind::gripped, "part_1"));
   EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
-  EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
+  EXPECT_TRUE(happened(EventKind::placed, "container_1"));
   EXPECT_FALSE(happened(EventKind::dropped));
 }
 
