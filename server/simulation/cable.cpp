@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/gravity.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
@@ -82,7 +84,7 @@ void Cable::enter(Physics& physics) {
     joint.T_a_joint.translation().x() = form_.pitch / 2;
     joint.T_b_joint.translation().x() = -form_.pitch / 2;
     joints_.push_back(physics.add_joint(joint));
-    physics.drive_joint(joints_.back(), 0, kBending * 9.81 * form_.mass * form_.pitch);
+    physics.drive_joint(joints_.back(), 0, kBending * kGravity * form_.mass * form_.pitch);
   }
 }
 

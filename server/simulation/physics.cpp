@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <utility>
 
+#include "protocols/gravity.hpp"
 #include "server/simulation/physics_world.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s^2
 constexpr double kSettled = 1e-5;  // m/s and rad/s: a smaller change ends the iterations
 constexpr double kLean = 2e-4;     // rad: small compared with friction
 constexpr double kPress = 1e-4;    // m: penetration forced to find the contact points

@@ -6,10 +6,11 @@
 #include <limits>
 #include <utility>
 
+#include "protocols/gravity.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kGravity = 9.81;     // m/s^2
 constexpr double kPadFraction = 0.8;  // of the pads' half size: lines near their edges
 constexpr double kRelieved = 0.95;    // of a joint's effort: below it an overload has ended
 constexpr double kNear = 3;           // m: farther things are not looked at

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/gravity.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kGravity = 9.81;            // m/s^2
 constexpr double kLightSpeed = 299'792'458;  // m/s
 
 }  // namespace

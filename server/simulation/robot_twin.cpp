@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocols/gravity.hpp"
+
 namespace parhelion::simulation {
 namespace {
-
-constexpr double kGravity = 9.81;  // m/s^2
 
 Eigen::Isometry3d joint_motion(const RobotJoint& joint, double position) {
   if (joint.kind != JointKind::prismatic) return turn_about(joint.axis, position);

@@ -1,13 +1,14 @@
 #include "server/tick/imu_model.hpp"
 
 #include "fusion/scan/lidar_model.hpp"
+#include "protocols/gravity.hpp"
 
 namespace parhelion::tick {
 namespace {
 
 constexpr std::uint64_t kStartStream = 0x696D7530ULL << 32;  // independent of all other draws of a seed
 constexpr std::uint64_t kSampleStream = 0x696D7573ULL << 32;
-const Eigen::Vector3d kUpForce(0, 0, 9.81);  // m/s^2, specific force at rest
+const Eigen::Vector3d kUpForce(0, 0, kGravity);  // m/s^2, specific force at rest
 
 }  // namespace
 
