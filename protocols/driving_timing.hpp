@@ -13,6 +13,7 @@
 //   OPERATOR                         kConsoleSilence: the console is lost, its robot stops
 //                                                     kOperatorShown: pages no longer list the operator
 //
+// At the robot's end of a signed bus `relay` sends a stop kRelaySilence after the last MR_CMD that moves it.
 // A robot's own watchdog on MR_CMD is the robot's responsibility: 0.3 s or less. The page's kCommandPeriod is
 // in server/station/web/src/drive/sender.ts.
 #pragma once
@@ -33,7 +34,7 @@ inline constexpr Duration kClientSilence = milliseconds(300);
 /// A command delayed by more than this relative to the fastest one is dropped, and the robot stops.
 inline constexpr Duration kCommandLateness = milliseconds(250);
 /// So is a command that may be older than this by either clock.
-inline constexpr Duration kCommandMaxAge = milliseconds(1000);
+inline constexpr Duration kMaxClockAge = milliseconds(1000);
 /// Timeout of all messages from the page: its console is lost.
 inline constexpr Duration kClientLost = seconds(2.0);
 /// Period at which an emergency stop is repeated until the server replies.
@@ -46,11 +47,16 @@ inline constexpr Duration kEmergencyStopPeriod = milliseconds(100);
 inline constexpr Duration kTeleopSilence = milliseconds(500);
 /// Age of TELEOP or JOINT_CMD, from its receipt by the kernel until the server takes it, above which it is
 /// refused: after a pause of the process the trainee no longer means it.
-inline constexpr Duration kCommandAge = milliseconds(250);
+inline constexpr Duration kMaxQueueAge = milliseconds(250);
 /// Period at which the stop is repeated, as a command may be lost.
 inline constexpr Duration kStopPeriod = milliseconds(100);
 /// Motion commanded within this time before the timeout: the dead-man was released while driving.
 inline constexpr Duration kReleaseWhileDriving = seconds(1.0);
+
+// The robot's end of a signed bus.
+
+/// Timeout of commands that move the robot or its joints, after which `relay` sends a stop.
+inline constexpr Duration kRelaySilence = milliseconds(300);
 
 // OPERATOR: which console drives which robot.
 

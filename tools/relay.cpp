@@ -46,7 +46,7 @@ Status RelayToRobot::turn(Duration timeout) {
   if (*came) {
     if (Status passed = pass_on(message_); !passed) return passed;
   }
-  const ArrivalTime silent_since = now() - kSilence;
+  const ArrivalTime silent_since = now() - driving_timing::kRelaySilence;
   for (Moving& moving : moving_) {
     if (moving.last > silent_since) continue;
     if (Status sent = send_stop(moving); !sent) return sent;
@@ -67,7 +67,7 @@ Status RelayToRobot::pass_on(const Message& message) {
   bool moves = false;
   std::vector<std::uint8_t> stop = stop_of(message, moves);
   if (moves) {
-    if (now() - message.arrival > driving_timing::kCommandAge) return {};
+    if (now() - message.arrival > driving_timing::kMaxQueueAge) return {};
     const auto known = std::find_if(moving_.begin(), moving_.end(),
                                     [&](const Moving& moving) { return moving.channel == message.channel; });
     Moving& moving = known == moving_.end() ? moving_.emplace_back() : *known;

@@ -15,12 +15,10 @@ std::vector<std::string> channels_to_robot();
 std::vector<std::string> channels_from_robot();
 
 /// Passes messages on from `site`, which verifies them, to the robot's own bus. Commands are checked once
-/// more: one that waited for longer than driving_timing::kCommandAge is dropped, and after kSilence without a
-/// command that moves, the robot gets a stop. Call turn() in one thread.
+/// more: one that waited for longer than driving_timing::kMaxQueueAge is dropped, and after kRelaySilence
+/// without a command that moves, the robot gets a stop. Call turn() in one thread.
 class RelayToRobot {
  public:
-  static constexpr Duration kSilence = milliseconds(300);
-
   RelayToRobot(Bus& site, Bus& robot) : site_(site), robot_(robot) {}
 
   /// Waits for one message at most as long as `timeout`. Error: a bus failed.

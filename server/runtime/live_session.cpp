@@ -244,7 +244,7 @@ void LiveSession::handle(Arrived arrived) {
 bool LiveSession::is_stale_command(const Arrived& arrived) const {
   const tick::InputKind kind = configuration_.channels.kind(arrived.message.channel);
   return (kind == tick::InputKind::teleop || kind == tick::InputKind::joint_command) &&
-         arrived.age > driving_timing::kCommandAge;
+         arrived.age > driving_timing::kMaxQueueAge;
 }
 
 /// A command is logged before it is applied; if that fails, it is refused. A stop of the robot is applied

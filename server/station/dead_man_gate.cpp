@@ -29,7 +29,7 @@ bool DeadManGate::pass(const ClientStamp& stamp, ClientClock& clock, WallTime no
   sequence_ = stamp.sequence;
   const auto largest_age = clock.max_age(stamp.at, now);
   if (age > driving_timing::kCommandLateness ||
-      (largest_age && *largest_age > driving_timing::kCommandMaxAge)) {
+      (largest_age && *largest_age > driving_timing::kMaxClockAge)) {
     require_release();
     why = "the command was too late: stopped; release and press again";
     return false;

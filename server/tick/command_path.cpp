@@ -260,9 +260,9 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
 }
 
 void refuse_stale_command(const TickContext& context, Duration age) {
-  refuse(context, {"a command of the robot was " + std::to_string(age.ns / 1'000'000) +
-                   " ms old when the server took it, at most " +
-                   std::to_string(driving_timing::kCommandAge.ns / 1'000'000) + " ms: refused"});
+  refuse(context, {"a command for the robot was " + std::to_string(age.ns / 1'000'000) +
+                   " ms old when the server processed it; refused above " +
+                   std::to_string(driving_timing::kMaxQueueAge.ns / 1'000'000) + " ms"});
 }
 
 void stop_robot(const TickContext& context, const CommandPath& path) {

@@ -1,10 +1,12 @@
 #include "server/tick/injection_path.hpp"
 
+#include <cstdio>
+
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration kScanSilence =
-    milliseconds(500);  // without a scan for longer, injection counts as degraded
+/// Without a scan for longer, injection is suspended.
+constexpr Duration kScanSilence = milliseconds(500);
 
 void publish_injection_event(const TickContext& context, const std::string& reason,
                              ScanInjection& injection) {
@@ -46,7 +48,9 @@ void watch_injection(const TickContext& context, ScanInjection& injection) {
   if (simulates_trainee(context.configuration.scenario) || context.now - injection.last_scan < kScanSilence)
     return;
   const bool none_yet = injection.last_scan == SimulationTime{};
-  publish_injection_event(context, none_yet ? "no scan yet" : "no scan for 0.5 s", injection);
+  char silent[32];
+  std::snprintf(silent, sizeof silent, "no scan for %g s", kScanSilence.seconds());
+  publish_injection_event(context, none_yet ? "no scan yet" : silent, injection);
 }
 
 }  // namespace parhelion::tick

@@ -7,6 +7,7 @@
 
 #include "protocols/authentication/signed_bus.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 
 namespace parhelion::tools {
@@ -67,14 +68,14 @@ TEST_F(RelayTest, PassesTheServersCommandsOnAndNobodyElses) {
 
 TEST_F(RelayTest, StopsTheRobotOnceTheServerIsSilent) {
   ASSERT_TRUE(server_->publish("MR_CMD", drive(0.3)));
-  EXPECT_EQ(speeds_after(RelayToRobot::kSilence + milliseconds(50)), (std::vector<float>{0.3F, 0}));
-  EXPECT_TRUE(speeds_after(RelayToRobot::kSilence).empty()) << "once";
+  EXPECT_EQ(speeds_after(driving_timing::kRelaySilence + milliseconds(50)), (std::vector<float>{0.3F, 0}));
+  EXPECT_TRUE(speeds_after(driving_timing::kRelaySilence).empty()) << "once";
 }
 
 TEST_F(RelayTest, SendsNoStopAfterOneOfTheServer) {
   ASSERT_TRUE(server_->publish("MR_CMD", drive(0.3)));
   ASSERT_TRUE(server_->publish("MR_CMD", drive(0)));
-  EXPECT_EQ(speeds_after(RelayToRobot::kSilence + milliseconds(50)), (std::vector<float>{0.3F, 0}));
+  EXPECT_EQ(speeds_after(driving_timing::kRelaySilence + milliseconds(50)), (std::vector<float>{0.3F, 0}));
 }
 
 TEST_F(RelayTest, StopsTheRobotAtItsEnd) {
