@@ -5,6 +5,8 @@
 namespace parhelion {
 namespace {
 
+/// Of any camera's image, also of those that are passed on without being drawn into: the renderer's own limit
+/// (render/image_limits.hpp) is smaller, and its error names the camera.
 constexpr std::int64_t kMaxSide = 16'384;
 
 /// Bytes per pixel, 0 where the bytes are a compressed stream.

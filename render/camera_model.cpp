@@ -5,10 +5,12 @@
 #include <limits>
 #include <string>
 
+#include "protocols/angle_units.hpp"
+#include "render/image_limits.hpp"
+
 namespace parhelion::render {
 namespace {
 
-constexpr int kMaxSide = 8192;     ///< px, of an image: limit of the supported GL drivers
 constexpr double kMaxTheta = 3.1;  ///< rad, a fisheye's widest half angle
 
 bool has_no_distortion(const CameraIntrinsics& c) {
@@ -122,8 +124,9 @@ PixelRect PixelRect::intersected(const PixelRect& o) const {
 Result<CameraIntrinsics> intrinsics_for_size(const CameraIntrinsics& intrinsics, int width, int height) {
   CameraIntrinsics c = intrinsics;
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
-  if (width <= 0 || height <= 0 || width > kMaxSide || height > kMaxSide)
-    return Error{"image size " + size + ": expected 1 to " + std::to_string(kMaxSide) + " pixels a side"};
+  if (width <= 0 || height <= 0 || width > kMaxImageSide || height > kMaxImageSide)
+    return Error{"image size " + size + ": expected 1 to " + std::to_string(kMaxImageSide) +
+                 " pixels a side"};
   const bool finite =
       std::isfinite(c.fx) && std::isfinite(c.fy) && std::isfinite(c.cx) && std::isfinite(c.cy) &&
       std::all_of(c.distortion.begin(), c.distortion.end(), [](double d) { return std::isfinite(d); });
@@ -186,10 +189,10 @@ CameraProjection::CameraProjection(const CameraIntrinsics& intrinsics)
 /// Chooses the views from the image's largest off-axis angle and its resolution.
 void CameraProjection::make_views(double max_angle, double max_slope_x, double max_slope_y, double scale) {
   const double f = std::max(intrinsics_.fx, intrinsics_.fy) * scale;
-  constexpr double kOneView = 65.0 / 180.0 * 3.14159265358979;
+  constexpr double kOneView = 65 * kRadiansPerDegree;
   if (max_angle <= kOneView) {
-    const int width = std::min(kMaxSide, 2 * static_cast<int>(std::ceil(f * max_slope_x)) + 5);
-    const int height = std::min(kMaxSide, 2 * static_cast<int>(std::ceil(f * max_slope_y)) + 5);
+    const int width = std::min(kMaxImageSide, 2 * static_cast<int>(std::ceil(f * max_slope_x)) + 5);
+    const int height = std::min(kMaxImageSide, 2 * static_cast<int>(std::ceil(f * max_slope_y)) + 5);
     views_.push_back(
         {Eigen::Matrix3d::Identity(), f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height});
     return;

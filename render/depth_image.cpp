@@ -7,10 +7,10 @@
 #include <csetjmp>
 #include <cstring>
 
+#include "render/image_limits.hpp"
+
 namespace parhelion::render {
 namespace {
-
-constexpr int kMaxSide = 8192;  ///< px
 
 std::string encoding_of(const Image& image) {
   const auto* entry = image.find_metadata("encoding");
@@ -134,9 +134,9 @@ Status read_png(const Image& image, DepthPixels& pixels) {
 Result<DepthPixels> decode_depth(const Image& image) {
   if (image.format != PixelFormat::depth_mm)
     return Error{"depth image: the pixel format is not 16-bit millimetres ('Z16 ')"};
-  if (image.width <= 0 || image.height <= 0 || image.width > kMaxSide || image.height > kMaxSide)
+  if (image.width <= 0 || image.height <= 0 || image.width > kMaxImageSide || image.height > kMaxImageSide)
     return Error{"depth image: " + std::to_string(image.width) + "x" + std::to_string(image.height) +
-                 ", expected 1 to " + std::to_string(kMaxSide) + " pixels a side"};
+                 ", expected 1 to " + std::to_string(kMaxImageSide) + " pixels a side"};
   DepthPixels pixels{image.width, image.height, std::vector<std::uint16_t>(pixel_count(image))};
   const std::string encoding = encoding_of(image);
   Status status;

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <string>
 
+#include "render/image_limits.hpp"
+
 namespace parhelion::render {
 namespace {
-
-constexpr int kMaxSide = 8192;  ///< px
 
 /// Annex K.1, in zigzag order as in DQT.
 constexpr std::array<int, 64> kLuminance = {
@@ -119,9 +119,9 @@ Result<JpegFormat> JpegCodec::read_header(const std::vector<std::uint8_t>& jpeg)
   if (tjDecompressHeader3(decompressor_, jpeg.data(), jpeg.size(), &format.width, &format.height,
                           &subsampling, &colour_space) != 0)
     return turbojpeg_error(decompressor_, "the header cannot be read");
-  if (format.width < 1 || format.height < 1 || format.width > kMaxSide || format.height > kMaxSide)
+  if (format.width < 1 || format.height < 1 || format.width > kMaxImageSide || format.height > kMaxImageSide)
     return Error{"JPEG: " + std::to_string(format.width) + "x" + std::to_string(format.height) +
-                 ", expected 1 to " + std::to_string(kMaxSide) + " pixels a side"};
+                 ", expected 1 to " + std::to_string(kMaxImageSide) + " pixels a side"};
   if (colour_space == TJCS_CMYK || colour_space == TJCS_YCCK)
     return Error{"JPEG: CMYK is not handled; send YCbCr or gray"};
   format.subsampling = from_turbojpeg(subsampling);

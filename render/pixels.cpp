@@ -4,6 +4,8 @@
 #include <cstring>
 #include <string>
 
+#include "render/image_limits.hpp"
+
 namespace parhelion::render {
 namespace {
 
@@ -29,8 +31,8 @@ Result<JpegFormat> image_size(const Image& image, JpegCodec& codec) {
       image.format != PixelFormat::bgr)
     return Error{"image: the pixel format " + std::to_string(static_cast<int>(image.format)) +
                  " is not handled; expected MJPEG, RGB, BGR or GRAY"};
-  if (image.width <= 0 || image.height <= 0 || image.width > 8192 || image.height > 8192)
-    return Error{"image: " + size + ", expected 1 to 8192 pixels a side"};
+  if (image.width <= 0 || image.height <= 0 || image.width > kMaxImageSide || image.height > kMaxImageSide)
+    return Error{"image: " + size + ", expected 1 to " + std::to_string(kMaxImageSide) + " pixels a side"};
   const std::size_t row =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(channels_of(image.format));
   if (stride_of(image) < row ||

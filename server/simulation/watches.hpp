@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,8 +67,8 @@ class MovementWatch {
 class AttitudeWatch {
  public:
   static constexpr double kRearm = 0.8;
-  static constexpr double kTipped = 1.0471975511965976;   // rad, 60 degrees: no robot recovers from there
-  static constexpr double kUpright = 0.5235987755982988;  // rad, 30 degrees
+  static constexpr double kTipped = std::numbers::pi / 3;   // rad, 60 degrees: no robot recovers from there
+  static constexpr double kUpright = std::numbers::pi / 6;  // rad, 30 degrees
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
 
  private:

@@ -1,6 +1,7 @@
 // A planar scan computed from a depth image, marked as not from a laser.
 #pragma once
 
+#include "protocols/angle_units.hpp"
 #include "protocols/image.hpp"
 #include "protocols/scan.hpp"
 #include "tools/import/image_files.hpp"
@@ -8,8 +9,8 @@
 namespace parhelion::tools {
 
 struct DepthScanOptions {
-  double low = 0.2, high = 0.5;                      ///< m above the floor
-  double step = 0.5 * 3.14159265358979323846 / 180;  ///< rad between beams
+  double low = 0.2, high = 0.5;           ///< m above the floor
+  double step = 0.5 * kRadiansPerDegree;  ///< rad between beams
 };
 
 /// Description of this camera's scans: centred on base_link's x axis, in the middle of the band.
