@@ -28,7 +28,7 @@ void start_training(const TickContext& context, const std::string& by, const Sta
 void start_on_command(const TickContext& context, InputKind kind, const std::string& robot,
                       const Message& input, const StartPath& path);
 /// At each step while it waits: the clock stands at zero. A graded real robot that moves starts it: it is
-/// driven, if by a console that the server does not hear.
+/// driven, if by a console whose messages the server does not receive.
 void watch_start(const TickContext& context, const RealRobots& robots, const StartPath& path);
 
 }  // namespace parhelion::tick

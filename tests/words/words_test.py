@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Holds identifiers, visible strings and the names of events to the field's words: those of word_list.txt are not used."""
+"""Holds identifiers, visible strings, names of events, comments and documents to the field's words: those of word_list.txt
+are not used."""
 import os
 import re
 import subprocess
@@ -39,8 +40,8 @@ def read_rules(path):
                 if line.strip() and not line.startswith("#")]
 
 
-def identifiers_and_strings(path, text):
-    """(scope, text, line) of each identifier and each visible string of a file."""
+def pieces_to_see(path, text):
+    """(scope, text, line) of each identifier, each visible string and each line of comment of a file."""
     yield "identifiers", os.path.basename(path).split(".")[0], 0
     line = 1
     for kind, piece in pieces(path, text):
@@ -56,25 +57,44 @@ def identifiers_and_strings(path, text):
                 yield "identifiers", inner, line
             if " " in inner or path.endswith(STRING_FILES):
                 yield "strings", inner, line
+        elif kind == "comment":
+            for at, part in enumerate(piece.split("\n")):
+                yield "prose", part.strip(), line + at
         line += piece.count("\n")
 
 
+def listed_files(root):
+    return subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=True).stdout.split("\n")
+
+
 def files(root):
-    listed = subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=True).stdout
-    for path in listed.split("\n"):
+    for path in listed_files(root):
         generated = "web/dist/" in path or "package-lock" in path or path.endswith(".md")
         if path and not generated and lexer_of(path) and os.path.exists(os.path.join(root, path)):
             yield path
 
 
+def documents(root):
+    for path in listed_files(root):
+        if path.startswith("docs/") and path.endswith(".md") and os.path.exists(os.path.join(root, path)):
+            yield path
+
+
 def look(root, rules):
-    for path in files(root):
-        with open(os.path.join(root, path), encoding="utf-8", errors="replace") as file:
-            text = file.read()
-        for scope, word, line in identifiers_and_strings(path, text):
+    def see_all(path, found):
+        for scope, word, line in found:
             for rule in rules:
                 if rule.scope == scope:
                     rule.see(word, path, line)
+
+    def text_of(path):
+        with open(os.path.join(root, path), encoding="utf-8", errors="replace") as file:
+            return file.read()
+
+    for path in files(root):
+        see_all(path, pieces_to_see(path, text_of(path)))
+    for path in documents(root):
+        see_all(path, (("prose", line, number) for number, line in enumerate(text_of(path).split("\n"), 1)))
 
 
 def event_names_that_differ(root):
@@ -97,10 +117,11 @@ def event_names_that_differ(root):
 
 def self_test():
     rule = Rule("identifiers\t^crew$\tthread pool", 1)
-    for scope, word, line in identifiers_and_strings("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
+    for scope, word, line in pieces_to_see("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
         if scope == rule.scope:
             rule.see(word, "server/a.cpp", line)
     assert rule.places == ["server/a.cpp:1: crew"], rule.places
+    assert ("prose", "// crew", 1) in pieces_to_see("server/a.cpp", "int crew;  // crew\n")
 
 
 def main():
