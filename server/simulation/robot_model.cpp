@@ -298,7 +298,7 @@ class Reader {
   RobotModel model_;
 };
 
-std::filesystem::path shipped_folder() { return share_path("server/robots"); }
+constexpr const char* kShipped = "server/robots";
 
 }  // namespace
 
@@ -307,41 +307,31 @@ Result<RobotModel> parse_robot_model(const std::string& urdf, const std::string&
   return Reader(urdf, yaml, origin).read();
 }
 
-std::vector<std::string> shipped_robot_models() {
-  std::vector<std::string> names;
-  std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(shipped_folder(), code)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
+std::vector<std::string> shipped_robot_models() { return shipped_names(kShipped); }
 
 Result<RobotModel> load_robot_model(const std::string& name_or_path) {
-  const auto shipped = shipped_robot_models();
-  std::string path = name_or_path;
-  if (std::find(shipped.begin(), shipped.end(), name_or_path) != shipped.end()) {
-    path = (shipped_folder() / (name_or_path + ".yaml")).string();
-  } else if (std::filesystem::path(name_or_path).extension() != ".yaml") {
+  const std::optional<std::string> path = path_of_shipped(kShipped, name_or_path);
+  if (!path) {
+    const std::vector<std::string> shipped = shipped_robot_models();
     std::string list;
     for (const std::string& each : shipped) list += (list.empty() ? "" : ", ") + each;
     const std::string near = suggestion(name_or_path, shipped);
     return Error{"no robot model is called '" + yaml::printable(name_or_path) + "'" +
                  (near.empty() ? "." : near) +
-                 " Known: " + (list.empty() ? "none found in " + shipped_folder().string() : list) +
+                 " Known: " + (list.empty() ? "none found in " + share_path(kShipped).string() : list) +
                  "; or give the path of a .yaml file"};
   }
-  const auto text = yaml::read_text(path);
+  const auto text = yaml::read_text(*path);
   if (!text) return text.error();
   // The URDF's name is read first; the whole is checked once both are loaded.
-  const auto document = yaml::read_checked(*text, path, "robot_model");
+  const auto document = yaml::read_checked(*text, *path, "robot_model");
   if (!document) return document.error();
   const std::string urdf_path =
-      (std::filesystem::path(path).parent_path() / document->find("urdf")->text).string();
+      (std::filesystem::path(*path).parent_path() / document->find("urdf")->text).string();
   const auto urdf = yaml::read_text(urdf_path);
   if (!urdf) return urdf.error();
   EmbeddedUrdf embedded = embed_meshes(*urdf, urdf_path);
-  auto model = parse_robot_model(embedded.urdf, *text, path);
+  auto model = parse_robot_model(embedded.urdf, *text, *path);
   if (model)
     model->warnings.insert(model->warnings.begin(), embedded.warnings.begin(), embedded.warnings.end());
   return model;

@@ -80,31 +80,20 @@ Result<JoystickMapping> parse_joystick_mapping(const std::string& text, const st
   return mapping;
 }
 
-std::vector<std::string> shipped_joystick_mappings() {
-  std::vector<std::string> names;
-  std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(share_path(kShipped), code)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
+std::vector<std::string> shipped_joystick_mappings() { return shipped_names(kShipped); }
 
 Result<JoystickMapping> load_joystick_mapping(const std::string& name_or_path) {
-  const auto shipped = shipped_joystick_mappings();
-  std::string path = name_or_path;
-  if (std::find(shipped.begin(), shipped.end(), name_or_path) != shipped.end()) {
-    path = (share_path(kShipped) / (name_or_path + ".yaml")).string();
-  } else if (std::filesystem::path(name_or_path).extension() != ".yaml") {
+  const std::optional<std::string> path = path_of_shipped(kShipped, name_or_path);
+  if (!path) {
     std::string list;
-    for (const std::string& each : shipped) list += (list.empty() ? "" : ", ") + each;
+    for (const std::string& each : shipped_joystick_mappings()) list += (list.empty() ? "" : ", ") + each;
     return Error{"no joystick mapping is called '" + yaml::printable(name_or_path) +
                  "'; known: " + (list.empty() ? "none found in " + share_path(kShipped).string() : list) +
                  "; or give the path of a .yaml file"};
   }
-  const auto text = yaml::read_text(path);
+  const auto text = yaml::read_text(*path);
   if (!text) return text.error();
-  return parse_joystick_mapping(*text, path);
+  return parse_joystick_mapping(*text, *path);
 }
 
 JoystickMapping default_joystick_mapping() {
