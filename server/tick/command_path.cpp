@@ -239,6 +239,19 @@ bool refuse_old_motion(const TickContext& context, const Message& input, SensorT
   return true;
 }
 
+/// A command for a virtual robot. Error: it is the trainee's, which `canonical` commands, or the bytes.
+template <class Command>
+Result<Command> read_agent_command(const TickContext& context, const Message& input, std::string_view agent,
+                                   const char* canonical) {
+  const Configuration& configuration = context.configuration;
+  if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
+    return Error{input.channel + ": this is the trainee's robot; send " +
+                 configuration.channels.bus(canonical)};
+  Command command;
+  if (const Status read = decode(input.channel, input.payload, command); !read) return read.error();
+  return command;
+}
+
 }  // namespace
 
 void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path) {
@@ -324,26 +337,16 @@ void handle_joint_command(const TickContext& context, const Message& input, cons
 
 void handle_agent_teleop(const TickContext& context, const Message& input, std::string_view agent,
                          simulation::Simulation& simulation) {
-  const Configuration& configuration = context.configuration;
-  if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
-    return refuse(context, {input.channel + ": this is the trainee's robot; send " +
-                            configuration.channels.bus(channel::kTeleop)});
-  TwistCommand command;
-  if (const Status read = decode(input.channel, input.payload, command); !read)
-    return refuse(context, read.error());
-  simulation.teleop(std::string(agent), command.twist);
+  const auto command = read_agent_command<TwistCommand>(context, input, agent, channel::kTeleop);
+  if (!command) return refuse(context, command.error());
+  simulation.teleop(std::string(agent), command->twist);
 }
 
 void handle_agent_joint_command(const TickContext& context, const Message& input, std::string_view agent,
                                 simulation::Simulation& simulation) {
-  const Configuration& configuration = context.configuration;
-  if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
-    return refuse(context, {input.channel + ": this is the trainee's robot; send " +
-                            configuration.channels.bus(channel::kJointCmd)});
-  Joints command;
-  if (const Status read = decode(input.channel, input.payload, command); !read)
-    return refuse(context, read.error());
-  if (const Status done = simulation.joint_command(std::string(agent), command); !done)
+  const auto command = read_agent_command<Joints>(context, input, agent, channel::kJointCmd);
+  if (!command) return refuse(context, command.error());
+  if (const Status done = simulation.joint_command(std::string(agent), *command); !done)
     refuse(context, {input.channel + ": " + done.error().message});
 }
 
