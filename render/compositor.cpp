@@ -6,8 +6,7 @@
 
 #include "render/depth_image.hpp"
 #include "render/depth_occlusion.hpp"
-#include "render/egl_context.hpp"
-#include "render/layer_renderer.hpp"
+#include "render/egl_scene.hpp"
 #include "render/occluders.hpp"
 #include "render/pixels.hpp"
 
@@ -42,17 +41,12 @@ bool is_stand_in(const Image& image) { return image.find_metadata("stand-in") !=
 class EglCompositor : public Compositor {
  public:
   static Result<std::unique_ptr<Compositor>> make(const SemanticModel& building) {
-    auto context = EglContext::create();
-    if (!context) return context.error();
+    auto scene = EglScene::open();
+    if (!scene) return scene.error();
     auto compositor = std::make_unique<EglCompositor>();
-    compositor->context_ = std::move(*context);
-    auto renderer = LayerRenderer::create(*compositor->context_);
-    if (!renderer) return renderer.error();
-    compositor->renderer_ = std::move(*renderer);
+    compositor->scene_ = std::move(*scene);
     compositor->building_ = occluders_of(building);
-    compositor->mesh_ = building_mesh(building);
-    compositor->renderer_->set_mesh(compositor->mesh_);
-    compositor->mesh_.vertices = {};  // already uploaded to the driver
+    compositor->scene_.set_building(building);
     return std::unique_ptr<Compositor>(std::move(compositor));
   }
 
@@ -72,10 +66,8 @@ class EglCompositor : public Compositor {
   Result<std::optional<Image>> draw_depth(const RenderJob& job);
   std::vector<std::string> visible_entities() const;
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<LayerRenderer> renderer_;
+  EglScene scene_;
   std::vector<OccluderBox> building_;
-  BuildingMesh mesh_;
   std::list<CameraProjection> projections_;  ///< newest first; a warp map is computed once per camera
   JpegCodec codec_;
   DrawList bodies_;
@@ -114,7 +106,7 @@ void EglCompositor::list_bodies(const RenderJob& job, const CameraProjection& ca
 void EglCompositor::list_occluders(const RenderJob& job, const CameraProjection& camera,
                                    const Transform<Map, CameraOptical>& T_map_optical) {
   add_occluders(bodies_, camera, T_map_optical, building_, job.world);
-  add_mesh_occluders(bodies_, camera, T_map_optical, mesh_);
+  add_mesh_occluders(bodies_, camera, T_map_optical, scene_.mesh);
   if (!job.scan || is_stand_in(job.image) || !job.T_map_laser.finite()) return;
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
   for (const OccluderBox& strip :
@@ -153,15 +145,15 @@ Result<EglCompositor::Outcome> EglCompositor::draw(const RenderJob& job, RenderT
   read_depth_image(job);
   depth_is_read_ = true;
   const Eigen::Matrix3d R_optical_map = job.T_map_optical.rotation().transpose();
-  renderer_->draw(camera, bodies_, R_optical_map, !depth_.ok());
+  scene_.renderer->draw(camera, bodies_, R_optical_map, !depth_.ok());
   timings.draw = watch.lap();
   // Decoded while the driver draws.
   if (auto status = read_pixels(job.image, codec_, frame_); !status) return status.error();
   timings.decode = watch.lap();
-  if (auto status = renderer_->read(camera, bodies_, layer_); !status) return status.error();
+  if (auto status = scene_.renderer->read(camera, bodies_, layer_); !status) return status.error();
   timings.draw = timings.draw + watch.lap();
   if (depth_.ok() && !layer_.rect.empty()) {
-    renderer_->read_depth(camera, bodies_, LayerRenderer::Depth::occluders, modelled_);
+    scene_.renderer->read_depth(camera, bodies_, LayerRenderer::Depth::occluders, modelled_);
     depth_occlusion_.apply({*depth_, projection(depth_intrinsics_), job.depth_camera, job.T_map_depth, camera,
                             job.T_map_optical, job.floor_z, frame_.bgr, modelled_},
                            layer_);
@@ -245,8 +237,8 @@ Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   list_bodies(job, camera, T_map_optical, false);
   if (bodies_.empty()) return std::optional<Image>{*job.depth};
   list_occluders(job, camera, T_map_optical);
-  renderer_->read_depth(camera, bodies_, LayerRenderer::Depth::shapes, layer_);
-  renderer_->read_depth(camera, bodies_, LayerRenderer::Depth::occluders, modelled_);
+  scene_.renderer->read_depth(camera, bodies_, LayerRenderer::Depth::shapes, layer_);
+  scene_.renderer->read_depth(camera, bodies_, LayerRenderer::Depth::occluders, modelled_);
   const double range_max =
       job.depth_camera.range_max > 0 ? std::min(job.depth_camera.range_max, 65.534) : 65.534;
   bool changed = false;

@@ -8,9 +8,8 @@
 
 #include "protocols/sha256.hpp"
 #include "render/compositor.hpp"
-#include "render/egl_context.hpp"
+#include "render/egl_scene.hpp"
 #include "render/jpeg.hpp"
-#include "render/layer_renderer.hpp"
 #include "render/notice.hpp"
 #include "render/occluders.hpp"
 #include "render/pixel_noise.hpp"
@@ -67,13 +66,10 @@ class EglVirtualCamera : public VirtualCamera {
  public:
   static Result<std::unique_ptr<VirtualCamera>> make(const SemanticModel& building,
                                                      const SiteTexture* texture) {
-    auto context = EglContext::create();
-    if (!context) return context.error();
+    auto scene = EglScene::open();
+    if (!scene) return scene.error();
     auto camera = std::make_unique<EglVirtualCamera>();
-    camera->context_ = std::move(*context);
-    auto renderer = LayerRenderer::create(*camera->context_);
-    if (!renderer) return renderer.error();
-    camera->renderer_ = std::move(*renderer);
+    camera->scene_ = std::move(*scene);
     for (const ModelEntity& entity : building.entities) {
       if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite() ||
           entity.size.minCoeff() <= 0)
@@ -89,9 +85,7 @@ class EglVirtualCamera : public VirtualCamera {
       if (const Status status = camera->set_texture(*texture); !status) return status.error();
       return std::unique_ptr<VirtualCamera>(std::move(camera));
     }
-    camera->mesh_ = building_mesh(building);
-    camera->renderer_->set_mesh(camera->mesh_);
-    camera->mesh_.vertices = {};  // already uploaded to the driver
+    camera->scene_.set_building(building);
     return std::unique_ptr<VirtualCamera>(std::move(camera));
   }
 
@@ -108,10 +102,8 @@ class EglVirtualCamera : public VirtualCamera {
                 const Transform<Map, ShapeFrame>& T_map_shape, EntityLabel label);
   const CameraProjection& projection(const CameraIntrinsics& intrinsics);
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<LayerRenderer> renderer_;
+  EglScene scene_;
   std::vector<BuildingPart> parts_;
-  BuildingMesh mesh_;
   BuildingMesh site_;  ///< only chunks: of the recorded surface
   std::optional<AutoExposure> recorded_;
   std::string texture_id_;
@@ -141,7 +133,7 @@ Status EglVirtualCamera::set_texture(const SiteTexture& texture) {
   const auto picture = site_picture(texture);
   if (!picture) return picture.error();
   SiteSurface surface = site_surface(texture);
-  renderer_->set_site(surface, *picture);
+  scene_.renderer->set_site(surface, *picture);
   site_ = std::move(surface.mesh);
   recorded_ = texture.exposure;
   Sha256 hash;
@@ -260,10 +252,10 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   material.roughness = 0.85F;
   scenery_.mesh = mesh_instance(T_map_optical, material);
   scenery_.mesh.metallic = 1;  // opaque
-  scenery_.mesh_chunks = seen_chunks(camera, T_map_optical, mesh_, list_.view_rects, kSight);
+  scenery_.mesh_chunks = seen_chunks(camera, T_map_optical, scene_.mesh, list_.view_rects, kSight);
   if (recorded_) scenery_.site_chunks = seen_chunks(camera, T_map_optical, site_, list_.view_rects, kSight);
-  renderer_->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
-  if (!renderer_->read(camera, list_, layer_)) return image;
+  scene_.renderer->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
+  if (!scene_.renderer->read(camera, list_, layer_)) return image;
 
   bgr_.assign(3 * static_cast<std::size_t>(intrinsics->width) * static_cast<std::size_t>(intrinsics->height),
               0);

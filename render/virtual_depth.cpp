@@ -9,7 +9,7 @@
 
 #include "render/depth_image.hpp"
 #include "render/depth_sensor.hpp"
-#include "render/layer_renderer.hpp"
+#include "render/egl_scene.hpp"
 #include "render/occluders.hpp"
 
 namespace parhelion::render {
@@ -25,18 +25,13 @@ bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
 class EglVirtualDepthCamera : public VirtualDepthCamera {
  public:
   static Result<std::unique_ptr<VirtualDepthCamera>> make(const SemanticModel& building) {
-    auto context = EglContext::create();
-    if (!context) return context.error();
+    auto scene = EglScene::open();
+    if (!scene) return scene.error();
     auto camera = std::make_unique<EglVirtualDepthCamera>();
-    camera->context_ = std::move(*context);
-    auto renderer = LayerRenderer::create(*camera->context_);
-    if (!renderer) return renderer.error();
-    camera->renderer_ = std::move(*renderer);
+    camera->scene_ = std::move(*scene);
     camera->boxes_ = occluders_of(building);
     camera->floor_z_ = floor_of(building);
-    camera->mesh_ = building_mesh(building);
-    camera->renderer_->set_mesh(camera->mesh_);
-    camera->mesh_.vertices = {};  // already uploaded to the driver
+    camera->scene_.set_building(building);
     return std::unique_ptr<VirtualDepthCamera>(std::move(camera));
   }
 
@@ -50,10 +45,8 @@ class EglVirtualDepthCamera : public VirtualDepthCamera {
                const Transform<Map, ShapeFrame>& T_map_box, const Eigen::Vector3d& half);
   void read_depths(int width, int height);
 
-  std::unique_ptr<EglContext> context_;
-  std::unique_ptr<LayerRenderer> renderer_;
+  EglScene scene_;
   std::vector<OccluderBox> boxes_;
-  BuildingMesh mesh_;
   double floor_z_ = 0;
   std::optional<CameraProjection> projection_;
   DrawList list_;
@@ -89,7 +82,7 @@ void EglVirtualDepthCamera::list(const Transform<Map, CameraOptical>& T_map_opti
   for (std::size_t v = 0; v < projection.views().size(); ++v)
     list_.view_rects[v] = projection.view_rect(v, {0, 0, k.width, k.height});
   list_.mesh = mesh_instance(T_map_optical, Material{});
-  list_.mesh_chunks = seen_chunks(projection, T_map_optical, mesh_, list_.view_rects, sight);
+  list_.mesh_chunks = seen_chunks(projection, T_map_optical, scene_.mesh, list_.view_rects, sight);
 }
 
 void EglVirtualDepthCamera::read_depths(int width, int height) {
@@ -117,7 +110,7 @@ Image EglVirtualDepthCamera::measure(const DepthCameraDescription& camera,
   // Drawn for the depth camera: its optical frame is the renderer's. A depth is along the axis: at the
   // picture's edge the range is longer.
   list(T_map_optical.as<Map, CameraOptical>(), world, 2 * farthest_depth(camera));
-  renderer_->read_depth(*projection_, list_, LayerRenderer::Depth::everything, layer_);
+  scene_.renderer->read_depth(*projection_, list_, LayerRenderer::Depth::everything, layer_);
   if (layer_.rect.empty()) return image;  // creating the frame buffer failed
 
   read_depths(width, height);
