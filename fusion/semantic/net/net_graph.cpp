@@ -11,6 +11,7 @@
 #include "fusion/semantic/pictures/plan_canvas.hpp"
 #include "fusion/semantic/pictures/plan_legend.hpp"
 #include "fusion/semantic/pictures/plan_outline.hpp"
+#include "fusion/semantic/pictures/plan_palette.hpp"
 #include "fusion/semantic/pictures/plan_view.hpp"
 
 namespace parhelion::semantic {
@@ -85,7 +86,7 @@ std::string formatted(const char* format, Values... values) {
 class Drawing {
  public:
   Drawing(const SemanticNet& net, const Eigen::AlignedBox2d& view, const std::string& left_out)
-      : net_(net), canvas_(2000, view, kTitle, PlanLegend::kHeight), left_out_(left_out) {
+      : net_(net), canvas_(2000, view, palette::kTitleBar, PlanLegend::kHeight), left_out_(left_out) {
     for (const ModelEntity& entity : net.entities) place(entity);
   }
 
@@ -94,21 +95,21 @@ class Drawing {
     for (const Kind& kind : kKinds) edges(kind);
     for (const ModelEntity& entity : net_.entities) node(entity);
     words();
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitle)}, {255, 255, 255});
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), palette::kTitleBar)},
+                palette::kPaper);
     canvas_.text({24, 36},
                  "Semantic net: " + std::to_string(net_.entities.size()) + " entities, " +
                      std::to_string(net_.relations.size()) + " relations",
-                 20, {32, 38, 46});
+                 20, palette::kInk);
     canvas_.text({24, 62},
                  "label and confidence at each node; arrows: from is ... to" +
                      (left_out_.empty() ? "" : "; " + left_out_),
-                 12, {110, 119, 129});
+                 12, palette::kFaint);
     legend_.paint(canvas_);
     return canvas_.write(path);
   }
 
  private:
-  static constexpr int kTitle = 74;
   static constexpr double kApart = 34;  ///< pixels between nodes
 
   /// At the entity's centre, or on a spiral around it where that is occupied.
@@ -131,7 +132,8 @@ class Drawing {
   }
 
   bool on_plan(const Eigen::Vector2d& p) const {
-    return p.x() > 0 && p.x() < canvas_.width() && p.y() > kTitle && p.y() < canvas_.plan_bottom();
+    return p.x() > 0 && p.x() < canvas_.width() && p.y() > palette::kTitleBar &&
+           p.y() < canvas_.plan_bottom();
   }
 
   void edges(const Kind& kind) {

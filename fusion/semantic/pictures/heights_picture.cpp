@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "fusion/semantic/pictures/plan_canvas.hpp"
+#include "fusion/semantic/pictures/plan_palette.hpp"
 #include "fusion/semantic/site_heights.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/model.hpp"
@@ -19,7 +20,6 @@ constexpr double kBin = 0.01;  // m
 constexpr int kReach = 15;     // bins on either side of a level
 constexpr std::size_t kBins = 2 * kReach;
 
-const Colour kInk{32, 38, 46}, kFaint{110, 119, 129}, kPaper{255, 255, 255};
 const Colour kAnyPoint{205, 212, 220}, kLevel{70, 120, 190}, kMark{207, 34, 46};
 
 struct Histogram {
@@ -55,7 +55,7 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
   const double bottom = corner.y() + kPanelHeight, step = kPanelWidth / static_cast<double>(kBins);
   const auto max_count = static_cast<double>(
       std::max<std::size_t>(1, *std::max_element(histogram.all.begin(), histogram.all.end())));
-  canvas.text({corner.x(), corner.y() - 10}, title, 12, kInk);
+  canvas.text({corner.x(), corner.y() - 10}, title, 12, palette::kInk);
   for (std::size_t i = 0; i < kBins; ++i) {
     const double left = corner.x() + step * static_cast<double>(i);
     const auto bar = [&](std::size_t count, Colour colour) {
@@ -65,15 +65,15 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
     bar(histogram.all[i], kAnyPoint);
     bar(histogram.own[i], kLevel);
   }
-  canvas.pixel_line({corner.x(), bottom}, {corner.x() + kPanelWidth, bottom}, kInk, 1.5);
+  canvas.pixel_line({corner.x(), bottom}, {corner.x() + kPanelWidth, bottom}, palette::kInk, 1.5);
   for (std::size_t i = 0; i <= kBins; ++i) {
     const double z = histogram.low + kBin * static_cast<double>(i);
     if (std::lround(z / kBin) % 5 != 0) continue;
     const double x = corner.x() + step * static_cast<double>(i);
-    canvas.pixel_line({x, bottom}, {x, bottom + 6}, kInk, 1.5);
+    canvas.pixel_line({x, bottom}, {x, bottom + 6}, palette::kInk, 1.5);
     if (i == 0 || i == kBins) continue;  // numbers of two panels would overlap
     const std::string number = tick_text(z);
-    canvas.text({x - canvas.text_width(number, 10) / 2, bottom + 22}, number, 10, kInk);
+    canvas.text({x - canvas.text_width(number, 10) / 2, bottom + 22}, number, 10, palette::kInk);
   }
   if (!height) return;
   const double x = corner.x() + step * (*height - histogram.low) / kBin;
@@ -96,8 +96,8 @@ Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, C
   if (rows.empty()) return {};
   const double row = kPanelHeight + 90, tall = row * static_cast<double>(rows.size()) + 40;
   PlanCanvas canvas(kWidth, {Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, tall)}, kTitleBar, 0);
-  canvas.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas.height())}, kPaper);
-  canvas.text({kMargin, 40}, "Points at each centimetre of height", 16, kInk);
+  canvas.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas.height())}, palette::kPaper);
+  canvas.text({kMargin, 40}, "Points at each centimetre of height", 16, palette::kInk);
   const Transform<Cloud, Map> T_cloud_map = T_map_cloud.inverse();
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double top = kTitleBar + 40 + row * static_cast<double>(i);
@@ -110,7 +110,7 @@ Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, C
     }
   }
   canvas.text({kMargin, canvas.height() - 16.0},
-              "blue: points labelled so   grey: all others   red: median, m", 11, kFaint);
+              "blue: points labelled so   grey: all others   red: median, m", 11, palette::kFaint);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   const std::string path = (std::filesystem::path(folder) / "heights.png").string();

@@ -11,6 +11,7 @@
 #include "fusion/semantic/pictures/plan_labels.hpp"
 #include "fusion/semantic/pictures/plan_legend.hpp"
 #include "fusion/semantic/pictures/plan_outline.hpp"
+#include "fusion/semantic/pictures/plan_palette.hpp"
 #include "fusion/semantic/pictures/plan_remarks.hpp"
 #include "fusion/semantic/pictures/plan_view.hpp"
 #include "protocols/length_text.hpp"
@@ -18,13 +19,8 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kTitleBar = 74;          // pixels
 constexpr double kShortestWall = 0.6;  ///< m; shorter walls get no length label
 
-const Colour kInk{32, 38, 46};
-const Colour kFaint{110, 119, 129};
-const Colour kPaper{255, 255, 255};
-const Colour kRule{208, 215, 222};
 const Colour kHatchColour{196, 203, 211};
 const Colour kGridColour{236, 239, 242};
 const Colour kAxisX{207, 34, 46}, kAxisY{26, 127, 55};
@@ -61,7 +57,7 @@ class PlanRenderer {
         plan_(plan),
         view_(view),
         left_out_(shown.left_out),
-        canvas_(plan.width, view, kTitleBar, PlanLegend::kHeight),
+        canvas_(plan.width, view, palette::kTitleBar, PlanLegend::kHeight),
         labels_(canvas_) {}
 
   bool paint(const std::string& path) {
@@ -105,8 +101,9 @@ class PlanRenderer {
     }
     if (floors.empty()) return;
     // Only its outer half remains: borders between pieces of a floor are not drawn.
-    for (const Outline& floor : floors) canvas_.line(Points(floor.begin(), floor.end()), kRule, 2, true);
-    canvas_.fill(floors, kPaper, 1);
+    for (const Outline& floor : floors)
+      canvas_.line(Points(floor.begin(), floor.end()), palette::kRule, 2, true);
+    canvas_.fill(floors, palette::kPaper, 1);
     for (const Outline& floor : floors) {
       Eigen::AlignedBox2d box;
       for (const Eigen::Vector2d& p : floor) box.extend(p);
@@ -119,7 +116,7 @@ class PlanRenderer {
         }
       }
     }
-    legend_.add({"floor (grid 1 m)", kRule, LegendEntry::Mark::line});
+    legend_.add({"floor (grid 1 m)", palette::kRule, LegendEntry::Mark::line});
   }
 
   void paint_meshes() {
@@ -151,7 +148,7 @@ class PlanRenderer {
     if (outlines.empty() && !mesh) return;
     const double opacity = layer.label == EntityLabel::free_space ? 0.7 : 1;
     canvas_.fill(outlines, layer.colour, opacity);
-    if (!faint_ones.empty()) canvas_.fill(faint_ones, kPaper, 0.55);
+    if (!faint_ones.empty()) canvas_.fill(faint_ones, palette::kPaper, 0.55);
     const Colour edge{static_cast<std::uint8_t>(layer.colour.red * 2 / 3),
                       static_cast<std::uint8_t>(layer.colour.green * 2 / 3),
                       static_cast<std::uint8_t>(layer.colour.blue * 2 / 3)};
@@ -209,13 +206,13 @@ class PlanRenderer {
     for (const ModelEntity* wall : walls) {
       if (walls.size() > 60 && wall->size.x() * canvas_.pixels_per_metre() < 60) break;
       const std::string length = length_text(wall->size.x());
-      const Colour colour = wall->is_virtual ? kVirtualColour : kInk;
+      const Colour colour = wall->is_virtual ? kVirtualColour : palette::kInk;
       if (!labels_.beside(*wall, wall->name + "  " + length, 12, colour))
         labels_.beside(*wall, length, 12, colour);
     }
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))
-        labels_.beside(entity, entity.name, 11, kFaint);
+        labels_.beside(entity, entity.name, 11, palette::kFaint);
     }
   }
 
@@ -235,8 +232,9 @@ class PlanRenderer {
       if ((to - from).norm() > 0.1) {
         const Eigen::Vector2d along = (to - from).normalized() * (9 / canvas_.pixels_per_metre());
         const Eigen::Vector2d across(-along.y(), along.x());
-        canvas_.line({from, to}, kPaper, 2.2);
-        canvas_.fill({{to + along, to - along + across * 0.8, to - along - across * 0.8}}, kPaper, 1);
+        canvas_.line({from, to}, palette::kPaper, 2.2);
+        canvas_.fill({{to + along, to - along + across * 0.8, to - along - across * 0.8}}, palette::kPaper,
+                     1);
       }
       std::string words =
           name + "  " + std::to_string(steps.size()) + (steps.size() == 1 ? " step" : " steps");
@@ -250,7 +248,7 @@ class PlanRenderer {
 
   /// In the title bar, where they hide nothing.
   void paint_axes() {
-    const Eigen::Vector2d from(canvas_.width() - 76, kTitleBar - 14);
+    const Eigen::Vector2d from(canvas_.width() - 76, palette::kTitleBar - 14);
     const auto arrow = [&](const Eigen::Vector2d& along, Colour colour, const char* name) {
       const Eigen::Vector2d to = from + 34 * along, across(-along.y(), along.x());
       canvas_.pixel_line(from, to, colour, 2.5);
@@ -261,14 +259,16 @@ class PlanRenderer {
     };
     arrow({1, 0}, kAxisX, "x");
     arrow({0, -1}, kAxisY, "y");
-    canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, kFaint);
+    canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, palette::kFaint);
   }
 
   void paint_title() {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitleBar)}, kPaper);
-    canvas_.pixel_line({0, kTitleBar}, {double(canvas_.width()), kTitleBar}, kRule, 1);
-    canvas_.text({24, 36}, plan_.title, 20, kInk);
-    canvas_.text({24, 62}, plan_.subtitle + (left_out_.empty() ? "" : "; " + left_out_), 12, kFaint);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), palette::kTitleBar)},
+                palette::kPaper);
+    canvas_.pixel_line({0, palette::kTitleBar}, {double(canvas_.width()), palette::kTitleBar}, palette::kRule,
+                       1);
+    canvas_.text({24, 36}, plan_.title, 20, palette::kInk);
+    canvas_.text({24, 62}, plan_.subtitle + (left_out_.empty() ? "" : "; " + left_out_), 12, palette::kFaint);
   }
 
   const SemanticModel& model_;

@@ -5,6 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "fusion/semantic/pictures/plan_palette.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -13,7 +15,6 @@ constexpr int kFractionBits = 4;  ///< of OpenCV's fixed-point coordinates
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 constexpr double kCapital = 21;  ///< height of a capital of this font at scale 1, pixels
 
-const Colour kPaper{255, 255, 255};
 const Colour kUnseen{229, 233, 238};
 const Colour kSolid{38, 44, 54};
 
@@ -32,7 +33,7 @@ std::string ascii(const std::string& words) {
 /// White where free, dark where solid, grey where unknown.
 Colour cell_colour(float probability) {
   const double p = std::clamp(static_cast<double>(probability), 0.0, 1.0);
-  const Colour& far = p < 0.5 ? kPaper : kSolid;
+  const Colour& far = p < 0.5 ? palette::kPaper : kSolid;
   const double fraction = std::min(1.0, std::abs(p - 0.5) / 0.3);
   const auto mix = [fraction](std::uint8_t a, std::uint8_t b) {
     return cv::saturate_cast<std::uint8_t>(a + fraction * (b - a));
@@ -149,7 +150,7 @@ void PlanCanvas::text(const Eigen::Vector2d& p, const std::string& words, double
                      static_cast<int>(std::lround(p.y() * kFineness)));
   const int stroke = std::max(1, static_cast<int>(std::lround(font_scale * 1.6)));
   if (halo)
-    cv::putText(image_, ascii(words), at, kFont, font_scale, bgr(kPaper), stroke + 4 * kFineness,
+    cv::putText(image_, ascii(words), at, kFont, font_scale, bgr(palette::kPaper), stroke + 4 * kFineness,
                 cv::LINE_AA);
   cv::putText(image_, ascii(words), at, kFont, font_scale, bgr(colour), stroke, cv::LINE_AA);
 }

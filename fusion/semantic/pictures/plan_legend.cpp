@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fusion/semantic/pictures/plan_palette.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -10,23 +12,19 @@ constexpr int kMaxRows = 2;
 constexpr double kEdge = 8;  // pixels above the first row and below the last
 constexpr double kLargestText = 16, kSmallestText = 6;
 
-const Colour kInk{32, 38, 46};
-const Colour kPaper{255, 255, 255};
-const Colour kRule{208, 215, 222};
-
 /// Scale bar of a round number of metres, about a tenth of the width; returns its end.
 double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
   const double wanted = 0.1 * canvas.width() / canvas.pixels_per_metre();
   const double power = std::pow(10, std::floor(std::log10(wanted)));
   const double metres = wanted / power >= 5 ? 5 * power : wanted / power >= 2 ? 2 * power : power;
   const double end = x + metres * canvas.pixels_per_metre();
-  canvas.pixel_line({x, y + 8}, {end, y + 8}, kInk, 2);
-  canvas.pixel_line({x, y + 3}, {x, y + 13}, kInk, 2);
-  canvas.pixel_line({end, y + 3}, {end, y + 13}, kInk, 2);
+  canvas.pixel_line({x, y + 8}, {end, y + 8}, palette::kInk, 2);
+  canvas.pixel_line({x, y + 3}, {x, y + 13}, palette::kInk, 2);
+  canvas.pixel_line({end, y + 3}, {end, y + 13}, palette::kInk, 2);
   char label[32];
   std::snprintf(label, sizeof label, "%g m", metres);
   const double width = canvas.text_width(label, 12);
-  canvas.text({(x + end - width) / 2, y - 4}, label, 12, kInk);
+  canvas.text({(x + end - width) / 2, y - 4}, label, 12, palette::kInk);
   return std::max(end, (x + end + width) / 2);
 }
 
@@ -34,8 +32,8 @@ double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
 
 void PlanLegend::paint(PlanCanvas& canvas) const {
   const double top = canvas.plan_bottom();
-  canvas.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas.width(), canvas.height())}, kPaper);
-  canvas.pixel_line({0, top}, {double(canvas.width()), top}, kRule, 1);
+  canvas.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas.width(), canvas.height())}, palette::kPaper);
+  canvas.pixel_line({0, top}, {double(canvas.width()), top}, palette::kRule, 1);
   const double left = paint_scale_bar(canvas, 24, top + kHeight / 2.0) + 44;
   if (entries_.empty()) return;
   double size = kLargestText;
@@ -70,7 +68,7 @@ void PlanLegend::paint_entry(PlanCanvas& canvas, const LegendEntry& entry, const
   if (entry.mark == Mark::dot) canvas.pixel_disc({at.x() + 12, at.y()}, 4.5, entry.colour);
   if (entry.mark == Mark::line || entry.mark == Mark::body) stroke(1.5, 22.5, 3);
   if (entry.mark == Mark::body || entry.mark == Mark::area) stroke(6, 18, 12);
-  canvas.text({at.x() + 34, at.y() + size / 2}, entry.label, size, kInk);
+  canvas.text({at.x() + 34, at.y() + size / 2}, entry.label, size, palette::kInk);
 }
 
 }  // namespace parhelion::semantic

@@ -7,16 +7,12 @@
 #include "fusion/semantic/pictures/plan_canvas.hpp"
 #include "fusion/semantic/pictures/plan_legend.hpp"
 #include "fusion/semantic/pictures/plan_outline.hpp"
+#include "fusion/semantic/pictures/plan_palette.hpp"
+#include "protocols/angle_units.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kTitleBar = 74;  // pixels
-
-const Colour kInk{32, 38, 46};
-const Colour kFaint{110, 119, 129};
-const Colour kPaper{255, 255, 255};
-const Colour kRule{208, 215, 222};
 const Colour kWallColour{84, 105, 141};
 const Colour kDoorColour{191, 135, 0};
 const Colour kVirtualWallColour{163, 113, 247};
@@ -95,7 +91,7 @@ Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
 class PlanPictureRenderer {
  public:
   PlanPictureRenderer(const PlanPicture& picture, const Eigen::AlignedBox2d& view)
-      : picture_(picture), canvas_(picture.width, view, kTitleBar, PlanLegend::kHeight) {}
+      : picture_(picture), canvas_(picture.width, view, palette::kTitleBar, PlanLegend::kHeight) {}
 
   bool paint(const std::string& path) {
     if (picture_.map != nullptr) paint_map();
@@ -122,7 +118,7 @@ class PlanPictureRenderer {
     all.insert(all.end(), picture_.scan->injected.begin(), picture_.scan->injected.end());
     const Eigen::Vector2d laser = picture_.scan->laser;
     std::vector<std::vector<Eigen::Vector2d>> rays;
-    const double half = 0.5 * 0.5 * 3.14159265358979 / 180;
+    const double half = 0.5 * 0.5 * kRadiansPerDegree;
     for (const Eigen::Vector2d& p : all) {
       const Eigen::Vector2d beam = p - laser;
       const Eigen::Vector2d side = Eigen::Vector2d(-beam.y(), beam.x()) * half;
@@ -150,10 +146,10 @@ class PlanPictureRenderer {
 
   void paint_path(const PlanPath& path) {
     if (path.points.empty()) return;
-    canvas_.line(path.points, kPaper, 6);
+    canvas_.line(path.points, palette::kPaper, 6);
     canvas_.line(path.points, path.colour, 3);
     canvas_.disc(path.points.front(), 7, path.colour);
-    canvas_.disc(path.points.front(), 3.5, kPaper);
+    canvas_.disc(path.points.front(), 3.5, palette::kPaper);
     paint_arrow(path);
     const auto mark = path.entity.empty() ? LegendEntry::Mark::line : LegendEntry::Mark::body;
     if (!path.label.empty()) legend_.add({path.label, path.colour, mark});
@@ -200,7 +196,7 @@ class PlanPictureRenderer {
   void paint_returns() {
     for (const Eigen::Vector2d& p : picture_.scan->real) canvas_.disc(p, 2.2, kRealColour);
     for (const Eigen::Vector2d& p : picture_.scan->injected) canvas_.disc(p, 2.8, kInjectedColour);
-    canvas_.disc(picture_.scan->laser, 5, kPaper);
+    canvas_.disc(picture_.scan->laser, 5, palette::kPaper);
     canvas_.disc(picture_.scan->laser, 3.5, kRealColour);
     legend_.add({"real returns", kRealColour, LegendEntry::Mark::dot});
     if (!picture_.scan->injected.empty()) {
@@ -234,15 +230,17 @@ class PlanPictureRenderer {
       const auto* place = std::find_if(std::begin(places), std::end(places), is_free);
       if (place == std::end(places)) place = std::begin(places);
       taken.push_back(box_at(*place));
-      canvas_.text(*place, name, size, kInk, true);
+      canvas_.text(*place, name, size, palette::kInk, true);
     }
   }
 
   void paint_title() {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), kTitleBar)}, kPaper);
-    canvas_.pixel_line({0, kTitleBar}, {double(canvas_.width()), kTitleBar}, kRule, 1);
-    canvas_.text({24, 36}, picture_.title, 20, kInk);
-    canvas_.text({24, 62}, picture_.subtitle, 12, kFaint);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), palette::kTitleBar)},
+                palette::kPaper);
+    canvas_.pixel_line({0, palette::kTitleBar}, {double(canvas_.width()), palette::kTitleBar}, palette::kRule,
+                       1);
+    canvas_.text({24, 36}, picture_.title, 20, palette::kInk);
+    canvas_.text({24, 62}, picture_.subtitle, 12, palette::kFaint);
   }
 
   const PlanPicture& picture_;

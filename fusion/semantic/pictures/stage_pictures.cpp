@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "fusion/semantic/pictures/plan_canvas.hpp"
+#include "fusion/semantic/pictures/plan_palette.hpp"
 #include "fusion/semantic/segmentation/surface_search.hpp"
 #include "protocols/quantile.hpp"
 
@@ -15,9 +16,6 @@ namespace {
 constexpr int kWidth = 1200, kTitleBar = 64, kLegendBar = 44;  // pixels
 constexpr std::size_t kMaxCells = 16'000'000;  // of a picture; larger sites are shown at lower resolution
 
-const Colour kInk{32, 38, 46};
-const Colour kFaint{110, 119, 129};
-const Colour kPaper{255, 255, 255};
 const Colour kLineColour{207, 34, 46};
 constexpr std::array<Colour, 8> kPalette{{{31, 119, 180},
                                           {214, 90, 30},
@@ -70,7 +68,7 @@ class StagePicture {
   }
 
   void draw_pixels(const std::vector<StagePixel>& pixels, bool faded) {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas_.height())}, kPaper);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, canvas_.height())}, palette::kPaper);
     const double area = view_.sizes().prod();
     const int coarse =
         std::max(1, static_cast<int>(std::ceil(std::sqrt(area / (pixel_ * pixel_) / kMaxCells))));
@@ -88,7 +86,7 @@ class StagePicture {
                            static_cast<std::size_t>(x)];
       cell = std::max(cell, p.value);
     }
-    std::vector<Colour> cells(largest.size(), kPaper);
+    std::vector<Colour> cells(largest.size(), palette::kPaper);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (largest[i] > 0) cells[i] = faded ? Colour{205, 212, 220} : shade(largest[i]);
     }
@@ -98,15 +96,15 @@ class StagePicture {
   PlanCanvas& canvas() { return canvas_; }
 
   bool write(const std::string& path, const std::string& title, const std::string& legend) {
-    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, kTitleBar)}, kPaper);
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(kWidth, kTitleBar)}, palette::kPaper);
     canvas_.bar({Eigen::Vector2d(0, canvas_.plan_bottom()), Eigen::Vector2d(kWidth, canvas_.height())},
-                kPaper);
+                palette::kPaper);
     const auto p = static_cast<std::size_t>(projection_);
     std::string plane = kProjectionNames[p];
     std::transform(plane.begin(), plane.end(), plane.begin(),
                    [](char c) { return c >= 'a' ? c - 'a' + 'A' : c; });
-    canvas_.text({20, 41}, plane + "   " + title, 17, kInk);
-    canvas_.text({20, canvas_.height() - 16.0}, legend, 12, kFaint);
+    canvas_.text({20, 41}, plane + "   " + title, 17, palette::kInk);
+    canvas_.text({20, canvas_.height() - 16.0}, legend, 12, palette::kFaint);
     ticks();
     return canvas_.write(path);
   }
@@ -131,13 +129,13 @@ class StagePicture {
         if (axis == 0) {
           const double bottom = canvas_.plan_bottom();
           if (at.x() < 60 || at.x() > kWidth - 40) continue;
-          canvas_.pixel_line({at.x(), bottom - 9}, {at.x(), bottom}, kInk, 1.5);
+          canvas_.pixel_line({at.x(), bottom - 9}, {at.x(), bottom}, palette::kInk, 1.5);
           canvas_.text({at.x() - canvas_.text_width(number.str(), 10) / 2, bottom - 14}, number.str(), 10,
-                       kInk, true);
+                       palette::kInk, true);
         } else {
           if (at.y() < kTitleBar + 20 || at.y() > canvas_.plan_bottom() - 30) continue;
-          canvas_.pixel_line({0, at.y()}, {9, at.y()}, kInk, 1.5);
-          canvas_.text({14, at.y() + 5}, number.str(), 10, kInk, true);
+          canvas_.pixel_line({0, at.y()}, {9, at.y()}, palette::kInk, 1.5);
+          canvas_.text({14, at.y() + 5}, number.str(), 10, palette::kInk, true);
         }
       }
     }
@@ -164,8 +162,8 @@ void draw_surfaces(PlanCanvas& canvas, Projection projection, const Segmentation
     std::ostringstream number;
     number << std::lround(metres * 100) / 100.0;
     const Eigen::Vector2d pixel = canvas.pixel(at);
-    canvas.text({pixel.x() - canvas.text_width(number.str(), 10) / 2, pixel.y() - 5}, number.str(), 10, kInk,
-                true);
+    canvas.text({pixel.x() - canvas.text_width(number.str(), 10) / 2, pixel.y() - 5}, number.str(), 10,
+                palette::kInk, true);
   };
   if (projection == Projection::oxy) {
     for (const VerticalSurface& s : found.verticals) {
