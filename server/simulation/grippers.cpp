@@ -99,7 +99,7 @@ void Grippers::update(RealRobots& real_robots, Agents& agents, Physics& physics,
   for (RealRobot& robot : real_robots) {
     if (!robot.twin || robot.twin->fingers().empty() || !robot.ever_present) continue;
     const bool frozen = !robot.encoders_fresh || !robot.present;
-    robot.grip.update(robot.name, *robot.twin, frozen, robot.payload, agents, physics, clock.now(), events);
+    robot.grip.update({robot.name, *robot.twin, robot.payload, physics, clock.now(), events}, frozen, agents);
     robot.grip.watch.update(robot.name, PairKind::real_virtual, RealGrip::center(*robot.twin),
                             robot.grip.forces(), look, clock.now(), events);
   }

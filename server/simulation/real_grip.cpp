@@ -209,42 +209,41 @@ void RealGrip::look(const RobotTwin& twin, const Agents& agents) {
   }
 }
 
-void RealGrip::take(const std::string& robot, const RobotTwin& twin, double payload, const Agent& thing,
-                    Physics& physics, SimulationTime now, std::vector<Event>& events) {
+void RealGrip::take(const GripStep& step, const Agent& thing) {
   const double mass = thing.form.mass;
   epoch_ = thing.epoch;
   force_ = std::max(GripperWatch::kPinch, mass * kGravity);
-  if (payload > 0 && mass > payload) {
+  if (step.payload > 0 && mass > step.payload) {
     too_heavy_ = thing.definition.name;
-    physics.move_held(thing.handle, Physics::Carried::slipping);
-    events.push_back(event_of(EventKind::payload_exceeded, robot, too_heavy_, mass / payload,
-                              thing.rigid.T_map_body.translation(), now));
+    step.physics.move_held(thing.handle, Physics::Carried::slipping);
+    step.events.push_back(event_of(EventKind::payload_exceeded, step.robot, too_heavy_, mass / step.payload,
+                                   thing.rigid.T_map_body.translation(), step.now));
     return;
   }
   held_ = thing.definition.name;
   T_grip_thing_ =
-      grip_frame(twin, poses_).T_map_grip.inverse(Eigen::Isometry) * thing.rigid.T_map_body.isometry();
-  physics.move_held(thing.handle, Physics::Carried::held);
+      grip_frame(step.twin, poses_).T_map_grip.inverse(Eigen::Isometry) * thing.rigid.T_map_body.isometry();
+  step.physics.move_held(thing.handle, Physics::Carried::held);
 }
 
-void RealGrip::watch_load(const std::string& robot, const RobotTwin& twin, const Agent& thing,
-                          SimulationTime now, std::vector<Event>& events) {
+void RealGrip::watch_load(const GripStep& step, const Agent& thing) {
   const Eigen::Vector3d center = thing.rigid.T_map_body * Eigen::Vector3d(0, 0, thing.form.size.z() / 2);
-  for (const std::size_t joint : twin.encoded()) {
-    const RobotJoint& its = twin.model().joints[joint];
-    const double share = twin.bears(joint, thing.form.mass, center) / its.effort;
+  for (const std::size_t joint : step.twin.encoded()) {
+    const RobotJoint& its = step.twin.model().joints[joint];
+    const double load = step.twin.bears(joint, thing.form.mass, center) / its.effort;
     const auto known = std::find(overloaded_.begin(), overloaded_.end(), its.name);
-    if (share > 1 && known == overloaded_.end()) {
+    if (load > 1 && known == overloaded_.end()) {
       overloaded_.push_back(its.name);
-      events.push_back(event_of(EventKind::joint_overload, robot, its.name, share, center, now));
-    } else if (share < kRelieved && known != overloaded_.end()) {
+      step.events.push_back(
+          event_of(EventKind::joint_overload, step.robot, its.name, load, center, step.now));
+    } else if (load < kRelieved && known != overloaded_.end()) {
       overloaded_.erase(known);
     }
   }
 }
 
-void RealGrip::update(const std::string& robot, const RobotTwin& twin, bool frozen, double payload,
-                      Agents& agents, Physics& physics, SimulationTime now, std::vector<Event>& events) {
+void RealGrip::update(const GripStep& step, bool frozen, Agents& agents) {
+  const RobotTwin& twin = step.twin;
   if (frozen || twin.fingers().empty()) return;
   poses_ = poses_of(twin);
   const std::string& pressed = held_.empty() ? too_heavy_ : held_;
@@ -252,14 +251,13 @@ void RealGrip::update(const std::string& robot, const RobotTwin& twin, bool froz
   if (thing != nullptr && !pressed.empty()) {
     const auto its = pinch(twin, poses_, *thing);
     if (thing->epoch != epoch_ || !its || its->gap > its->width + kLoose) {
-      release(thing, physics);
+      release(thing, step.physics);
     } else if (!held_.empty()) {
-      watch_load(robot, twin, *thing, now, events);
+      watch_load(step, *thing);
     }
   } else if (thing != nullptr) {
     const auto its = pinch(twin, poses_, *thing);
-    if (its && its->between && its->gap <= its->width + kTouch)
-      take(robot, twin, payload, *thing, physics, now, events);
+    if (its && its->between && its->gap <= its->width + kTouch) take(step, *thing);
   }
   if (held_.empty() && too_heavy_.empty()) look(twin, agents);
 }

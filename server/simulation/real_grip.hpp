@@ -27,6 +27,16 @@ std::optional<Pinch> pinch(const RobotTwin& twin, const std::vector<Transform<Ma
 /// Whether a gripper can hold it: a box, a barrel or a container.
 bool is_grippable(const Agent& agent);
 
+/// What a gripper of a real robot works with in a step.
+struct GripStep {
+  const std::string& robot;  ///< its name: the events' subject
+  const RobotTwin& twin;     ///< at this step
+  double payload = 0;        ///< kg; 0: no limit
+  Physics& physics;
+  SimulationTime now;
+  std::vector<Event>& events;  ///< receives payload_exceeded and joint_overload
+};
+
 class RealGrip {
  public:
   static constexpr double kTouch = 0.002;  // m: fingers wider open than the thing by less press on it
@@ -37,10 +47,8 @@ class RealGrip {
   /// here.
   void move_held(const RobotTwin& twin, bool present, bool jumped, Agents& agents, Physics& physics,
                  double dt);
-  /// After a step: takes and lets go, unless `frozen`. `payload`: kg, 0: no limit. Events payload_exceeded
-  /// and joint_overload of `robot`.
-  void update(const std::string& robot, const RobotTwin& twin, bool frozen, double payload, Agents& agents,
-              Physics& physics, SimulationTime now, std::vector<Event>& events);
+  /// After a step: grips and releases, unless `frozen`.
+  void update(const GripStep& step, bool frozen, Agents& agents);
   /// Lets go at once: the robot is no longer there.
   void release(Agents& agents, Physics& physics);
 
@@ -62,10 +70,8 @@ class RealGrip {
 
  private:
   void look(const RobotTwin& twin, const Agents& agents);
-  void take(const std::string& robot, const RobotTwin& twin, double payload, const Agent& thing,
-            Physics& physics, SimulationTime now, std::vector<Event>& events);
-  void watch_load(const std::string& robot, const RobotTwin& twin, const Agent& thing, SimulationTime now,
-                  std::vector<Event>& events);
+  void take(const GripStep& step, const Agent& thing);
+  void watch_load(const GripStep& step, const Agent& thing);
   void release(const Agent* thing, Physics& physics);
 
   std::string around_;     // between the open fingers
