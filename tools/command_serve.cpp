@@ -152,6 +152,78 @@ void report_state(runtime::ServeOptions& options, ServiceManager& manager) {
   options.loop_ended = [&manager] { stop_asked() ? manager.stopping() : manager.loop_ended(); };
 }
 
+/// Who can send to the server, besides its own machine's programs.
+void warn_of_open_bus(const Arguments& arguments, runtime::ServeOptions& options) {
+  const auto group = parse_lcm_url(chosen_lcm_url(arguments.bus.url));
+  options.open_bus = arguments.bus.keys.empty() && group && !group->this_machine_only;
+  if (options.open_bus)
+    options.notify(
+        "other machines can send on this bus, and nothing is signed: anyone in the network can move the "
+        "robot; see docs/security.md");
+}
+
+/// The stops that were active when an earlier server ended, and the file of each robot's. Error: the folder
+/// is not private, at the first start.
+Result<StopMemories> prepare_stops(const Arguments& arguments, const tick::Configuration& configuration,
+                                   ServerMemory& memory, runtime::ServeOptions& options) {
+  const auto folder =
+      arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
+  if (const Status safe = station::check_private_folder(folder); !safe) {
+    if (!memory.begun) return safe.error();
+    log_line(Priority::warning, safe.error().message);  // a restarted server serves nevertheless
+  }
+  StopMemories memories;
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i)
+    memories.push_back(
+        std::make_unique<StopMemory>(folder, bus_address(arguments.bus.url), configuration.robot_at(i).name));
+  for (const std::string& stop : active_stops(folder)) options.notify(stop);
+  return memories;
+}
+
+/// What people read before the start.
+void announce(const tick::Configuration& configuration, const runtime::ServeOptions& options) {
+  if (const auto slow = runtime::warn_of_slow_crowd(configuration)) log_line(Priority::warning, *slow);
+  log_line(Priority::information, "session log " + options.session);
+  if (configuration.scenario.training)
+    std::fputs(training::briefing(configuration.scenario, tick::graded_robot(configuration)).c_str(), stderr);
+}
+
+/// The base station; nullptr: none is asked for. `bus` must outlive it.
+Result<std::unique_ptr<LiveStation>> open_station(const Arguments& arguments,
+                                                  const runtime::SessionFiles& files,
+                                                  const tick::Configuration& configuration, SharedBus& bus,
+                                                  runtime::ServeOptions& options) {
+  if (arguments.http.empty()) return std::unique_ptr<LiveStation>();
+  auto station = LiveStation::open(
+      {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>(bus.connect()); },
+       arguments.session, arguments.cloud, files.texture, options.stopped_robots},
+      configuration);
+  if (!station) return station.error();
+  log_line(Priority::information, (*station)->invitation());  // not for the manager: it has a secret link
+  options.clock = (*station)->clock();
+  options.stop = [it = station->get()] { return stop_asked() || it->ended(); };
+  return std::move(*station);
+}
+
+/// The server for Foxglove; nullptr: none is asked for. Accepts the same senders as the loop.
+Result<std::unique_ptr<station::FoxgloveServer>> open_foxglove_server(
+    const Arguments& arguments, const runtime::SessionFiles& files,
+    const tick::Configuration& configuration) {
+  if (arguments.foxglove.empty()) return std::unique_ptr<station::FoxgloveServer>();
+  auto shown = arguments.bus.open([](const RefusedMessage&) {}, OtherHosts{files.scenario.hosts, nullptr});
+  if (!shown) return shown.error();
+  auto server = open_foxglove(arguments.foxglove, std::move(*shown), configuration);
+  if (!server) return server.error();
+  log_line(Priority::information, "for Foxglove, without log-in: " + (*server)->address());
+  return std::move(*server);
+}
+
+Status write_report(const Arguments& arguments, const runtime::Report& report) {
+  std::fputs(runtime::summary(report).c_str(), stderr);
+  return arguments.report.empty() ? Status()
+                                  : write_text(arguments.report, to_json(report), arguments.overwrite);
+}
+
 Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& manager) {
   runtime::ServeOptions options;
   options.session = arguments.session;
@@ -176,72 +248,30 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
       arguments.bus, {files->scenario.hosts, [&refused_hosts](const auto& host) { refused_hosts.add(host); }},
       options.real_time, refused);
   if (!bus) return fail(bus.error().message);
-  const auto group = parse_lcm_url(chosen_lcm_url(arguments.bus.url));
-  options.open_bus = arguments.bus.keys.empty() && group && !group->this_machine_only;
-  if (options.open_bus)
-    options.notify(
-        "other machines can send on this bus, and nothing is signed: anyone in the network can move the "
-        "robot; see docs/security.md");
+  warn_of_open_bus(arguments, options);
   const auto configuration = configuration_for(*files, **bus, arguments.scenario, options, memory);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
-  const auto state =
-      arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
-  if (const Status safe = station::check_private_folder(state); !safe) {
-    if (!memory.begun) return fail(safe.error().message);
-    log_line(Priority::warning, safe.error().message);  // a restarted server serves nevertheless
-  }
-  StopMemories stop_memories;
-  for (std::size_t i = 0; i < configuration->robot_count(); ++i)
-    stop_memories.push_back(
-        std::make_unique<StopMemory>(state, bus_address(arguments.bus.url), configuration->robot_at(i).name));
-  remember_stops(*configuration, stop_memories, memory, options);
-  for (const std::string& stop : active_stops(state)) options.notify(stop);
+  const auto stop_memories = prepare_stops(arguments, *configuration, memory, options);
+  if (!stop_memories) return fail(stop_memories.error().message);
+  remember_stops(*configuration, *stop_memories, memory, options);
   options.begun = [&memory] { memory.begun = true; };
   options.commanded = [&memory](const auto& stops) { memory.set_robot_stops(stops); };
-  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) log_line(Priority::warning, *slow);
-  log_line(Priority::information, "session log " + options.session);
-  if (configuration->scenario.training)
-    std::fputs(training::briefing(configuration->scenario, tick::graded_robot(*configuration)).c_str(),
-               stderr);
+  announce(*configuration, options);
   if (configuration->scenario.mapping) {
     const auto site = std::make_shared<runtime::LiveSite>(configuration->model);
     options.update_site = [site](const runtime::SiteView& view) { return site->add(view); };
   }
-  std::unique_ptr<LiveStation> station;
-  if (!arguments.http.empty()) {
-    auto opened = LiveStation::open(
-        {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->connect()); },
-         arguments.session, arguments.cloud, files->texture, options.stopped_robots},
-        *configuration);
-    if (!opened) return fail(opened.error().message);
-    station = std::move(*opened);
-    log_line(Priority::information, station->invitation());  // not for the manager: it has a secret link
-    options.clock = station->clock();
-    options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
-  }
-  std::unique_ptr<station::FoxgloveServer> foxglove;
-  if (!arguments.foxglove.empty()) {
-    // Of whom the server itself hears.
-    auto shown = arguments.bus.open([](const RefusedMessage&) {}, OtherHosts{files->scenario.hosts, nullptr});
-    if (!shown) return fail(shown.error().message);
-    auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
-    if (!opened) return fail(opened.error().message);
-    foxglove = std::move(*opened);
-    log_line(Priority::information, "for Foxglove, without log-in: " + foxglove->address());
-  }
+  const auto station = open_station(arguments, *files, *configuration, **bus, options);
+  if (!station) return fail(station.error().message);
+  const auto foxglove = open_foxglove_server(arguments, *files, *configuration);
+  if (!foxglove) return fail(foxglove.error().message);
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
   memory.ended = true;
   // A simulated robot ends with its session; a real one is still there.
-  if (tick::simulates_trainee(configuration->scenario)) (void)stop_memories.front()->keep(false);
-  std::fputs(runtime::summary(*report).c_str(), stderr);
-  if (!arguments.report.empty()) {
-    if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite);
-        !written) {
-      return fail(written.error().message);
-    }
-  }
-  if (station && station->ended()) show_until_stopped(*station, *report, **bus, options, manager);
+  if (tick::simulates_trainee(configuration->scenario)) (void)stop_memories->front()->keep(false);
+  if (const Status written = write_report(arguments, *report); !written) return fail(written.error().message);
+  if (*station && (*station)->ended()) show_until_stopped(**station, *report, **bus, options, manager);
   return report->complete ? Exit::done : Exit::failed;
 }
 
