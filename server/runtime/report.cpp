@@ -72,6 +72,68 @@ std::string why_no_agent(const tick::Tally& tally) {
   return "because no beam met an agent: are they on floor that the laser sees, and as high as its plane?\n";
 }
 
+using Json = nlohmann::ordered_json;
+
+Json scans_json(const tick::Tally& tally) {
+  Json degraded = Json::object();
+  for (std::size_t i = 1; i < tick::kDegradedKinds; ++i) {
+    if (tally.scans_degraded[i] > 0)
+      degraded[to_string(static_cast<tick::Degraded>(i))] = tally.scans_degraded[i];
+  }
+  return {{"in", tally.scans_in},
+          {"out", tally.scans_out},
+          {"degraded", degraded},
+          {"not_in_log", tally.scans_left_out},
+          {"foreign", tally.foreign_scans},
+          {"matched", tally.scans_matched},
+          {"not_matched", tally.scans_not_matched}};
+}
+
+Json latencies_json(const Report& report) {
+  Json json = {{"scan", percentiles(report.scan_us)},
+               {"scan_in_to_out", percentiles(report.scan_in_to_out_us)},
+               {"frame", percentiles(report.frame_us)},
+               {"physics_step", percentiles(report.physics_step_us)},
+               {"physics_wait", percentiles(report.physics_wait_us)},
+               {"slam", percentiles(report.tally.slam_us)}};
+  if (report.tally.agent_frames_in > 0) json["agent_frame"] = percentiles(report.agent_frame_us);
+  return json;
+}
+
+/// Of several robots, and of several lasers, each by its name.
+void add_robots_and_lasers(const Report& report, Json& json) {
+  for (const RobotReport& robot : report.robots) {
+    json["robots"][robot.name] = {
+        {"scans", {{"in", robot.scans_in}, {"degraded", robot.scans_degraded}}},
+        {"guard_fired", robot.guard_fired},
+        {"latency_us",
+         {{"scan", percentiles(robot.scan_us)}, {"scan_in_to_out", percentiles(robot.scan_in_to_out_us)}}}};
+  }
+  for (const LaserReport& laser : report.lasers) {
+    json["lasers"][robot_channel(laser.name, laser.robot)] = {
+        {"scans", {{"in", laser.scans_in}, {"degraded", laser.scans_degraded}}},
+        {"guard_fired", laser.guard_fired}};
+  }
+}
+
+Json events_json(const tick::Tally& tally) {
+  Json events = Json::object();
+  for (std::size_t i = 0; i < tally.events.size(); ++i) {
+    if (tally.events[i] > 0) events[to_string(static_cast<EventKind>(i))] = tally.events[i];
+  }
+  return events;
+}
+
+void add_grades(const Report& report, Json& json) {
+  if (report.grade) {
+    json["score"] = report.grade->grade.score;
+    json["grade"] = Json::parse(to_json(*report.grade));
+  }
+  if (report.grades.size() > 1) {
+    for (const GradedSession& each : report.grades) json["grades"][each.robot] = Json::parse(to_json(each));
+  }
+}
+
 }  // namespace
 
 void StageClock::begin(std::size_t robot) {
@@ -200,28 +262,12 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
 }
 
 std::string to_json(const Report& report) {
-  using Json = nlohmann::ordered_json;
   const tick::Tally& tally = report.tally;
-  Json degraded = Json::object();
-  for (std::size_t i = 1; i < tick::kDegradedKinds; ++i) {
-    if (tally.scans_degraded[i] > 0)
-      degraded[to_string(static_cast<tick::Degraded>(i))] = tally.scans_degraded[i];
-  }
-  Json events = Json::object();
-  for (std::size_t i = 0; i < tally.events.size(); ++i) {
-    if (tally.events[i] > 0) events[to_string(static_cast<EventKind>(i))] = tally.events[i];
-  }
   Json json;
   json["source"] = report.source;
   json["complete"] = report.complete;
   if (!report.complete) json["incomplete_because"] = report.incomplete_because;
-  json["scans"] = {{"in", tally.scans_in},
-                   {"out", tally.scans_out},
-                   {"degraded", degraded},
-                   {"not_in_log", tally.scans_left_out},
-                   {"foreign", tally.foreign_scans},
-                   {"matched", tally.scans_matched},
-                   {"not_matched", tally.scans_not_matched}};
+  json["scans"] = scans_json(tally);
   json["beams"] = {{"total", tally.beams_total}, {"replaced", tally.beams_replaced}};
   json["frames"] = {{"in", tally.frames_in},
                     {"out", tally.frames_out},
@@ -231,30 +277,13 @@ std::string to_json(const Report& report) {
     json["agent_frames"] = {{"in", tally.agent_frames_in},
                             {"out", tally.agent_frames_out},
                             {"dropped", report.agent_frames_dropped}};
-  json["latency_us"] = {{"scan", percentiles(report.scan_us)},
-                        {"scan_in_to_out", percentiles(report.scan_in_to_out_us)},
-                        {"frame", percentiles(report.frame_us)},
-                        {"physics_step", percentiles(report.physics_step_us)},
-                        {"physics_wait", percentiles(report.physics_wait_us)},
-                        {"slam", percentiles(tally.slam_us)}};
-  if (tally.agent_frames_in > 0) json["latency_us"]["agent_frame"] = percentiles(report.agent_frame_us);
+  json["latency_us"] = latencies_json(report);
   json["pose"] = {{"age_ms",
                    {{"p50", tally.pose_age_us.at(0.5) / 1e3},
                     {"p99", tally.pose_age_us.at(0.99) / 1e3},
                     {"max", tally.pose_age_us.max() / 1e3}}}};
-  for (const RobotReport& robot : report.robots) {
-    json["robots"][robot.name] = {
-        {"scans", {{"in", robot.scans_in}, {"degraded", robot.scans_degraded}}},
-        {"guard_fired", robot.guard_fired},
-        {"latency_us",
-         {{"scan", percentiles(robot.scan_us)}, {"scan_in_to_out", percentiles(robot.scan_in_to_out_us)}}}};
-  }
-  for (const LaserReport& laser : report.lasers) {
-    json["lasers"][robot_channel(laser.name, laser.robot)] = {
-        {"scans", {{"in", laser.scans_in}, {"degraded", laser.scans_degraded}}},
-        {"guard_fired", laser.guard_fired}};
-  }
-  json["events"] = events;
+  add_robots_and_lasers(report, json);
+  json["events"] = events_json(tally);
   json["inputs"] = {{"refused", tally.refused_inputs},
                     {"last_refusal", tally.last_refusal},
                     {"dropped", report.inputs_dropped},
@@ -264,13 +293,7 @@ std::string to_json(const Report& report) {
       {"log", report.log_seconds},
       {"wall", report.wall_seconds},
       {"times_real_time", report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0}};
-  if (report.grade) {
-    json["score"] = report.grade->grade.score;
-    json["grade"] = Json::parse(to_json(*report.grade));
-  }
-  if (report.grades.size() > 1) {
-    for (const GradedSession& each : report.grades) json["grades"][each.robot] = Json::parse(to_json(each));
-  }
+  add_grades(report, json);
   json["hash"] = report.hash;
   json["notes"] = report.notes;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
