@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 namespace parhelion::render {
 namespace {
@@ -96,7 +97,31 @@ double floor_depth(const DepthView& view, int x, int y) {
   return fall < -1e-6 && height > 0 ? ray.z() * height / -fall : Rule::kNothing;
 }
 
+/// The pixel of a point (camera_optical, m) in front of the camera; nullopt: the lens does not show it.
+std::optional<Eigen::Vector2d> pixel_of(const CameraProjection& camera, const Eigen::Vector3d& p) {
+  if (!camera.direct()) return camera.lens().project(p);
+  const CameraIntrinsics& c = camera.intrinsics();
+  const double inverse = 1 / p.z();
+  return Eigen::Vector2d(c.fx * p.x() * inverse + c.cx, c.fy * p.y() * inverse + c.cy);
+}
+
 }  // namespace
+
+void DepthOcclusion::put_depth(const Eigen::Vector2d& pixel, double half, double z) {
+  if (!(pixel.x() > window_.x0 - 5 && pixel.x() < window_.x1 + 5 && pixel.y() > window_.y0 - 5 &&
+        pixel.y() < window_.y1 + 5))
+    return;
+  const int x0 = std::max(window_.x0, ceil_pixel(pixel.x() - half));
+  const int x1 = std::min(window_.x1 - 1, floor_pixel(pixel.x() + half));
+  const int y0 = std::max(window_.y0, ceil_pixel(pixel.y() - half));
+  const int y1 = std::min(window_.y1 - 1, floor_pixel(pixel.y() + half));
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      float& nearest = depth_[at(x, y)];
+      nearest = std::min(nearest, static_cast<float>(z));
+    }
+  }
+}
 
 void DepthOcclusion::register_depth(const DepthView& view) {
   const std::size_t count =
@@ -131,29 +156,8 @@ void DepthOcclusion::register_depth(const DepthView& view) {
         p = R * (z / ray.z() * ray) + t;
       }
       if (p.z() < kNearPlane) continue;
-      Eigen::Vector2d pixel;
-      if (view.camera.direct()) {
-        const double inverse = 1 / p.z();
-        pixel = {c.fx * p.x() * inverse + c.cx, c.fy * p.y() * inverse + c.cy};
-      } else {
-        const auto projected = view.camera.lens().project(p);
-        if (!projected) continue;
-        pixel = *projected;
-      }
-      const double half = std::min(4.0, std::max(0.5, scale * z / p.z()) + 0.05);
-      if (!(pixel.x() > window_.x0 - 5 && pixel.x() < window_.x1 + 5 && pixel.y() > window_.y0 - 5 &&
-            pixel.y() < window_.y1 + 5))
-        continue;
-      const int x0 = std::max(window_.x0, ceil_pixel(pixel.x() - half));
-      const int x1 = std::min(window_.x1 - 1, floor_pixel(pixel.x() + half));
-      const int y0 = std::max(window_.y0, ceil_pixel(pixel.y() - half));
-      const int y1 = std::min(window_.y1 - 1, floor_pixel(pixel.y() + half));
-      for (int y = y0; y <= y1; ++y) {
-        for (int x = x0; x <= x1; ++x) {
-          float& nearest = depth_[at(x, y)];
-          nearest = std::min(nearest, static_cast<float>(p.z()));
-        }
-      }
+      const auto pixel = pixel_of(view.camera, p);
+      if (pixel) put_depth(*pixel, std::min(4.0, std::max(0.5, scale * z / p.z()) + 0.05), p.z());
     }
   }
   for (std::size_t i = 0; i < count; ++i)

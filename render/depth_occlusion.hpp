@@ -69,6 +69,8 @@ class DepthOcclusion {
 
  private:
   void register_depth(const DepthView& view);
+  /// Lowers the depth to z (m) within `half` pixels of `pixel`, which may lie outside of the window.
+  void put_depth(const Eigen::Vector2d& pixel, double half, double z);
   void add_model(const Layer& modelled);
   void find_edges();
   void find_bounds();

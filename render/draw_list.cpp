@@ -158,14 +158,13 @@ bool add_shape(DrawList& list, const CameraProjection& projection, const Shape& 
 
 }  // namespace
 
-void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view_rects,
-                const CameraProjection& projection, const Transform<Map, CameraOptical>& T_map_optical,
-                const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape, double floor_z,
-                double strength) {
+void add_shadow(const ShadowView& view, const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape,
+                std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view_rects) {
   const Footprint f = footprint(shape, T_map_shape);
-  const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
+  const Transform<CameraOptical, Map> T_optical_map = view.T_map_optical.inverse();
+  const double floor_z = view.floor_z, strength = view.strength;
   const double height = std::max(0.0, f.bottom - floor_z);
-  if (height > kShadowHeight || f.top < floor_z || T_map_optical.translation().z() < floor_z) return;
+  if (height > kShadowHeight || f.top < floor_z || view.T_map_optical.translation().z() < floor_z) return;
   const double softness = std::clamp(0.25 * (f.top - floor_z), 0.06, 0.16) + 0.3 * height;
   ShadowVertex vertex{};
   vertex.half[0] = static_cast<float>(f.half.x()), vertex.half[1] = static_cast<float>(f.half.y());
@@ -188,8 +187,8 @@ void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view
   }
   static const std::vector<std::pair<int, int>> edges = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
   bool seen = false;
-  for (std::size_t v = 0; v < projection.views().size(); ++v) {
-    const PixelRect rect = projected_hull(projection.views()[v], points, edges);
+  for (std::size_t v = 0; v < view.projection.views().size(); ++v) {
+    const PixelRect rect = projected_hull(view.projection.views()[v], points, edges);
     if (rect.empty()) continue;
     view_rects[v] = view_rects[v].united(rect);
     seen = true;
@@ -272,7 +271,7 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
       add_shape(list, projection, shape, T_optical_map * T_map_shape, entity);
       if (!floor_z || sheltered(body, shape, state.T_map_body)) continue;
       const std::size_t before = list.shadows.size();
-      add_shadow(list.shadows, list.view_rects, projection, T_map_optical, shape, T_map_shape, *floor_z);
+      add_shadow({projection, T_map_optical, *floor_z}, shape, T_map_shape, list.shadows, list.view_rects);
       for (std::size_t i = before; i < list.shadows.size(); ++i)
         list.farthest =
             std::max(list.farthest,

@@ -87,11 +87,17 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
                 const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
                 const std::function<bool(const BodyDefinition&)>& drawn, const double* floor_z);
 
-/// Adds the shadow of one shape, or nothing where it casts none; `strength` scales its darkness.
-void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view_rects,
-                const CameraProjection& projection, const Transform<Map, CameraOptical>& T_map_optical,
-                const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape, double floor_z,
-                double strength = 1);
+/// Where shadows are seen from, and the floor that they are on.
+struct ShadowView {
+  const CameraProjection& projection;
+  const Transform<Map, CameraOptical>& T_map_optical;
+  double floor_z = 0;   ///< m, map
+  double strength = 1;  ///< scales their darkness
+};
+
+/// Adds the shadow of one shape, or nothing where it casts none.
+void add_shadow(const ShadowView& view, const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape,
+                std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view_rects);
 
 /// Adds a box (half extents, m) as an occluder, where it may be in front of something drawn.
 void add_occluder(DrawList& list, const CameraProjection& projection,

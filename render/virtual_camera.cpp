@@ -185,7 +185,8 @@ void EglVirtualCamera::add_part(const CameraProjection& camera, const Shape& sha
   if (!is_ground(label) && label != EntityLabel::ceiling && label != EntityLabel::window &&
       T_optical_shape.translation().norm() < kSight) {
     std::vector<PixelRect> ignored(camera.views().size());
-    add_shadow(scenery_.shadows, ignored, camera, scenery_.T_map_optical, shape, T_map_shape, floor_z_, 0.6);
+    add_shadow({camera, scenery_.T_map_optical, floor_z_, 0.6}, shape, T_map_shape, scenery_.shadows,
+               ignored);
   }
   if (!seen) return;
   Instance instance = make_instance(T_optical_shape, {half.cast<float>(), 0.F}, shape.material, 0);

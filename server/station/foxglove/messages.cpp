@@ -89,13 +89,19 @@ std::string sentence(const Event& event) {
   return event.undetectable ? text + " (undetectable)" : text;
 }
 
-void write_raw_image(const Image& image, int width, int height, std::string_view encoding, std::size_t step,
-                     std::span<const std::uint8_t> bytes, std::string_view frame, JsonText& out) {
+struct RawPixels {
+  int width = 0, height = 0;
+  std::string_view encoding;
+  std::int64_t step = 0;  ///< bytes per row
+  std::span<const std::uint8_t> bytes;
+};
+
+void write_raw_image(SensorTime stamp, const RawPixels& pixels, std::string_view frame, JsonText& out) {
   out.clear();
-  out.open('{').key("timestamp").time(image.stamp.ns).key("frame_id").string(frame);
-  out.key("width").integer(width).key("height").integer(height).key("encoding").unescaped(encoding);
-  out.key("step").integer(static_cast<std::int64_t>(step));
-  out.key("data").unescaped(yaml::to_base64(bytes)).close('}');
+  out.open('{').key("timestamp").time(stamp.ns).key("frame_id").string(frame);
+  out.key("width").integer(pixels.width).key("height").integer(pixels.height);
+  out.key("encoding").unescaped(pixels.encoding).key("step").integer(pixels.step);
+  out.key("data").unescaped(yaml::to_base64(pixels.bytes)).close('}');
 }
 
 }  // namespace
@@ -152,8 +158,8 @@ void write_pixels(const Image& image, std::string_view frame, JsonText& out) {
   const char* encoding = image.format == PixelFormat::gray  ? "mono8"
                          : image.format == PixelFormat::rgb ? "rgb8"
                                                             : "bgr8";
-  write_raw_image(image, image.width, image.height, encoding, static_cast<std::size_t>(image.row_stride),
-                  image.bytes, frame, out);
+  write_raw_image(image.stamp, {image.width, image.height, encoding, image.row_stride, image.bytes}, frame,
+                  out);
 }
 
 Status write_depth(const Image& image, std::string_view frame, JsonText& out) {
@@ -165,8 +171,9 @@ Status write_depth(const Image& image, std::string_view frame, JsonText& out) {
     bytes.push_back(static_cast<std::uint8_t>(millimetres & 0xFF));
     bytes.push_back(static_cast<std::uint8_t>(millimetres >> 8));
   }
-  write_raw_image(image, depth->width, depth->height, "16UC1", 2 * static_cast<std::size_t>(depth->width),
-                  bytes, frame, out);
+  write_raw_image(image.stamp,
+                  {depth->width, depth->height, "16UC1", 2 * static_cast<std::int64_t>(depth->width), bytes},
+                  frame, out);
   return {};
 }
 
