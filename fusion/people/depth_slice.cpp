@@ -93,4 +93,11 @@ void DepthSlice::collect(const DepthView& view, int step) {
   }
 }
 
+std::array<DepthSlice, 2> depth_slices() {
+  constexpr double kLegs = 0.35, kChest = 1.15;  // m
+  DepthSliceOptions legs, chest;
+  legs.height = kLegs, chest.height = kChest;
+  return {DepthSlice(legs), DepthSlice(chest)};
+}
+
 }  // namespace parhelion::people

@@ -63,11 +63,6 @@ class DepthSlice {
 };
 
 /// The slices in which people are looked for: legs, which tables and boxes often hide, and chests.
-inline std::array<DepthSlice, 2> depth_slices() {
-  constexpr double kLegs = 0.35, kChest = 1.15;  // m
-  DepthSliceOptions legs, chest;
-  legs.height = kLegs, chest.height = kChest;
-  return {DepthSlice(legs), DepthSlice(chest)};
-}
+std::array<DepthSlice, 2> depth_slices();
 
 }  // namespace parhelion::people
