@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fusion/pose/around.hpp"
+#include "fusion/pose/bracket.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -42,7 +42,7 @@ bool AttitudeTrack::add(const ImuSample& sample) {
 }
 
 std::optional<Attitude> AttitudeTrack::at(SensorTime t) const {
-  const auto found = around(samples_, t, kLongestGap);
+  const auto found = bracket(samples_, t, kLongestGap);
   if (!found) return std::nullopt;
   const Attitude &before = found->before->attitude, &after = found->after->attitude;
   return Attitude{wrap_angle(before.roll + found->s * wrap_angle(after.roll - before.roll)),

@@ -60,7 +60,7 @@ void ExplainedBeams::assign(const FrozenMap& map, std::span<const SeenBeam> beam
   evidence_ = sum / (kExplained * count);
 }
 
-ExplainedBeams::Contest ExplainedBeams::against(const ExplainedBeams& other) const {
+ExplainedBeams::Comparison ExplainedBeams::against(const ExplainedBeams& other) const {
   int won = 0, lost = 0;
   const std::size_t count = std::min(beams_.size(), other.beams_.size());
   for (std::size_t i = 0; i < count; ++i) {

@@ -1,5 +1,4 @@
-// What speaks for and against a place: beams that end on what the map has there, and beams that pass through
-// it.
+// Evidence for and against a pose: beams that end on mapped surfaces, and beams that pass through them.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +20,10 @@ class ExplainedBeams {
   /// 1: all beams end on mapped surfaces, -1: all pass through one.
   double evidence() const { return evidence_; }
   /// Fractions of the beams that this pose explains better than `other` does, and the other way round.
-  struct Contest {
+  struct Comparison {
     double won = 0, lost = 0;
   };
-  Contest against(const ExplainedBeams& other) const;
+  Comparison against(const ExplainedBeams& other) const;
 
  private:
   std::vector<std::int8_t> beams_;  ///< evidence, in tenths

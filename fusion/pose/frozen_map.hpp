@@ -21,7 +21,7 @@ struct FrozenMap {
   CorrelativeMap rough{{}, 0.2, 1};       ///< for searches everywhere
   KnownSpace known;
   double sigma = 0.01;  ///< m, accuracy of its surfaces
-  double bias = 0;      ///< m, 1 sigma: how far neighbouring surfaces are off together, as cells are coarse
+  double bias = 0;      ///< m, 1 sigma: common error of neighbouring surfaces, due to the cell size
 };
 
 /// `resolution`: m, of its grid. The grid is left out where that is 0.

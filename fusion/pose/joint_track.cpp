@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fusion/pose/around.hpp"
+#include "fusion/pose/bracket.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -35,7 +35,7 @@ std::optional<double> JointTrack::at(const std::string& joint, SensorTime t) con
   const auto followed =
       std::find_if(joints_.begin(), joints_.end(), [&](const Followed& each) { return each.name == joint; });
   if (followed == joints_.end()) return std::nullopt;
-  const auto found = around(followed->samples, t, kLongestGap);
+  const auto found = bracket(followed->samples, t, kLongestGap);
   if (!found) return std::nullopt;
   return found->before->position + found->s * (found->after->position - found->before->position);
 }

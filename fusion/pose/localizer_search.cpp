@@ -171,8 +171,8 @@ bool GlobalSearch::is_decided(const FrozenMap& map) const {
   const double score = map.rough.score(thinned(points_, kSearchPoints), leader.T_map_base);
   if (score - unlisted_ < kClearScore) return false;
   return std::all_of(hypotheses_.begin() + 1, hypotheses_.end(), [&](const Hypothesis& other) {
-    const ExplainedBeams::Contest contest = leader.beams.against(other.beams);
-    return contest.won - contest.lost > kClearLead && contest.won > kClearRatio * contest.lost;
+    const ExplainedBeams::Comparison comparison = leader.beams.against(other.beams);
+    return comparison.won - comparison.lost > kClearLead && comparison.won > kClearRatio * comparison.lost;
   });
 }
 

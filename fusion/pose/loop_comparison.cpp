@@ -32,7 +32,7 @@ bool LoopComparison::step(const LoopSearch& search, Submap& submap) {
     submap.surroundings = search.surroundings(submap);
     return false;
   }
-  Surroundings& around = *submap.surroundings;
+  SubmapContext& around = *submap.surroundings;
   if (!around.likelihood) {
     constexpr int levels = 6;
     around.likelihood = std::make_unique<CorrelativeMap>(around.points, search.options().cell, levels);
@@ -69,7 +69,7 @@ void LoopComparison::search_places(const LoopSearch& search, const Submap& subma
 LoopComparison::ScanFit LoopComparison::fit(const LoopSearch& search, const Submap& submap,
                                             std::size_t keyframe, const Pose2& correction) const {
   const std::vector<Eigen::Vector2d>& points = search.keyframes()[keyframe].scan.points;
-  const Surroundings& around = *submap.surroundings;
+  const SubmapContext& around = *submap.surroundings;
   const Pose2 T_map_anchor = search.poses()[submap.anchor], T_map_expected = search.poses()[keyframe];
   const Pose2 start = T_map_anchor.inverse() * (correction * T_map_expected);
   MatchOptions options = search.options().match;

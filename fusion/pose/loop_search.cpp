@@ -44,10 +44,10 @@ std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
   return result;
 }
 
-std::unique_ptr<Surroundings> LoopSearch::surroundings(const Submap& submap) const {
+std::unique_ptr<SubmapContext> LoopSearch::surroundings(const Submap& submap) const {
   constexpr std::size_t points = 180, beams = 90;
   constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
-  auto result = std::make_unique<Surroundings>();
+  auto result = std::make_unique<SubmapContext>();
   result->surfels = std::make_unique<SurfelMap>(options_.cell);
   result->seen = SeenArea({0, 0}, kFar);
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();

@@ -33,7 +33,7 @@ struct LoopClosingOptions {
 
 /// More of the path around a submap, to search in and to judge what is found, as far as 50 m from it. In the
 /// submap's frame.
-struct Surroundings {
+struct SubmapContext {
   std::unique_ptr<SurfelMap> surfels;
   std::unique_ptr<CorrelativeMap> likelihood;  ///< empty until it is needed
   std::vector<Eigen::Vector2d> points;         ///< thinned, for the likelihood
@@ -42,9 +42,9 @@ struct Surroundings {
 
 /// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.
 struct Submap {
-  std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
-  std::unique_ptr<SurfelMap> surfels;          ///< empty until it is needed
-  std::unique_ptr<Surroundings> surroundings;  ///< empty until it is searched; takes up to 20 MB outdoors
+  std::size_t anchor = 0, begin = 0, end = 0;   ///< keyframes; [begin, end)
+  std::unique_ptr<SurfelMap> surfels;           ///< empty until it is needed
+  std::unique_ptr<SubmapContext> surroundings;  ///< empty until it is searched; takes up to 20 MB outdoors
 };
 
 /// A scan matched to a submap.
@@ -75,7 +75,7 @@ class LoopSearch {
   /// With half the stretch's length of path before and after it.
   std::unique_ptr<SurfelMap> surfels(const Submap& submap) const;
   /// With one and a half of its lengths before and after it; without a likelihood.
-  std::unique_ptr<Surroundings> surroundings(const Submap& submap) const;
+  std::unique_ptr<SubmapContext> surroundings(const Submap& submap) const;
   /// `window`: m, error of the expected pose.
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
   /// Matches the scan of `keyframe`, starting from where `correction` puts it. nullopt: the submap does not

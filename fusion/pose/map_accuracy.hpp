@@ -1,4 +1,4 @@
-// How far off a pose may be that was matched to a map without error: what the map's own scans leave.
+// Uncertainty of a perfectly matched pose that remains because the map itself is uncertain.
 #pragma once
 
 #include <Eigen/Core>

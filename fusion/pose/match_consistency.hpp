@@ -1,5 +1,5 @@
-// How far a match is to be trusted: the two halves of a scan, matched separately, disagree by what the
-// covariance of the match has to say.
+// How far the covariance of a match is to be trusted: two halves of a scan, matched separately, must agree
+// within it.
 #pragma once
 
 #include <Eigen/Core>

@@ -38,7 +38,7 @@ void OdometryBelief::add(const Pose2& before, const Pose2& expected, const Match
 bool OdometryBelief::is_good() const { return std::abs(drift_) < kGoodDrift * (kFirstMetres + driven_); }
 
 double OdometryBelief::variance(double step) const {
-  return squared(kErrors * error_ * step + kRestingSigma) + jitter_;
+  return squared(kErrors * sigma_per_metre_ * step + kRestingSigma) + jitter_;
 }
 
 }  // namespace parhelion::pose

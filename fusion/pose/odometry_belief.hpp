@@ -1,5 +1,4 @@
-// How far odometry can be believed where scans do not determine the pose: what matches have shown of it where
-// they do.
+// How far odometry can be trusted where scans do not constrain the pose: learned from matches where they do.
 #pragma once
 
 #include "fusion/pose/scan_match.hpp"
@@ -9,8 +8,8 @@ namespace parhelion::pose {
 
 class OdometryBelief {
  public:
-  /// `error`: m per m driven, 1 sigma, as the robot's description says.
-  explicit OdometryBelief(double error) : error_(error) {}
+  /// `sigma_per_metre`: m per m driven, 1 sigma, from the robot's description.
+  explicit OdometryBelief(double sigma_per_metre) : sigma_per_metre_(sigma_per_metre) {}
 
   /// A scan whose `match` was made about `expected`, where odometry predicts the base, from `before` at the
   /// previous scan. Counts where the match determines the pose along the step between them.
@@ -23,7 +22,7 @@ class OdometryBelief {
   double variance(double step) const;
 
  private:
-  double error_;
+  double sigma_per_metre_;
   double drift_ = 0, driven_ = 0;  ///< m, over about the last 5 m that were compared
   double jitter_ = 0;              ///< m^2, mean of the last 30 or so
 };

@@ -129,7 +129,7 @@ const char* advice(OdometryFault fault) {
     case OdometryFault::scale:
       return "odometry has a wrong scale: parhelion calibrate finds it";
     case OdometryFault::delayed:
-      return "odometry is right but for another instant: parhelion calibrate finds its time offset";
+      return "odometry is correct but its stamps are offset in time: parhelion calibrate finds the offset";
     case OdometryFault::stamps_frozen:
       return "new poses of odometry have an old stamp: check its clock";
     case OdometryFault::stamps_jumped:

@@ -17,16 +17,16 @@ OdometryTrack::OdometryTrack(Duration history, Duration max_extrapolation)
       twist_span_(kTwistSpan),
       samples_(kOdometrySlots) {}
 
-OdometryTrack::Taken OdometryTrack::add(const Odometry& odometry) {
+OdometryTrack::Added OdometryTrack::add(const Odometry& odometry) {
   Sample sample{odometry.stamp, planar(odometry.T_odom_base)};
-  if (!sample.T_odom_base.finite()) return Taken::no;
-  Taken taken = Taken::yes;
+  if (!sample.T_odom_base.finite()) return Added::rejected;
+  Added added = Added::accepted;
   if (samples_.count() > 0) {
     const Sample& last = samples_.newest();
     if (sample.stamp <= last.stamp) {
-      if (last.stamp - sample.stamp <= history_) return Taken::no;
+      if (last.stamp - sample.stamp <= history_) return Added::rejected;
       samples_.clear();
-      taken = Taken::restarted;
+      added = Added::restarted;
     } else {
       const Pose2 step = last.T_odom_base.inverse() * sample.T_odom_base;
       sample.driven = last.driven + step.position().norm();
@@ -34,7 +34,7 @@ OdometryTrack::Taken OdometryTrack::add(const Odometry& odometry) {
     }
   }
   samples_.push(sample);
-  return taken;
+  return added;
 }
 
 Twist2 OdometryTrack::twist_ending_at(std::size_t age) const {

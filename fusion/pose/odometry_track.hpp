@@ -10,8 +10,9 @@
 
 namespace parhelion::pose {
 
+/// Odometry at an instant.
 struct OdometryAtInstant {
-  Pose2 T_odom_base;
+  Pose2 T_odom_base;  ///< pose of base_link in odom
   double driven = 0;  ///< m, path length up to here; only differences are meaningful
   double turned = 0;  ///< rad, the same for rotation
   double ahead = 0;   ///< s after the last sample
@@ -20,14 +21,19 @@ struct OdometryAtInstant {
 
 class OdometryTrack {
  public:
-  enum class Taken { yes, no /* not finite or a backward stamp */, restarted };
+  enum class Added {
+    accepted,
+    rejected,   ///< not finite, or a backward stamp
+    restarted,  ///< accepted as the first after a restart of the sensor's clock
+  };
   enum class Missing { none_there, older_than_history, too_far_ahead };
 
   OdometryTrack(Duration history, Duration max_extrapolation);
 
   /// A stamp that jumps back by more than the history means that the sensor's clock restarted. Never
   /// allocates.
-  Taken add(const Odometry& odometry);
+  Added add(const Odometry& odometry);
+  /// nullopt: `missing` (out, may be null) has the reason.
   std::optional<OdometryAtInstant> at(SensorTime t, Missing* missing = nullptr) const;
   /// Least time over which a twist is computed; 40 ms unless set. Stamps that jitter ask for more.
   void set_twist_span(Duration span) { twist_span_ = span; }

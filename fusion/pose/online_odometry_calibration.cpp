@@ -52,7 +52,7 @@ void OnlineOdometryCalibration::forget_motion() {
 }
 
 void OnlineOdometryCalibration::add(const Odometry& odometry) {
-  if (odometry_.add(odometry) == OdometryTrack::Taken::restarted) forget_motion();
+  if (odometry_.add(odometry) == OdometryTrack::Added::restarted) forget_motion();
   use_waiting_scans();
 }
 

@@ -99,9 +99,9 @@ void PoseTrack::add(const Odometry& odometry) {
   const Odometry as_described = corrected_(odometry);
   calibration_.add(as_described);
   odometry_.set_twist_span(twist_span(calibration_.jitter()));
-  const OdometryTrack::Taken taken = odometry_.add(followed_(as_described, calibration_.estimate()));
-  if (taken != OdometryTrack::Taken::yes) ++rejected_;
-  if (taken == OdometryTrack::Taken::restarted) {
+  const OdometryTrack::Added added = odometry_.add(followed_(as_described, calibration_.estimate()));
+  if (added != OdometryTrack::Added::accepted) ++rejected_;
+  if (added == OdometryTrack::Added::restarted) {
     restart();
     odometry_drift_.forget();
     lost_ = relocalizing_ = false;

@@ -20,7 +20,7 @@ struct ScanChange {
 /// `T_before_now`: the base's motion between both.
 ScanChange change_between(const ScanPoints& before, const ScanPoints& now, const Pose2& T_before_now);
 
-/// The scan before the next one.
+/// The previous scan, kept for comparison with the next.
 class PreviousScan {
  public:
   void set(const ScanPoints& scan);

@@ -1,5 +1,5 @@
-// Suspects that a robot slipped along a corridor while it was tracked: of its scans the map explains little
-// where the robot is taken to be, and nearly as much as usual a few metres away.
+// Detects a suspected slip along a corridor during tracking: the map explains few points of the scans at the
+// estimated pose, and nearly as many as usual a few metres away.
 #pragma once
 
 #include <optional>

@@ -1,7 +1,7 @@
 // Calibration of odometry, laser mounting and time offset from one drive, all at once: after Censi, Franchi,
 // Marchionni and Oriolo, "Simultaneous calibration of odometry and sensor parameters for mobile robots", IEEE
-// T-RO 29(2), 2013, as maximum likelihood over the poses of the drive (their steps of scan matching share one
-// map here, so their errors do not add up), with a time offset, robust weights against slip, and noise that
+// T-RO 29(2), 2013, as maximum likelihood over the poses of the drive (here the scans are matched to one map,
+// so their errors do not accumulate), with a time offset, robust weights against slip, and noise that
 // is estimated along.
 #pragma once
 

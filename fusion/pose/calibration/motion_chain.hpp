@@ -50,8 +50,8 @@ struct MotionFit {
 };
 
 /// `free`: parameters to fit; the others stay at `start`. `rounds` of estimating the
-/// noise and three steps of Gauss-Newton; fewer do from a good start. nullopt where the equations have no
-/// solution.
+/// noise and three steps of Gauss-Newton; fewer suffice from a good start. nullopt where the equations have
+/// no solution.
 std::optional<MotionFit> fit_motion(const MotionChain& chain, const MotionParameters& start,
                                     const std::array<bool, kMotionParameters>& free, int rounds = 7);
 
