@@ -47,7 +47,7 @@ class Checker {
       check_times(*robot_.laser, *log_.laser);
       check_ranges(*robot_.laser, *log_.laser);
       check_self(*robot_.laser, *log_.laser);
-      check_turn(*log_.laser);
+      check_turn(*robot_.laser, *log_.laser);
     }
     if (robot_.camera && log_.camera) check_size("camera", robot_.camera->intrinsics, *log_.camera);
     if (robot_.depth && log_.depth) check_size("depth", robot_.depth->intrinsics, *log_.depth);
@@ -179,13 +179,17 @@ class Checker {
       agrees("no beam ends inside the outline in most scans");
   }
 
-  void check_turn(const LaserSurvey& seen) {
+  void check_turn(const LaserDescription& laser, const LaserSurvey& seen) {
     if (!log_.odometry) return;
-    const int agreement = turn_agreement(seen, *log_.odometry);
+    const int agreement = turn_agreement(seen, *log_.odometry, laser.T_base_laser);
+    const bool upside_down = laser.T_base_laser.rotation()(2, 2) < 0;
     if (agreement < 0)
       contradicts(
-          "laser angle_increment, or odometry: scans turn the other way than odometry; the beams are in "
-          "reverse order, the laser is upside down, or odometry's yaw has the wrong sign");
+          std::string("laser pose, angle_increment, or odometry: scans turn the other way than odometry; the "
+                      "beams are in reverse order, ") +
+          (upside_down ? "the laser is not upside down as its pose is (roll, pitch)"
+                       : "the laser is upside down and its pose is not (roll: 180 deg)") +
+          ", or odometry's yaw has the wrong sign");
     if (agreement > 0) agrees("scans turn as odometry does");
   }
 

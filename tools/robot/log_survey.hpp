@@ -61,8 +61,10 @@ Result<LogSurvey> survey_log(const std::string& path);
 LaserDescription laser_seen(const LaserSurvey& survey);
 
 /// +1: scans turn as odometry does while the robot turns; -1: the other way, as when beams are in reverse
-/// order or the laser is upside down; 0: the log does not show it (the robot turns less than 0.5 rad, or
-/// scans do not match). Scans are matched by shifting their beams.
-int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry);
+/// order or T_base_laser has the laser upside down though it is not; 0: the log does not show it (the robot
+/// turns less than 0.5 rad, scans do not match, or the scan plane is steeper than 45 degrees). Scans are
+/// matched by shifting their beams.
+int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry,
+                   const Transform<Base, Laser>& T_base_laser);
 
 }  // namespace parhelion::tools

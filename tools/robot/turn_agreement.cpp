@@ -43,7 +43,10 @@ double difference(const Scan& before, const Scan& after, int shift) {
 
 }  // namespace
 
-int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry) {
+int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry,
+                   const Transform<Base, Laser>& T_base_laser) {
+  const double up = T_base_laser.rotation()(2, 2);  // of the laser's z axis
+  if (std::abs(up) < std::numbers::sqrt2 / 2) return 0;
   double total = 0;
   int pairs = 0, agree = 0;
   for (std::size_t i = 0, k = 1; k < laser.scans.size(); ++k) {
@@ -57,8 +60,10 @@ int turn_agreement(const LaserSurvey& laser, const OdometrySurvey& odometry) {
     const Scan &before = laser.scans[i], &after = laser.scans[k];
     i = k;
     if (std::abs(turn) > kMaxTurn) continue;
-    // A robot that turns left sees at bearing b what it saw at bearing b + turn.
-    const int shift = static_cast<int>(std::lround(turn / double{laser.angle_increment}));
+    // A robot that turns left sees at bearing b what it saw at bearing b + turn. Bearings of a laser that is
+    // mounted upside down grow clockwise.
+    const double turn_in_scan = up > 0 ? turn : -turn;
+    const int shift = static_cast<int>(std::lround(turn_in_scan / double{laser.angle_increment}));
     const double as_odometry = difference(before, after, shift), reversed = difference(before, after, -shift);
     if (!std::isfinite(as_odometry) || !std::isfinite(reversed)) continue;
     total += std::abs(turn);

@@ -36,9 +36,10 @@ struct Driver {
   double angle_min = -std::numbers::pi, angle_increment = 2 * std::numbers::pi / 360;
   double period = 0.1;
   float no_return = std::numeric_limits<float>::infinity();
-  double turn_sign = 1;  ///< of odometry
-  bool mast = false;     ///< hides ten beams
-  bool stands = false;   ///< odometry's stamp
+  double turn_sign = 1;   ///< of odometry
+  bool mast = false;      ///< hides ten beams
+  bool reversed = false;  ///< the beams' order, as of a laser upside down whose driver does not know
+  bool stands = false;    ///< odometry's stamp
 };
 
 /// Distance from (x, y) along a bearing to the walls of a room of 9 m x 6 m with a gap without a return.
@@ -71,6 +72,7 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
       scan.ranges.push_back(
           driver.mast && k < 10 ? 0.05F : room(x, 0, yaw + std::numbers::pi / 2 + angle, driver.no_return));
     }
+    if (driver.reversed) std::reverse(scan.ranges.begin(), scan.ranges.end());
     encode(scan, bytes);
     EXPECT_TRUE(log.write(channel::kScan, arrival, bytes).ok());
     Odometry odometry;
@@ -238,6 +240,25 @@ TEST(RobotCheck, ScansThatTurnAgainstOdometryAreFound) {
   const Made made(driver);
   EXPECT_THAT(check_description(made.description(), made.log).contradictions,
               testing::ElementsAre(HasSubstr("turn the other way")));
+}
+
+TEST(RobotCheck, TheSenseOfTurningIsThatOfTheLasersMounting) {
+  const auto check = [](bool upside_down, bool reversed) {
+    Driver driver;
+    driver.reversed = reversed;
+    const Made made(driver);
+    RobotDescription robot = made.description();
+    if (upside_down) {
+      auto& T_base_laser = robot.laser->T_base_laser;
+      T_base_laser = Transform<Base, Laser>(T_base_laser.isometry() *
+                                            Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+    }
+    return check_description(robot, made.log);
+  };
+  EXPECT_THAT(check(true, true).contradictions, IsEmpty());
+  EXPECT_THAT(check(true, true).agreements, Contains("scans turn as odometry does"));
+  EXPECT_THAT(check(true, false).contradictions, Contains(HasSubstr("is not upside down as its pose is")));
+  EXPECT_THAT(check(false, true).contradictions, Contains(HasSubstr("roll: 180 deg")));
 }
 
 TEST(RobotCheck, BeamsThatSeeTheRobotItselfAreFound) {
