@@ -37,6 +37,10 @@ const char* advice_for(tick::Degraded why) {
       return "bytes that are no scan";
     case tick::Degraded::guard:
       return "no result in time";
+    case tick::Degraded::no_beam:
+      return "not one beam has a valid range; see whether the laser is covered or broken, and what its "
+             "driver "
+             "writes";
     case tick::Degraded::none:
     case tick::Degraded::fault:
       break;

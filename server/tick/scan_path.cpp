@@ -43,6 +43,31 @@ pose::RefinedPose match_first_laser(const ScanPath& path) {
   return path.scan.laser == 0 ? match_scan(path.scan.real, path.pose) : pose::RefinedPose();
 }
 
+/// Whether one beam has a range, or reports that nothing is within range. A value that stands for both no
+/// return and too close counts: an empty hall is no fault.
+bool one_beam_is_valid(const RangeConvention& convention, std::span<const float> ranges) {
+  const float far = convention.no_return_sentinel();
+  return std::any_of(ranges.begin(), ranges.end(), [&](float range) {
+    const BeamKind kind = convention.classify(range);
+    if (kind == BeamKind::hit || kind == BeamKind::no_return) return true;
+    return range == far || (std::isnan(range) && std::isnan(far));
+  });
+}
+
+/// For a scan without a valid beam, by the kinds of its beams.
+Outcome no_beam(const RangeConvention& convention, std::span<const float> ranges) {
+  const auto too_close =
+      static_cast<std::size_t>(std::count_if(ranges.begin(), ranges.end(), [&](float range) {
+        return convention.classify(range) == BeamKind::too_close;
+      }));
+  return {
+      Degraded::no_beam,
+      "no valid beam: of " + std::to_string(ranges.size()) + " beams " + std::to_string(too_close) +
+          " are too close and " + std::to_string(ranges.size() - too_close) +
+          " are NaN or negative; see whether the laser is covered or broken, or whether its driver writes "
+          "other values than no_return and too_close of the robot description"};
+}
+
 Outcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
 
 /// To MR_SCAN_INFO and the report.
@@ -64,6 +89,8 @@ Outcome find_sweep_poses(const TickContext& context, const Message& input, const
   if (!is_on_robots_clock(input, last, path)) {
     return {Degraded::clock, "the stamp is more than a second off the robot's clock"};
   }
+  if (!one_beam_is_valid(laser.convention, scan.real.ranges))
+    return no_beam(laser.convention, scan.real.ranges);
   const pose::RefinedPose refined = match_first_laser(path);
   report_match(refined, context.tally, scan.info);
   pose::NoPose why{};

@@ -20,6 +20,8 @@ const char* to_string(Degraded why) {
       return "guard";
     case Degraded::fault:
       return "fault";
+    case Degraded::no_beam:
+      return "no_beam";
   }
   return "?";
 }

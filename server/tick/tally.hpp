@@ -21,8 +21,9 @@ enum class Degraded : std::uint8_t {
   unreadable,  ///< labelled a scan, but cannot be decoded
   guard,       ///< no result in time
   fault,       ///< a broken invariant; the text names it
+  no_beam,     ///< not one beam has a range or is out of range: the laser is covered or broken
 };
-constexpr std::size_t kDegradedKinds = 8;
+constexpr std::size_t kDegradedKinds = 9;
 const char* to_string(Degraded why);
 
 struct Tally {

@@ -9,6 +9,9 @@ namespace {
 
 using test::agent;
 
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
+                kInfinity = std::numeric_limits<float>::infinity();
+
 /// The robot stands at (1.5, 0), with the messages of test::drive().
 class InjectionPath : public test::TickTest {
  protected:
@@ -44,6 +47,7 @@ class InjectionPath : public test::TickTest {
       if (i % 2 != 0) continue;
       Scan scan = test::scan_at(0);
       scan.stamp = SensorTime::from_utime(utime);
+      if (all_ranges) std::fill(scan.ranges.begin(), scan.ranges.end(), *all_ranges);
       if (scans) feed(test::message(channel::kScan, utime + 5000, scan));
       PoseEstimate estimate;
       estimate.stamp = scan.stamp;
@@ -55,6 +59,7 @@ class InjectionPath : public test::TickTest {
       feed(test::message(channel::kPoseCov, utime + 25000, estimate));
     }
   }
+  std::optional<float> all_ranges;  ///< m, of all beams from now on
   std::size_t deductions() const { return state_->grading->graders.front().deductions().size(); }
   std::vector<Event> events(EventKind kind) {
     std::vector<Event> all = decoded<Event>(channel::kMrEvents);
@@ -100,6 +105,41 @@ TEST_F(InjectionPath, ReportsWhenScansStopAndWhenTheyReturn) {
   stand(3, 4, true, 0.01);
   EXPECT_EQ(events(EventKind::injection_active).size(), restored + 1);
   EXPECT_EQ(deductions(), 2U) << "it came into sight anew";
+}
+
+// A covered or broken laser looks healthy by its rate alone.
+TEST_F(InjectionPath, ScansWithoutAValidBeamSuspendInjection) {
+  for (const float range : {kNan, -1.F, -kInfinity}) {
+    out_.clear();
+    all_ranges.reset();
+    start_beside_a_person();
+    stand(0, 1, true, 0.01);
+    ASSERT_TRUE(events(EventKind::injection_suspended).size() <= 1);
+    const std::size_t before = events(EventKind::injection_suspended).size();
+    const std::size_t active = events(EventKind::injection_active).size();
+    all_ranges = range;
+    stand(1, 2, true, 0.01);
+    ASSERT_EQ(events(EventKind::injection_suspended).size(), before + 1) << range;
+    EXPECT_TRUE(events(EventKind::injection_suspended).back().text.starts_with("no valid beam")) << range;
+    const ScanInfo info = decoded<ScanInfo>(channel::kMrScanInfo).back();
+    EXPECT_FALSE(info.live) << range;
+    EXPECT_TRUE(info.reason.starts_with("no valid beam")) << info.reason;
+    EXPECT_GT(state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::no_beam)], 5U);
+    all_ranges.reset();
+    stand(2, 3, true, 0.01);
+    EXPECT_EQ(events(EventKind::injection_active).size(), active + 1) << range;
+    EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live) << range;
+  }
+}
+
+TEST_F(InjectionPath, ScansOfAnEmptyHallAreValid) {
+  start_beside_a_person();
+  stand(0, 1, true, 0.01);
+  all_ranges = test::robot().laser->convention.no_return_sentinel();
+  const std::size_t before = events(EventKind::injection_suspended).size();
+  stand(1, 2, true, 0.01);
+  EXPECT_EQ(events(EventKind::injection_suspended).size(), before);
+  EXPECT_TRUE(decoded<ScanInfo>(channel::kMrScanInfo).back().live);
 }
 
 }  // namespace
