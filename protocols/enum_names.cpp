@@ -219,6 +219,8 @@ const char* to_string(EventKind kind) {
       return "person_touched";
     case EventKind::training_started:
       return "training_started";
+    case EventKind::scans_conflict:
+      return "scans_conflict";
   }
   return "unknown";
 }

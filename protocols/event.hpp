@@ -98,8 +98,10 @@ enum class EventKind : std::uint8_t {
                      ///< m/s, its speed towards that person
   training_started,  ///< the clock of the training starts; subject: the robot that was commanded first, or
                      ///< moved; empty: the instructor's start
+  scans_conflict,    ///< the subject's scans have other beams than its description, or two publishers
+                   ///< alternate; object: the name of a laser after the first; text: figures, and what to do
 };
-inline constexpr EventKind kLastEventKind = EventKind::training_started;
+inline constexpr EventKind kLastEventKind = EventKind::scans_conflict;
 
 /// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

@@ -91,6 +91,7 @@ bool is_noticed(EventKind kind) {
     case EventKind::near_miss:
     case EventKind::odometry_changed:
     case EventKind::poses_conflict:
+    case EventKind::scans_conflict:
     case EventKind::training_started:
     case EventKind::person_touched:
     case EventKind::dose_warning:

@@ -381,6 +381,8 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
   SweepPoses poses;
   const Outcome outcome = compute_scan(context, input, path, poses, stages);
   publish_scan(context, input, outcome, path.scan, sink);
+  if (path.scan.have_real)
+    watch_scans(context, path.scan.real, path.scan.laser, path.injection.laser, path.scan.watch);
   learn_from_scan(context, outcome, poses, path);
 }
 

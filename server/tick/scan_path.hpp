@@ -20,6 +20,7 @@
 #include "server/tick/outputs.hpp"
 #include "server/tick/people_path.hpp"
 #include "server/tick/pose_path.hpp"
+#include "server/tick/scan_watch.hpp"
 #include "server/tick/tick_context.hpp"
 
 namespace parhelion::tick {
@@ -53,6 +54,8 @@ struct ScanState {
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
 
   scan::SweepRays rays;  ///< scratch
+
+  ScanWatch watch;
 
   std::optional<Scan> line;  ///< the newest of LINES
 };

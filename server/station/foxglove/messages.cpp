@@ -45,6 +45,7 @@ LogLevel level_of(EventKind kind) {
     case EventKind::relocalized:
     case EventKind::odometry_changed:
     case EventKind::poses_conflict:
+    case EventKind::scans_conflict:
     case EventKind::dose_warning:
     case EventKind::dose_limit:
     case EventKind::speed_limited:
