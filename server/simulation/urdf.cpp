@@ -22,6 +22,7 @@ using tinyxml2::XMLElement;
 
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;  // embedded meshes included
 constexpr std::size_t kMaxLinks = 1000;
+constexpr double kWholeTurn = 6.3;  // rad
 
 /// Thrown within this file: XML has an error at any depth, and each reader below would only pass it on.
 struct Refused {
@@ -219,6 +220,7 @@ class Reader {
       joint.parent = index;
       joint.child = robot_.links.size();
       fill(*element, joint);
+      warn_of_degrees(*element);
       if (joint.kind != JointKind::fixed && child.FirstChildElement("inertial") == nullptr)
         refuse(child, "has no <inertial>, but joint '" + yaml::printable(joint.name) + "' moves it");
       robot_.joints.push_back(joint);
@@ -249,6 +251,14 @@ class Reader {
     robot_.warnings.push_back(std::to_string(link.GetLineNum()) + ": " + description_of(link) + words);
   }
 
+  void warn_of_degrees(const XMLElement& joint) {
+    const XMLElement* origin = joint.FirstChildElement("origin");
+    if (origin == nullptr || !(vector_or_zero(*origin, "rpy").cwiseAbs().maxCoeff() > kWholeTurn)) return;
+    warn(joint, ": rpy='" + yaml::printable(text_of(*origin, "rpy")) +
+                    "' is more than a whole turn; URDF angles are radians: are these degrees?");
+    robot_.angle_warnings.push_back(robot_.warnings.back());
+  }
+
   /// Of a <mesh>: one for each colour; none, and a warning, where its file was not found.
   std::vector<Shape> mesh(const XMLElement& link, const XMLElement& element, const XMLElement& form,
                           const Material& look, bool solid) {
@@ -256,6 +266,7 @@ class Reader {
     if (!is_embedded(filename)) {
       warn(link, std::string(": its ") + element.Name() + " is left out: mesh '" + yaml::printable(filename) +
                      "' was not found");
+      (solid ? robot_.solid_left_out : robot_.visible_left_out).push_back(text_of(link, "name"));
       return {};
     }
     Eigen::Vector3d scale = Eigen::Vector3d::Ones();
@@ -442,7 +453,8 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
   if (robot == nullptr) return Error{origin + ": expected <robot>, found no such element"};
   try {
     UrdfRobot read = Reader(materials).read(*robot);
-    for (std::string& warning : read.warnings) warning.insert(0, origin + ":");
+    for (auto* warnings : {&read.warnings, &read.angle_warnings})
+      for (std::string& warning : *warnings) warning.insert(0, origin + ":");
     return read;
   } catch (const Refused& refused) {
     return Error{origin + ":" + std::to_string(refused.line) + ": " + refused.words};

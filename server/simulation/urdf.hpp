@@ -17,7 +17,10 @@ struct UrdfRobot {
   std::vector<RobotLink> links;        ///< parents before children
   std::vector<RobotJoint> joints;      ///< joints[i].child == i + 1
   std::vector<std::string> materials;  ///< names of those that it defines
-  std::vector<std::string> warnings;   ///< parts that were left out, and what collides in their place
+  /// Parts that were left out, what collides in their place, and angle_warnings.
+  std::vector<std::string> warnings;
+  std::vector<std::string> angle_warnings;                    ///< joints turned by more than a whole turn
+  std::vector<std::string> solid_left_out, visible_left_out;  ///< links whose <collision> or <visual> was
 };
 
 /// `origin` names the file in errors. From `materials` all but the albedo is used, which is the URDF's

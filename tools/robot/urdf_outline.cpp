@@ -56,6 +56,29 @@ std::vector<Eigen::Vector2d> few_corners(const std::vector<Eigen::Vector3d>& poi
   return convex_hull(std::move(corners));
 }
 
+/// Fills `left_out` and `lacks_base`.
+void find_left_out(const simulation::UrdfRobot& urdf, UrdfOutline& outline) {
+  std::vector<bool> fixed_to_root(urdf.links.size(), true);  // parents come before children
+  for (const simulation::RobotJoint& joint : urdf.joints)
+    fixed_to_root[joint.child] = fixed_to_root[joint.parent] && joint.kind == simulation::JointKind::fixed;
+  double mass = 0;
+  bool base_left_out = false, base_has_shape = false;
+  for (std::size_t i = 0; i < urdf.links.size(); ++i) {
+    const simulation::RobotLink& link = urdf.links[i];
+    const bool any_shape = !link.solid.empty() || !link.visible.empty();
+    base_has_shape = base_has_shape || (fixed_to_root[i] && any_shape);
+    const auto has = [&](const std::vector<std::string>& names) {
+      return std::find(names.begin(), names.end(), link.name) != names.end();
+    };
+    if (!has(urdf.solid_left_out) && !(has(urdf.visible_left_out) && link.solid.empty())) continue;
+    outline.left_out.push_back(link.name);
+    mass += link.mass;
+    base_left_out = base_left_out || fixed_to_root[i];
+  }
+  outline.lacks_base =
+      !outline.left_out.empty() && ((base_left_out && !base_has_shape) || 2 * mass > outline.mass);
+}
+
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -72,6 +95,7 @@ Result<UrdfOutline> read_urdf_outline(const std::string& path) {
   if (!urdf) return urdf.error();
   UrdfOutline outline;
   outline.warnings = std::move(embedded.warnings);
+  outline.warnings.insert(outline.warnings.end(), urdf->angle_warnings.begin(), urdf->angle_warnings.end());
   outline.name = std::filesystem::path(path).stem().string();
   outline.root = urdf->links.front().name;
   std::vector<Eigen::Isometry3d> T_root_link{Eigen::Isometry3d::Identity()};
@@ -85,15 +109,21 @@ Result<UrdfOutline> read_urdf_outline(const std::string& path) {
       for (const Eigen::Vector3d& point : extreme_points(shape)) points.emplace_back(T_root_link[i] * point);
     }
   }
+  find_left_out(*urdf, outline);
   double top = 0;
+  // By convention base_footprint lies on the floor.
+  const auto ground = std::find_if(urdf->links.begin(), urdf->links.end(),
+                                   [](const auto& link) { return link.name == "base_footprint"; });
+  if (ground != urdf->links.end())
+    outline.floor = T_root_link[static_cast<std::size_t>(ground - urdf->links.begin())].translation().z();
   if (!points.empty()) {
     const auto by_height = [](const auto& a, const auto& b) { return a.z() < b.z(); };
     const auto [lowest, highest] = std::minmax_element(points.begin(), points.end(), by_height);
-    outline.floor = lowest->z();
+    if (ground == urdf->links.end()) outline.floor = lowest->z();
     top = highest->z();
     outline.footprint = few_corners(points);
   }
-  outline.height = top - outline.floor;
+  if (!points.empty()) outline.height = std::max(0.0, top - outline.floor);
   for (std::size_t i = 0; i < urdf->links.size(); ++i) {
     outline.links.push_back(urdf->links[i].name);
     outline.T_base_link[urdf->links[i].name] = Eigen::Translation3d(0, 0, -outline.floor) * T_root_link[i];
