@@ -14,6 +14,7 @@
 
 #include "protocols/yaml/utf8.hpp"
 #include "server/simulation/urdf_meshes.hpp"
+#include "server/simulation/xml_fault.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -432,6 +433,16 @@ class Reader {
   UrdfRobot robot_;
 };
 
+Error no_xml(const std::string& text, const std::string& origin, const tinyxml2::XMLDocument& document) {
+  const bool deep = document.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED;
+  const auto fault = deep ? std::nullopt : find_xml_fault(text);
+  const int line = fault ? fault->line : std::max(1, document.ErrorLineNum());
+  return Error{origin + ":" + std::to_string(line) + ": not XML: " +
+               (fault  ? fault->words
+                : deep ? "elements are nested too deeply"
+                       : "in the element that begins here, look for an attribute without a value or quotes")};
+}
+
 }  // namespace
 
 Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
@@ -440,17 +451,14 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
     return Error{origin + ": " + std::to_string(urdf.size()) + " bytes; expected a URDF of at most 16 MiB"};
   tinyxml2::XMLDocument document;
   if (document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) {
-    return Error{
-        origin + ":" + std::to_string(document.ErrorLineNum()) +
-        ": not XML: " + tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()) +
-        "; in the element that begins here, look for a tag that is not closed and a quote that is missing"};
+    return no_xml(urdf, origin, document);
   }
   if (const XMLElement* macro = find_xacro(document)) {
     return Error{origin + ":" + std::to_string(macro->GetLineNum()) + ": <" + macro->Name() +
                  ">: this is xacro, not URDF; expand it with: xacro FILE.xacro > FILE.urdf"};
   }
   const XMLElement* robot = document.FirstChildElement("robot");
-  if (robot == nullptr) return Error{origin + ": expected <robot>, found no such element"};
+  if (robot == nullptr) return Error{origin + ":1: expected <robot>, found no such element"};
   try {
     UrdfRobot read = Reader(materials).read(*robot);
     for (auto* warnings : {&read.warnings, &read.angle_warnings})
