@@ -21,6 +21,7 @@
 #include "server/simulation/robot_model.hpp"
 #include "server/tick/check_limits.hpp"
 #include "server/tick/check_waypoints.hpp"
+#include "tools/robot/plausible_size.hpp"
 #include "tools/validate_log.hpp"
 
 namespace parhelion::tools {
@@ -179,6 +180,8 @@ Validation validate_robot(const std::string& path) {
   validation.summary = "robot description '" + robot->name + "'" + parts;
   const auto usable = runtime::load_usable_robot(path);
   if (!usable) validation.errors.push_back(usable.error().message);
+  for (const std::string& length : implausible_lengths(*robot))
+    validation.notes.push_back("warning: " + length);
   return validation;
 }
 

@@ -94,6 +94,15 @@ const char* const kUsableRobot =
     "m], [-0.3 m, 0.3 "
     "m]]\n";
 
+TEST_F(Validate, WarnsOfARobotInMillimetres) {
+  const auto verdict = validate_file(
+      file("r.yaml",
+           "laser: {preset: lms-200, pose: {x: 0 m}}\n"
+           "footprint: [[-300 m, -200 m], [300 m, -200 m], [300 m, 200 m], [-300 m, 200 m]]\n"));
+  EXPECT_THAT(verdict.errors, IsEmpty());
+  EXPECT_THAT(verdict.notes, ElementsAre(AllOf(HasSubstr("warning"), HasSubstr("millimetres"))));
+}
+
 TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
   file("model.yaml", to_yaml(SemanticModel()));
   file("robot.yaml", kUsableRobot);
