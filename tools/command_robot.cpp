@@ -6,9 +6,11 @@
 #include <memory>
 
 #include "protocols/robot.hpp"
+#include "server/tick/configuration.hpp"
 #include "tools/command.hpp"
 #include "tools/robot/check_description.hpp"
 #include "tools/robot/new_description.hpp"
+#include "tools/robot/plausible_size.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {
@@ -20,7 +22,10 @@ constexpr const char* kNewFooter =
     "with\n"
     "--yes, it takes these values itself. Behind each value in the file is its source; those marked [guess] "
     "are to\n"
-    "be measured. Afterwards `parhelion robot check` and `parhelion calibrate`.";
+    "be measured. Afterwards `parhelion robot check` and `parhelion calibrate`. Exit code 1: the description "
+    "is "
+    "not\n"
+    "complete, such as without a laser; what is missing is on stderr.";
 constexpr const char* kCheckFooter =
     "Example: parhelion robot check rover.yaml --log drive.lcm\n\n"
     "Compares sensors, angles, times, sentinels, own returns, the sense of turning, image sizes and speeds.\n"
@@ -28,6 +33,7 @@ constexpr const char* kCheckFooter =
 
 struct Arguments {
   std::string urdf, log, output = "-", description;
+  GivenParts given;
   bool yes = false, overwrite = false;
 };
 
@@ -37,11 +43,17 @@ Exit failed(const char* command, const Error& error) {
 }
 
 /// On the terminal; an empty line takes what is likely.
-std::string ask_person(const std::string& question, const std::string& likely) {
+std::optional<std::string> ask_person(const std::string& question, const std::string& likely) {
   std::fprintf(stderr, "%s [%s]: ", question.c_str(), likely.c_str());
   std::string answer;
-  if (!std::getline(std::cin, answer) || answer.empty()) return likely;
-  return answer;
+  if (!std::getline(std::cin, answer)) return std::nullopt;
+  return answer.empty() ? likely : answer;
+}
+
+/// Wrong answers are refused one by one: those before them are kept.
+Dialogue dialogue(bool with_person) {
+  if (!with_person) return {[](const std::string&, const std::string&) { return std::nullopt; }, {}};
+  return {ask_person, [](const std::string& words) { std::fprintf(stderr, "%s\n", words.c_str()); }};
 }
 
 void show_findings(const char* command, const std::vector<std::string>& findings) {
@@ -63,13 +75,16 @@ Exit run_new(const Arguments& arguments) {
     log = std::move(*survey);
   }
   const bool person = !arguments.yes && isatty(STDIN_FILENO) == 1;
-  const Ask likely = [](const std::string&, const std::string& value) { return value; };
-  const auto text = new_description(*urdf, log, person ? Ask(ask_person) : likely);
-  if (!text) return failed("new", text.error());
-  if (const auto usable = parse_robot_description(*text, "the new description"); !usable)
-    return failed("new", usable.error());
-  const Status written = write_text(arguments.output, *text, arguments.overwrite);
-  return written ? Exit::done : failed("new", written.error());
+  const auto made = new_description(*urdf, log, dialogue(person), arguments.given);
+  if (!made) return failed("new", made.error());
+  const auto robot = parse_robot_description(made->text, "the new description");
+  if (!robot) return failed("new", robot.error());
+  const Status written = write_text(arguments.output, made->text, arguments.overwrite);
+  if (!written) return failed("new", written.error());
+  show_findings("new", made->notes);
+  show_findings("new", implausible_lengths(*robot));
+  const Status usable = tick::check_robot(*robot);
+  return usable ? Exit::done : failed("new", usable.error());
 }
 
 Exit run_check(const Arguments& arguments) {
@@ -78,6 +93,7 @@ Exit run_check(const Arguments& arguments) {
   const auto log = survey_log(arguments.log);
   if (!log) return failed("check", log.error());
   show_findings("check", log->findings);
+  show_findings("check", implausible_lengths(*robot));
   const DescriptionCheck check = check_description(*robot, *log);
   for (const std::string& agreement : check.agreements) std::printf("agrees: %s\n", agreement.c_str());
   for (const std::string& contradiction : check.contradictions)
@@ -99,6 +115,13 @@ void add_robot(CLI::App& app, Exit& exit) {
                    "LCM log with SCAN, and where there are any ODOMETRY, CAMERA, DEPTH, IMU");
   make->add_option("-o,--output", arguments->output, "File to write; - is standard output")
       ->capture_default_str();
+  make->add_option("--laser", arguments->given.lasers,
+                   "Laser on SCAN: its link, or its position X,Y,Z or X,Y,Z,YAW in base_link (m, degrees). "
+                   "NAME=LINK or NAME=X,Y,Z,YAW: a further laser, on SCAN_NAME; repeat it for each")
+      ->allow_extra_args(false);
+  make->add_option(
+      "--footprint", arguments->given.footprint,
+      "Outline in place of the URDF's: LENGTH,WIDTH about base_link, or corners \"X,Y X,Y X,Y\" (m)");
   make->add_flag("--yes", arguments->yes, "Ask nothing, take likely values");
   make->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
   make->callback([arguments, &exit] { exit = run_new(*arguments); });

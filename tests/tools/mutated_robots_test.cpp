@@ -148,8 +148,8 @@ MutationSample new_robot_sample(const TemporaryFolder& folder, bool damaged_log)
             if (!outline) return outline.error();
             const auto survey = survey_log(log);
             if (!survey) return survey.error();
-            const Ask likely = [](const std::string&, const std::string& value) { return value; };
-            return status_of(new_description(*outline, *survey, likely));
+            const Dialogue nobody{[](const std::string&, const std::string&) { return std::nullopt; }, {}};
+            return status_of(new_description(*outline, *survey, nobody));
           }};
 }
 

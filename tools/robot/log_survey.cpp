@@ -165,7 +165,7 @@ Result<LogSurvey> survey_log(const std::string& path) {
   if (!reader) return reader.error();
   LogSurvey survey;
   survey.path = path;
-  Collected<Scan> scans;
+  std::map<std::string, Collected<Scan>> scans;  // by channel
   Collected<Odometry> odometry;
   Collected<Image> camera, depth;
   Collected<ImuSample> imu;
@@ -180,11 +180,13 @@ Result<LogSurvey> survey_log(const std::string& path) {
     }
     if (!*message) break;
     const std::string& name = (*message)->channel;
-    if (name == channel::kScan) scans.add(**message, survey.findings);
+    const SensorChannel parts = parse_sensor_channel(name);
+    if (name == channel::kScan || (parts.canonical == channel::kScan && !parts.sensor.empty()))
+      scans[name].add(**message, survey.findings);
     if (name == channel::kOdometry) odometry.add(**message, survey.findings);
     if (name == channel::kCamera) camera.add(**message, survey.findings);
     if (name == channel::kDepth) depth.add(**message, survey.findings);
-    if (!name.starts_with("MR_") && !parse_sensor_channel(name).sensor.empty()) survey.further.insert(name);
+    if (!name.starts_with("MR_") && !parts.sensor.empty()) survey.further.insert(name);
     if (name == channel::kImu) imu.add(**message, survey.findings);
     if (name == channel::kJointState && decode(name, (*message)->payload, state))
       joints.insert(state.names.begin(), state.names.end());
@@ -192,9 +194,14 @@ Result<LogSurvey> survey_log(const std::string& path) {
   }
   survey.joints.assign(joints.begin(), joints.end());
   survey.imu = !imu.messages.empty();
-  if (!scans.messages.empty()) {
-    const auto stamps = scans.stamps();
-    survey.laser = survey_laser(std::move(scans.messages), stamps);
+  for (auto& [name, collected] : scans) {
+    if (collected.messages.empty()) continue;
+    const auto stamps = collected.stamps();
+    LaserSurvey laser = survey_laser(std::move(collected.messages), stamps);
+    if (name == channel::kScan)
+      survey.laser = std::move(laser);
+    else
+      survey.further_lasers.emplace(name, std::move(laser));
   }
   if (odometry.messages.size() > 1) survey.odometry = survey_odometry(std::move(odometry.messages));
   if (!camera.messages.empty()) survey.camera = survey_images(camera);

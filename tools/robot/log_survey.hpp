@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -47,6 +48,7 @@ struct LogSurvey {
   std::optional<OdometrySurvey> odometry;
   std::optional<ImageSurvey> camera, depth;
   bool imu = false;
+  std::map<std::string, LaserSurvey> further_lasers;  ///< by channel, as SCAN_rear
   std::set<std::string> further;      ///< channels of sensors after the first of their kind, as SCAN_rear
   std::vector<std::string> joints;    ///< names in JOINT_STATE
   std::string robot_yaml;             ///< the last ROBOT; empty: none

@@ -1,23 +1,34 @@
 // `parhelion robot new`: a robot description from a URDF, a log and answers.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocols/status.hpp"
+#include "tools/robot/dialogue.hpp"
 #include "tools/robot/log_survey.hpp"
 #include "tools/robot/urdf_outline.hpp"
 
 namespace parhelion::tools {
 
-/// The answer to a question, given what is likely. Without anybody to ask: what is likely.
-using Ask = std::function<std::string(const std::string& question, const std::string& likely)>;
+/// What a person gives beforehand in place of answers.
+struct GivenParts {
+  /// Of the laser on SCAN: a link, or its position "x,y,z" or "x,y,z,yaw" in base_link (m and degrees); of a
+  /// further one "NAME=" and the same.
+  std::vector<std::string> lasers;
+  /// "length,width" about base_link, or corners "x,y x,y x,y": m, base_link. Empty: of the URDF.
+  std::string footprint;
+};
 
-/// The text of a description (YAML). Behind each value is its source: [urdf], [log], [answer], or [guess],
-/// which is to be measured. Error: neither the URDF nor the log has a laser, an answer that is no link of the
-/// URDF or no number.
-Result<std::string> new_description(const UrdfOutline& urdf, const std::optional<LogSurvey>& log,
-                                    const Ask& ask);
+struct NewDescription {
+  std::string text;  ///< YAML. Behind each value is its source: [urdf], [log], [answer] or [guess]
+  std::vector<std::string> notes;  ///< what a person has to look at, one sentence each
+};
+
+/// A description from what is known; the rest is asked. Error: the log has scans and no laser is known, the
+/// outline is unknown, or an answer that is wrong where nobody can be asked again.
+Result<NewDescription> new_description(const UrdfOutline& urdf, const std::optional<LogSurvey>& log,
+                                       const Dialogue& dialogue, const GivenParts& given = {});
 
 }  // namespace parhelion::tools

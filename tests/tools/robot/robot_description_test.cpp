@@ -84,7 +84,7 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
   return path;
 }
 
-std::string likely(const std::string&, const std::string& value) { return value; }
+const Dialogue kLikely{[](const std::string&, const std::string&) { return std::nullopt; }, {}};
 
 struct Made {
   test::TemporaryFolder folder;
@@ -97,9 +97,9 @@ struct Made {
     log = survey_log(write_log(folder, driver)).value();
   }
   RobotDescription description() const {
-    const auto text = new_description(urdf, log, likely);
-    EXPECT_TRUE(text.ok()) << text.error().message;
-    const auto robot = parse_robot_description(*text, "new");
+    const auto made = new_description(urdf, log, kLikely);
+    EXPECT_TRUE(made.ok()) << made.error().message;
+    const auto robot = parse_robot_description(made->text, "new");
     EXPECT_TRUE(robot.ok()) << robot.error().message;
     return *robot;
   }
@@ -158,11 +158,13 @@ TEST(RobotNew, ACamerasOpticalFrameIsTurnedToItsLink) {
 TEST(RobotNew, AnswersReplaceGuessesAndAreChecked) {
   const Made made;
   const auto with = [&](const std::string& asked, const std::string& answer) {
-    return new_description(made.urdf, made.log, [&](const std::string& question, const std::string& value) {
-      return question.starts_with(asked) ? answer : value;
-    });
+    return new_description(made.urdf, made.log,
+                           {[&](const std::string& question, const std::string& value) {
+                              return question.starts_with(asked) ? answer : value;
+                            },
+                            {}});
   };
-  EXPECT_THAT(with("Greatest speed", "1.25").value(), HasSubstr("speed: 1.25 m/s"));
+  EXPECT_THAT(with("Greatest speed", "1.25").value().text, HasSubstr("speed: 1.25 m/s"));
   EXPECT_THAT(with("Greatest speed", "fast").error().message, HasSubstr("found 'fast'"));
   EXPECT_THAT(with("Greatest speed", "-1").error().message, HasSubstr("at least 0"));
   EXPECT_THAT(with("Link of the laser", "front_lasre").error().message, HasSubstr("front_laser"));
