@@ -76,7 +76,8 @@ class EglCompositor : public Compositor {
   DepthOcclusion depth_occlusion_;
   Result<DepthPixels> depth_ = Error{"no depth image"};
   CameraIntrinsics depth_intrinsics_;
-  bool depth_is_read_ = false;  ///< of the current job: by draw(), which needs it first
+  bool depth_is_read_ = false;   ///< of the current job: by draw(), which needs it first
+  bool depth_is_drawn_ = false;  ///< of the current job: its depth image has changed
 };
 
 bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -176,7 +177,7 @@ std::vector<std::string> EglCompositor::visible_entities() const {
 RenderAnswer EglCompositor::compose(const RenderJob& job) {
   RenderAnswer answer;
   answer.image = job.image;
-  depth_is_read_ = false;
+  depth_is_read_ = depth_is_drawn_ = false;
   const Result<Outcome> outcome = job.image.width == 0 ? Outcome::nothing : draw(job, answer.timings);
   if (!outcome) {
     answer.reason = outcome.error().message;
@@ -193,6 +194,7 @@ RenderAnswer EglCompositor::compose(const RenderJob& job) {
   }
   if (auto depth = draw_depth(job); depth.ok()) {
     answer.depth = std::move(*depth);
+    answer.depth_drawn = depth_is_drawn_;
   } else {
     if (!job.depth_answered) answer.depth = job.depth;
     if (answer.reason.empty()) answer.reason = depth.error().message;
@@ -262,6 +264,7 @@ Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   if (!changed) return std::optional<Image>{*job.depth};
   auto image = encode_depth(*pixels, *job.depth);
   if (!image) return image.error();
+  depth_is_drawn_ = true;
   return std::optional<Image>{std::move(*image)};
 }
 

@@ -39,8 +39,9 @@ struct RenderTimings {
 struct RenderAnswer {
   Image image;                 ///< same stamp and format; the same bytes where nothing is drawn
   std::optional<Image> depth;  ///< MR_DEPTH: never deeper than the real pixel
-  bool drawn = false;
-  std::string reason;  ///< why the original was sent although there was something to draw; else empty
+  bool drawn = false;          ///< into the image
+  bool depth_drawn = false;    ///< into the depth image
+  std::string reason;          ///< why the original was sent although there was something to draw; else empty
   std::vector<std::string> visible;  ///< entities with at least one visible pixel
   RenderTimings timings;
 };

@@ -44,7 +44,7 @@ void publish_frame(const Configuration& configuration, const FrameAnswer& done, 
   if (done.answer.image.width > 0) encode(done.answer.image, add(channel::kMrCamera));
   if (done.answer.depth) encode(*done.answer.depth, add(channel::kMrDepth));
   ++tally.frames_out;
-  if (done.answer.drawn) ++tally.frames_composited;
+  if (done.answer.drawn || done.answer.depth_drawn) ++tally.frames_composited;
 }
 
 }  // namespace parhelion::tick

@@ -81,6 +81,7 @@ TEST(MrDepth, IsTheSameWithoutAPictureBesideIt) {
   const RenderAnswer alone = (*compositor)->compose(job);
   EXPECT_EQ(alone.reason, "");
   EXPECT_FALSE(alone.drawn);
+  EXPECT_TRUE(alone.depth_drawn);
   EXPECT_TRUE(alone.image.bytes.empty());
   ASSERT_TRUE(alone.depth && both.depth);
   EXPECT_NE(alone.depth->bytes, job.depth->bytes);
@@ -98,6 +99,7 @@ TEST(MrDepth, WithoutVisibleBodiesBytesAreUnchanged) {
   ASSERT_TRUE(answer.depth);
   EXPECT_EQ(answer.depth->bytes, job.depth->bytes);
   EXPECT_FALSE(answer.drawn);
+  EXPECT_FALSE(answer.depth_drawn);
   EXPECT_EQ(answer.image.bytes, job.image.bytes);
 }
 

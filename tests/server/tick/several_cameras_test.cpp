@@ -79,6 +79,19 @@ TEST_F(SeveralCamerasTest, AnAnswerIsPublishedOnTheChannelsOfItsCamera) {
   EXPECT_THAT(channels, testing::ElementsAre("MR_CAMERA_left", "MR_DEPTH_left"));
 }
 
+// Of a depth camera alone there is no picture.
+TEST_F(SeveralCamerasTest, ADepthImageWithBodiesCountsAsAFrameWithThem) {
+  start_session();
+  FrameAnswer done;
+  done.answer.depth.emplace();
+  Outputs outputs;
+  publish_frame(configuration_, done, outputs, state_->tally);
+  EXPECT_EQ(state_->tally.frames_composited, 0U);
+  done.answer.depth_drawn = true;
+  publish_frame(configuration_, done, outputs, state_->tally);
+  EXPECT_EQ(state_->tally.frames_composited, 1U);
+}
+
 TEST_F(SeveralCamerasTest, ADepthCameraWithoutACameraIsAnsweredAlone) {
   RobotDescription robot = robot_with_two_cameras();
   robot.further_cameras.front().camera.reset();
