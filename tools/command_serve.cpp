@@ -183,9 +183,10 @@ Result<StopMemories> prepare_stops(const Arguments& arguments, const tick::Confi
 /// What people read before the start.
 void announce(const tick::Configuration& configuration, const runtime::ServeOptions& options) {
   if (const auto slow = runtime::warn_of_slow_crowd(configuration)) log_line(Priority::warning, *slow);
+  if (const auto note = runtime::note_without_model(configuration)) log_line(Priority::information, *note);
   log_line(Priority::information, "session log " + options.session);
   if (configuration.scenario.training)
-    std::fputs(training::briefing(configuration.scenario, tick::graded_robot(configuration)).c_str(), stderr);
+    std::fputs(training::briefing(configuration.scenario, tick::graded_robots(configuration)).c_str(), stderr);
 }
 
 /// The base station; nullptr: none is asked for. `bus` must outlive it.

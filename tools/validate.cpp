@@ -123,6 +123,9 @@ Validation validate_scenario(const std::string& path) {
   const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
   if (!begun) validation.errors.push_back(begun.error().message);
   if (configuration) check_paths(*configuration, path, validation);
+  if (configuration)
+    if (const auto note = runtime::note_without_model(*configuration))
+      validation.notes.push_back("note: " + *note);
   return validation;
 }
 

@@ -223,4 +223,14 @@ Status check_start(const tick::Configuration& configuration, const std::string& 
   return Error{place_of_item(path, configuration.scenario, message) + message};
 }
 
+std::optional<std::string> note_without_model(const tick::Configuration& configuration) {
+  const Scenario& scenario = configuration.scenario;
+  if (tick::simulates_trainee(scenario) || scenario.mapping || !configuration.model.entities.empty())
+    return std::nullopt;
+  return "the scenario has no 'model': real people and obstacles are not tracked, because a laser cannot "
+         "tell "
+         "them from walls that are unknown; there is no person_touched, and virtual robots do not avoid them "
+         "(docs/build-a-model.md makes a model)";
+}
+
 }  // namespace parhelion::runtime

@@ -42,4 +42,8 @@ Result<RobotDescription> load_usable_robot(const std::string& path);
 /// the scenario at `path`, and searches a route to the zones of the tasks.
 Status check_start(const tick::Configuration& configuration, const std::string& path);
 
+/// What a session with a real robot cannot do because its scenario has no model; nullopt: it has one or makes
+/// one (`mapping`), or no robot is real.
+std::optional<std::string> note_without_model(const tick::Configuration& configuration);
+
 }  // namespace parhelion::runtime

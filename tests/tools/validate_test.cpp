@@ -94,6 +94,19 @@ const char* const kUsableRobot =
     "m], [-0.3 m, 0.3 "
     "m]]\n";
 
+// A laser cannot tell people from walls that are unknown.
+TEST_F(Validate, NotesThatPeopleAreNotTrackedWithoutAModel) {
+  file("robot.yaml", kUsableRobot);
+  EXPECT_THAT(validate_file(file("s.yaml", "level: 3\nrobot: robot.yaml\n")).notes,
+              ElementsAre(HasSubstr("real people and obstacles are not tracked")));
+  file("room.yaml", to_yaml(test::room()));
+  EXPECT_THAT(validate_file(file("s.yaml", "level: 3\nrobot: robot.yaml\nmodel: room.yaml\n")).notes,
+              IsEmpty());
+  EXPECT_THAT(
+      validate_file(file("s.yaml", "level: 1\ntrainee: {model: rover, pose: {x: 0 m, y: 0 m}}\n")).notes,
+      IsEmpty());
+}
+
 TEST_F(Validate, WarnsOfARobotInMillimetres) {
   const auto verdict = validate_file(
       file("r.yaml",
