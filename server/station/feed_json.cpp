@@ -177,6 +177,7 @@ std::string robots_json(std::span<const RobotLine> robots) {
   for (const RobotLine& robot : robots) {
     list.push_back({{"name", robot.name},
                     {"localized", robot.localized},
+                    {"silent_s", robot.silent_s ? rounded(*robot.silent_s) : Json()},
                     {"injecting", robot.injecting},
                     {"reason", robot.reason},
                     {"score", robot.score ? rounded(*robot.score) : Json()}});

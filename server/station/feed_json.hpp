@@ -35,6 +35,7 @@ std::string pose_json(const PoseEstimate& estimate);
 struct RobotLine {
   std::string name;
   bool localized = false;
+  std::optional<double> silent_s;  ///< s since the newest POSE_COV, where it has stopped
   bool injecting = false;
   std::string reason;           ///< why nothing is injected, else empty
   std::optional<double> score;  ///< none: not graded

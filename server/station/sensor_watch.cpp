@@ -81,6 +81,13 @@ std::vector<SensorState> SensorWatch::states(ArrivalTime now) const {
   return states;
 }
 
+std::optional<double> SensorWatch::silence_of(const std::string& name, ArrivalTime now) const {
+  for (const SensorState& each : states(now)) {
+    if (each.name == name && each.status == SensorState::Health::lost) return each.age;
+  }
+  return std::nullopt;
+}
+
 void SensorWatch::restart() {
   for (Sensor& sensor : sensors_) sensor.stamps.clear();
   robot_clock_ = {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ class SensorWatch {
   void record(const std::string& name, SensorTime stamp, ArrivalTime arrival);
   /// In the order of watch().
   std::vector<SensorState> states(ArrivalTime now) const;
+  /// s since the newest message of a sensor that is lost; nullopt: it is not, or nothing came from it yet.
+  std::optional<double> silence_of(const std::string& name, ArrivalTime now) const;
   /// Converts an instant of the robot's clock to the server's axis; unchanged while the clock offset is
   /// unknown.
   SimulationTime to_server(SensorTime t) const;

@@ -147,6 +147,7 @@ std::string StateFeed::robots_text(const View& view) const {
   std::vector<RobotLine> lines;
   for (const RobotFeed& robot : robots_) {
     lines.push_back({robot.name, robot.pose_known && robot.pose.state == SlamState::tracking,
+                     robot.sensors.silence_of(channel::kPoseCov, options_.clock()),
                      robot.info.stamp.ns != 0 && robot.info.live, view.text(robot.info.reason),
                      std::nullopt});
     const bool visible = !view.trainee || view.trainee->robots().front() == robot.name;

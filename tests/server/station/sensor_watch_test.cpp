@@ -63,5 +63,18 @@ TEST(SensorWatch, ASilentSensorIsLateThenLost) {
   EXPECT_EQ(status(102.1), SensorState::Health::lost);
 }
 
+TEST(SensorWatch, TheSilenceOfALostSensorIsKnown) {
+  SensorWatch watch;
+  watch.watch("POSE_COV", SensorWatch::Clock::server);
+  const auto silence = [&](double t) { return watch.silence_of("POSE_COV", ArrivalTime{} + seconds(t)); };
+  EXPECT_FALSE(silence(100)) << "nothing came yet";
+  for (int i = 0; i <= 20; ++i)
+    watch.record("POSE_COV", SensorTime{} + seconds(100 + 0.1 * i), ArrivalTime{} + seconds(100 + 0.1 * i));
+  EXPECT_FALSE(silence(102.1));
+  ASSERT_TRUE(silence(109.6));
+  EXPECT_NEAR(*silence(109.6), 7.6, 1e-6);
+  EXPECT_FALSE(watch.silence_of("SCAN", ArrivalTime{} + seconds(109.6)));
+}
+
 }  // namespace
 }  // namespace parhelion::station

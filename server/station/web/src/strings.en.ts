@@ -95,6 +95,7 @@ export const strings = {
     done: "Password changed. Your other sessions have been logged out.",
   },
   plan: {
+    beyond: (name: string, metres: number, more: number) => `${name} · ${metres < 10 ? metres.toFixed(1) : Math.round(metres)} m further${more ? ` and ${more} more` : ""}`,
     label: "Plan of the site with robots and scans",
     how: "Arrow keys move the view, plus and minus zoom. While placing an object, arrow keys move the cross, Enter places it and Escape cancels.",
     select: "Select",
@@ -238,6 +239,8 @@ export const strings = {
     title: "Robots",
     follow: (name: string) => `Show scans, score and sensors of ${name}`,
     localized: "Localized",
+    byOdometry: "By odometry alone",
+    silentFor: (s: number) => `No POSE_COV for ${s.toFixed(1)} s: the pose is carried on by odometry, and its error grows`,
     lost: "Localization lost",
     injecting: "Injection active",
     suspended: "Injection suspended",
@@ -314,7 +317,7 @@ export const strings = {
   status: {
     sensors: "Sensors",
     sensor: "Sensor", rate: "Rate", age: "Age", loss: "Loss",
-    states: { ok: "OK", late: "Late", lost: "Lost", none: "Not received" },
+    states: { ok: "OK", late: "Late", lost: "Lost", none: "Not received", blind: "No valid beam" },
     stages: "Latency",
     stage: "Stage", p50: "Median", p99: "99th percentile",
     stageNames: {
@@ -326,6 +329,7 @@ export const strings = {
     error: (m: number) => `predicted error ${m.toFixed(2)} m`,
     pose: "Pose",
     poseState: (state: string, sigma: number | null) => `${state}${sigma === null ? "" : `, ± ${sigma.toFixed(2)} m`}`,
+    poseByOdometry: (age: string) => `by odometry alone for ${age}`,
     counts: "Counts",
     notes: "Notes",
     link: "This page",
@@ -411,7 +415,7 @@ export const strings = {
     task_failed: "Task failed", points_deducted: "Points deducted", score_changed: "Score changed", grading_ended: "Grading ended", object_reported: "Object reported",
     command_accepted: "Command accepted", command_refused: "Command refused", dead_man_pressed: "Dead-man pressed", dead_man_released: "Dead-man released",
     injection_suspended: "Injection suspended", injection_active: "Injection active", localization_lost: "Localization lost", localized: "Localized",
-    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", person_touched: "Person touched", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
+    relocalized: "Relocalized", odometry_changed: "Odometry changed", poses_conflict: "Poses conflict", scans_conflict: "Scans conflict", person_touched: "Person touched", dose_warning: "Dose warning", dose_limit: "Dose limit", agent_spawned: "Agent spawned", agent_moved: "Agent moved", agent_removed: "Agent removed", foreign_publisher: "Foreign publisher",
     operator_switched: "Operator switched", console_lost: "Console lost", fault_started: "Fault started", fault_ended: "Fault ended", script_started: "Script started", training_started: "Training started",
     agent_hidden: "Agent hidden", agent_shown: "Agent shown", payload_exceeded: "Payload exceeded", joint_limited: "Joint limited",
     joint_limit_lifted: "Joint limit lifted", encoders_lost: "Encoders lost", encoders_back: "Encoders back",

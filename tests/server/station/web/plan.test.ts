@@ -1,4 +1,6 @@
 import { fitted, panned, roundLength, toMapPoint, toScreen, zoomed, type Camera } from "../../../../server/station/web/src/plan/camera";
+import { beyond, MOST_HINTS } from "../../../../server/station/web/src/plan/beyond";
+import { placeLabel, type Rect } from "../../../../server/station/web/src/plan/labels";
 import { hull, product, shapeOutline, turned } from "../../../../server/station/web/src/plan/outline";
 import { entityAt } from "../../../../server/station/web/src/plan/pick";
 import type { WorldFrame } from "../../../../server/station/web/src/session/frames";
@@ -109,5 +111,37 @@ describe("what is where", () => {
     const found = siteBounds(model, null);
     [found?.x0, found?.y0, found?.x1, found?.y1].forEach((each, i) => expect(each).toBeCloseTo([1.9, 1, 2.1, 5][i] as number));
     expect(siteBounds({ version: 1, elements: [], meshes: [] }, null)).toBeNull();
+  });
+});
+
+describe("names on the plan", () => {
+  const canvas = { width: 800, height: 600 };
+  test("a name that would be cut at the border is moved within it", () => {
+    expect(placeLabel(795, 300, 100, canvas, [])).toEqual([747, 300]);
+    expect(placeLabel(2, 598, 100, canvas, [])).toEqual([53, 593]);
+  });
+
+  test("a name is not written over another", () => {
+    const taken: Rect[] = [];
+    const places = [0, 1, 2].map(() => placeLabel(400, 300, 80, canvas, taken));
+    expect(new Set(places.map(([, y]) => y)).size).toBe(3);
+    expect(placeLabel(600, 300, 80, canvas, taken)).toEqual([600, 300]);
+  });
+});
+
+describe("hints at the plan's border", () => {
+  test("what lies beyond the border has one, in its direction and with its distance", () => {
+    const [hint, ...others] = beyond(camera, [{ name: "near", x: 3, y: -2 }, { name: "far", x: 63, y: -2 }]);
+    expect(others).toEqual([]);
+    expect(hint).toMatchObject({ name: "far", py: 300, heading: 0, more: 0 });
+    expect(hint!.px).toBeLessThan(800);
+    expect(hint!.away).toBeCloseTo(60 - (hint!.px - 400) / 40);
+  });
+
+  test("of many the nearest have one, and the last counts the others", () => {
+    const many = Array.from({ length: 20 }, (_, i) => ({ name: `a${i}`, x: 30 + i, y: -2 }));
+    const hints = beyond(camera, many.reverse());
+    expect(hints.map((each) => each.name)).toEqual(["a0", "a1", "a2", "a3", "a4", "a5"]);
+    expect(hints[MOST_HINTS - 1]!.more).toBe(14);
   });
 });

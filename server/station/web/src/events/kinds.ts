@@ -14,7 +14,7 @@ const groups: Record<EventGroup, string[]> = {
     "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
   task: ["task_started", "task_done", "task_failed", "points_deducted", "score_changed", "grading_ended", "object_reported"],
   robot: ["joint_broken", "joint_overload", "payload_exceeded", "joint_limited", "joint_limit_lifted", "joints_restored", "encoders_lost", "encoders_back", "battery_low", "battery_empty", "dose_warning", "dose_limit", "radio_lost", "radio_restored", "localization_lost",
-    "localized", "relocalized", "odometry_changed", "poses_conflict", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
+    "localized", "relocalized", "odometry_changed", "poses_conflict", "scans_conflict", "injection_suspended", "injection_active", "dead_man_pressed", "dead_man_released"],
   session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started", "training_started",
     "fault_started", "fault_ended", "mark"],
   agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable", "agent_hidden", "agent_shown"],
@@ -28,7 +28,7 @@ export function groupOf(kind: string): EventGroup {
 const bad = new Set(["person_touched", "contact_started", "hazard_triggered", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "points_deducted",
   "joint_broken", "battery_empty", "dose_limit", "radio_lost", "localization_lost", "console_lost", "pitch_limit", "roll_limit", "yaw_rate_limit"]);
 const warning = new Set(["collision_predicted", "near_miss", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "payload_exceeded", "joint_limited", "encoders_lost", "battery_low", "dose_warning",
-  "injection_suspended", "command_refused", "goal_unreachable", "foreign_publisher", "speed_limited"]);
+  "injection_suspended", "command_refused", "goal_unreachable", "foreign_publisher", "scans_conflict", "speed_limited"]);
 const good = new Set(["task_done", "placed", "lifted", "localized", "injection_active", "radio_restored"]);
 
 export function weightOf(kind: string): Weight {

@@ -3,14 +3,17 @@ import { FLAG_REMEMBERED, FLAG_UNSENSED, type ScanFrame, type WorldFrame } from 
 import { flatPose, rowOf } from "../session/poses";
 import type { Entity, Part, Plan, SessionEvent, Shape } from "../session/protocol";
 import type { Trails } from "../session/trails";
+import { strings } from "../strings.en";
+import { beyond } from "./beyond";
 import { toScreen, type Camera } from "./camera";
-import { label, trace } from "./draw_site";
+import { label, labelAt, trace, widthOf } from "./draw_site";
 import { shapeOutline } from "./outline";
 import type { Draft } from "./tool.svelte";
 
 export type LiveInk = Record<"canvas" | "real" | "virtual" | "robot" | "person" | "planned" | "predicted" | "door" | "accent" | "bad" | "ink" | "soft", string>;
 export const liveInk = ["canvas", "real", "virtual", "robot", "person", "planned", "predicted", "door", "accent", "bad", "ink", "soft"] as const;
 
+const words = strings.plan;
 type Context = CanvasRenderingContext2D;
 const TURN = Math.PI * 2;
 /** Limits for name labels: number of names, and minimum pixels per metre. */
@@ -48,7 +51,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
   const { entities, world } = crowd;
   const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D(), real_person: new Path2D() }, remembered = new Path2D();
   const noses = new Path2D(), length = entities.length > CROWD ? CROWDED_PX : DART_PX, dot = 0.55 * length;
-  const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [];
+  const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [], outside: { name: string; x: number; y: number; ink: string }[] = [];
   for (const entity of entities) {
     let first = true;
     const small = c.scale < DART_SCALE && entity.owner !== "building";
@@ -64,6 +67,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       first = false;
       const pose = flatPose(world, row);
       const [px, py] = toScreen(c, pose.x, pose.y);
+      if (entity.owner !== "building" && (px < 0 || py < 0 || px > c.width || py > c.height)) outside.push({ name: entity.name, x: pose.x, y: pose.y, ink: inkOf(entity, ink) });
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
       // The shape of a real robot may consist of hull panels only, which are mere lines from above.
       if (!small && entity.owner === "robot") trace(bodies.robot, c, { polygon: placed(crowd.footprintOf(entity.name), pose) });
@@ -97,7 +101,24 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     const chosen = entity.name === crowd.selected;
     if (chosen) ring(g, px, py, Math.max(14, 0.55 * c.scale), ink.accent, []);
     if (entity.owner === "building" && !chosen) continue;
+    if (px < 0 || py < 0 || px > c.width || py > c.height) continue;
     if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, [entity.name, crowd.ageOf(entity.name)].filter(Boolean).join(" · "), chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
+  }
+  drawBeyond(g, c, outside, ink);
+}
+
+/** An arrow at the border to each that lies beyond it, with its name and how far it is. */
+function drawBeyond(g: Context, c: Camera, outside: { name: string; x: number; y: number; ink: string }[], ink: LiveInk) {
+  const inks = new Map(outside.map((each) => [each.name, each.ink]));
+  for (const hint of beyond(c, outside)) {
+    const colour = inks.get(hint.name) ?? ink.soft;
+    const arrow = new Path2D();
+    dart(arrow, hint.px, hint.py, -hint.heading, 12);
+    g.fillStyle = colour;
+    g.fill(arrow);
+    const text = words.beyond(hint.name, hint.away, hint.more);
+    const inwards = (12 + widthOf(g, text) / 2) * Math.cos(hint.heading);
+    labelAt(g, c, hint.px - inwards, hint.py - 14 * Math.sin(hint.heading), text, colour, ink.canvas);
   }
 }
 

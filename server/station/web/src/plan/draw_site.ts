@@ -3,6 +3,7 @@ import type { LayerName } from "../layout/layers";
 import type { Zone } from "../session/protocol";
 import type { Element, MapPicture, Model } from "../session/site.svelte";
 import { roundLength, toMapPoint, toScreen, type Camera } from "./camera";
+import { placeLabel, type Rect } from "./labels";
 import { shapeOutline, type Placed } from "./outline";
 
 export type Layers = ReadonlySet<LayerName>;
@@ -13,6 +14,7 @@ type Context = CanvasRenderingContext2D;
 const TURN = Math.PI * 2;
 
 export function drawGround(g: Context, c: Camera, map: MapPicture | null, layers: Layers, ink: Ink) {
+  taken = [];
   g.fillStyle = ink.canvas;
   g.fillRect(0, 0, c.width, c.height);
   const step = roundLength(c.scale, 36);
@@ -142,18 +144,41 @@ export function drawNames(g: Context, c: Camera, model: Model, ink: Ink) {
   }
 }
 
+/** Of the names in this frame. */
+let taken: Rect[] = [];
+const widths = new Map<string, number>();
+
+const FONT = "11px system-ui, sans-serif";
+
+/** Of a name, pixels: measured once. */
+export function widthOf(g: Context, text: string): number {
+  const known = widths.get(text);
+  if (known !== undefined) return known;
+  if (widths.size > 2000) widths.clear();
+  g.font = FONT;
+  const width = g.measureText(text).width;
+  widths.set(text, width);
+  return width;
+}
+
 export function label(g: Context, c: Camera, x: number, y: number, text: string, ink: string, halo: string, below = 0) {
-  const [px, py] = toScreen(c, x, y);
-  if (px < -80 || py < -20 || px > c.width + 80 || py > c.height + 20) return;
-  g.font = "11px system-ui, sans-serif";
+  const [ax, ay] = toScreen(c, x, y);
+  if (ax < 0 || ay < 0 || ax > c.width || ay > c.height) return;
+  labelAt(g, c, ax, ay + below, text, ink, halo);
+}
+
+/** Near (ax, ay), pixels: where it is within the canvas and on no other name. */
+export function labelAt(g: Context, c: Camera, ax: number, ay: number, text: string, ink: string, halo: string) {
+  const [px, py] = placeLabel(ax, ay, widthOf(g, text), c, taken);
+  g.font = FONT;
   g.textAlign = "center";
   g.textBaseline = "middle";
   g.lineJoin = "round";
   g.strokeStyle = halo;
   g.lineWidth = 3;
-  g.strokeText(text, px, py + below);
+  g.strokeText(text, px, py);
   g.fillStyle = ink;
-  g.fillText(text, px, py + below);
+  g.fillText(text, px, py);
 }
 
 export function drawScale(g: Context, c: Camera, ink: Ink) {

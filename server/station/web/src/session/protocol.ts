@@ -68,8 +68,8 @@ export interface Hazard { type: "hazard"; t: number; values: HazardValue[] }
 export interface ModelVersion { type: "model"; version: number | string }
 export interface Reply { type: "reply"; request: number; ok: boolean; text: string }
 
-/** Each of several trainees' robots; `reason`: why nothing is injected. */
-export interface RobotLine { name: string; localized: boolean; injecting: boolean; reason: string; score: number | null }
+/** Each of several trainees' robots; `silent_s`: without POSE_COV, if it has stopped; `reason`: why nothing is injected. */
+export interface RobotLine { name: string; localized: boolean; silent_s: number | null; injecting: boolean; reason: string; score: number | null }
 export interface Robots { type: "robots"; list: RobotLine[] }
 
 /** A real person whom sensors follow, beside the pose of the entity: m/s, m; `ellipse`: major and minor axis of the
