@@ -55,8 +55,17 @@ const std::map<std::string, valijson::Schema, std::less<>>& schemas() {
   return compiled;
 }
 
+/// Of keys that exclude one another, which is what `not` in our schema means.
+std::string excluded_text(const std::string& type) {
+  const Json whole = Json::parse(kClientMessageSchemaText);
+  std::string keys;
+  for (const Json& key : whole.at("definitions").at(type).at("not").at("required"))
+    keys += (keys.empty() ? "'" : " and '") + key.get<std::string>() + "'";
+  return keys + " exclude one another: give one of them";
+}
+
 /// The innermost error in one line, with the key.
-std::string fault_text(valijson::ValidationResults& results) {
+std::string fault_text(const std::string& type, valijson::ValidationResults& results) {
   std::string where, what;
   std::size_t depth = 0;
   for (const auto& fault : results) {
@@ -64,7 +73,8 @@ std::string fault_text(valijson::ValidationResults& results) {
     depth = fault.context.size();
     where.clear();
     for (std::size_t i = 1; i < fault.context.size(); ++i) where += fault.context[i];
-    what = fault.description;
+    what = fault.description.find("'not' constraint") == std::string::npos ? fault.description
+                                                                           : excluded_text(type);
   }
   return where.empty() ? what : where + ": " + what;
 }
@@ -275,7 +285,7 @@ Result<ClientMessage> read_client_message(std::string_view text, std::uint64_t& 
   valijson::Validator validator(valijson::Validator::kStrongTypes);
   valijson::ValidationResults results;
   if (!validator.validate(schema->second, valijson::adapters::NlohmannJsonAdapter(message), &results))
-    return Error{"'" + schema->first + "': " + fault_text(results)};
+    return Error{"'" + schema->first + "': " + fault_text(schema->first, results)};
   ClientMessage read;
   read.request = request;
   if (const Status filled = fill(message, schema->first, read); !filled) return filled.error();

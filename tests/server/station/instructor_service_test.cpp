@@ -208,6 +208,9 @@ TEST_F(InstructorServiceTest, AnAccountWithTheNameOfARoleDoesNotReadMessagesToTh
   service_->receive(
       *tom, R"({"type":"chat","request":7,"to_role":"instructor","to_person":"ada","text":"x"})", now());
   EXPECT_EQ(tom->newest("reply")["ok"], false) << "to one or the other";
+  EXPECT_NE(tom->newest("reply").dump().find("'to_role' and 'to_person' exclude one another"),
+            std::string::npos)
+      << tom->newest("reply");
 }
 
 TEST_F(InstructorServiceTest, MessagesReachTheirRecipientsAndAreKeptBesideTheSession) {
