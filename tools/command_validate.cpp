@@ -26,11 +26,16 @@ void print_briefing(const std::string& path) {
   if (!files) return;
   const Scenario& scenario = files->scenario;
   const std::string named = scenario.training ? scenario.training->robot : "";
-  const std::string robot = !named.empty()     ? named
-                            : scenario.trainee ? scenario.trainee->name
-                            : files->robot     ? files->robot->name
-                                               : "the robot";
-  const std::string text = training::briefing(scenario, robot);
+  std::vector<std::string> robots;
+  if (named.empty())
+    for (const ScenarioRobot& robot : scenario.robots) robots.push_back(robot.name);
+  if (robots.empty()) {
+    robots.push_back(!named.empty()     ? named
+                     : scenario.trainee ? scenario.trainee->name
+                     : files->robot     ? files->robot->name
+                                        : "the robot");
+  }
+  const std::string text = training::briefing(scenario, robots);
   std::printf("%s", text.empty() ? "the scenario has no 'training': there is no briefing\n" : text.c_str());
 }
 

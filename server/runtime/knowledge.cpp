@@ -36,7 +36,7 @@ std::string trainee_briefing(const tick::Configuration& configuration) {
   if (!configuration.scenario.training) return {};
   Scenario shown = configuration.scenario;
   shown.drawn_values.clear();
-  return training::briefing(shown, tick::graded_robot(configuration));
+  return training::briefing(shown, tick::graded_robots(configuration));
 }
 
 bool is_driven_by_trainees(const tick::Configuration& configuration, const AgentDefinition& agent) {

@@ -52,13 +52,13 @@ Json scene_json(const tick::Configuration& configuration, bool trainee) {
     if (entity.label == EntityLabel::door && !entity.deleted) doors.push_back(entity.name);
   }
   for (const auto& model : configuration.robot_models) models.push_back(model->name);
-  return {
-      {"scripts", std::move(scripts)},
-      {"faults", std::move(faults)},
-      {"doors", std::move(doors)},
-      {"robot_models", std::move(models)},
-      {"agents_max", scenario.max_agents},
-      {"briefing", scenario.training ? training::briefing(scenario, tick::graded_robot(configuration)) : ""}};
+  return {{"scripts", std::move(scripts)},
+          {"faults", std::move(faults)},
+          {"doors", std::move(doors)},
+          {"robot_models", std::move(models)},
+          {"agents_max", scenario.max_agents},
+          {"briefing",
+           scenario.training ? training::briefing(scenario, tick::graded_robots(configuration)) : ""}};
 }
 
 Json shape_json(const Shape& shape) {

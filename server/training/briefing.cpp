@@ -139,6 +139,14 @@ std::string scale_text(const Training& training) {
   return text;
 }
 
+/// "r1 and r2, each graded separately".
+std::string robots_text(const std::vector<std::string>& robots) {
+  std::string text;
+  for (std::size_t i = 0; i < robots.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < robots.size() ? ", " : " and ") + robots[i];
+  return robots.size() > 1 ? text + ", each graded separately" : text;
+}
+
 }  // namespace
 
 std::string condition_text(const Condition& condition) {
@@ -148,11 +156,11 @@ std::string condition_text(const Condition& condition) {
   return text;
 }
 
-std::string briefing(const Scenario& scenario, const std::string& robot) {
+std::string briefing(const Scenario& scenario, const std::vector<std::string>& robots) {
   if (!scenario.training) return "";
   const Training& training = *scenario.training;
   std::string text = (scenario.name.empty() ? "Training" : scenario.name) + " (level " +
-                     std::to_string(scenario.level) + "), with " + robot + "\n";
+                     std::to_string(scenario.level) + "), with " + robots_text(robots) + "\n";
   if (!training.text.empty()) text += training.text + "\n";
   if (training.limit) text += "Time: " + time_text(*training.limit) + " in total.\n";
   text += training.in_order ? "Tasks, one after the other:\n" : "Tasks, in any order:\n";

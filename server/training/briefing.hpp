@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "protocols/scenario.hpp"
 
@@ -11,8 +12,8 @@ namespace parhelion::training {
 std::string condition_text(const Condition& condition);
 
 /// The task, the robot, the time, each task with its points, the scale, each penalty, and the values drawn
-/// from ranges. Faults are not mentioned: the trainee is to notice them. `robot`: name of the graded robot.
-/// Empty if the scenario has no training.
-std::string briefing(const Scenario& scenario, const std::string& robot);
+/// from ranges. Faults are not mentioned: the trainee is to notice them. `robots`: names of those that are
+/// graded, at least one. Empty if the scenario has no training.
+std::string briefing(const Scenario& scenario, const std::vector<std::string>& robots);
 
 }  // namespace parhelion::training

@@ -36,7 +36,7 @@ faults: [{dead_wheel: left}]
 TEST(Briefing, ListsTasksTimeScaleAndEveryPenalty) {
   const auto scenario = parse_scenario(kTrainingScenario, "s.yaml");
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
-  EXPECT_EQ(briefing(*scenario, "rover"), R"(Stairs (level 1), with rover
+  EXPECT_EQ(briefing(*scenario, {"rover"}), R"(Stairs (level 1), with rover
 Up to the gallery.
 Time: 5 min in total.
 Tasks, one after the other:
@@ -81,7 +81,14 @@ TEST(Briefing, DescribesANearMissByDistanceAndTime) {
   EXPECT_EQ(condition_text(condition), "almost driving into anything, less than 0.8 s from it");
 }
 
-TEST(Briefing, WithoutATrainingThereIsNoBriefing) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
+TEST(Briefing, WithoutATrainingThereIsNoBriefing) { EXPECT_EQ(briefing(Scenario{}, {"rover"}), ""); }
+
+TEST(Briefing, NamesEachRobotThatIsGraded) {
+  const auto scenario = parse_scenario(kTrainingScenario, "s.yaml");
+  ASSERT_TRUE(scenario.ok());
+  EXPECT_THAT(briefing(*scenario, {"r1", "r2"}), HasSubstr("with r1 and r2, each graded separately\n"));
+  EXPECT_THAT(briefing(*scenario, {"r1", "r2", "r3"}), HasSubstr("with r1, r2 and r3, each graded"));
+}
 
 }  // namespace
 }  // namespace parhelion::training
