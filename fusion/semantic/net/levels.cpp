@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLip = 0.09, kApart = 0.30,
                  kNearby = 1.5;    ///< m, heights below a floor where there is nothing: a small, a wide one
+constexpr double kLayer = 0.05;    ///< m, of the columns: one that holds the lower height counts as lower
 constexpr double kThickest = 0.7;  ///< m, from a ceiling to the floor on it
 constexpr double kStorey = 4;      ///< m^2, of an upper floor that nothing was measured over
 constexpr double kRaised = 0.4;    ///< of its rim: a plate that drops on as much is no floor
@@ -25,20 +26,34 @@ constexpr double kBeside = 0.6;              ///< m, a level reaches this far be
 /// What the eye meets beyond a plate's edge: the first cell outwards with points near its height or lower.
 enum class Beyond : std::uint8_t { nothing, lower, level, higher };
 
-Beyond beyond(const SiteColumns& columns, int x, int y, int dx, int dy, double z, double step) {
+/// A plate at height `z` (m), and how far it goes down at its edge.
+struct PlateEdge {
+  double z = 0, step = 0;  ///< m
+  bool small = false;      ///< the first cells beyond it may hold its rounded flank
+};
+
+Beyond beyond(const SiteColumns& columns, int x, int y, int dx, int dy, const PlateEdge& plate) {
   constexpr int kReach = 4;  // cells: an edge hides what is close behind it
+  constexpr int kFlank = 2;  // cells: a body's rounded flank, an arm beside it
+  int flank = 0;
   for (int k = 1; k <= kReach; ++k) {
-    if (!columns.contains(x + k * dx, y + k * dy)) return Beyond::nothing;
+    if (!columns.contains(x + k * dx, y + k * dy)) break;
     const std::uint32_t cell = columns.index(x + k * dx, y + k * dy);
-    if (columns.occupied(cell, z + 0.2, z + 1.0)) return Beyond::higher;
-    if (columns.occupied(cell, z - step, z + 0.1)) return Beyond::level;
-    if (columns.occupied(cell, z - 1.4, z - step)) return Beyond::lower;
+    // Over a small thing a table is no wall, and a wall behind it says nothing of the ground between them.
+    if (columns.occupied(cell, plate.z + 0.2, plate.z + (plate.small ? 0.45 : 1.0)))
+      return plate.small && k > 1 ? Beyond::nothing : Beyond::higher;
+    if (columns.occupied(cell, plate.z - plate.step, plate.z + 0.1)) {
+      if (!plate.small || flank == kFlank) return Beyond::level;
+      ++flank;
+    } else if (columns.occupied(cell, plate.z - 1.4, plate.z - plate.step + (plate.small ? kLayer : 0))) {
+      return Beyond::lower;
+    }
   }
-  return Beyond::nothing;
+  return flank > 0 ? Beyond::level : Beyond::nothing;
 }
 
-/// Fraction of the rim of these cells at height `z` (m) beyond which it goes down by more than `step`.
-double drops_of(const SiteColumns& columns, const std::vector<std::uint32_t>& cells, double z, double step) {
+/// Fraction of the rim of these cells beyond which it goes down by more than the plate's step.
+double drops_of(const SiteColumns& columns, const std::vector<std::uint32_t>& cells, const PlateEdge& plate) {
   double lower = 0, all = 0;
   for (const std::uint32_t cell : cells) {
     const int x = static_cast<int>(cell) % columns.width(), y = static_cast<int>(cell) / columns.width();
@@ -46,7 +61,7 @@ double drops_of(const SiteColumns& columns, const std::vector<std::uint32_t>& ce
       if (!columns.contains(x + dx, y + dy) ||
           std::binary_search(cells.begin(), cells.end(), columns.index(x + dx, y + dy)))
         continue;
-      const Beyond next = beyond(columns, x, y, dx, dy, z, step);
+      const Beyond next = beyond(columns, x, y, dx, dy, plate);
       all += next == Beyond::nothing ? 0 : 1;
       lower += next == Beyond::lower ? 1 : 0;
     }
@@ -118,14 +133,15 @@ void Levels::find_evidence(const cloud::PointCloud<Map>& cloud) {
   for (std::size_t h = 0; h < cells.size(); ++h) {
     const double z = segmentation_.horizontals[h].z;
     // A pavement is wide and may lie over the street by a step; what is small and does is a crate.
-    const double step = segmentation_.horizontals[h].area < kStorey ? kLip : kApart;
+    const bool small = segmentation_.horizontals[h].area < kStorey;
+    const double step = small ? kLip : kApart;
     double lowest = 0, highest = 0;
     for (const std::uint32_t cell : cells[h]) {
       lowest += columns.occupied(cell, z - kNearby, z - step) ? 0 : 1;
       highest += columns.occupied(cell, z + 0.15, z + kNearby) && !carries_floor(cells, h, cell) ? 0 : 1;
     }
     const double n = std::max(1.0, static_cast<double>(cells[h].size()));
-    evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], z, step)};
+    evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], {z, step, small})};
   }
 }
 

@@ -1,0 +1,70 @@
+// Things that look like parts of a building, and parts of a building that look like things.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "fusion/semantic/net/semantic_net.hpp"
+#include "tests/fusion/semantic/clouds.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+using test::CloudSampler;
+
+SemanticNet labelled(const cloud::PointCloud<Map>& cloud) {
+  const auto surfaces = segment(cloud);
+  if (!surfaces) throw std::runtime_error(surfaces.error().message);
+  auto net = label_entities(cloud, *surfaces);
+  if (!net) throw std::runtime_error(net.error().message);
+  return *net;
+}
+
+/// Fraction of the points within a box that have a label.
+double fraction(const cloud::PointCloud<Map>& cloud, const SemanticNet& net, EntityLabel label,
+                const Eigen::AlignedBox3d& box) {
+  double in = 0, of_label = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!box.contains(cloud.points[i].cast<double>())) continue;
+    ++in;
+    of_label += net.labels[i] == static_cast<std::uint8_t>(label) ? 1 : 0;
+  }
+  return in > 0 ? of_label / in : 0;
+}
+
+/// Points on the upper side of an ellipsoid that lies on the floor; under it there are none.
+void lay_ellipsoid(cloud::PointCloud<Map>& cloud, const Eigen::Vector2d& at, const Eigen::Vector3d& radii) {
+  std::erase_if(cloud.points, [&](const Eigen::Vector3f& p) {
+    const Eigen::Vector2d d = (p.head<2>().cast<double>() - at).cwiseQuotient(radii.head<2>());
+    return p.z() < 0.03F && d.norm() < 1;
+  });
+  CloudSampler sampler(1, 0.003, 21);
+  for (int i = 0; i < 3000; ++i) {
+    const double z = 1.4 * sampler.uniform() - 0.4, yaw = 2 * std::numbers::pi * sampler.uniform();
+    const double r = std::sqrt(1 - z * z);
+    const Eigen::Vector3d p = Eigen::Vector3d(at.x(), at.y(), radii.z()) +
+                              Eigen::Vector3d(r * std::cos(yaw), r * std::sin(yaw), z).cwiseProduct(radii);
+    cloud.points.push_back((p + 0.003 * sampler.gaussian() * Eigen::Vector3d::UnitZ()).cast<float>());
+  }
+}
+
+// The flanks of a body are round: beside its upper side it goes down step by step. One lies under a table.
+TEST(BuildingOrThing, ABodyOnTheFloorIsNoFloor) {
+  CloudSampler sampler(900, 0.003, 20);
+  sampler.room({0, 0}, {6, 5}, 0, 2.6);
+  sampler.slab({3.6, 3.1}, {5.2, 3.9}, 0.74);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  lay_ellipsoid(cloud, {2.2, 1.3}, {0.9, 0.3, 0.07});
+  lay_ellipsoid(cloud, {4.4, 3.5}, {0.6, 0.25, 0.07});
+  lay_ellipsoid(cloud, {1.5, 3.5}, {0.4, 0.2, 0.07});
+  const SemanticNet net = labelled(cloud);
+  const Eigen::AlignedBox3d upper(Eigen::Vector3d(1, 0.8, 0.1), Eigen::Vector3d(5.5, 4.2, 0.3));
+  EXPECT_LT(fraction(cloud, net, EntityLabel::floor, upper), 0.05);
+  const Eigen::AlignedBox3d beside(Eigen::Vector3d(0.2, 0.2, -0.02), Eigen::Vector3d(0.8, 4.8, 0.02));
+  EXPECT_GT(fraction(cloud, net, EntityLabel::floor, beside), 0.9);
+}
+
+}  // namespace
+}  // namespace parhelion::semantic
