@@ -16,6 +16,7 @@ constexpr double kLayer = 0.05;    ///< m, of the columns: one that holds the lo
 constexpr double kThickest = 0.7;  ///< m, from a ceiling to the floor on it
 constexpr double kStorey = 4;      ///< m^2, of an upper floor that nothing was measured over
 constexpr double kRaised = 0.4;    ///< of its rim: a plate that drops on as much is no floor
+constexpr double kWalled = 0.5;  ///< of its rim: walls stand on a room's floor, higher ground is beyond some
 constexpr std::size_t kSamples = 3'000'000;  ///< points used
 constexpr double kMinRoomHeight = 1.9;       ///< m, from a floor to the ceiling over it
 constexpr double kMinArea = 1.0;             ///< m^2, of a floor or a ceiling
@@ -67,6 +68,25 @@ double drops_of(const SiteColumns& columns, const std::vector<std::uint32_t>& ce
     }
   }
   return all > 0 ? lower / all : 0;
+}
+
+/// Fraction of the rim of these cells at height `z` (m) at which something rises and nothing was measured
+/// below: the foot of a wall. Beside a table walls go on below its top, and most of its rim meets none.
+double walled_of(const SiteColumns& columns, const std::vector<std::uint32_t>& cells, double z) {
+  double walled = 0, all = 0;
+  for (const std::uint32_t cell : cells) {
+    const int x = static_cast<int>(cell) % columns.width(), y = static_cast<int>(cell) / columns.width();
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      const bool inside = columns.contains(x + dx, y + dy);
+      if (inside && std::binary_search(cells.begin(), cells.end(), columns.index(x + dx, y + dy))) continue;
+      ++all;
+      const auto rises = [&](std::uint32_t at) {
+        return columns.occupied(at, z + 0.4, z + 1.0) && !columns.occupied(at, z - 1.4, z - kLip);
+      };
+      walled += rises(cell) || (inside && rises(columns.index(x + dx, y + dy))) ? 1 : 0;
+    }
+  }
+  return all > 0 ? walled / all : 0;
 }
 
 bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
@@ -141,7 +161,8 @@ void Levels::find_evidence(const cloud::PointCloud<Map>& cloud) {
       highest += columns.occupied(cell, z + 0.15, z + kNearby) && !carries_floor(cells, h, cell) ? 0 : 1;
     }
     const double n = std::max(1.0, static_cast<double>(cells[h].size()));
-    evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], {z, step, small})};
+    evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], {z, step, small}),
+                    walled_of(columns, cells[h], z)};
   }
 }
 
@@ -185,7 +206,8 @@ void Levels::find_raised() {
       if (all[g].faces_down || under <= 0 || under > kHigh) continue;
       if (plan.exteriorDistance(Eigen::AlignedBox2d(all[g].low, all[g].high)) > kNext) continue;
       between.push_back(all[g].z);
-      const bool wider = all[h].area > kStorey && all[h].area > all[g].area;
+      const bool wider =
+          all[h].area > kStorey && (all[h].area > all[g].area || evidence_[h].walled > kWalled);
       if (under < kClimb || wider || floor_score(g) <= 0) continue;
       over_floor = true;
       floor = std::min(floor, all[g].z);

@@ -14,6 +14,7 @@ struct LevelEvidence {
   double lowest = 0;   ///< fraction of its points with nothing measured below, to 1.5 m
   double highest = 0;  ///< the same above, but for a floor that lies on it
   double drops = 0;    ///< fraction of its observed rim beyond which the next surface is lower, to 1.4 m
+  double walled = 0;   ///< fraction of its whole rim at which walls stand on it
 };
 
 class Levels {

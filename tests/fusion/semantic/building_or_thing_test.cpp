@@ -66,5 +66,23 @@ TEST(BuildingOrThing, ABodyOnTheFloorIsNoFloor) {
   EXPECT_GT(fraction(cloud, net, EntityLabel::floor, beside), 0.9);
 }
 
+// Through a wide window a scanner sees more ground than its room has floor.
+TEST(BuildingOrThing, AFloorOverWiderGroundOutsideIsAFloor) {
+  for (const double ground : {-0.3, -0.6}) {
+    CloudSampler sampler(250, 0.004, 22);
+    sampler.room({0, 0}, {7, 5}, 0, 2.8);
+    sampler.slab({-4, -14}, {11, -0.3}, ground);
+    cloud::PointCloud<Map> cloud = sampler.cloud();
+    std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+      return p.y() < 0.1F && p.y() > -0.1F && p.x() > 1 && p.x() < 6 && p.z() > 0.1F && p.z() < 2.5F;
+    });
+    const SemanticNet net = labelled(cloud);
+    EXPECT_GT(fraction(cloud, net, EntityLabel::floor,
+                       {Eigen::Vector3d(0.2, 0.2, -0.02), Eigen::Vector3d(6.8, 4.8, 0.02)}),
+              0.9)
+        << ground;
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
