@@ -118,8 +118,8 @@ void turn_square(const StepPoints& points, const std::vector<Tread>& treads, Fli
   }
 }
 
-/// Whether half of the steps of `a` lie on `b`, or under it: the underside of an open flight.
-bool same_place(const Flight& a, const Flight& b) {
+/// The number of steps of `a` that lie on `b`, or under it: the underside of an open flight.
+std::size_t steps_on(const Flight& a, const Flight& b) {
   constexpr double kUnder = 0.6, kOver = 0.2;  // m
   std::size_t shared = 0;
   for (std::size_t i = 1; i < a.steps.size(); ++i) {
@@ -134,7 +134,15 @@ bool same_place(const Flight& a, const Flight& b) {
       break;
     }
   }
-  return 2 * shared >= a.steps.size() - 1;
+  return shared;
+}
+
+bool same_place(const Flight& a, const Flight& b) { return 2 * steps_on(a, b) >= a.steps.size() - 1; }
+
+/// Whether `a` runs across `b`, a third of its steps on it: two flights do not share their place.
+bool crosses(const Flight& a, const Flight& b) {
+  constexpr double kAcross = 0.94;  // cosine of 20 degrees
+  return std::abs(a.direction.dot(b.direction)) < kAcross && 3 * steps_on(a, b) >= a.steps.size() - 1;
 }
 
 /// Whether the slope's middle lies on a flight.
@@ -161,7 +169,9 @@ void drop_repeated(std::vector<Flight>& flights) {
         return step.horizontal != kNoSurface && has_step(better, step.horizontal);
       });
     };
-    const auto lies_on = [&](const Flight& better) { return same_place(flight, better); };
+    const auto lies_on = [&](const Flight& better) {
+      return same_place(flight, better) || crosses(flight, better);
+    };
     if (std::none_of(kept.begin(), kept.end(), repeats) && std::none_of(kept.begin(), kept.end(), lies_on))
       kept.push_back(std::move(flight));
   }

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "fusion/semantic/net/floating_flights.hpp"
 #include "fusion/semantic/net/net_entities.hpp"
 
 namespace parhelion::semantic {
@@ -25,6 +26,7 @@ Result<SemanticNet> label_entities(const cloud::PointCloud<Map>& cloud, const Se
         candidates.pillars = find_pillars(*points, candidates.walls, *levels);
       },
       [&] { candidates.flights = find_flights(cloud, segmentation, options); });
+  drop_floating(*points, segmentation, *levels, candidates.flights);
   const Labelling labelling = assign_labels(candidates);
   SemanticNet net = entities_of(candidates, labelling);
   label_points(cloud, candidates, labelling, net);

@@ -84,5 +84,35 @@ TEST(BuildingOrThing, AFloorOverWiderGroundOutsideIsAFloor) {
   }
 }
 
+long steps(const SemanticNet& net) {
+  return std::count_if(net.entities.begin(), net.entities.end(),
+                       [](const ModelEntity& e) { return e.label == EntityLabel::stairs; });
+}
+
+/// Four even treads of 0.3 m, the lowest `foot` m over the floor of a room; with risers where `risers`.
+CloudSampler four_treads(double foot, bool risers) {
+  CloudSampler sampler(700, 0.003, 25);
+  sampler.room({0, 0}, {7, 5}, 0, 3);
+  for (int i = 0; i < 4; ++i) {
+    const double x = 3 + 0.3 * i, z = foot + 0.17 * i;
+    sampler.slab({x, 1.5}, {x + 0.3, 3}, z);
+    if (risers) sampler.wall({x, 1.5}, {x, 3}, i == 0 ? 0 : z - 0.17, z);
+  }
+  sampler.slab({4.2, 1.5}, {5.2, 3}, foot + 0.17 * 4);
+  if (risers) sampler.wall({4.2, 1.5}, {4.2, 3}, foot + 0.17 * 3, foot + 0.17 * 4);
+  return sampler;
+}
+
+TEST(BuildingOrThing, AFlightBeginsOnAFloor) {
+  EXPECT_GE(steps(labelled(four_treads(0.17, true).cloud())), 4);
+  EXPECT_EQ(steps(labelled(four_treads(0.9, false).cloud())), 0) << "boards over a floor that was measured";
+}
+
+TEST(BuildingOrThing, StepsHaveHeadroom) {
+  CloudSampler sampler = four_treads(0.17, true);
+  for (int i = 0; i < 5; ++i) sampler.slab({3 + 0.3 * i, 1.5}, {3.3 + 0.3 * i, 3}, 0.6 + 0.17 * i);
+  EXPECT_LE(steps(labelled(sampler.cloud())), 5) << "of two flights that lie over each other one is left";
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
