@@ -293,35 +293,105 @@ double needed_fraction(const std::vector<Eigen::Vector3d>& viewpoints, const Eig
   return height < 0.45 ? 2 : height > 0.55 ? 1.2 : 1.5;
 }
 
-/// Objects stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
+/// m along up: the lowest and the highest wide layer of a cloud.
+struct RoomHeights {
+  double low = 0, high = 0;
+};
+
+/// Whether each patch is part of a level surface that is longer than furniture: a lowered ceiling, a landing.
+std::vector<bool> in_long_surfaces(const std::vector<Patch>& patches, const Eigen::Vector3d& up,
+                                   const RoomHeights& room) {
+  constexpr double kLong = 4, kMargin = 0.15, kStep = 0.1;  // m
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  std::map<std::pair<int, int>, std::vector<std::size_t>> cells;
+  std::vector<Eigen::Vector3d> places(patches.size());
+  const auto cell_of = [](const Eigen::Vector3d& p) {
+    return std::pair(static_cast<int>(std::floor(p.x() / kPatchSide)),
+                     static_cast<int>(std::floor(p.y() / kPatchSide)));
+  };
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    places[i] = turn * patches[i].mean;
+    if (patches[i].planar && std::abs(patches[i].normal.dot(up)) > std::cos(kLevelWithin) &&
+        places[i].z() > room.low + kMargin && places[i].z() < room.high - kMargin)
+      cells[cell_of(places[i])].push_back(i);
+  }
+  std::vector<bool> seen(patches.size()), long_ones(patches.size());
+  for (const auto& [cell, members] : cells) {
+    for (const std::size_t seed : members) {
+      if (seen[seed]) continue;
+      std::vector<std::size_t> part{seed};
+      seen[seed] = true;
+      Eigen::AlignedBox2d plan;
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        const Eigen::Vector3d p = places[part[k]];
+        plan.extend(p.head<2>().eval());
+        const auto [x, y] = cell_of(p);
+        for (int n = 0; n < 9; ++n) {
+          const auto found = cells.find({x + n % 3 - 1, y + n / 3 - 1});
+          if (found == cells.end()) continue;
+          for (const std::size_t next : found->second) {
+            if (seen[next] || std::abs(places[next].z() - p.z()) > kStep) continue;
+            seen[next] = true;
+            part.push_back(next);
+          }
+        }
+      }
+      for (const std::size_t i : part) long_ones[i] = plan.sizes().maxCoeff() > kLong;
+    }
+  }
+  return long_ones;
+}
+
+/// Patches of things close above the bottom and close below the top of a cloud, without those nearer than
+/// `beside` (m) and the ones left out. Walls count as neither, nor do things too thin to be seen.
+struct ThingCounts {
+  int standing = 0, hanging = 0;
+};
+
+ThingCounts count_things(const std::vector<Patch>& patches, const std::vector<bool>& left_out,
+                         const Eigen::Vector3d& up, const RoomHeights& room, double beside) {
+  constexpr double tall = 1.2;  // m
+  const double reach = std::min(tall, (room.high - room.low) / 2);
+  ThingCounts count;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const Patch& patch = patches[i];
+    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)) ||
+        (!left_out.empty() && left_out[i]))
+      continue;
+    const double height = patch.mean.dot(up);
+    count.standing += height > room.low + beside && height < room.low + reach;
+    count.hanging += height < room.high - beside && height > room.high - reach;
+  }
+  return count;
+}
+
+/// Things stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
+/// Beams, ducts and lamps are up to 0.4 m high, seats and beds begin there; a lowered ceiling is no thing.
 std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
                        const Eigen::Vector3d& up) {
-  constexpr double room_height = 1.8, beside = 0.2, tall = 1.2;  // m
+  constexpr double room_height = 1.8, beside = 0.2, beside_beams = 0.4;  // m
   const std::vector<Layer> layers = layers_of(patches, up);
   if (layers.size() < 2) return "";
   // The lowest and the highest of the wide layers.
-  double low = layers[0].height, high = layers[0].height;
+  RoomHeights room{layers[0].height, layers[0].height};
   for (const Layer& layer : layers) {
     if (4 * layer.patches < layers[0].patches) continue;
-    low = std::min(low, layer.height);
-    high = std::max(high, layer.height);
+    room.low = std::min(room.low, layer.height);
+    room.high = std::max(room.high, layer.height);
   }
-  if (high - low < room_height) return "";
-  int standing = 0, hanging = 0;
-  const double reach_up = std::min(tall, (high - low) / 2);
-  for (const Patch& patch : patches) {
-    // Walls count as both, as do objects too thin to be seen.
-    if (patch.count < 6 ||
-        (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)))
-      continue;
-    const double height = patch.mean.dot(up);
-    standing += height > low + beside && height < low + reach_up;
-    hanging += height < high - beside && height > high - reach_up;
-  }
-  if (hanging < 20 || hanging < needed_fraction(viewpoints, up, low, high) * standing) return "";
+  if (room.high - room.low < room_height) return "";
+  const double needed = needed_fraction(viewpoints, up, room.low, room.high);
+  const auto seems_flipped = [&](const ThingCounts& count) {
+    return count.hanging >= 20 && count.hanging >= needed * count.standing;
+  };
+  const ThingCounts all = count_things(patches, {}, up, room, beside);
+  if (!seems_flipped(all)) return "";
+  const ThingCounts things =
+      count_things(patches, in_long_surfaces(patches, up, room), up, room, beside_beams);
+  if (!seems_flipped(things)) return "";
   std::ostringstream words;
-  words << "the cloud seems to be upside down: " << hanging << " patches close below its top, " << standing
-        << " close above its bottom; expected fewer at the top: give the up direction";
+  words << "the cloud seems to be upside down: " << all.hanging << " patches close below its top, "
+        << all.standing << " close above its bottom; expected fewer at the top: give the up direction";
   return words.str();
 }
 

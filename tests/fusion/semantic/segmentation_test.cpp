@@ -195,6 +195,31 @@ TEST(Levelling, ReportsAnUpsideDownCloud) {
   EXPECT_FALSE(level(tilted_room(2, false), -Eigen::Vector3d::UnitZ()).ok());
 }
 
+/// A room with one table; `beams`: under its ceiling, `lowered`: half of its ceiling hangs 0.6 m lower.
+cloud::PointCloud<Cloud> room_with_a_ceiling(bool beams, bool lowered) {
+  CloudSampler sampler(300, 0.004, 12);
+  sampler.room({0, 0}, {9, 6}, 0, 3.2);
+  sampler.slab({2, 2}, {3.6, 2.8}, 0.74);
+  for (double x = 1.2; beams && x < 8; x += 1.6) {
+    sampler.slab({x, 0}, {x + 0.25, 6}, 2.85);
+    sampler.wall({x, 0}, {x, 6}, 2.85, 3.2);
+    sampler.wall({x + 0.25, 0}, {x + 0.25, 6}, 2.85, 3.2);
+  }
+  if (lowered) sampler.slab({5, 0}, {9, 6}, 2.6);
+  cloud::PointCloud<Cloud> cloud;
+  cloud.points = sampler.cloud().points;
+  return cloud;
+}
+
+TEST(Levelling, NeitherBeamsNorALoweredCeilingHang) {
+  for (const bool beams : {false, true}) {
+    for (const bool lowered : {false, true}) {
+      const auto found = level(room_with_a_ceiling(beams, lowered));
+      EXPECT_TRUE(found.ok()) << beams << lowered;
+    }
+  }
+}
+
 TEST(Levelling, ReportsWhatItFoundWhereNothingIsLevel) {
   CloudSampler sampler(300, 0.005, 7);
   sampler.wall({0, 0}, {4, 0}, 0, 2.5);
