@@ -45,10 +45,11 @@ bool against_wall(const WallCandidates& walls, const PillarCandidate& pillar) {
   const Eigen::Vector2d centre = 0.5 * (pillar.low + pillar.high);
   const double half = 0.5 * (pillar.high - pillar.low).norm();
   return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
-    if (wall.score < 0 || wall.whole_length() < kLongWall) return false;
+    if ((wall.score < 0 && !wall.free_standing) || wall.whole_length() < kLongWall) return false;
     const Eigen::Vector2d along = (wall.end - wall.start).normalized(), d = centre - wall.start;
     const double s = along.dot(d), across = std::abs(along.x() * d.y() - along.y() * d.x());
-    return s > 0 && s < wall.length() && across < half + kBehind;
+    const double beyond = wall.free_standing ? kBehind : 0;  // its ends look like pillars
+    return s > -beyond && s < wall.length() + beyond && across < half + kBehind;
   });
 }
 

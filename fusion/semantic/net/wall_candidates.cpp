@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "fusion/semantic/net/free_standing.hpp"
 #include "fusion/semantic/net/mirrored_walls.hpp"
 #include "fusion/semantic/net/weigh_walls.hpp"
 
@@ -272,6 +273,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.openings.insert(found.openings.end(), of_wall.begin(), of_wall.end());
   average_curve_scores(found.walls);
   weigh_mirrored(points, found.walls);
+  weigh_free_standing(points, found.walls);
   weigh_walls(found.walls);
   return found;
 }

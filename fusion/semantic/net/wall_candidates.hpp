@@ -39,6 +39,7 @@ struct WallCandidate {
   double open = 0;                ///< observed fraction that a scanner looked through, without doors
   double observed = 0;            ///< fraction that is measured or seen through
   bool one_sided = false;         ///< floor was measured on at most one side of it
+  bool free_standing = false;     ///< a face of a thing that stands free under the ceiling
   WallRaster raster;
   double score = 0;                ///< log odds of a wall against an unknown object
   std::uint32_t curve = kNoCurve;  ///< index of the round wall that it belongs to

@@ -34,6 +34,16 @@ double fraction(const cloud::PointCloud<Map>& cloud, const SemanticNet& net, Ent
   return in > 0 ? of_label / in : 0;
 }
 
+/// m, of walls whose middle lies in a rectangle of the plan.
+double wall_length(const SemanticNet& net, const Eigen::AlignedBox2d& plan) {
+  double length = 0;
+  for (const ModelEntity& e : net.entities) {
+    if (e.label == EntityLabel::wall && plan.contains(e.T_map_body.translation().head<2>().eval()))
+      length += e.size.x();
+  }
+  return length;
+}
+
 /// Points on the upper side of an ellipsoid that lies on the floor; under it there are none.
 void lay_ellipsoid(cloud::PointCloud<Map>& cloud, const Eigen::Vector2d& at, const Eigen::Vector3d& radii) {
   std::erase_if(cloud.points, [&](const Eigen::Vector3f& p) {
@@ -82,6 +92,53 @@ TEST(BuildingOrThing, AFloorOverWiderGroundOutsideIsAFloor) {
               0.9)
         << ground;
   }
+}
+
+TEST(BuildingOrThing, ARowOfLockersUnderTheCeilingIsNoWall) {
+  CloudSampler sampler(500, 0.004, 23);
+  sampler.room({0, 0}, {8, 6}, 0, 2.8);
+  for (const double x : {2.5, 5.0}) {
+    sampler.wall({x, 1}, {x, 5}, 0, 1.85);
+    sampler.wall({x + 0.5, 1}, {x + 0.5, 5}, 0, 1.85);
+    sampler.wall({x, 1}, {x + 0.5, 1}, 0, 1.85);
+    sampler.wall({x, 5}, {x + 0.5, 5}, 0, 1.85);
+  }
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+    const float in_row = std::abs(p.x() - (p.x() < 4 ? 2.75F : 5.25F));
+    return p.z() < 0.1F && in_row < 0.24F && p.y() > 1 && p.y() < 5;
+  });
+  const SemanticNet net = labelled(cloud);
+  EXPECT_EQ(wall_length(net, {Eigen::Vector2d(1, 0.5), Eigen::Vector2d(7, 5.5)}), 0);
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(-1, -1), Eigen::Vector2d(9, 7)}), 26);
+}
+
+TEST(BuildingOrThing, ARowOfLockersAlongAWholeWallIsNoWall) {
+  CloudSampler sampler(500, 0.004, 27);
+  sampler.room({0, 0}, {8, 6}, 0, 2.8);
+  sampler.wall({7.4, 0.2}, {7.4, 5.8}, 0, 1.85);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+    return p.x() > 7.42F && p.y() > 0.2F && p.y() < 5.8F && p.z() < 1.8F;
+  });
+  const SemanticNet net = labelled(cloud);
+  EXPECT_EQ(wall_length(net, {Eigen::Vector2d(7, 0.5), Eigen::Vector2d(7.7, 5.5)}), 0);
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(7.8, 0.5), Eigen::Vector2d(8.2, 5.5)}), 5);
+}
+
+TEST(BuildingOrThing, AThinPartitionAndAThickWallStayWalls) {
+  CloudSampler sampler(500, 0.004, 24);
+  sampler.slab({0, 0}, {8, 6}, 0);
+  for (const auto& [from, to] : {std::pair{0.0, 3.0}, {3.4, 8.0}}) sampler.slab({from, 0}, {to, 6}, 2.8);
+  sampler.wall({0, 0}, {8, 0}, 0, 2.8);
+  sampler.wall({0, 6}, {8, 6}, 0, 2.8);
+  sampler.wall({0, 0}, {0, 6}, 0, 2.8);
+  sampler.wall({8, 0}, {8, 6}, 0, 2.8);
+  for (const double x : {3.0, 3.4}) sampler.wall({x, 0}, {x, 6}, 0, 2.3);  // its upper end was not seen
+  for (const double x : {6.0, 6.12}) sampler.wall({x, 0}, {x, 6}, 0, 2.1);
+  const SemanticNet net = labelled(sampler.cloud());
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(2.8, 1), Eigen::Vector2d(3.6, 5)}), 5);
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(5.8, 1), Eigen::Vector2d(6.3, 5)}), 5);
 }
 
 long steps(const SemanticNet& net) {
