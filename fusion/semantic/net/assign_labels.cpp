@@ -4,6 +4,7 @@
 
 #include "fusion/semantic/net/factor_graph.hpp"
 #include "fusion/semantic/net/net_entities.hpp"
+#include "protocols/nearest_on_segment.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -83,6 +84,32 @@ double angle_between(const WallCandidate& a, const WallCandidate& b) {
 double distance(const WallCandidate& a, const WallCandidate& b) {
   return std::min({(a.start - b.start).norm(), (a.start - b.end).norm(), (a.end - b.start).norm(),
                    (a.end - b.end).norm()});
+}
+
+/// Whether a straight wall goes on as the round one that a facet belongs to: the facet lies at its end, and
+/// the round wall's facets lie along less than half of it.
+bool goes_on_round(const std::vector<WallCandidate>& walls, const WallCandidate& straight,
+                   const WallCandidate& facet) {
+  const auto at = [&](const Eigen::Vector2d& end) {
+    return (nearest_on_segment(end, facet.start, facet.end) - end).norm() < facet.length();
+  };
+  if (!at(straight.start) && !at(straight.end)) return false;
+  double along = 0;
+  for (const WallCandidate& other : walls)
+    along += other.curve == facet.curve && same_place(straight, other) ? other.length() : 0;
+  return along < 0.5 * straight.length();
+}
+
+/// Whether a wall is a short surface in the place of a longer one: furniture along it, or the same wall
+/// again. A round wall may go on where a straight one ends: there the straight one counts.
+bool repeats_longer(const std::vector<WallCandidate>& walls, const WallCandidate& wall) {
+  return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
+    if (other.score <= 0 || !same_place(wall, other)) return false;
+    const bool straight = wall.curve == kNoCurve, other_straight = other.curve == kNoCurve;
+    if (straight && !other_straight && goes_on_round(walls, wall, other)) return false;
+    if (!straight && other_straight && goes_on_round(walls, other, wall)) return true;
+    return other.whole_length() > wall.whole_length();
+  });
 }
 
 void relate_walls(Net& net, const std::vector<Variable>& variables, const std::vector<WallCandidate>& walls) {
@@ -214,16 +241,8 @@ Labelling assign_labels(const NetCandidates& candidates) {
   Net net;
   std::vector<Variable> walls, openings, horizontals, pillars;
   std::vector<std::vector<Variable>> flights;
-  // A short surface in the place of a longer wall is furniture along it, or the same wall again.
   const auto repeats = [&](const WallCandidate& wall) {
-    const auto& all = candidates.walls.walls;
-    return std::any_of(all.begin(), all.end(),
-                       [&](const WallCandidate& other) {
-                         return other.whole_length() > wall.whole_length() && other.score > 0 &&
-                                same_place(wall, other);
-                       })
-               ? kRepeats
-               : 0.0;
+    return repeats_longer(candidates.walls.walls, wall) ? kRepeats : 0.0;
   };
   for (const WallCandidate& wall : candidates.walls.walls)
     walls.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::wall, wall.score - repeats(wall)}}));

@@ -171,5 +171,25 @@ TEST(BuildingOrThing, StepsHaveHeadroom) {
   EXPECT_LE(steps(labelled(sampler.cloud())), 5) << "of two flights that lie over each other one is left";
 }
 
+// The straight wall is longer than each facet, but not than the whole arc.
+TEST(BuildingOrThing, AStraightWallThatGoesOnAsARoundOneStays) {
+  CloudSampler sampler(600, 0.004, 26);
+  constexpr double kRadius = 3.5;
+  sampler.slab({0, 0}, {8, 7}, 0);
+  sampler.slab({0, 0}, {8, 7}, 2.8);
+  sampler.wall({0, 0}, {8 - kRadius, 0}, 0, 2.8);
+  sampler.wall({8, kRadius}, {8, 7}, 0, 2.8);
+  sampler.wall({8, 7}, {0, 7}, 0, 2.8);
+  sampler.wall({0, 7}, {0, 0}, 0, 2.8);
+  const auto at = [&](int k) {
+    const double angle = std::numbers::pi / 2 * (k / 60.0 - 1);
+    return Eigen::Vector2d(8 - kRadius + kRadius * std::cos(angle), kRadius + kRadius * std::sin(angle));
+  };
+  for (int k = 0; k < 60; ++k) sampler.wall(at(k), at(k + 1), 0, 2.8);
+  const SemanticNet net = labelled(sampler.cloud());
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(1, -0.2), Eigen::Vector2d(4, 0.2)}), 3.5);
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(7.8, 4), Eigen::Vector2d(8.2, 6)}), 2.5);
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
