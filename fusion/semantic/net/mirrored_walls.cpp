@@ -31,14 +31,15 @@ bool is_image(const WallCandidate& wall, const WallCandidate& mirror, const Wall
   return std::min(std::max(s, t), real.length()) - std::max(std::min(s, t), 0.0) > kOverlap * wall.length();
 }
 
-/// Whether the ray from `from` to `p` crosses a wall between its foot and its top.
-bool crosses(const WallCandidate& wall, const Eigen::Vector3d& from, const Eigen::Vector3d& p) {
-  constexpr double kFoot = 0.4;  // m: doors reach the floor, mirrors seldom
+constexpr double kFoot = 0.4;  ///< m: doors reach the floor, mirrors seldom
+
+/// Whether the ray from `from` to `p` crosses a wall between `foot` (m over its floor) and its top.
+bool crosses(const WallCandidate& wall, double foot, const Eigen::Vector3d& from, const Eigen::Vector3d& p) {
   const double before = off(wall, from.head<2>()), behind = off(wall, p.head<2>());
   if (before * behind >= 0) return false;
   const Eigen::Vector3d at = from + before / (before - behind) * (p - from);
   const double along = wall.raster.along.dot(at.head<2>() - wall.start);
-  return along > 0 && along < wall.length() && at.z() > wall.floor + kFoot && at.z() < wall.ceiling;
+  return along > 0 && along < wall.length() && at.z() > wall.floor + foot && at.z() < wall.ceiling;
 }
 
 struct Ray {
@@ -62,14 +63,14 @@ std::vector<Ray> rays_to(const PlanPoints& points, const WallCandidate& wall) {
 }
 
 /// Whether nearly all rays cross a wall. A few tell for most walls of a large site that they do not.
-bool cross_it(const std::vector<Ray>& rays, const WallCandidate& wall) {
+bool cross_it(const std::vector<Ray>& rays, const WallCandidate& wall, double foot = kFoot) {
   constexpr double kMinFraction = 0.9;
   constexpr std::size_t kFew = 16;
   for (const std::size_t stride : {1 + rays.size() / kFew, std::size_t{1}}) {
     std::size_t all = 0, through = 0;
     for (std::size_t i = 0; i < rays.size(); i += stride) {
       ++all;
-      through += crosses(wall, rays[i].from, rays[i].p) ? 1 : 0;
+      through += crosses(wall, foot, rays[i].from, rays[i].p) ? 1 : 0;
     }
     const double min_fraction = stride > 1 ? 0.5 : kMinFraction;
     if (static_cast<double>(through) <= min_fraction * static_cast<double>(all)) return false;
@@ -77,13 +78,15 @@ bool cross_it(const std::vector<Ray>& rays, const WallCandidate& wall) {
   return true;
 }
 
-bool is_mirrored(const PlanPoints& points, const std::vector<WallCandidate>& walls,
-                 const WallCandidate& wall) {
+constexpr std::size_t kFewest = 50;  ///< rays
+
+/// The mirror in which `wall` was seen; nullptr: in none.
+const WallCandidate* mirror_of(const PlanPoints& points, const std::vector<WallCandidate>& walls,
+                               const WallCandidate& wall) {
   constexpr double kOblique = 0.5;  // rad: walls across the mirror go on behind it as they do before it
-  constexpr std::size_t kFewest = 50;
   const std::vector<Ray> rays = rays_to(points, wall);
-  if (rays.size() < kFewest) return false;
-  return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& mirror) {
+  if (rays.size() < kFewest) return nullptr;
+  const auto found = std::find_if(walls.begin(), walls.end(), [&](const WallCandidate& mirror) {
     if (&mirror == &wall || !is_flat_wall(mirror) || angle_between(mirror, wall) > kOblique ||
         !cross_it(rays, mirror))
       return false;
@@ -91,17 +94,66 @@ bool is_mirrored(const PlanPoints& points, const std::vector<WallCandidate>& wal
       return &real != &wall && &real != &mirror && is_flat_wall(real) && is_image(wall, mirror, real);
     });
   });
+  return found != walls.end() ? &*found : nullptr;
+}
+
+/// A wall in which another one was seen.
+struct Mirror {
+  WallCandidate wall;
+  double side = 1;  ///< 1: images are in the direction `wall.raster.away`; -1: opposite to it
+};
+
+/// The part of a wall that lies behind a mirror's plane; of length 0 where there is none.
+WallCandidate part_behind(const WallCandidate& wall, const Mirror& mirror) {
+  constexpr double kBehind = 0.15, kShortest = 0.3;  // m
+  const double a = mirror.side * off(mirror.wall, wall.start) - kBehind,
+               b = mirror.side * off(mirror.wall, wall.end) - kBehind;
+  WallCandidate part = wall;
+  if (a * b < 0) (a < 0 ? part.start : part.end) = wall.start + a / (a - b) * (wall.end - wall.start);
+  if (std::max(a, b) <= 0 || part.length() < kShortest) part.end = part.start;
+  return part;
+}
+
+/// Leaves of a wall across a mirror the part before it.
+void cut_at(const Mirror& mirror, WallCandidate& wall) {
+  const double a = mirror.side * off(mirror.wall, wall.start), b = mirror.side * off(mirror.wall, wall.end);
+  const Eigen::Vector2d at = wall.start + a / (a - b) * (wall.end - wall.start);
+  (a > b ? wall.start : wall.end) = at;
 }
 
 }  // namespace
 
-void weigh_mirrored(const PlanPoints& points, std::vector<WallCandidate>& walls) {
-  if (!points.has_rays()) return;
-  std::vector<std::size_t> mirrored;
+std::vector<std::size_t> weigh_mirrored(const PlanPoints& points, std::vector<WallCandidate>& walls) {
+  constexpr double kWhole = 0.95;       // of a wall's length
+  constexpr double kMirrorFoot = 0.05;  // m: of what is known to be a mirror
+  std::vector<std::size_t> shortened;
+  if (!points.has_rays()) return shortened;
+  std::vector<Mirror> mirrors;
+  std::vector<bool> mirrored(walls.size());
   for (std::size_t w = 0; w < walls.size(); ++w) {
-    if (is_flat_wall(walls[w]) && is_mirrored(points, walls, walls[w])) mirrored.push_back(w);
+    const WallCandidate* mirror = is_flat_wall(walls[w]) ? mirror_of(points, walls, walls[w]) : nullptr;
+    if (mirror == nullptr) continue;
+    mirrored[w] = true;
+    mirrors.push_back({*mirror, off(*mirror, 0.5 * (walls[w].start + walls[w].end)) > 0 ? 1.0 : -1.0});
   }
-  for (const std::size_t w : mirrored) walls[w].score -= kMirrored;
+  // Of walls across a mirror the part behind it is seen through it only.
+  for (const Mirror& mirror : mirrors) {
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      if (mirrored[w] || !is_flat_wall(walls[w])) continue;
+      const WallCandidate part = part_behind(walls[w], mirror);
+      if (part.length() <= 0) continue;
+      const std::vector<Ray> rays = rays_to(points, part);
+      if (rays.size() < kFewest || !cross_it(rays, mirror.wall, kMirrorFoot)) continue;
+      if (part.length() > kWhole * walls[w].length()) {
+        mirrored[w] = true;
+      } else {
+        cut_at(mirror, walls[w]);
+        shortened.push_back(w);
+      }
+    }
+  }
+  for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= mirrored[w] ? kMirrored : 0;
+  return shortened;
 }
 
 }  // namespace parhelion::semantic

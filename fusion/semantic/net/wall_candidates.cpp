@@ -266,13 +266,14 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
                                     const Levels& levels, const SemanticNetOptions& options) {
   WallCandidates found{merged_walls(segmentation, levels), {}};
   std::vector<std::vector<Opening>> openings(found.walls.size());
-  tbb::parallel_for(std::size_t{0}, openings.size(), [&](std::size_t w) {
+  const auto measure_wall = [&](std::size_t w) {
     openings[w] = measure(points, segmentation, levels, w, options, found.walls[w]);
-  });
+  };
+  tbb::parallel_for(std::size_t{0}, openings.size(), measure_wall);
+  average_curve_scores(found.walls);
+  for (const std::size_t w : weigh_mirrored(points, found.walls)) measure_wall(w);
   for (const std::vector<Opening>& of_wall : openings)
     found.openings.insert(found.openings.end(), of_wall.begin(), of_wall.end());
-  average_curve_scores(found.walls);
-  weigh_mirrored(points, found.walls);
   weigh_free_standing(points, found.walls);
   weigh_walls(found.walls);
   return found;

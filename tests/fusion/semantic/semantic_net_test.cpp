@@ -141,6 +141,34 @@ TEST(SemanticNet, AWallThatIsSeenInAMirrorIsNone) {
   EXPECT_GT(walls_behind(room_with_a_wall_behind(7)), 0) << "seen through a window";
 }
 
+TEST(SemanticNet, WallsAcrossAMirrorEndAtItsPlane) {
+  for (const bool mirror : {true, false}) {
+    CloudSampler sampler(900, 0.005, 13);
+    sampler.room({0, 0}, {4, 5}, 0, 2.7);
+    const double depth = mirror ? 4 : 3;  // m, of what is seen behind the wall at x = 4
+    sampler.wall({4 + depth, 1}, {4 + depth, 4}, 0.4, 2.7);
+    sampler.wall({4.5, 0}, {4 + depth, 0}, 0.5, 2.5);
+    cloud::PointCloud<Map> cloud;
+    for (const Eigen::Vector3f& p : sampler.cloud().points) {
+      const bool in_frame =
+          std::abs(p.x() - 4) < 0.05F && std::abs(p.y() - 2) < 1.4F && p.z() > 0.5F && p.z() < 2.3F;
+      if (!in_frame) cloud.points.push_back(p);
+    }
+    cloud.viewpoints = {{1.5, 3.5, 1.4}};
+    cloud.scans.assign(cloud.size(), 0);
+    double beyond = 0;
+    for (const ModelEntity& e : net_of(cloud).entities) {
+      if (e.label == EntityLabel::wall && std::abs(std::cos(e.T_map_body.yaw())) > 0.9)
+        beyond = std::max(beyond, e.T_map_body.translation().x() + e.size.x() / 2 - 4);
+    }
+    if (mirror) {
+      EXPECT_LT(beyond, 0.2);
+    } else {
+      EXPECT_GT(beyond, 1) << "seen through a window";
+    }
+  }
+}
+
 TEST(SemanticNet, WhatHangsOverAStreetHereAndThereIsNoCeiling) {
   CloudSampler sampler(150, 0.01, 7);
   sampler.slab({-15, -10}, {15, 10}, 0);
