@@ -7,6 +7,7 @@
 #include <array>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "fusion/semantic/net/drop_doubles.hpp"
 #include "fusion/semantic/net/find_ramps.hpp"
@@ -16,6 +17,7 @@
 #include "fusion/semantic/objects/find_kerbs.hpp"
 #include "fusion/semantic/spread_voxels.hpp"
 #include "protocols/length_text.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -47,17 +49,58 @@ Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
 }
 
 Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vector<std::string>& notes) {
+  constexpr double kMillimetre = 1e-3;           // m
+  constexpr double kFar = 1e4, kFarthest = 1e5;  // m: single precision is 1 mm and 1 cm there
   const Eigen::Vector3d size = extent.sizes();
-  if (size.maxCoeff() > max_extent || size.z() > kHighestRoom) {
+  const auto fits = [&](double unit) {
+    return unit * size.maxCoeff() <= max_extent && unit * size.z() <= kHighestRoom;
+  };
+  if (!fits(1)) {
     return Error{"the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
                  length_text(size.z()) +
-                 " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm"};
+                 (fits(kMillimetre)
+                      ? " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm"
+                      : " high: too large for a site in any unit; some of its points may be damaged")};
   }
   if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
     notes.push_back("the cloud is only " + length_text(size.maxCoeff()) + " large and " +
                     length_text(size.z()) + " high: is its unit larger than a metre?");
   }
+  if (const double away = extent.center().norm(); away > kFar) {
+    const std::string far = "the cloud is " + length_text(away) +
+                            " from its origin, where single precision rounds places to " +
+                            length_text(away * 0x1p-24) + ": subtract an offset from its coordinates";
+    if (away > kFarthest) return Error{far};
+    notes.push_back(far);
+  }
   return {};
+}
+
+/// Whether the scanners stood at one height over what lies beyond them along -y, and at different ones along
+/// -z: the y axis points upwards.
+bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
+  constexpr std::size_t kFewest = 2;                              // scanners
+  constexpr double kBeside = 1.5, kSame = 0.2, kDifferent = 0.7;  // m
+  constexpr double kLowest = 0.3, kHighest = 2.5;                 // m, of a scanner over its floor
+  constexpr std::size_t kMaxPoints = 300'000;
+  if (cloud.viewpoints.size() < kFewest) return false;
+  std::array<std::vector<double>, 2> heights;  // along y, along z
+  const std::size_t stride = 1 + cloud.size() / kMaxPoints;
+  for (const Eigen::Vector3d& viewpoint : cloud.viewpoints) {
+    for (const Eigen::Index axis : {1, 2}) {
+      std::vector<double> below;
+      for (std::size_t i = 0; i < cloud.size(); i += stride) {
+        Eigen::Vector3d d = viewpoint - cloud.points[i].cast<double>();
+        const double height = std::exchange(d[axis], 0);
+        if (height > 0 && d.norm() < kBeside) below.push_back(height);
+      }
+      if (below.size() >= 20) heights[static_cast<std::size_t>(axis) - 1].push_back(quantile(below, 0.95));
+    }
+  }
+  if (heights[0].size() < kFewest || heights[1].size() < kFewest) return false;
+  const auto [y_low, y_high] = std::minmax_element(heights[0].begin(), heights[0].end());
+  const auto [z_low, z_high] = std::minmax_element(heights[1].begin(), heights[1].end());
+  return *y_low > kLowest && *y_high < kHighest && *y_high - *y_low<kSame&& * z_high - *z_low> kDifferent;
 }
 
 template <class Column>
@@ -148,6 +191,12 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   BuiltModel built;
   const Eigen::AlignedBox3d extent = extent_of(cloud);
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
+  if (!options.up && has_y_upwards(cloud)) {
+    return Error{"the cloud seems to have its y axis upwards: the " +
+                 std::to_string(cloud.viewpoints.size()) +
+                 " scanners stood at one height along y, and not along z; turn it, or give the up direction" +
+                 options.up_advice};
+  }
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
   std::optional<SpreadCloud> spread = spread_if_sparse(cloud, options, built.notes);

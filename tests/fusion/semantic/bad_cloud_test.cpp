@@ -1,0 +1,58 @@
+// Clouds in the wrong axes, units or places: what is reported of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fusion/semantic/build_model.hpp"
+#include "tests/fusion/semantic/clouds.hpp"
+
+namespace parhelion::semantic {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+/// A room with a table and three scanners 1.5 m over its floor.
+cloud::PointCloud<Cloud> room() {
+  test::CloudSampler sampler(250, 0.004, 31);
+  sampler.room({0, 0}, {8, 6}, 0, 2.6);
+  sampler.slab({5, 3}, {6.5, 4}, 0.74);
+  cloud::PointCloud<Cloud> cloud;
+  cloud.points = sampler.cloud().points;
+  cloud.viewpoints = {{1, 1, 1.5}, {4, 4.6, 1.52}, {6.8, 2, 1.49}};
+  for (std::size_t i = 0; i < cloud.size(); ++i) cloud.scans.push_back(static_cast<std::uint16_t>(i % 3));
+  return cloud;
+}
+
+TEST(BadCloud, OneWithItsYAxisUpwardsIsRefusedAndTheSameUprightIsNot) {
+  cloud::PointCloud<Cloud> cloud = room();
+  EXPECT_TRUE(build_model(cloud).ok());
+  for (Eigen::Vector3f& p : cloud.points) p = {p.x(), p.z(), -p.y()};
+  for (Eigen::Vector3d& p : cloud.viewpoints) p = {p.x(), p.z(), -p.y()};
+  const auto built = build_model(cloud);
+  ASSERT_FALSE(built.ok());
+  EXPECT_THAT(built.error().message, HasSubstr("y axis upwards"));
+}
+
+TEST(BadCloud, OneThatIsTooLargeInAnyUnitIsNotTakenForMillimetres) {
+  cloud::PointCloud<Cloud> cloud = room();
+  for (Eigen::Vector3f& p : cloud.points) p *= 1000;
+  EXPECT_THAT(build_model(cloud).error().message, HasSubstr("millimetres"));
+  for (Eigen::Vector3f& p : cloud.points) p *= 30'000;
+  EXPECT_THAT(build_model(cloud).error().message, Not(HasSubstr("millimetres")));
+}
+
+TEST(BadCloud, OneFarFromItsOriginIsRoundedAndThatIsReported) {
+  cloud::PointCloud<Cloud> cloud = room();
+  const Eigen::Vector3f far(32'000, 50'000, 0);
+  for (Eigen::Vector3f& p : cloud.points) p += far;
+  for (Eigen::Vector3d& p : cloud.viewpoints) p += far.cast<double>();
+  const auto built = build_model(cloud);
+  ASSERT_TRUE(built.ok()) << built.error().message;
+  EXPECT_THAT(built->notes, Contains(HasSubstr("from its origin")));
+  for (Eigen::Vector3f& p : cloud.points) p += 10 * far;
+  EXPECT_THAT(build_model(cloud).error().message, HasSubstr("from its origin"));
+}
+
+}  // namespace
+}  // namespace parhelion::semantic
