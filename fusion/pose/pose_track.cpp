@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <utility>
 
 #include "fusion/pose/slam_front_end.hpp"
 
@@ -13,6 +14,8 @@ constexpr std::size_t kEstimateSlots = 256;
 constexpr double kMaxChi2 = 16.3;     ///< 99.9 % of three degrees of freedom
 constexpr double kLessCertain = 2;    ///< sigma to sigma, of a match that SLAM's estimate replaces
 constexpr int kPlanar[] = {0, 1, 5};  ///< x, y, yaw
+
+constexpr double kMoved = 0.1, kTurned = 0.1;  ///< m and rad by odometry: more than a standing robot's noise
 
 /// s after a scan's stamp, in which the scan's twist gives way to odometry's: longer than a sweep, shorter
 /// than the time to the next scan, whose innovation has to show what odometry alone predicts.
@@ -82,6 +85,10 @@ const char* to_string(NoPose why) {
       return "too far ahead of the last odometry";
     case NoPose::map_mismatch:
       return "SLAM's map is not the model's";
+    case NoPose::slam_silent:
+      return "no estimate from SLAM while the robot moved";
+    case NoPose::jumping:
+      return "localization jumps";
   }
   return "unknown";
 }
@@ -107,9 +114,34 @@ void PoseTrack::add(const Odometry& odometry) {
     lost_ = relocalizing_ = false;
   }
   if (anchor_ && anchor_->provisional) take_odometry_at_anchor();
+  measure_silent_motion();
+}
+
+void PoseTrack::measure_silent_motion() {
+  if (!odometry_at_estimate_) return;
+  const auto newest = odometry_.at(odometry_.newest_stamp());
+  if (!newest) return;
+  const Pose2 moved = odometry_at_estimate_->inverse() * newest->T_odom_base;
+  silent_distance_ = std::max(silent_distance_, moved.position().norm());
+  silent_angle_ = std::max(silent_angle_, std::abs(moved.yaw));
+  const bool moves = silent_distance_ > kMoved || silent_angle_ > kTurned;
+  if (moves && !moves_since_) moves_since_ = odometry_.newest_stamp();
+}
+
+std::optional<PoseTrack::Silence> PoseTrack::silence(SensorTime t) const {
+  if (!odometry_at_estimate_ || estimates_.count() == 0) return std::nullopt;
+  const Silence now{t - estimates_.newest().stamp, silent_distance_, silent_angle_};
+  const bool moved = now.distance > options_.silent_distance || now.angle > options_.silent_angle;
+  return moved && t - *moves_since_ > options_.max_silence ? std::optional(now) : std::nullopt;
 }
 
 void PoseTrack::restart() {
+  odometry_at_estimate_.reset();
+  moves_since_.reset();
+  silent_distance_ = silent_angle_ = 0;
+  last_jump_.reset();
+  jump_before_.reset();
+  jumping_ = false;
   estimates_.clear();
   refinements_.clear();
   scan_motion_.forget();
@@ -155,14 +187,26 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
     scan_motion_.correct(planar(T_map_odom_) * before.inverse());
   }
   estimates_.push(sample);
+  const auto odometry = odometry_.at(estimate.stamp);
+  odometry_at_estimate_ = odometry ? std::optional(odometry->T_odom_base) : std::nullopt;
+  moves_since_.reset();
+  silent_distance_ = silent_angle_ = 0;
+  measure_silent_motion();
   lost_ = false;
   if (!known) return Correction::first;
   if (sample.jumped) {
     relocalizing_ = true;
-    return Correction::relocalization;
+    note_jump(estimate.stamp);
+    return jumping_ ? Correction::jump : Correction::relocalization;
   }
+  if (jumping_ && estimate.stamp - *last_jump_ >= options_.steady_after) jumping_ = false;
   if (position_sigma(estimate.covariance) <= options_.recovered_sigma) relocalizing_ = false;
   return Correction::small;
+}
+
+void PoseTrack::note_jump(SensorTime stamp) {
+  if (jump_before_ && stamp - *jump_before_ <= options_.jumps_within) jumping_ = true;
+  jump_before_ = std::exchange(last_jump_, stamp);
 }
 
 const PoseTrack::EstimateSample* PoseTrack::refinement_at(SensorTime stamp) const {
@@ -400,6 +444,10 @@ std::optional<PoseAtInstant> PoseTrack::at(SensorTime t, NoPose* why) const {
     no_pose = NoPose::map_mismatch;
   } else if (lost_) {
     no_pose = NoPose::slam_lost;
+  } else if (silence(t)) {
+    no_pose = NoPose::slam_silent;
+  } else if (jumping_) {
+    no_pose = NoPose::jumping;
   } else if (relocalizing_) {
     no_pose = NoPose::relocalizing;
   } else {

@@ -35,6 +35,8 @@ enum class NoPose : std::uint8_t {
   older_than_history,
   too_far_ahead,  ///< more than `max_extrapolation` after the last odometry
   map_mismatch,
+  slam_silent,  ///< no estimate for a while, in which the robot moved
+  jumping,      ///< one relocalization after another
 };
 const char* to_string(NoPose why);
 
@@ -43,10 +45,20 @@ struct PoseTrackOptions {
   Duration max_extrapolation = milliseconds(500);
   double relocalization_distance = 0.2;                            ///< m
   double relocalization_angle = 5 * 3.14159265358979323846 / 180;  ///< rad
-  double recovered_sigma = 0.05;         ///< m, 1 sigma below which injection resumes
+  double recovered_sigma = 0.05;  ///< m, 1 sigma below which injection resumes
+  /// The third relocalization within it means that SLAM does not know where the robot is, until none has come
+  /// for `steady_after`.
+  Duration jumps_within = seconds(5.0), steady_after = seconds(3.0);
   bool calibrate_odometry = true;        ///< its time offset and scale, from matched scans
   Duration max_slam_age = seconds(2.0);  ///< without an estimate for longer, scans are matched no more
-  std::string map_id;                    ///< empty: any
+  /// SLAM counts as silent once the robot has moved for this long since the newest estimate, and by odometry
+  /// is one of the two ways from it. A localization may send nothing while the robot stands: AMCL's defaults
+  /// ask for 0.25 m on an axis or 0.2 rad before it does, slam_toolbox's for 0.5 m or 0.5 rad, and either may
+  /// take a second. Up to here odometry carries the pose well.
+  Duration max_silence = seconds(2.0);
+  double silent_distance = 1.0;  ///< m
+  double silent_angle = 0.8;     ///< rad
+  std::string map_id;            ///< empty: any
 };
 
 /// Fixed-size histories; adding never allocates after construction. All instants are SensorTime of the
@@ -73,6 +85,7 @@ class PoseTrack {
     first,
     small,
     relocalization,
+    jump,   /* one relocalization too many: see PoseTrackOptions::jumps_within */
     ignored /* stale, lost, of another map or not causal */
   };
 
@@ -94,6 +107,14 @@ class PoseTrack {
   /// Of odometry, as scans show it, in addition to the robot description's.
   const OnlineOdometryCalibration& calibration() const { return calibration_; }
   bool has_odometry() const { return !odometry_.empty(); }
+
+  /// Since the newest estimate of SLAM.
+  struct Silence {
+    Duration time;
+    double distance = 0, angle = 0;  ///< m and rad, the farthest that odometry was from there
+  };
+  /// Has a value while NoPose::slam_silent is why there is no pose.
+  std::optional<Silence> silence(SensorTime t) const;
 
  private:
   struct EstimateSample {
@@ -125,6 +146,8 @@ class PoseTrack {
   const EstimateSample* refinement_at(SensorTime stamp) const;
   bool agrees_with_scans(const EstimateSample& estimate) const;
   void restart();
+  void measure_silent_motion();
+  void note_jump(SensorTime stamp);
 
   RobotDescription robot_;
   PoseTrackOptions options_;
@@ -137,7 +160,12 @@ class PoseTrack {
   Ring<EstimateSample> refinements_;  ///< of scans matched to the map
   ScanMotion scan_motion_;
   std::optional<Anchor> anchor_, previous_anchor_;
-  Transform<Map, Odom> T_map_odom_;  ///< valid where there is an anchor
+  Transform<Map, Odom> T_map_odom_;            ///< valid where there is an anchor
+  std::optional<Pose2> odometry_at_estimate_;  ///< T_odom_base at the newest of SLAM
+  std::optional<SensorTime> moves_since_;      ///< then
+  double silent_distance_ = 0, silent_angle_ = 0;
+  std::optional<SensorTime> last_jump_, jump_before_;
+  bool jumping_ = false;
   bool lost_ = false;
   bool relocalizing_ = false;
   bool mismatch_ = false;

@@ -2,7 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <cstdio>
 #include <exception>
+#include <numbers>
 
 #include "server/tick/state.hpp"
 
@@ -10,10 +12,10 @@ namespace parhelion::tick {
 namespace {
 
 /// The real robot's state for the simulation at an instant; none if the pose is not known.
-std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, const PoseState& pose,
+std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, PoseState& pose,
                                                         const InjectionState& injection) {
   if (!pose.clock.known()) return std::nullopt;
-  const auto at_t = robot_pose(pose, pose.clock.to_sensor(t));
+  const auto at_t = robot_pose(pose, pose.clock.to_sensor(t), &pose.why_unknown);
   if (!at_t) return std::nullopt;
   simulation::RealRobotState real;
   real.T_map_base = at_t->T_map_base;
@@ -24,6 +26,19 @@ std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, const 
   real.relocalized = pose.relocalized;
   real.injection_live = injection_is_live(injection, t);
   return real;
+}
+
+/// Why the pose of a real robot is not known at this step.
+std::string why_lost(SimulationTime now, const PoseState& pose) {
+  const auto silence = pose.clock.known() ? pose.track.silence(pose.clock.to_sensor(now))
+                                          : std::optional<pose::PoseTrack::Silence>();
+  if (!silence || pose.why_unknown != pose::NoPose::slam_silent) return to_string(pose.why_unknown);
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "no estimate from SLAM for %.1f s, in which the robot moved %.2f m away and turned %.0f degrees",
+      silence->time.seconds(), silence->distance, silence->angle * 180 / std::numbers::pi);
+  return text;
 }
 
 /// A pose is unknown at once where odometry is old; only a loss of some duration is an event, as scans and
@@ -42,7 +57,11 @@ void report_pose_changes(const TickContext& context, PoseState& pose) {
   event.stamp = context.now;
   event.kind = known ? EventKind::localized : EventKind::localization_lost;
   event.subject = context.robot().name;
-  if (known) event.position = pose.at_this_step->T_map_base.translation();
+  if (known) {
+    event.position = pose.at_this_step->T_map_base.translation();
+  } else if (!is_exact(context.configuration.scenario)) {
+    event.text = why_lost(context.now, pose);
+  }
   publish_event(context, event);
 }
 
@@ -58,10 +77,9 @@ void watch_depth(const TickContext& context, RobotState& robot, std::size_t inde
 
 /// Sets the robot's state for the step.
 void update_robot(const TickContext& context, RobotState& robot, State& state) {
-  const Scenario& scenario = context.configuration.scenario;
-  const bool exact = simulates_trainee(scenario) && !scenario.trainee->slam;
-  robot.pose.at_this_step = exact ? trainee_state(context.configuration, state.simulation)
-                                  : real_robot_at(context.now, robot.pose, robot.injection);
+  robot.pose.at_this_step = is_exact(context.configuration.scenario)
+                                ? trainee_state(context.configuration, state.simulation)
+                                : real_robot_at(context.now, robot.pose, robot.injection);
   state.real[robot.index] = robot.pose.at_this_step;
   move_twin(context, robot.pose.clock, robot.encoders, state.simulation);
   report_pose_changes(context, robot.pose);

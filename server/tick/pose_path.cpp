@@ -28,9 +28,6 @@ std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
   return all;
 }
 
-/// The pose of a simulated robot without SLAM is exact.
-bool is_exact(const Scenario& scenario) { return simulates_trainee(scenario) && !scenario.trainee->slam; }
-
 void apply_estimate(const TickContext& context, const Message& input, const PoseEstimate& estimate,
                     PoseState& pose) {
   if (!pose.clock.known()) pose.clock.add(input.arrival, estimate.stamp);
@@ -76,6 +73,8 @@ void report_odometry(const TickContext& context, PoseState& pose) {
 }
 
 }  // namespace
+
+bool is_exact(const Scenario& scenario) { return simulates_trainee(scenario) && !scenario.trainee->slam; }
 
 PoseState::PoseState(const Configuration& configuration, const RobotDescription& robot)
     : track(robot, track_options(configuration)), attitude(robot.imu), joints(heads(robot)) {

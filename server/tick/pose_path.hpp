@@ -41,11 +41,15 @@ struct PoseState {
   OdometryCorrection reported_odometry;  ///< by scans, as in the newest event
 
   std::optional<simulation::RealRobotState>
-      at_this_step;    ///< at the last physics step; none: the pose is lost
-  bool known = false;  ///< as in the newest event
+      at_this_step;                                  ///< at the last physics step; none: the pose is lost
+  pose::NoPose why_unknown = pose::NoPose::no_slam;  ///< of a real robot, at the last step without a pose
+  bool known = false;                                ///< as in the newest event
   std::optional<SimulationTime> unknown_since;
   bool relocalized = false;  ///< since the last physics step
 };
+
+/// True for a simulated robot without SLAM: its pose is the simulation's.
+bool is_exact(const Scenario& scenario);
 
 /// The robot's pose at t: position and heading from SLAM and odometry, roll and pitch from the inertial
 /// sensor where known. `why`: the reason if there is none.

@@ -235,6 +235,81 @@ TEST(PoseTrack, ReportsWhyThereIsNoPose) {
   EXPECT_TRUE(track.at(at_seconds(6)));
 }
 
+TEST(PoseTrack, SlamIsSilentOnlyAfterAWhileInWhichTheRobotMoved) {
+  const auto why_at_end = [](double speed, double yaw_rate, double seconds_after) {
+    PoseTrack track(robot(), {});
+    for (int i = 0; i <= 10; ++i) track.add(odometry(0.1 * i, {}));
+    track.add(estimate(1, {}));
+    const int steps = static_cast<int>(10 * seconds_after);
+    for (int i = 1; i <= steps; ++i) track.add(odometry(1 + 0.1 * i, moved({speed, 0, yaw_rate}, 0.1 * i)));
+    NoPose why = NoPose::no_slam;
+    return track.at(at_seconds(1 + 0.1 * steps), &why) ? std::optional<NoPose>() : why;
+  };
+  EXPECT_EQ(why_at_end(0, 0, 3600), std::nullopt) << "standing, for an hour";
+  EXPECT_EQ(why_at_end(1, 0, 1.9), std::nullopt) << "1.9 m, but in less than 2 s";
+  EXPECT_EQ(why_at_end(0.1, 0, 9), std::nullopt) << "0.9 m";
+  EXPECT_EQ(why_at_end(0, 0.1, 7), std::nullopt) << "0.7 rad";
+  EXPECT_EQ(why_at_end(1, 0, 2.4), NoPose::slam_silent);
+  EXPECT_EQ(why_at_end(0.1, 0, 11), NoPose::slam_silent);
+  EXPECT_EQ(why_at_end(0, 0.5, 2.5), NoPose::slam_silent);
+}
+
+/// AMCL's defaults: an estimate once it moved 0.25 m or turned 0.2 rad, here with a delay of a second.
+TEST(PoseTrack, ALocalizationThatSendsOnMotionAloneIsNotSilent) {
+  for (const Twist2& twist : {Twist2{0.05, 0, 0}, Twist2{0.5, 0, 0.2}, Twist2{1, 0, 0}, Twist2{0, 0, 0.6}}) {
+    PoseTrack track(robot(), {});
+    std::vector<double> due;
+    Pose2 sent;
+    for (int i = 0; i < 1200; ++i) {
+      const double t = 0.05 * i, moving = std::max(0.0, t < 30 ? t - 1 : 29.0);
+      const Pose2 here = moved(twist, moving);
+      track.add(odometry(t, here));
+      const Pose2 since = sent.inverse() * here;
+      if (i == 0 || since.position().norm() > 0.25 || std::abs(since.yaw) > 0.2) {
+        due.push_back(t);
+        sent = here;
+      }
+      while (!due.empty() && (t >= due.front() + 1 || due.front() == 0)) {
+        track.add(estimate(due.front(), moved(twist, std::max(0.0, due.front() - 1))));
+        due.erase(due.begin());
+      }
+      ASSERT_TRUE(track.at(at_seconds(t))) << t;
+    }
+  }
+}
+
+TEST(PoseTrack, AnEstimateEndsTheSilence) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 60; ++i) {
+    track.add(odometry(0.1 * i, {0.1 * i, 0, 0}));
+    if (i == 10) track.add(estimate(1, {1, 0, 0}));
+  }
+  ASSERT_TRUE(track.silence(at_seconds(6)));
+  EXPECT_NEAR(track.silence(at_seconds(6))->time.seconds(), 5, 1e-9);
+  EXPECT_NEAR(track.silence(at_seconds(6))->distance, 5, 1e-3);
+  EXPECT_EQ(track.add(estimate(5.9, {5.9, 0, 0})), PoseTrack::Correction::small);
+  EXPECT_FALSE(track.silence(at_seconds(6)));
+  EXPECT_TRUE(track.at(at_seconds(6)));
+}
+
+TEST(PoseTrack, JumpsInARowAreNotRelocalizations) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 100; ++i) track.add(odometry(0.1 * i, {}));
+  track.add(estimate(8.1, {}));
+  EXPECT_EQ(track.add(estimate(8.2, {3, 0, 0})), PoseTrack::Correction::relocalization);
+  EXPECT_EQ(track.add(estimate(8.3, {-1, 0, 0})), PoseTrack::Correction::relocalization);
+  EXPECT_EQ(track.add(estimate(8.4, {2, 0, 0})), PoseTrack::Correction::jump);
+  track.add(estimate(8.5, {2, 0, 0}));
+  NoPose why{};
+  EXPECT_FALSE(track.at(at_seconds(10), &why));
+  EXPECT_EQ(why, NoPose::jumping);
+  for (int i = 101; i <= 140; ++i) {
+    track.add(odometry(0.1 * i, {}));
+    track.add(estimate(0.1 * i, {2, 0, 0}));
+  }
+  EXPECT_TRUE(track.at(at_seconds(14)));
+}
+
 TEST(PoseTrack, RelocalizationStaysOffUntilTheCovarianceRecovers) {
   PoseTrack track(robot(), {});
   for (int i = 0; i <= 40; ++i) track.add(odometry(0.05 * i, {0, 0, 0}));
