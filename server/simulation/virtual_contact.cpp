@@ -23,6 +23,22 @@ VirtualContactResult result(const VirtualContactInput& input, double scale, Spee
   return answer;
 }
 
+/// The cause that holds the robot until the dead-man is released.
+SpeedLimitReason held_by(const VirtualContactInput& input, bool released, const VirtualContactState& state) {
+  if (input.emergency_stop) return SpeedLimitReason::emergency_stop;
+  if (input.stop) return *input.stop;
+  if (released) return SpeedLimitReason::none;
+  if (input.localization_lost && !state.released_since_loss) return SpeedLimitReason::localization_lost;
+  return state.held;
+}
+
+/// The reason that is reported: the cause itself, or that it is over and only the release is missing.
+SpeedLimitReason shown(const VirtualContactInput& input, SpeedLimitReason held) {
+  const bool lasts =
+      input.stop.has_value() || (held == SpeedLimitReason::localization_lost && !input.pose_known);
+  return lasts || held == SpeedLimitReason::emergency_stop ? held : SpeedLimitReason::not_released;
+}
+
 double stopping_distance(const RobotLimits& robot, double speed) {
   return speed * robot.reaction_time + speed * speed / (2 * robot.deceleration);
 }
@@ -47,6 +63,12 @@ const char* to_string(SpeedLimitReason reason) {
       return "emergency_stop";
     case SpeedLimitReason::robot_limits:
       return "robot_limits";
+    case SpeedLimitReason::scans_silent:
+      return "scans_silent";
+    case SpeedLimitReason::two_drivers:
+      return "two_drivers";
+    case SpeedLimitReason::not_released:
+      return "dead_man_not_released";
   }
   return "unknown";
 }
@@ -91,11 +113,11 @@ double contact_scale(const ContactLimits& limits, const RobotLimits& robot, doub
 VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& robot,
                            const VirtualContactInput& input, VirtualContactState& state) {
   const bool silent = !input.teleop || input.teleop_age.seconds() >= limits.silence;
-  const bool released = silent || is_zero(input.teleop->twist);
+  const bool released = silent || (is_zero(input.teleop->twist) && !input.own_stop);
   state.released_since_loss = !input.pose_known && (state.released_since_loss || released);
-  state.stopped = input.emergency_stop || (state.stopped && !released);
+  state.held = held_by(input, released, state);
   if (silent) return result(input, 0, SpeedLimitReason::silence);
-  if (state.stopped) return result(input, 0, SpeedLimitReason::emergency_stop);
+  if (state.held != SpeedLimitReason::none) return result(input, 0, shown(input, state.held));
 
   const Twist2& asked = input.teleop->twist;
   const double asked_speed = footprint_speed(robot, asked);

@@ -21,15 +21,21 @@ enum class SpeedLimitReason : std::uint8_t {
   invalid,            ///< TELEOP is not finite
   emergency_stop,     ///< until it is released and the dead-man was released
   robot_limits,       ///< TELEOP is faster than the robot's description allows
+  scans_silent,       ///< the robot's laser has fallen silent: until it scans again
+  two_drivers,        ///< TELEOP of two consoles at once: until one of them has let go
+  not_released,  ///< the cause of a stop is over, or the server has started: until the dead-man is released
 };
 
 const char* to_string(SpeedLimitReason reason);
 
 struct VirtualContactInput {
-  std::optional<TwistCommand> teleop;  ///< the newest; absent: none yet
-  Duration teleop_age;                 ///< since its arrival
-  bool pose_known = false;             ///< the real robot's pose is good enough for injection
-  bool emergency_stop = false;         ///< the emergency stop is active
+  std::optional<TwistCommand> teleop;    ///< the newest; absent: none yet
+  Duration teleop_age;                   ///< since its arrival
+  bool pose_known = false;               ///< the real robot's pose is good enough for injection
+  bool localization_lost = false;        ///< it has not been for so long that this counts as a loss
+  bool emergency_stop = false;           ///< the emergency stop is active
+  std::optional<SpeedLimitReason> stop;  ///< scans_silent or two_drivers, while it lasts
+  bool own_stop = false;                 ///< `teleop` is the server's stop, not the trainee's
   Simulation::Clearance
       clearance;  ///< for teleop's twist, with limit contact_lookahead(); unused without a pose
 };
@@ -37,8 +43,9 @@ struct VirtualContactInput {
 /// State from one command to the next.
 struct VirtualContactState {
   bool released_since_loss =
-      false;             ///< the dead-man was released (TELEOP zero or silent) while the pose was lost
-  bool stopped = false;  ///< the dead-man was not released yet since the end of the emergency stop
+      false;  ///< the dead-man was released (TELEOP zero or silent) while the pose was lost
+  /// The newest cause of a stop since which the dead-man was not released; none: it was.
+  SpeedLimitReason held = SpeedLimitReason::none;
 };
 
 struct VirtualContactResult {
@@ -64,7 +71,9 @@ double contact_lookahead(const ContactLimits& limits, const RobotDescription& ro
 /// can brake: with reaction time r and deceleration a, v r + v^2 / (2 a) <= distance - stop_distance.
 double contact_scale(const ContactLimits& limits, const RobotLimits& robot, double distance, double speed);
 
-/// Promise 3: one scale for all components, for the robot's limits and for what is in its way.
+/// Promise 3: one scale for all components, for the robot's limits and for what is in its way. After a stop,
+/// whatever its cause, nothing moves before the dead-man was released. A pose that is missing for a moment
+/// only (not `localization_lost`) stops the robot without that.
 VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& robot,
                            const VirtualContactInput& input, VirtualContactState& state);
 

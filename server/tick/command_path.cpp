@@ -1,6 +1,7 @@
 #include "server/tick/command_path.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
@@ -8,6 +9,15 @@
 
 namespace parhelion::tick {
 namespace {
+
+/// The server's own reason to stop a real robot.
+std::optional<simulation::SpeedLimitReason> reason_to_stop(const TickContext& context,
+                                                           const CommandPath& path) {
+  if (path.command.drivers.conflict(context.now)) return simulation::SpeedLimitReason::two_drivers;
+  if (!simulates_trainee(context.configuration.scenario) && path.scans.silent(context.now))
+    return simulation::SpeedLimitReason::scans_silent;
+  return std::nullopt;
+}
 
 /// The motion currently allowed by the newest TELEOP and its age.
 simulation::VirtualContactResult limit_now(const TickContext& context, const CommandPath& path) {
@@ -18,7 +28,10 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
   input.teleop = command.teleop;
   input.teleop_age = context.now - simulation_time(command.teleop_arrival);
   input.pose_known = path.pose.at_this_step.has_value();
+  input.localization_lost = !path.pose.known && !is_exact(configuration.scenario);
   input.emergency_stop = command.emergency_stop;
+  input.stop = reason_to_stop(context, path);
+  input.own_stop = command.own_stop;
   if (command.teleop && path.pose.at_this_step) {
     const Twist2& asked = command.teleop->twist;
     const double scale = simulation::limits_scale(robot.limits, asked);
@@ -252,13 +265,42 @@ Result<Command> read_agent_command(const TickContext& context, const Message& in
   return command;
 }
 
+void report_two_drivers(const TickContext& context) {
+  Event event;
+  event.stamp = context.now;
+  event.kind = EventKind::command_refused;
+  event.subject = context.robot().name;
+  event.text = "two consoles drive robot '" + context.robot().name +
+               "' at once: it stands until one of them has stopped sending " +
+               context.channel(channel::kTeleop) + " and the other has released its dead-man";
+  publish_event(context, event);
+}
+
+/// Stops the robot at once where a reason begins, whenever the next TELEOP comes.
+void watch_stops(const TickContext& context, const CommandPath& path) {
+  CommandState& command = path.command;
+  if (!command.teleop) {
+    // Nobody has driven it since the start.
+    const double silent = (context.now - simulation_time(command.teleop_arrival)).seconds();
+    if (silent >= context.configuration.scenario.contact.silence)
+      command.contact.held = simulation::SpeedLimitReason::none;
+    return;
+  }
+  const auto before = std::exchange(command.stop, reason_to_stop(context, path));
+  if (!command.stop || command.stop == before) return;
+  if (*command.stop == simulation::SpeedLimitReason::two_drivers) report_two_drivers(context);
+  send_command(context, path);
+}
+
 }  // namespace
 
 void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path) {
   TwistCommand command;
+  bool unreadable = false;
   if (const Status read = decode(input.channel, input.payload, command); !read) {
     refuse(context, read.error());
-    command = {};  // an unreadable command is a stop
+    command = {};  // an unreadable command is a stop, and no release
+    unreadable = true;
   } else if (moves(command.twist) &&
              refuse_old_motion(context, input, command.stamp, path.command.teleop_clock)) {
     return;
@@ -269,6 +311,8 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
   if (context.robot().command_type == CommandType::mbot_motor) command.twist.vy = 0;
   path.command.teleop = command;
   path.command.teleop_arrival = input.arrival;
+  path.command.own_stop = unreadable;
+  path.command.drivers.add(input.arrival, command.twist, context.robot());
   send_command(context, path);
 }
 
@@ -282,6 +326,7 @@ void stop_robot(const TickContext& context, const CommandPath& path) {
   if (!path.command.teleop) return;  // never moved
   path.command.teleop = TwistCommand{{context.now.ns}, {}};
   path.command.teleop_arrival = ArrivalTime{context.now.ns};
+  path.command.own_stop = true;
   send_command(context, path);
   stop_joints(context, path);
 }
@@ -295,9 +340,15 @@ void set_emergency_stop(const TickContext& context, bool stopped, const CommandP
   if (stopped) stop_joints(context, path);
 }
 
+void CommandState::begin(ArrivalTime start, bool real) {
+  teleop_arrival = start;
+  if (real) contact.held = simulation::SpeedLimitReason::not_released;
+}
+
 void watch_silence(const TickContext& context, const CommandPath& path) {
-  const CommandState& command = path.command;
-  watch_dead_man(context, path.command.dead_man);
+  CommandState& command = path.command;
+  watch_dead_man(context, command.dead_man);
+  watch_stops(context, path);
   const auto silent = [&](ArrivalTime last, SimulationTime sent) {
     return context.now - sent >= driving_timing::kStopPeriod &&
            (context.now - simulation_time(last)).seconds() >= context.configuration.scenario.contact.silence;

@@ -13,8 +13,10 @@
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
 #include "server/tick/command_clock.hpp"
+#include "server/tick/driver_watch.hpp"
 #include "server/tick/encoders.hpp"
 #include "server/tick/pose_path.hpp"
+#include "server/tick/scan_silence.hpp"
 #include "server/tick/tick_context.hpp"
 
 namespace parhelion::tick {
@@ -28,11 +30,18 @@ struct DeadMan {
 };
 
 struct CommandState {
+  /// `start`: of the session. A real robot is held until its dead-man was released, as whoever drove it
+  /// before a crash may still hold it.
+  void begin(ArrivalTime start, bool real);
+
   std::optional<TwistCommand> teleop;  ///< the newest
   ArrivalTime teleop_arrival;
   CommandClock teleop_clock;
   SimulationTime last_command;  ///< when MR_CMD was last sent
   simulation::VirtualContactState contact;
+  bool own_stop = false;  ///< `teleop` is the server's
+  DriverWatch drivers;
+  std::optional<simulation::SpeedLimitReason> stop;  ///< as at the newest step
   simulation::SpeedLimitReason speed_limit_reason = simulation::SpeedLimitReason::none;
   DeadMan dead_man;
   bool emergency_stop = false;
@@ -52,6 +61,7 @@ struct CommandPath {
   CommandState& command;
   const PoseState& pose;
   const EncoderState& encoders;
+  const ScanSilence& scans;
   simulation::Simulation& simulation;
 };
 
@@ -63,7 +73,7 @@ void handle_joint_command(const TickContext& context, const Message& input, cons
 /// means it.
 void refuse_stale_command(const TickContext& context, Duration age);
 /// At each step: MR_CMD and MR_JOINT_CMD stop when TELEOP has been silent for too long; the dead-man then
-/// counts as released.
+/// counts as released. MR_CMD stops, too, when the robot's scans have, and when two consoles drive it.
 void watch_silence(const TickContext& context, const CommandPath& path);
 /// Stops the robot until the next command.
 void stop_robot(const TickContext& context, const CommandPath& path);

@@ -75,7 +75,8 @@ RobotState::RobotState(const Configuration& configuration, std::size_t index_)
     : name(configuration.robot_at(index_).name),
       index(index_),
       pose(configuration, configuration.robot_at(index_)),
-      encoders(configuration, configuration.robot_at(index_)) {
+      encoders(configuration, configuration.robot_at(index_)),
+      scan_silence(configuration.robot_at(index_)) {
   injection.gate = InjectionGate(index);
   for (const NamedLaser& laser : configuration.robot_at(index).further_lasers) {
     FurtherLaser& further = further_lasers.emplace_back();
@@ -141,7 +142,7 @@ CameraPath State::camera_path(RobotState& robot, std::size_t camera) {
 }
 
 CommandPath State::command_path(RobotState& robot) {
-  return {robot.command, robot.pose, robot.encoders, simulation};
+  return {robot.command, robot.pose, robot.encoders, robot.scan_silence, simulation};
 }
 
 AgentPath State::agent_path() { return {real, world.kinds, agent_cameras, simulation}; }
@@ -157,7 +158,8 @@ ScriptPath State::script_path() { return {scripts, agent_path()}; }
 StartPath State::start_path() { return {waiting, simulation, scripts, faults}; }
 
 OperatorPath State::operator_path(const TickContext& context) {
-  return {operators, operator_refused, simulation, [this, &context](const std::string& name) {
+  return {operators, operator_refused, simulation,
+          [this, &context](const std::string& name) {
             const auto robot = context.configuration.find_robot(name);
             if (!robot) return simulation.teleop(name, {});
             stop_robot(context.of_robot(*robot), command_path(robots[*robot]));
@@ -205,6 +207,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   if (robot.sensors) state->world.kinds[scenario.trainee->name] = AgentKind::robot;
   for (const ModelObject& object : configuration.objects) state->world.kinds[object.name] = AgentKind::box;
   if (const Status spawned = spawn_agents(configuration, *state); !spawned) return spawned.error();
+  for (RobotState& each : state->robots) each.command.begin(start, !simulates_trainee(scenario));
   state->waiting = waits_for_start(scenario);
   if (state->waiting) state->simulation.wait();
   return state;

@@ -25,6 +25,7 @@
 #include "server/tick/people_path.hpp"
 #include "server/tick/pose_path.hpp"
 #include "server/tick/scan_path.hpp"
+#include "server/tick/scan_silence.hpp"
 #include "server/tick/script_path.hpp"
 #include "server/tick/scripts.hpp"
 #include "server/tick/sensor_path.hpp"
@@ -49,6 +50,7 @@ struct RobotState {
   InjectionState injection;
   CameraState camera;                        ///< the first
   std::vector<CameraState> further_cameras;  ///< in the order of the description
+  ScanSilence scan_silence;
   CommandState command;
   HazardMeters hazard_meters;
   std::unique_ptr<SimulatedSensors> sensors;  ///< null: a real robot

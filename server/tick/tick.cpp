@@ -73,6 +73,7 @@ void handle_input(const TickContext& context, InputKind kind, const InputSource&
   RobotState& robot = state.robots[context.robot_index];
   switch (kind) {
     case InputKind::scan:
+      if (source.sensor == 0 && has_form_of_scan(input.payload)) robot.scan_silence.add(context.now);
       return process_scan(context, input, state.scan_path(robot, source.sensor), sink, stages);
     case InputKind::odometry:
       return handle_odometry(context, input, robot.pose);

@@ -172,6 +172,47 @@ TEST(VirtualContact, AnEmergencyStopHoldsUntilResetAndStickRelease) {
   EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
 }
 
+TEST(VirtualContact, AStopOfTheServerHoldsUntilItsCauseIsOverAndTheStickWasReleased) {
+  for (const SpeedLimitReason cause : {SpeedLimitReason::scans_silent, SpeedLimitReason::two_drivers}) {
+    VirtualContactState state;
+    VirtualContactInput input = pressed({0.5, 0, 0.1}, true);
+    input.stop = cause;
+    EXPECT_EQ(limit({}, contact_robot(), input, state).reason, cause);
+    VirtualContactInput zero = pressed({}, true);
+    zero.stop = cause;
+    limit({}, contact_robot(), zero, state);
+    EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).reason,
+              SpeedLimitReason::not_released)
+        << "released while the cause lasted";
+    EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).scale, 0);
+    VirtualContactInput own = pressed({}, true);
+    own.own_stop = true;
+    limit({}, contact_robot(), own, state);
+    EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).scale, 0)
+        << "not the trainee's";
+    limit({}, contact_robot(), pressed({}, true), state);
+    EXPECT_EQ(limit({}, contact_robot(), pressed({0.5, 0, 0.1}, true), state).reason, SpeedLimitReason::none);
+  }
+}
+
+TEST(VirtualContact, AfterALossThePoseAloneMovesNothing) {
+  VirtualContactState state;
+  VirtualContactInput lost = pressed({1, 0, 0}, false);
+  lost.localization_lost = true;
+  EXPECT_EQ(limit({}, contact_robot(), lost, state).reason, SpeedLimitReason::localization_lost);
+  EXPECT_EQ(limit({}, contact_robot(), pressed({1, 0, 0}, true), state).reason,
+            SpeedLimitReason::not_released);
+  limit({}, contact_robot(), pressed({}, true), state);
+  EXPECT_GT(limit({}, contact_robot(), pressed({1, 0, 0}, true), state).scale, 0);
+  // Who let go during the loss has let go.
+  limit({}, contact_robot(), lost, state);
+  VirtualContactInput zero = pressed({}, false);
+  zero.localization_lost = true;
+  limit({}, contact_robot(), zero, state);
+  EXPECT_EQ(limit({}, contact_robot(), lost, state).reason, SpeedLimitReason::crawl);
+  EXPECT_GT(limit({}, contact_robot(), pressed({1, 0, 0}, true), state).scale, 0);
+}
+
 TEST(VirtualContact, ANonFiniteTeleopCommandStopsTheRobot) {
   for (const Twist2& twist :
        {Twist2{kNan, 0, 0}, Twist2{0, kNan, 0}, Twist2{0, 0, kNan}, Twist2{kInfinity, 0, 0},

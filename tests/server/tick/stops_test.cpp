@@ -1,0 +1,189 @@
+// What stops a real robot without anybody's command, and what it takes until it moves again.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+using testing::HasSubstr;
+
+class StopsTest : public test::TickTest {
+ protected:
+  void SetUp() override { start(test::configuration({})); }
+
+  static std::int64_t us(double s) { return test::kStartUs + static_cast<std::int64_t>(s * 1e6); }
+  /// TELEOP 20 times a second from `begin` to `end`, s.
+  void hold(double begin, double end, const Twist2& twist = {0.3, 0, 0}) {
+    for (double t = begin; t < end - 1e-6; t += 0.05)
+      log_.push_back(
+          test::message(channel::kTeleop, us(t) + 7, TwistCommand{SensorTime::from_utime(us(t)), twist}));
+  }
+  /// A drive without the messages of `channel` from `begin` to `end`.
+  void drive_without(double duration, const std::string& channel, double begin, double end) {
+    for (Message& each : test::drive(duration)) {
+      if (each.channel != channel || each.arrival.utime() < us(begin) || each.arrival.utime() >= us(end))
+        log_.push_back(std::move(each));
+    }
+  }
+  void run() {
+    std::stable_sort(log_.begin(), log_.end(),
+                     [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+    for (const Message& each : log_) {
+      const std::size_t before = out_[channel::kMrCmd].size();
+      feed(each);
+      for (std::size_t i = before; i < out_[channel::kMrCmd].size(); ++i) {
+        TwistCommand command;
+        ASSERT_TRUE(decode(channel::kMrCmd, out_[channel::kMrCmd][i], command).ok());
+        commands_.emplace_back((each.arrival.utime() - test::kStartUs) * 1e-6, command.twist);
+      }
+    }
+  }
+  /// Whether any command from `begin` to `end` moves the robot.
+  bool moves(double begin, double end) const {
+    return std::any_of(commands_.begin(), commands_.end(), [&](const auto& each) {
+      const Twist2& twist = each.second;
+      return each.first >= begin && each.first < end && (twist.vx != 0 || twist.vy != 0 || twist.wz != 0);
+    });
+  }
+  std::vector<std::string> texts(EventKind kind) {
+    std::vector<std::string> all;
+    for (const Event& event : decoded<Event>(channel::kMrEvents))
+      if (event.kind == kind) all.push_back(event.text);
+    return all;
+  }
+
+  std::vector<Message> log_;
+  std::vector<std::pair<double, Twist2>> commands_;  // s of arrival
+};
+
+TEST_F(StopsTest, ASlamThatFallsSilentWhileTheRobotMovesIsALostPose) {
+  drive_without(16, channel::kPoseCov, 3, 12);  // 0.24 m/s: a metre from 3 s on is passed at 7.4 s
+  hold(1, 14);
+  hold(14.6, 15.5);
+  run();
+  EXPECT_TRUE(moves(1, 3));
+  EXPECT_TRUE(moves(6, 7)) << "odometry carries the pose for a while";
+  EXPECT_FALSE(moves(8.5, 12)) << "stopped, though the stick is held";
+  const auto lost = texts(EventKind::localization_lost);
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_THAT(lost[0], HasSubstr("no estimate from SLAM for 4."));
+  EXPECT_THAT(lost[0], HasSubstr("1.0"));
+  EXPECT_FALSE(texts(EventKind::localized).empty());
+  EXPECT_FALSE(moves(12, 14)) << "localized again, but the dead-man was not released";
+  EXPECT_THAT(texts(EventKind::speed_limited), testing::Contains("dead_man_not_released"));
+  EXPECT_TRUE(moves(14.6, 15.5));
+}
+
+TEST_F(StopsTest, ARobotWhoseScansStoppedStandsUntilTheyComeAndTheDeadManWasReleased) {
+  drive_without(10, channel::kScan, 3, 6);
+  hold(1, 8);
+  hold(8.6, 9.5);
+  run();
+  EXPECT_TRUE(moves(3, 3.9)) << "a gap";
+  EXPECT_FALSE(moves(4.1, 8));
+  EXPECT_THAT(texts(EventKind::speed_limited),
+              testing::ElementsAre("scans_silent", "dead_man_not_released", "silence"));
+  EXPECT_TRUE(moves(8.6, 9.5));
+}
+
+TEST_F(StopsTest, ARobotThatNeverScannedIsNotStoppedForIt) {
+  drive_without(4, channel::kScan, -1, 5);
+  hold(1, 4);
+  run();
+  EXPECT_TRUE(moves(3, 4));
+}
+
+TEST_F(StopsTest, ASlowLaserIsNotSilent) {
+  drive_without(12, channel::kScan, -1, 13);
+  for (int i = 0; i < 6; ++i)
+    log_.push_back(test::message(channel::kScan, us(2.0 * i) + 5000, test::scan_at(2.0 * i)));
+  hold(4.5, 11.5);
+  run();
+  EXPECT_TRUE(moves(5.5, 6));
+  EXPECT_TRUE(texts(EventKind::speed_limited).empty() ||
+              !testing::Value(texts(EventKind::speed_limited), testing::Contains("scans_silent")));
+}
+
+TEST_F(StopsTest, TwoConsolesOfOneRobotStopIt) {
+  drive_without(8, channel::kTeleop, 0, 0);
+  hold(1, 5, {0.2, 0, 0.1});
+  for (double t = 3.02; t < 4; t += 0.05)  // the other console's, between them
+    log_.push_back(
+        test::message(channel::kTeleop, us(t), TwistCommand{SensorTime::from_utime(us(t)), {-0.2, 0, -0.1}}));
+  hold(5.6, 7, {0.2, 0, 0.1});
+  run();
+  EXPECT_TRUE(moves(1, 3));
+  EXPECT_FALSE(moves(3.25, 5)) << "until the dead-man was released";
+  EXPECT_TRUE(moves(5.6, 7));
+  ASSERT_EQ(texts(EventKind::command_refused).size(), 1U);
+  EXPECT_THAT(texts(EventKind::command_refused)[0], HasSubstr("two consoles drive robot"));
+  EXPECT_LE(texts(EventKind::speed_limited).size(), 5U) << "not for each command";
+}
+
+/// A hand is not two consoles: it pushes a stick to and fro, and hits a key as fast as it can.
+TEST_F(StopsTest, AShakenStickIsNotTwoConsoles) {
+  drive_without(8, channel::kTeleop, 0, 0);
+  for (int i = 20; i < 140; ++i) {
+    const double t = 0.05 * i, vx = t < 4 ? 0.3 * std::sin(2 * std::numbers::pi * 4 * t) : i / 2 % 2 * 0.3;
+    log_.push_back(
+        test::message(channel::kTeleop, us(t) + 7, TwistCommand{SensorTime::from_utime(us(t)), {vx, 0, 0}}));
+  }
+  run();
+  EXPECT_TRUE(texts(EventKind::command_refused).empty());
+}
+
+/// As after a crash: whoever drove the robot still pushes the stick when the server is back.
+TEST_F(StopsTest, ADeadManThatIsHeldWhenTheServerStartsMovesNothing) {
+  drive_without(5, channel::kTeleop, 0, 0);
+  hold(0.1, 3);
+  hold(3.6, 4.5);
+  run();
+  EXPECT_FALSE(moves(0, 3));
+  EXPECT_THAT(texts(EventKind::speed_limited), testing::Contains("dead_man_not_released"));
+  EXPECT_TRUE(moves(3.6, 4.5));
+}
+
+TEST_F(StopsTest, AMessageThatCannotBeReadIsNoRelease) {
+  drive_without(5, channel::kTeleop, 0, 0);
+  hold(0.1, 3);
+  log_.push_back({channel::kTeleop, ArrivalTime::from_utime(us(1.51)), {1, 2, 3}});
+  run();
+  EXPECT_FALSE(moves(0, 3));
+}
+
+TEST_F(StopsTest, AShortGapOfOdometryIsNoLoss) {
+  for (Message& each : test::drive(6)) {
+    const std::int64_t at = each.arrival.utime();
+    if (each.channel != channel::kOdometry || at < us(3) || at > us(3.6)) log_.push_back(std::move(each));
+  }
+  hold(1, 5);
+  run();
+  EXPECT_TRUE(texts(EventKind::localization_lost).empty());
+  EXPECT_TRUE(moves(4, 5)) << "without a release";
+}
+
+TEST_F(StopsTest, ALocalizationThatJumpsAtEachEstimateIsOneLoss) {
+  log_ = test::drive(14);
+  for (Message& each : log_) {
+    const double t = (each.arrival.utime() - test::kStartUs) * 1e-6;
+    if (each.channel != channel::kPoseCov || t < 3 || t > 8) continue;
+    PoseEstimate estimate;
+    ASSERT_TRUE(decode(each.channel, each.payload, estimate).ok());
+    const double off = static_cast<int>(10 * t) % 2 == 0 ? 3 : -1;
+    estimate.T_map_base = Transform<Map, Base>::planar(estimate.T_map_base.translation().x() + off,
+                                                       estimate.T_map_base.translation().y(), 0);
+    encode(estimate, each.payload);
+  }
+  run();
+  EXPECT_LE(texts(EventKind::relocalized).size(), 2U);
+  ASSERT_EQ(texts(EventKind::localization_lost).size(), 1U);
+  EXPECT_THAT(texts(EventKind::localization_lost)[0], HasSubstr("jumps"));
+  EXPECT_EQ(texts(EventKind::localized).size(), 2U) << "at the start, and when it was steady again";
+}
+
+}  // namespace
+}  // namespace parhelion::tick
