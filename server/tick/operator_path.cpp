@@ -37,6 +37,14 @@ void stop_if_undriven(const std::string& robot, const OperatorPath& path) {
   path.stop(robot);
 }
 
+/// Another operator who claims the robot; empty: none.
+std::string other_driver(const std::string& robot, const std::string& operator_name,
+                         const Operators& operators) {
+  for (const auto& [name, other] : operators)
+    if (other.robot == robot && name != operator_name) return name;
+  return {};
+}
+
 /// A console whose messages are all refused would otherwise be a number in the status.
 void refuse_console(const TickContext& context, const OperatorStatus& status, const Error& error,
                     std::optional<SimulationTime>& reported) {
@@ -64,6 +72,16 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
       return refuse_console(context, status,
                             {input.channel + ": drives '" + status.robot + "', and there is no such robot"},
                             path.refusal_reported);
+    const std::string driver = other_driver(status.robot, status.name, operators);
+    if (before != status.robot && !driver.empty() && path.is_driven(status.robot)) {
+      operators.erase(status.name);
+      if (!before.empty()) stop_if_undriven(before, path);
+      const std::string who = yaml::printable(driver);
+      return refuse_console(context, status,
+                            {"'" + who + "' drives '" + status.robot + "': wait until " + who +
+                             " has released the dead-man, or choose another robot"},
+                            path.refusal_reported);
+    }
     operators[status.name] = {status.robot, input.arrival};
     if (before == status.robot) return;
     if (!before.empty()) stop_if_undriven(before, path);

@@ -27,10 +27,12 @@ struct OperatorPath {
   std::optional<SimulationTime>& refusal_reported;  ///< of an OPERATOR message; none: never
   const simulation::Simulation& simulation;
   std::function<void(const std::string& robot)> stop;  ///< stops a robot or an agent until its next command
+  std::function<bool(const std::string& robot)> is_driven;  ///< its dead-man is pressed
 };
 
-/// OPERATOR: stops a robot when its operator leaves it or the console is lost. A message that is refused is
-/// an event, at most one in ten seconds: consoles send two each second.
+/// OPERATOR: stops a robot when its operator leaves it or the console is lost. While an operator's dead-man
+/// is pressed, nobody else's claim of that robot is accepted. A message that is refused is an event, at most
+/// one in ten seconds: consoles send two each second.
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path);
 /// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const OperatorPath& path);

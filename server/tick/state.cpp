@@ -163,6 +163,10 @@ OperatorPath State::operator_path(const TickContext& context) {
             const auto robot = context.configuration.find_robot(name);
             if (!robot) return simulation.teleop(name, {});
             stop_robot(context.of_robot(*robot), command_path(robots[*robot]));
+          },
+          [this, &context](const std::string& name) {
+            const auto robot = context.configuration.find_robot(name);
+            return robot && robots[*robot].command.dead_man.pressed;
           }};
 }
 

@@ -22,6 +22,12 @@ class StopsTest : public test::TickTest {
       log_.push_back(
           test::message(channel::kTeleop, us(t) + 7, TwistCommand{SensorTime::from_utime(us(t)), twist}));
   }
+  void claim(double t, const std::string& name) {
+    log_.push_back(
+        test::message(channel::kOperators, us(t),
+                      OperatorStatus{SensorTime::from_utime(us(t)), name, configuration_.robot.name,
+                                     OperatorStatus::State::drives, "console"}));
+  }
   /// A drive without the messages of `channel` from `begin` to `end`.
   void drive_without(double duration, const std::string& channel, double begin, double end) {
     for (Message& each : test::drive(duration)) {
@@ -134,6 +140,21 @@ TEST_F(StopsTest, AShakenStickIsNotTwoConsoles) {
   }
   run();
   EXPECT_TRUE(texts(EventKind::command_refused).empty());
+}
+
+TEST_F(StopsTest, AnotherConsolesClaimIsRefusedWhileTheDeadManIsHeld) {
+  drive_without(5, channel::kTeleop, 0, 0);
+  hold(1, 3);
+  for (double t = 0.9; t < 5; t += 0.4) claim(t, "ann");
+  for (double t = 2.0; t < 5; t += 0.4) claim(t, "bob");
+  run();
+  ASSERT_EQ(texts(EventKind::command_refused).size(), 1U);
+  EXPECT_THAT(texts(EventKind::command_refused)[0], HasSubstr("'bob': 'ann' drives"));
+  EXPECT_TRUE(moves(2.2, 3)) << "a refused claim disturbs nobody";
+  std::vector<std::string> drivers;
+  for (const Event& event : decoded<Event>(channel::kMrEvents))
+    if (event.kind == EventKind::operator_switched) drivers.push_back(event.subject);
+  EXPECT_THAT(drivers, testing::ElementsAre("ann", "bob")) << "accepted once the dead-man was released";
 }
 
 /// As after a crash: whoever drove the robot still pushes the stick when the server is back.
