@@ -138,6 +138,17 @@ void add_grades(const Report& report, Json& json) {
   }
 }
 
+/// One kind of refused messages does not hide another: the newest eight, each with its count.
+std::string refusals(const tick::Tally& tally) {
+  constexpr std::size_t max_kinds = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(max_kinds, tally.refusals.size()); ++i) {
+    const tick::Refusal& refusal = tally.refusals[tally.refusals.size() - 1 - i];
+    text += (text.empty() ? "" : "; ") + std::to_string(refusal.count) + " x " + refusal.text;
+  }
+  return text;
+}
+
 }  // namespace
 
 void StageClock::begin(std::size_t robot) {
@@ -261,6 +272,7 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
   if (tally.battery_left) status.values.emplace_back("battery_left", *tally.battery_left);
   for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);
   if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
+  if (!tally.refusals.empty()) status.notes.emplace_back("refusals", refusals(tally));
   if (!report.complete) status.notes.emplace_back("session_log", report.incomplete_because);
   return status;
 }

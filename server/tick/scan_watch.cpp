@@ -18,7 +18,7 @@ constexpr std::size_t kWindow = 20;               // scans whose stamps are coun
 constexpr std::size_t kMaxNotNewer = 5;           // of them: a clock that is set back is one
 constexpr double kTooOften = 0.6;                 // of scan_period
 
-constexpr double kDegree = std::numbers::pi / 180;
+
 
 std::string number(double value, const char* how = "%.4g") {
   char text[32];

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocols/event.hpp"
 #include "server/tick/percentiles.hpp"
@@ -26,6 +27,12 @@ enum class Degraded : std::uint8_t {
 constexpr std::size_t kDegradedKinds = 9;
 const char* to_string(Degraded why);
 
+/// Refused messages of one kind: the same but for the numbers in them.
+struct Refusal {
+  std::string kind, text;   ///< without its numbers; of the newest
+  std::uint64_t count = 0;  ///< since the start
+};
+
 struct Tally {
   std::uint64_t scans_in = 0, scans_out = 0;
   std::uint64_t scans_left_out = 0;  ///< of these, published unchanged and missing in the session log
@@ -40,6 +47,7 @@ struct Tally {
   std::uint64_t agent_frames_in = 0, agent_frames_out = 0;  ///< of agents' cameras: due, and published
   std::uint64_t refused_inputs = 0;
   std::string last_refusal;
+  std::vector<Refusal> refusals;  ///< each kind, the newest last; of more than 32 the newest
   std::array<std::uint64_t, static_cast<std::size_t>(kLastEventKind) + 1> events{};  ///< by EventKind
   Percentiles pose_age_us;
   Percentiles slam_us;                              ///< SLAM's own step times from POSE_COV

@@ -1,6 +1,9 @@
 // Common arguments of every path, beside its own state.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "protocols/event.hpp"
 #include "protocols/status.hpp"
 #include "server/tick/configuration.hpp"
@@ -39,6 +42,9 @@ struct TickContext {
 
 /// Publishes an event on MR_EVENTS. Scripts and the grader receive it too.
 void publish_event(const TickContext& context, const Event& event);
+
+/// What two texts of one kind have in common.
+std::string without_numbers(std::string_view text);
 
 /// Counts a message that could not be decoded or is not allowed.
 void refuse(const TickContext& context, const Error& error);

@@ -206,5 +206,18 @@ TEST_F(StopsTest, ALocalizationThatJumpsAtEachEstimateIsOneLoss) {
   EXPECT_EQ(texts(EventKind::localized).size(), 2U) << "at the start, and when it was steady again";
 }
 
+TEST_F(StopsTest, OneKindOfRefusedMessagesDoesNotHideAnother) {
+  feed(test::drive(1));
+  for (int i = 0; i < 50; ++i) {
+    feed({channel::kPoseCov, ArrivalTime::from_utime(us(1.1) + 100 * i), {1, 2, 3}});
+    feed({channel::kImu, ArrivalTime::from_utime(us(1.1) + 100 * i + 50), {1, 2, 3}});
+  }
+  const auto& refusals = state_->tally.refusals;
+  ASSERT_EQ(refusals.size(), 2U);
+  EXPECT_THAT(refusals[0].text, HasSubstr("POSE_COV"));
+  EXPECT_EQ(refusals[0].count, 50U);
+  EXPECT_THAT(refusals[1].text, HasSubstr("IMU"));
+}
+
 }  // namespace
 }  // namespace parhelion::tick
