@@ -107,9 +107,19 @@ std::string why_lost(const TickContext& context, const ClockOffset& clock, const
   return {};
 }
 
+/// Another reason than the reported one; not the same with other numbers, and not more often than each two
+/// seconds.
+bool has_another_reason(const TickContext& context, const EncoderState& state) {
+  constexpr Duration again = seconds(2.0);
+  return !state.fresh && context.now - state.reported >= again &&
+         without_numbers(state.why) != state.reported_why;
+}
+
 void report(const TickContext& context, EncoderState& state) {
-  if (state.reported_lost == !state.fresh) return;
+  if (state.reported_lost == !state.fresh && !has_another_reason(context, state)) return;
   state.reported_lost = !state.fresh;
+  state.reported = context.now;
+  state.reported_why = without_numbers(state.why);
   Event event;
   event.stamp = context.now;
   event.kind = state.fresh ? EventKind::encoders_back : EventKind::encoders_lost;

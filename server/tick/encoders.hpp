@@ -37,6 +37,8 @@ struct EncoderState {
   std::vector<Encoder> encoders;                        ///< of all joints that can move
   bool fresh = false;                                   ///< at the newest step
   bool reported_lost = false;                           ///< as in the newest event
+  SimulationTime reported;                              ///< when that was
+  std::string reported_why;                             ///< its text without numbers
   std::string why;                                      ///< not fresh
   std::optional<SimulationTime> awaited_since;
   std::set<std::string> unknown;     ///< joints of messages that the model has not, already said
@@ -54,10 +56,11 @@ void take_encoders(const TickContext& context, const Joints& joints, EncoderStat
 /// A message that could not be decoded: nothing is believed until the next one.
 void doubt_encoders(const Error& error, EncoderState& state);
 
-/// At each step: sets the posture of the robot's twin; events encoders_lost and encoders_back. Joints are
-/// extrapolated by at most 0.1 s. Those that grip follow their encoders instead: carried on while they slow
-/// down, fingers would close on a thing before they touch it, and let go of it again. The posture is lost
-/// where a needed encoder has been silent for ContactLimits::silence, or was not believed.
+/// At each step: sets the posture of the robot's twin; events encoders_lost, again where the reason is
+/// another one, and encoders_back. Joints are extrapolated by at most 0.1 s. Those that grip follow their
+/// encoders instead: carried on while they slow down, fingers would close on a thing before they touch it,
+/// and let go of it again. The posture is lost where a needed encoder has been silent for
+/// ContactLimits::silence, or was not believed.
 void move_twin(const TickContext& context, const ClockOffset& clock, EncoderState& state,
                simulation::Simulation& simulation);
 

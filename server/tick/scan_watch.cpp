@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "protocols/angle_units.hpp"
 #include "protocols/channels.hpp"
 
 namespace parhelion::tick {
@@ -17,8 +18,6 @@ constexpr std::size_t kMinPairs = 30;             // beams with a range in both 
 constexpr std::size_t kWindow = 20;               // scans whose stamps are counted together
 constexpr std::size_t kMaxNotNewer = 5;           // of them: a clock that is set back is one
 constexpr double kTooOften = 0.6;                 // of scan_period
-
-
 
 std::string number(double value, const char* how = "%.4g") {
   char text[32];
@@ -69,8 +68,8 @@ double fan(const ScanWatch::Form& form) {
 }
 
 std::string text_of(const ScanWatch::Form& form) {
-  return std::to_string(form.beams) + " beams from " + number(form.angle_min / kDegree) + " deg every " +
-         number(form.angle_increment / kDegree) + " deg";
+  return std::to_string(form.beams) + " beams from " + number(form.angle_min / kRadiansPerDegree) +
+         " deg every " + number(form.angle_increment / kRadiansPerDegree) + " deg";
 }
 
 void watch_form(const TickContext& context, const Scan& scan, const std::string& channel,
@@ -81,7 +80,7 @@ void watch_form(const TickContext& context, const Scan& scan, const std::string&
   if (!begins(ScanWatch::beams, context.now, watch)) return;
   std::string text = channel + ": a scan has " + text_of(form);
   if (impossible)
-    text += ", a fan of " + number(fan(form) / kDegree, "%.0f") + " deg, more than a whole turn";
+    text += ", a fan of " + number(fan(form) / kRadiansPerDegree, "%.0f") + " deg, more than a whole turn";
   if (!is_same(*watch.expected, form))
     text += std::string("; ") + (watch.described ? "the robot description has " : "the first scan had ") +
             text_of(*watch.expected);

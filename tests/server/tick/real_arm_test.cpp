@@ -87,6 +87,18 @@ TEST_F(RealArmTick, WithoutJointStateTheReasonIsReportedOnce) {
   EXPECT_EQ(events(EventKind::encoders_back).size(), 1U);
 }
 
+TEST_F(RealArmTick, AnotherReasonIsReportedInItsTurn) {
+  begin();
+  run(2, true);
+  posture_.erase("wrist");
+  run(6);
+  const auto lost = events(EventKind::encoders_lost);
+  ASSERT_EQ(lost.size(), 2U);
+  EXPECT_EQ(lost[0].text.find("'wrist'"), std::string::npos) << lost[0].text;
+  EXPECT_NE(lost[1].text.find("'wrist'"), std::string::npos) << lost[1].text;
+  EXPECT_TRUE(events(EventKind::encoders_back).empty());
+}
+
 TEST_F(RealArmTick, SilentEncodersStopTheJointsWithTheReason) {
   begin();
   run(1);
