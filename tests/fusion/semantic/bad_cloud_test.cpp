@@ -13,7 +13,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// A room with a table and three scanners 1.5 m over its floor.
-cloud::PointCloud<Cloud> room() {
+cloud::PointCloud<Cloud> placed_room() {
   test::CloudSampler sampler(250, 0.004, 31);
   sampler.room({0, 0}, {8, 6}, 0, 2.6);
   sampler.slab({5, 3}, {6.5, 4}, 0.74);
@@ -25,7 +25,7 @@ cloud::PointCloud<Cloud> room() {
 }
 
 TEST(BadCloud, OneWithItsYAxisUpwardsIsRefusedAndTheSameUprightIsNot) {
-  cloud::PointCloud<Cloud> cloud = room();
+  cloud::PointCloud<Cloud> cloud = placed_room();
   EXPECT_TRUE(build_model(cloud).ok());
   for (Eigen::Vector3f& p : cloud.points) p = {p.x(), p.z(), -p.y()};
   for (Eigen::Vector3d& p : cloud.viewpoints) p = {p.x(), p.z(), -p.y()};
@@ -35,7 +35,7 @@ TEST(BadCloud, OneWithItsYAxisUpwardsIsRefusedAndTheSameUprightIsNot) {
 }
 
 TEST(BadCloud, OneThatIsTooLargeInAnyUnitIsNotTakenForMillimetres) {
-  cloud::PointCloud<Cloud> cloud = room();
+  cloud::PointCloud<Cloud> cloud = placed_room();
   for (Eigen::Vector3f& p : cloud.points) p *= 1000;
   EXPECT_THAT(build_model(cloud).error().message, HasSubstr("millimetres"));
   for (Eigen::Vector3f& p : cloud.points) p *= 30'000;
@@ -43,7 +43,7 @@ TEST(BadCloud, OneThatIsTooLargeInAnyUnitIsNotTakenForMillimetres) {
 }
 
 TEST(BadCloud, OneFarFromItsOriginIsRoundedAndThatIsReported) {
-  cloud::PointCloud<Cloud> cloud = room();
+  cloud::PointCloud<Cloud> cloud = placed_room();
   const Eigen::Vector3f far(32'000, 50'000, 0);
   for (Eigen::Vector3f& p : cloud.points) p += far;
   for (Eigen::Vector3d& p : cloud.viewpoints) p += far.cast<double>();
