@@ -355,7 +355,8 @@ ThingCounts count_things(const std::vector<Patch>& patches, const std::vector<bo
   ThingCounts count;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const Patch& patch = patches[i];
-    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)) ||
+    if (patch.count < 6 ||
+        (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)) ||
         (!left_out.empty() && left_out[i]))
       continue;
     const double height = patch.mean.dot(up);

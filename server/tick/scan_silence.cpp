@@ -11,7 +11,8 @@ constexpr double kLearned = 0.1;   // of the difference, per scan
 
 }  // namespace
 
-ScanSilence::ScanSilence(const RobotDescription& robot) : period_(robot.laser ? robot.laser->scan_period : 0) {}
+ScanSilence::ScanSilence(const RobotDescription& robot)
+    : period_(robot.laser ? robot.laser->scan_period : 0) {}
 
 void ScanSilence::add(SimulationTime arrival) {
   if (last_) {
