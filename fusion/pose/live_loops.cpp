@@ -1,5 +1,6 @@
 #include "fusion/pose/live_loops.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -36,8 +37,10 @@ void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {
     nodes_.push_back(0);
     return;
   }
+  Eigen::Matrix3d R_node_from = Eigen::Matrix3d::Identity();
+  R_node_from.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(since_node_.yaw).toRotationMatrix();
+  since_node_covariance_ += R_node_from * added.step_information.inverse() * R_node_from.transpose();
   since_node_ = since_node_ * added.step;
-  since_node_covariance_ += added.step_information.inverse();
   if (added.driven - keyframes[nodes_.back()].driven >= kNodeDistance) {
     chain_.push_back(
         {nodes_.size() - 1, nodes_.size(), since_node_, since_node_covariance_.inverse(), false});

@@ -118,6 +118,12 @@ void PoseTrack::add(const Odometry& odometry) {
 }
 
 void PoseTrack::measure_silent_motion() {
+  if (!odometry_at_estimate_ && estimates_.count() > 0 && !odometry_.empty()) {
+    // Odometry came after the estimate, or has a gap there.
+    auto then = odometry_.at(estimates_.newest().stamp);
+    if (!then) then = odometry_.at(odometry_.newest_stamp());
+    if (then) odometry_at_estimate_ = then->T_odom_base;
+  }
   if (!odometry_at_estimate_) return;
   const auto newest = odometry_.at(odometry_.newest_stamp());
   if (!newest) return;
@@ -196,7 +202,8 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
   if (!known) return Correction::first;
   if (sample.jumped) {
     relocalizing_ = true;
-    note_jump(estimate.stamp);
+    // Without odometry each turn is a jump.
+    if (!odometry_.empty()) note_jump(estimate.stamp);
     return jumping_ ? Correction::jump : Correction::relocalization;
   }
   if (jumping_ && estimate.stamp - *last_jump_ >= options_.steady_after) jumping_ = false;

@@ -128,9 +128,9 @@ void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {
 Eigen::Matrix3d SlamFrontEnd::step_information() const {
   const Eigen::Matrix3d by_odometry = odometry_covariance(robot_, driven_ - driven_at_keyframe_,
                                                           turned_ - turned_at_keyframe_, kMinOdometryError);
-  Eigen::Matrix3d R_map_base = Eigen::Matrix3d::Identity();
-  R_map_base.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(pose_.yaw).toRotationMatrix();
-  return (0.25 * by_odometry).inverse() + kStepByMatch * (R_map_base.transpose() * shown_ * R_map_base);
+  Eigen::Matrix3d R_map_from = Eigen::Matrix3d::Identity();
+  R_map_from.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(keyframes_.back().T_map_base.yaw).toRotationMatrix();
+  return (0.25 * by_odometry).inverse() + kStepByMatch * (R_map_from.transpose() * shown_ * R_map_from);
 }
 
 /// The drift of the last keyframe, carried on to `pose`.

@@ -18,7 +18,7 @@ struct Keyframe {
   ScanPoints scan;
   Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
   Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
-  /// Of that, in its frame: what odometry knows, and what its scan showed.
+  /// Of that, in the frame of the previous keyframe: what odometry knows, and what its scan showed.
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw
   double driven = 0;                                ///< m, path length up to here
@@ -70,7 +70,7 @@ class SlamFrontEnd {
   SlamState state(SensorTime stamp) const;
   ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
   void keep(const ScanPoints& scan, double explained);
-  Eigen::Matrix3d step_information() const;
+  Eigen::Matrix3d step_information() const;  ///< from the last keyframe to here
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();
