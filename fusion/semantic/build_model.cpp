@@ -82,17 +82,20 @@ bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
   constexpr std::size_t kFewest = 2;                              // scanners
   constexpr double kBeside = 1.5, kSame = 0.2, kDifferent = 0.7;  // m
   constexpr double kLowest = 0.3, kHighest = 2.5;                 // m, of a scanner over its floor
-  constexpr std::size_t kMaxPoints = 300'000;
+  constexpr std::size_t kMaxPoints = 300'000, kMaxViewpoints = 50;
   if (cloud.viewpoints.size() < kFewest) return false;
   std::array<std::vector<double>, 2> heights;  // along y, along z
   const std::size_t stride = 1 + cloud.size() / kMaxPoints;
-  for (const Eigen::Vector3d& viewpoint : cloud.viewpoints) {
+  const std::size_t next = 1 + cloud.viewpoints.size() / kMaxViewpoints;
+  for (std::size_t v = 0; v < cloud.viewpoints.size(); v += next) {
+    const Eigen::Vector3d& viewpoint = cloud.viewpoints[v];
     for (const Eigen::Index axis : {1, 2}) {
       std::vector<double> below;
       for (std::size_t i = 0; i < cloud.size(); i += stride) {
         Eigen::Vector3d d = viewpoint - cloud.points[i].cast<double>();
         const double height = std::exchange(d[axis], 0);
-        if (height > 0 && d.norm() < kBeside) below.push_back(height);
+        // Along z only down to the storey's floor; what lies below that says nothing.
+        if (height > 0 && (axis == 1 || height < kHighest) && d.norm() < kBeside) below.push_back(height);
       }
       if (below.size() >= 20) heights[static_cast<std::size_t>(axis) - 1].push_back(quantile(below, 0.95));
     }
@@ -100,7 +103,8 @@ bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
   if (heights[0].size() < kFewest || heights[1].size() < kFewest) return false;
   const auto [y_low, y_high] = std::minmax_element(heights[0].begin(), heights[0].end());
   const auto [z_low, z_high] = std::minmax_element(heights[1].begin(), heights[1].end());
-  return *y_low > kLowest && *y_high < kHighest && *y_high - *y_low<kSame&& * z_high - *z_low> kDifferent;
+  return *y_low > kLowest && *y_high < kHighest && (*y_high - *y_low) < kSame &&
+         (*z_high - *z_low) > kDifferent;
 }
 
 template <class Column>

@@ -193,6 +193,7 @@ void Levels::find_parts() {
 /// A plate that no climbable step joins to the floor under it is furniture, whatever hides that floor.
 void Levels::find_raised() {
   constexpr double kClimb = 0.25, kHigh = 1.4, kNext = 1.0;  // m
+  constexpr double kLowGround = 0.7;  // m, below a room's floor; worktops begin above that
   const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
   std::vector<std::size_t> raised;
   for (std::size_t h = 0; h < all.size(); ++h) {
@@ -206,8 +207,8 @@ void Levels::find_raised() {
       if (all[g].faces_down || under <= 0 || under > kHigh) continue;
       if (plan.exteriorDistance(Eigen::AlignedBox2d(all[g].low, all[g].high)) > kNext) continue;
       between.push_back(all[g].z);
-      const bool wider =
-          all[h].area > kStorey && (all[h].area > all[g].area || evidence_[h].walled > kWalled);
+      const bool is_room = evidence_[h].walled > kWalled && under < kLowGround;
+      const bool wider = all[h].area > kStorey && (all[h].area > all[g].area || is_room);
       if (under < kClimb || wider || floor_score(g) <= 0) continue;
       over_floor = true;
       floor = std::min(floor, all[g].z);

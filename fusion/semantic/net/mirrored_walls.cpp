@@ -144,7 +144,9 @@ std::vector<std::size_t> weigh_mirrored(const PlanPoints& points, std::vector<Wa
       if (part.length() <= 0) continue;
       const std::vector<Ray> rays = rays_to(points, part);
       if (rays.size() < kFewest || !cross_it(rays, mirror.wall, kMirrorFoot)) continue;
-      if (part.length() > kWhole * walls[w].length()) {
+      const double before = std::min(mirror.side * off(mirror.wall, walls[w].start),
+                                     mirror.side * off(mirror.wall, walls[w].end));
+      if (before >= 0 || part.length() > kWhole * walls[w].length()) {
         mirrored[w] = true;
       } else {
         cut_at(mirror, walls[w]);
@@ -153,6 +155,8 @@ std::vector<std::size_t> weigh_mirrored(const PlanPoints& points, std::vector<Wa
     }
   }
   for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= mirrored[w] ? kMirrored : 0;
+  // The caller measures these anew.
+  std::erase_if(shortened, [&](std::size_t w) { return mirrored[w]; });
   return shortened;
 }
 
