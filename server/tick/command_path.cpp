@@ -280,8 +280,9 @@ void report_two_drivers(const TickContext& context) {
 void watch_stops(const TickContext& context, const CommandPath& path) {
   CommandState& command = path.command;
   if (!command.teleop) {
-    // Nobody has driven it since the start.
-    const double silent = (context.now - simulation_time(command.teleop_arrival)).seconds();
+    // Nobody has driven it since the first step.
+    if (!command.watched_since) command.watched_since = context.now;
+    const double silent = (context.now - *command.watched_since).seconds();
     if (silent >= context.configuration.scenario.contact.silence)
       command.contact.held = simulation::SpeedLimitReason::none;
     return;

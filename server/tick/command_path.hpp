@@ -36,6 +36,7 @@ struct CommandState {
 
   std::optional<TwistCommand> teleop;  ///< the newest
   ArrivalTime teleop_arrival;
+  std::optional<SimulationTime> watched_since;  ///< the first step: before it nobody was listened to
   CommandClock teleop_clock;
   SimulationTime last_command;  ///< when MR_CMD was last sent
   simulation::VirtualContactState contact;

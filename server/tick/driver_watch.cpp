@@ -23,7 +23,14 @@ void DriverWatch::add(ArrivalTime arrival, const Twist2& twist, const RobotDescr
   last_ = twist;
   const Twist2 change{twist.vx - before.vx, twist.vy - before.vy, twist.wz - before.wz};
   if (!(simulation::footprint_speed(robot, change) > kChange)) return;
-  const bool turned = last_change_ && product(change, *last_change_) < 0;
+  // Noise turns round as well, but does not come back to the command before the last one.
+  const auto apart = [&](const Twist2& other) {
+    return simulation::footprint_speed(robot,
+                                       {twist.vx - other.vx, twist.vy - other.vy, twist.wz - other.wz});
+  };
+  const bool returned = before_last_ && 2 * apart(*before_last_) < simulation::footprint_speed(robot, change);
+  before_last_ = before;
+  const bool turned = returned && last_change_ && product(change, *last_change_) < 0;
   last_change_ = change;
   if (!turned) return;
   turns_[next_] = arrival;

@@ -24,7 +24,7 @@ class DriverWatch {
  private:
   static constexpr std::size_t kTurns = 7;
 
-  std::optional<Twist2> last_, last_change_;
+  std::optional<Twist2> last_, before_last_, last_change_;
   std::array<ArrivalTime, kTurns> turns_{};  ///< when the change last turned round, cyclic
   std::size_t next_ = 0;
   std::optional<ArrivalTime> noticed_;

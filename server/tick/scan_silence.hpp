@@ -14,12 +14,13 @@ class ScanSilence {
   explicit ScanSilence(const RobotDescription& robot);
   /// A scan arrived, good or bad.
   void add(SimulationTime arrival);
-  /// True where no scan has come for a second and for three of the usual periods. False before the first
+  /// True where no scan has come for a second and for three of the usual periods. False before the third
   /// scan: a robot without a laser sends none.
   bool silent(SimulationTime now) const;
 
  private:
   double period_ = 0;  ///< s, the usual one; 0: not known yet
+  int intervals_ = 0;  ///< between scans
   std::optional<SimulationTime> last_;
 };
 

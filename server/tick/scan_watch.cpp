@@ -38,7 +38,9 @@ void report(const TickContext& context, const std::string& laser_name, std::stri
 /// Whether the conflict begins with this scan.
 bool begins(ScanWatch::Conflict conflict, SimulationTime now, ScanWatch& watch) {
   std::optional<SimulationTime>& seen = watch.conflict_seen[conflict];
-  const bool begun = !seen || now - *seen > kConflictEnds;
+  // Stamps are counted over windows that may be longer than that: an end is seen in a window without
+  // conflict.
+  const bool begun = !seen || (conflict != ScanWatch::publishers && now - *seen > kConflictEnds);
   seen = now;
   return begun;
 }
@@ -105,8 +107,18 @@ bool is_reversed(const RangeConvention& convention, const std::vector<float>& be
     count(before[i], ranges[i], pairs, same);
     count(before[ranges.size() - 1 - i], ranges[i], reversed_pairs, reversed_same);
   }
-  return pairs >= kMinPairs && reversed_pairs >= kMinPairs && 10 * same < 4 * pairs &&
-         10 * reversed_same > 6 * reversed_pairs;
+  if (pairs < kMinPairs || reversed_pairs < kMinPairs || 10 * same >= 4 * pairs ||
+      10 * reversed_same <= 6 * reversed_pairs)
+    return false;
+  // A robot that turns before a wall sees its mirror image, too.
+  const auto n = static_cast<std::ptrdiff_t>(ranges.size());
+  for (std::ptrdiff_t turn = -n / 8; turn <= n / 8; ++turn) {
+    std::size_t all = 0, equal = 0;
+    for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, -turn); i < std::min(n, n - turn); ++i)
+      count(before[static_cast<std::size_t>(i + turn)], ranges[static_cast<std::size_t>(i)], all, equal);
+    if (all >= kMinPairs && 10 * equal > 6 * all) return false;
+  }
+  return true;
 }
 
 void watch_order(const TickContext& context, const RangeConvention& convention, const Scan& scan,
@@ -148,6 +160,9 @@ void watch_publishers(const TickContext& context, double scan_period, SensorTime
                  " scans a second by their stamps, but scan_period " + "of the robot description is " +
                  number(scan_period) + " s (" + number(1 / scan_period, "%.3g") + " a second)" +
                  look_for_a_second(channel));
+  } else if (std::optional<SimulationTime>& seen = watch.conflict_seen[ScanWatch::publishers];
+             seen && context.now - *seen > kConflictEnds) {
+    seen.reset();
   }
 }
 
@@ -158,7 +173,7 @@ void watch_scans(const TickContext& context, const Scan& scan, std::size_t laser
   const LaserDescription& description = context.robot().laser_at(laser);
   const std::string& channel = context.channel(channel::kScan, laser);
   watch_publishers(context, description.scan_period, scan.stamp, channel, laser_name, watch);
-  if (!scan.angles.empty()) return;
+  if (!scan.angles.empty() || scan.ranges.empty()) return;
   if (!watch.expected) expect(description, scan, watch);
   watch_form(context, scan, channel, laser_name, watch);
   watch_order(context, description.convention, scan, channel, laser_name, watch);
