@@ -186,7 +186,8 @@ void announce(const tick::Configuration& configuration, const runtime::ServeOpti
   if (const auto note = runtime::note_without_model(configuration)) log_line(Priority::information, *note);
   log_line(Priority::information, "session log " + options.session);
   if (configuration.scenario.training)
-    std::fputs(training::briefing(configuration.scenario, tick::graded_robots(configuration)).c_str(), stderr);
+    std::fputs(training::briefing(configuration.scenario, tick::graded_robots(configuration)).c_str(),
+               stderr);
 }
 
 /// The base station; nullptr: none is asked for. `bus` must outlive it.

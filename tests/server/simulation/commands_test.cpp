@@ -124,7 +124,7 @@ TEST(Commands, ObjectsAboveAnAgentDoNotBlockIt) {
 
 TEST(Commands, CommandsToNonAgentsAreRefused) {
   Simulation simulation = make(room(6));
-  EXPECT_THAT(refusal(simulation, agent("", AgentKind::box, 0, 0)), HasSubstr("expected 1 to 40"));
+  EXPECT_THAT(refusal(simulation, agent("", AgentKind::box, 0, 0)), HasSubstr("expected 1 to 32"));
   EXPECT_THAT(refusal(simulation, agent("a b", AgentKind::box, 0, 0)), HasSubstr("a b"));
   EXPECT_THAT(refusal(simulation, agent("pioneer", AgentKind::box, 1, 0)), HasSubstr("real robot's name"));
   AgentDefinition flat = agent("flat", AgentKind::box, 0, 0);

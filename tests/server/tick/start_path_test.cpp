@@ -90,7 +90,7 @@ TEST_F(StartTest, TheInstructorStartsItOnce) {
   instruct_start();
   const auto refused = events(EventKind::command_refused);
   ASSERT_EQ(refused.size(), 1U);
-  EXPECT_THAT(refused[0].text, HasSubstr("the training has started"));
+  EXPECT_THAT(refused[0].text, HasSubstr("no training is waiting for a start"));
   run(3, Twist2{0.2, 0, 0});
   EXPECT_EQ(events(EventKind::training_started).size(), 1U);
 }
