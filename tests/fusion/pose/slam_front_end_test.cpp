@@ -13,16 +13,16 @@
 namespace parhelion::pose {
 namespace {
 
-struct MappedDrive {
+struct FinalErrors {
   double error = 0;      ///< m, largest, of positions relative to the first pose
   double yaw_error = 0;  ///< rad, the same
   std::size_t tracking = 0, scans = 0;
   std::vector<OdometryFinding> findings;
 };
 
-MappedDrive map_of(const test::TrueDrive& drive, const std::vector<test::DriveInput>& inputs) {
+FinalErrors final_errors(const test::TrueDrive& drive, const std::vector<test::DriveInput>& inputs) {
   auto slam = make_mapper(drive.robot, {});
-  MappedDrive result;
+  FinalErrors result;
   for (const test::DriveInput& input : inputs) {
     if (!input.scan) {
       (*slam)->add(input.odometry);
@@ -64,7 +64,7 @@ TEST(SlamFrontEnd, OdometryThatFailsDoesNotRuinTheMapOfALaserThatSweepsAllTheTim
   using enum test::Corruption;
   for (const test::Corruption fault : {frozen, translation_flipped, scaled_up, wheel_dead}) {
     const auto bad = test::corrupted(test::inputs_of(drive), fault, 0.3, 11);
-    const MappedDrive map = map_of(drive, bad.inputs);
+    const FinalErrors map = final_errors(drive, bad.inputs);
     std::printf("%s: %.3f m, %zu of %zu tracking\n", test::kind_of(fault).name, map.error, map.tracking,
                 map.scans);
     EXPECT_LT(map.error, 0.25) << test::kind_of(fault).name;
@@ -114,7 +114,7 @@ TEST(SlamFrontEnd, ATunnelKeepsItsLengthAndStaysStraight) {
   options.range_sigma = 0.01;
   for (const std::uint32_t seed : {1, 2, 3, 4}) {
     const test::TrueDrive drive = test::true_drive(tunnel(seed, seed % 2 == 0 ? 1 : 3), robot, options);
-    const MappedDrive map = map_of(drive, test::inputs_of(drive));
+    const FinalErrors map = final_errors(drive, test::inputs_of(drive));
     std::printf("tunnel %u: %.2f m, %.4f rad, %zu findings\n", seed, map.error, map.yaw_error,
                 map.findings.size());
     // Odometry is 0.7 m wrong at the far end, where nothing but odometry tells how far it is.
