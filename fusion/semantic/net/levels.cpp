@@ -89,6 +89,18 @@ double walled_of(const SiteColumns& columns, const std::vector<std::uint32_t>& c
   return all > 0 ? walled / all : 0;
 }
 
+/// Whether it is small, and a larger surface is as far below it as a body or a box is high.
+bool lies_on_larger(const std::vector<HorizontalSurface>& all, std::size_t h) {
+  constexpr double kBody = 0.3;  // m
+  if (all[h].area >= kStorey) return false;
+  const Eigen::AlignedBox2d plan(all[h].low, all[h].high);
+  return std::any_of(all.begin(), all.end(), [&](const HorizontalSurface& g) {
+    const double under = all[h].z - g.z;
+    return !g.faces_down && under > kLip - kLayer && under < kBody && g.area > all[h].area &&
+           plan.exteriorDistance(Eigen::AlignedBox2d(g.low, g.high)) < kBeside;
+  });
+}
+
 bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
   return (p.array() > h.low.array() - kBeside).all() && (p.array() < h.high.array() + kBeside).all();
 }
@@ -153,8 +165,8 @@ void Levels::find_evidence(const cloud::PointCloud<Map>& cloud) {
   for (std::size_t h = 0; h < cells.size(); ++h) {
     const double z = segmentation_.horizontals[h].z;
     // A pavement is wide and may lie over the street by a step; what is small and does is a crate.
-    const bool small = segmentation_.horizontals[h].area < kStorey;
-    const double step = small ? kLip : kApart;
+    const double step = segmentation_.horizontals[h].area < kStorey ? kLip : kApart;
+    const bool small = lies_on_larger(segmentation_.horizontals, h);
     double lowest = 0, highest = 0;
     for (const std::uint32_t cell : cells[h]) {
       lowest += columns.occupied(cell, z - kNearby, z - step) ? 0 : 1;
