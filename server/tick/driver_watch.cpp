@@ -11,6 +11,7 @@ namespace {
 /// fast as one can makes ten; two consoles that send 20 commands a second make forty, and at 10 and 20 a
 /// second still twenty.
 constexpr Duration kWindow = milliseconds(500);
+constexpr Duration kContested = seconds(2.0);  // four messages of a console
 constexpr double kChange = 0.1;  // m/s of the footprint's fastest point: more than the noise of a stick
 
 double product(const Twist2& a, const Twist2& b) { return a.vx * b.vx + a.vy * b.vy + a.wz * b.wz; }
@@ -40,7 +41,8 @@ void DriverWatch::add(ArrivalTime arrival, const Twist2& twist, const RobotDescr
 }
 
 bool DriverWatch::conflict(SimulationTime now) const {
-  return noticed_ && now - simulation_time(*noticed_) < kWindow;
+  return noticed_ && now - simulation_time(*noticed_) < kWindow && contested_ &&
+         now - *contested_ < kContested;
 }
 
 }  // namespace parhelion::tick

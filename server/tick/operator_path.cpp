@@ -73,6 +73,7 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
                             {input.channel + ": drives '" + status.robot + "', and there is no such robot"},
                             path.refusal_reported);
     const std::string driver = other_driver(status.robot, status.name, operators);
+    if (!driver.empty()) path.contest(status.robot);
     if (before != status.robot && !driver.empty() && path.is_driven(status.robot)) {
       operators.erase(status.name);
       if (!before.empty()) stop_if_undriven(before, path);

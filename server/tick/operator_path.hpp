@@ -28,6 +28,7 @@ struct OperatorPath {
   const simulation::Simulation& simulation;
   std::function<void(const std::string& robot)> stop;  ///< stops a robot or an agent until its next command
   std::function<bool(const std::string& robot)> is_driven;  ///< its dead-man is pressed
+  std::function<void(const std::string& robot)> contest;    ///< two consoles claim it
 };
 
 /// OPERATOR: stops a robot when its operator leaves it or the console is lost. While an operator's dead-man

@@ -158,7 +158,9 @@ ScriptPath State::script_path() { return {scripts, agent_path()}; }
 StartPath State::start_path() { return {waiting, simulation, scripts, faults}; }
 
 OperatorPath State::operator_path(const TickContext& context) {
-  return {operators, operator_refused, simulation,
+  return {operators,
+          operator_refused,
+          simulation,
           [this, &context](const std::string& name) {
             const auto robot = context.configuration.find_robot(name);
             if (!robot) return simulation.teleop(name, {});
@@ -167,6 +169,10 @@ OperatorPath State::operator_path(const TickContext& context) {
           [this, &context](const std::string& name) {
             const auto robot = context.configuration.find_robot(name);
             return robot && robots[*robot].command.dead_man.pressed;
+          },
+          [this, &context](const std::string& name) {
+            if (const auto robot = context.configuration.find_robot(name))
+              robots[*robot].command.drivers.contest(context.now);
           }};
 }
 
