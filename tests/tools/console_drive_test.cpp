@@ -109,7 +109,7 @@ class ConsoleDrive : public test::ConsoleLoop<test::SiteDrive> {
     joint_to("shoulder_joint", shoulder + 0.27);
     fingers(-1, 1);
     rest(1.5);
-    EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
+    EXPECT_TRUE(happened(EventKind::placed, "container_1"));
     joint_to("shoulder_joint", shoulder + 0.9);
     joint_to("turret_joint", 0);
     joint_to("elbow_joint", -115 * kDegree);

@@ -14,7 +14,7 @@ TEST_F(SiteScenarioTest, ATraineeCompletesTheTasksOfARealEntrance) {
   wait(0.5);
   lift_part_into_container();
   EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
-  EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
+  EXPECT_TRUE(happened(EventKind::placed, "container_1"));
   reach(0.4, 0.7, 0, 5);  // the arm in front, within the width of the gate
   EXPECT_TRUE(drive_to({0, 0.75}, 0.5, 30)) << motion().T_map_base.translation().transpose();
   EXPECT_TRUE(happened(EventKind::door_opened, "gate 1"));
