@@ -71,6 +71,7 @@ class SlamFrontEnd {
   ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
   void keep(const ScanPoints& scan, double explained);
   Eigen::Matrix3d step_information() const;  ///< from the last keyframe to here
+  Eigen::Matrix3d drift_per_metre() const;
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();
@@ -87,6 +88,7 @@ class SlamFrontEnd {
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
+  Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.
   double drift_squares_ = 6, drift_directions_ = 6;

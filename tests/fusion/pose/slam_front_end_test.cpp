@@ -9,6 +9,7 @@
 
 #include "fusion/pose/slam.hpp"
 #include "tests/fusion/pose/corrupted_odometry.hpp"
+#include "tests/fusion/pose/estimate_error.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -17,18 +18,25 @@ struct FinalErrors {
   double error = 0;      ///< m, largest, of positions relative to the first pose
   double yaw_error = 0;  ///< rad, the same
   std::size_t tracking = 0, scans = 0;
+  std::size_t held = 0;  ///< of `tracking`, while mapping: the error lies in the 95 % ellipse
   std::vector<OdometryFinding> findings;
 };
 
 FinalErrors final_errors(const test::TrueDrive& drive, const std::vector<test::DriveInput>& inputs) {
   auto slam = make_mapper(drive.robot, {});
   FinalErrors result;
+  std::optional<Pose2> T_true_first;
   for (const test::DriveInput& input : inputs) {
     if (!input.scan) {
       (*slam)->add(input.odometry);
     } else if (const auto estimate = (*slam)->add(*input.scan)) {
       ++result.scans;
-      if (estimate->state == SlamState::tracking) ++result.tracking;
+      const Pose2 truth = drive.at(estimate->stamp);
+      if (!T_true_first) T_true_first = truth * planar(estimate->T_map_base).inverse();
+      if (estimate->state != SlamState::tracking) continue;
+      ++result.tracking;
+      const auto error = test::planar_error(planar(estimate->T_map_base), T_true_first->inverse() * truth);
+      if (test::holds_pose(test::planar_covariance(*estimate), error)) ++result.held;
     }
   }
   const auto trajectory = (*slam)->finish();
@@ -115,12 +123,13 @@ TEST(SlamFrontEnd, ATunnelKeepsItsLengthAndStaysStraight) {
   for (const std::uint32_t seed : {1, 2, 3, 4}) {
     const test::TrueDrive drive = test::true_drive(tunnel(seed, seed % 2 == 0 ? 1 : 3), robot, options);
     const FinalErrors map = final_errors(drive, test::inputs_of(drive));
-    std::printf("tunnel %u: %.2f m, %.4f rad, %zu findings\n", seed, map.error, map.yaw_error,
-                map.findings.size());
+    std::printf("tunnel %u: %.2f m, %.4f rad, %zu of %zu in their ellipses, %zu findings\n", seed, map.error,
+                map.yaw_error, map.held, map.tracking, map.findings.size());
     // Odometry is 0.7 m wrong at the far end, where nothing but odometry tells how far it is.
     EXPECT_LT(map.error, 1.6) << seed;
     EXPECT_LT(map.yaw_error, 0.02) << seed;
     EXPECT_TRUE(map.findings.empty()) << seed;
+    EXPECT_GT(map.held, 0.75 * static_cast<double>(map.tracking)) << seed;
   }
 }
 
