@@ -105,6 +105,7 @@ void PeopleTracker::move_leg(Track& track, std::uint32_t slot, std::int32_t segm
   leg.offset = found.center - track.position();
   leg.width = found.width;
   const double since = (leg.seen - before.seen).seconds();
+  observe_part(track, leg, found.center, before.known ? since : 0);
   if (!before.known || !(since > 0)) {
     leg.swing.setZero();
     return;
@@ -184,14 +185,19 @@ void PeopleTracker::merge_companions() {
 }
 
 void PeopleTracker::classify(const LaserSweep& sweep) {
+  double moved_tracks = 0;
+  for (const Track& track : tracks_) moved_tracks += double{track.feature(TrackFeature::has_moved)};
   for (Track& track : tracks_) {
+    observe_others(track, moved_tracks, tracks_.size());
     const double log_odds = double{evaluate(options_.track, track.features)};
     const double share = track.scans < 2 ? 1 : dt_ / (kLogOddsAveraging + dt_);
     track.log_odds += (log_odds - track.log_odds) * share;
     track.robot = std::any_of(sweep.robots.begin(), sweep.robots.end(), [&](const KnownRobot& robot) {
       return (track.position() - robot.center).norm() < robot.radius + kRobotMargin;
     });
-    const bool moved = track.feature(TrackFeature::has_moved) > 0.5F;
+    // Where everything seems to move, the pose is wrong.
+    const bool moved =
+        track.feature(TrackFeature::has_moved) > 0.5F && track.feature(TrackFeature::others_moved) < 0.5F;
     const double limit = moved ? options_.min_log_odds_person : options_.min_log_odds_person_unmoved;
     const double lost = moved ? options_.max_log_odds_not_person : options_.max_log_odds_not_person_unmoved;
     const bool enough = track.scans >= options_.min_scans && track.companion == 0;

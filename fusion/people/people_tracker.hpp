@@ -24,10 +24,10 @@ struct PeopleOptions {
   SeenFreeOptions seen_free;
   Trees segment = segment_trees(), track = track_trees(), pair = pair_trees();
   std::size_t max_tracks = 400;
-  double min_log_odds_person = 0.65;         ///< from which a track is a person
-  double max_log_odds_not_person = -0.85;    ///< below which it no longer is
-  double min_log_odds_person_unmoved = 0.8;  ///< the same of a track that was never seen to move
-  double max_log_odds_not_person_unmoved = 0.0;
+  double min_log_odds_person = 0.5;           ///< from which a track is a person
+  double max_log_odds_not_person = -0.9;      ///< below which it no longer is
+  double min_log_odds_person_unmoved = 0.75;  ///< the same of a track that was never seen to move
+  double max_log_odds_not_person_unmoved = -0.1;
   std::uint32_t min_scans = 3;
   Duration max_hidden = seconds(2.0);             ///< a person behind something else is kept
   Duration max_missed = seconds(0.6);             ///< where nothing hides it

@@ -13,6 +13,7 @@ struct SegmentShape {
   double radius = 0;                                 ///< m: largest distance of a return from the centre
   double depth = 0;            ///< m: largest distance from the line of its ends, towards the eye
   double roughness = 0;        ///< m: RMS distance from the best line
+  double concavity = 0;        ///< m: largest distance behind the convex hull, as seen from the eye
   double circle_radius = 0;    ///< m, at most 0.5
   double circle_residual = 0;  ///< m: RMS distance from the best circle
 };

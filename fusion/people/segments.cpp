@@ -135,6 +135,7 @@ void SegmentedScan::close(const LaserSweep& sweep, std::size_t first, std::size_
   set(F::returns, std::min(static_cast<double>(part.size()), 60.0));
   set(F::width, width);
   set(F::depth, shape.depth);
+  set(F::concavity, shape.concavity);
   set(F::roughness, shape.roughness);
   set(F::circle_radius, shape.circle_radius);
   set(F::circle_residual, shape.circle_residual);

@@ -33,6 +33,7 @@ enum class SegmentFeature : std::uint8_t {
   second_distance,    ///< to the second nearest, at most 1.5
   neighbours,         ///< number of these within 1 m, at most 10
   straight_distance,  ///< from its centre to the nearest wider segment next to it in the scan, at most 1
+  concavity,          ///< largest distance of a return behind the convex hull, as seen from the laser
   count
 };
 inline constexpr std::size_t kSegmentFeatures = static_cast<std::size_t>(SegmentFeature::count);

@@ -14,8 +14,10 @@ constexpr double kAveraging = 0.5;       // s
 constexpr double kMeanPeriod = 3;        // s
 constexpr double kMemoryOfMotion = 30;   // s
 constexpr double kPlaceAveraging = 1.0;  // s
-constexpr double kStay = 0.4;            // m
-constexpr double kMaxSpeed = 3.0;        // m/s: more is a wrong association
+constexpr double kPartAveraging = 0.3, kFormerAveraging = 4;  // s
+constexpr double kMaxShift = 0.3;                             // m
+constexpr double kStay = 0.4;                                 // m
+constexpr double kMaxSpeed = 3.0;                             // m/s: more is a wrong association
 
 void average(float& mean, double value, double dt, double period = kAveraging) {
   mean += static_cast<float>((value - double{mean}) * std::min(dt / (period + dt), 1.0));
@@ -38,7 +40,7 @@ void observe_shape(Track& track, const TrackObservation& seen, double dt) {
        {std::pair(F::part_width, S::width), std::pair(F::depth, S::depth),
         std::pair(F::roughness, S::roughness), std::pair(F::circle_radius, S::circle_radius),
         std::pair(F::circle_residual, S::circle_residual),
-        std::pair(F::straight_distance, S::straight_distance)})
+        std::pair(F::straight_distance, S::straight_distance), std::pair(F::concavity, S::concavity)})
     mean(track, to, double{(*seen.shape)[static_cast<std::size_t>(from)]}, dt);
 }
 
@@ -160,6 +162,24 @@ void update(Track& track, const TrackObservation& seen, SimulationTime stamp, do
   // Who came does not become what was there before: the track may have stayed behind at some furniture.
   const bool doubtful = seen.before_it > 0.5 && track.feature(TrackFeature::has_moved) > 0.5F;
   if (!doubtful) track.sight = {stamp, track.position(), track.average_velocity()};
+}
+
+void observe_part(Track& track, Leg& leg, const Eigen::Vector2d& place, double since) {
+  float& shift = at(track.features, TrackFeature::part_shift);
+  if (!(since > 0)) {
+    leg.place = leg.former_place = place;
+    return;
+  }
+  leg.place += (place - leg.place) * (since / (kPartAveraging + since));
+  leg.former_place += (place - leg.former_place) * (since / (kFormerAveraging + since));
+  shift -= static_cast<float>(double{shift} * std::min(since / kMemoryOfMotion, 1.0));
+  shift = std::max(shift, static_cast<float>(std::min((leg.place - leg.former_place).norm(), kMaxShift)));
+}
+
+void observe_others(Track& track, double moved, std::size_t tracks) {
+  const double others = moved - double{track.feature(TrackFeature::has_moved)};
+  at(track.features, TrackFeature::others_moved) =
+      static_cast<float>(tracks > 1 ? others / static_cast<double>(tracks - 1) : 0);
 }
 
 void miss(Track& track, double dt) {

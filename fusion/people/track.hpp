@@ -39,8 +39,11 @@ enum class TrackFeature : std::uint8_t {
   circle_radius,
   circle_residual,
   straight_distance,
+  concavity,
   width_difference,  ///< m, mean between its segments; 0 without
   width_change,      ///< m, mean of how much the width differs from its average: a robot's does not
+  part_shift,        ///< m, by which one of its parts has been set elsewhere, forgotten over half a minute
+  others_moved,      ///< mean TrackFeature::has_moved of the other tracks: 1 where the pose is not known
   count
 };
 inline constexpr std::size_t kTrackFeatures = static_cast<std::size_t>(TrackFeature::count);
@@ -60,6 +63,8 @@ struct Leg {
   Eigen::Vector2d swing = Eigen::Vector2d::Zero();   ///< m/s, map: how the offset changes
   double width = 0;                                  ///< m, of its last segment
   SimulationTime seen;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();         ///< m, map: average over a few scans ...
+  Eigen::Vector2d former_place = Eigen::Vector2d::Zero();  ///< ... and over some seconds
 };
 
 /// What a scan shows of a track.
@@ -108,5 +113,9 @@ void predict(Track& track, SimulationTime stamp);
 /// `dt`: s since the track's last scan.
 void update(Track& track, const TrackObservation& seen, SimulationTime stamp, double dt);
 void miss(Track& track, double dt);
+/// `moved`: sum of TrackFeature::has_moved over all `tracks`, this one included.
+void observe_others(Track& track, double moved, std::size_t tracks);
+/// One of its parts is at `place` (m, map) now. `since`: s since the part was last seen; 0: it is new.
+void observe_part(Track& track, Leg& leg, const Eigen::Vector2d& place, double since);
 
 }  // namespace parhelion::people

@@ -11,7 +11,7 @@ inline constexpr double kMaxLegOffset = 0.8;       // m, of a segment from its t
 inline constexpr double kMaxNewLegDistance = 0.6;  // m, between the legs of a new track
 inline constexpr double kMaxStride = 0.9;          // m, between the legs of one person
 inline constexpr double kPersonRadius = 0.5;       // m: what is nearer to a person belongs to that person
-inline constexpr double kCompanionDistance = 0.6, kPersonCompanionDistance = 0.4;  // m
+inline constexpr double kCompanionDistance = 0.6, kCloseCompanionDistance = 0.4;  // m
 inline constexpr double kMaxLegWidth = 0.3;  // m: a wider segment is two legs or a body
 inline constexpr Duration kYoung = seconds(0.7);
 inline constexpr double kCompanionSpeed = 0.8;  // m/s, difference of average velocities

@@ -44,10 +44,10 @@ class Boosting {
   explicit Boosting(const Samples& samples) : samples_(samples) {
     for (std::size_t f = 0; f < samples.features; ++f) add_thresholds(f);
     bins_.resize(samples.values.size());
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      for (std::size_t f = 0; f < samples.features; ++f) {
-        const auto& t = thresholds_[f];
-        bins_[i * samples.features + f] =
+    for (std::size_t f = 0; f < samples.features; ++f) {
+      const auto& t = thresholds_[f];
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        bins_[f * samples.size() + i] =
             static_cast<std::uint8_t>(std::lower_bound(t.begin(), t.end(), samples.at(i, f)) - t.begin());
       }
     }
@@ -101,6 +101,7 @@ class Boosting {
 
   void split(std::size_t level, const std::vector<double>& gradient, const std::vector<double>& hessian,
              std::vector<std::uint8_t>& leaf, Tree& tree) const {
+    const std::size_t n = samples_.size();
     double best = -1;
     std::size_t best_bin = 0, best_feature = 0;
     const std::size_t leaves = std::size_t{1} << level;
@@ -108,8 +109,9 @@ class Boosting {
     for (std::size_t f = 0; f < samples_.features; ++f) {
       std::fill(g.begin(), g.end(), 0);
       std::fill(h.begin(), h.end(), 0);
-      for (std::size_t i = 0; i < samples_.size(); ++i) {
-        const std::size_t cell = leaf[i] * kBins + bins_[i * samples_.features + f];
+      const std::uint8_t* const bins = bins_.data() + f * n;
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t cell = leaf[i] * kBins + bins[i];
         g[cell] += gradient[i];
         h[cell] += hessian[i];
       }
@@ -132,14 +134,13 @@ class Boosting {
     }
     tree.feature[level] = static_cast<std::uint8_t>(best_feature);
     tree.threshold[level] = thresholds_[best_feature][best_bin];
-    for (std::size_t i = 0; i < samples_.size(); ++i)
-      leaf[i] |= static_cast<std::uint8_t>((bins_[i * samples_.features + best_feature] > best_bin ? 1U : 0U)
-                                           << level);
+    for (std::size_t i = 0; i < n; ++i)
+      leaf[i] |= static_cast<std::uint8_t>((bins_[best_feature * n + i] > best_bin ? 1U : 0U) << level);
   }
 
   const Samples& samples_;
   std::vector<std::vector<float>> thresholds_;
-  std::vector<std::uint8_t> bins_;
+  std::vector<std::uint8_t> bins_;  // of each sample, feature by feature
   std::vector<double> sum_;
 };
 

@@ -42,10 +42,11 @@ void recordings() {
 
 /// The same crowds, with one thing changed.
 template <class Change>
-test::PeopleScore crowds(int n, std::uint64_t seed, Change&& change) {
+test::PeopleScore crowds(int n, std::uint64_t seed, Change&& change,
+                         test::CrowdOptions (*draw)(std::uint64_t) = test::random_crowd) {
   test::PeopleScore all;
   for (int i = 0; i < n; ++i) {
-    test::CrowdOptions options = test::random_crowd(seed + static_cast<std::uint64_t>(i));
+    test::CrowdOptions options = draw(seed + static_cast<std::uint64_t>(i));
     options.duration = 30;
     change(options);
     all += score(options);
@@ -68,6 +69,27 @@ void synthetic(int n, std::uint64_t seed) {
       }));
   row("no model", crowds(n, seed, [](test::CrowdOptions& o) { o.model = false; }));
   row("modelled walls", crowds(n, seed, [](test::CrowdOptions& o) { o.model = true; }));
+}
+
+/// Of the people that only varied crowds have, those that `change` puts in.
+void varied(int n, std::uint64_t seed) {
+  const auto only = [&](const char* name, auto change) {
+    row(name, crowds(
+                  n, seed,
+                  [&](test::CrowdOptions& o) {
+                    o.walkers = o.standing = o.aids = o.seated = o.groups = o.leaning = 0;
+                    change(o);
+                  },
+                  test::varied_crowd));
+  };
+  row("varied", crowds(
+                    n, seed, [](test::CrowdOptions&) {}, test::varied_crowd));
+  only("wheelchairs, frames, prams, trolleys", [](test::CrowdOptions& o) { o.aids = 3; });
+  only("seated", [](test::CrowdOptions& o) { o.seated = 3; });
+  only("groups", [](test::CrowdOptions& o) { o.groups = 2; });
+  only("leaning at walls", [](test::CrowdOptions& o) { o.leaning = 3, o.open = false; });
+  only("walkers, no odometry",
+       [](test::CrowdOptions& o) { o.walkers = 4, o.odometry = o.model = false, o.moving_laser = true; });
 }
 
 void depth_camera(int n, std::uint64_t seed, double height, double pitch) {
@@ -96,6 +118,7 @@ int main(int argc, char** argv) {
   const int n = argc > 1 ? std::atoi(argv[1]) : 20;
   const std::uint64_t seed = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 900000;
   parhelion::synthetic(n, seed);
+  parhelion::varied(n, seed);
   parhelion::depth_camera(n, seed, 0.35, 0);
   parhelion::depth_camera(n, seed, 0.6, 5);
   parhelion::depth_camera(n, seed, 1.2, 15);

@@ -22,9 +22,11 @@ namespace {
 
 using test::Samples, test::Boosting, test::TrainedTrees;
 
-constexpr double kPairRate = 8, kTrackRate = 4;  // samples a second
-constexpr std::size_t kSegmentTrees = 80, kTrackTrees = 120, kPairTrees = 220, kFirstPairTrees = 100;
-constexpr int kRounds = 4;
+constexpr double kPairRate = 4, kTrackRate = 4;  // samples a second
+constexpr std::size_t kSegmentTrees = 150, kTrackTrees = 240, kPairTrees = 220, kFirstPairTrees = 100;
+constexpr double kAtPerson = 0.4;  // m
+constexpr double kDuration = 10;   // s, of a crowd
+constexpr int kRounds = 3;
 constexpr std::uint64_t kOtherCrowds = 5000;  // added to the seed
 
 people::LaserSweep sweep_of(const test::Crowd& crowd, const test::CrowdScan& scan) {
@@ -141,13 +143,16 @@ void add_pairs(const people::PeopleTracker& tracker, std::span<const Before> bef
   }
 }
 
-void add_tracks(const people::PeopleTracker& tracker, const test::CrowdScan& scan, double chance,
-                test::Random& random, Samples& samples) {
+/// A thing beside a person is none, and a person's track has to be at that person.
+void add_tracks(const people::PeopleTracker& tracker, const test::CrowdScan& scan, const Owners& owners,
+                double chance, test::Random& random, Samples& samples) {
   for (const people::Track& track : tracker.tracks()) {
     if (track.seen != scan.stamp || !random.chance(chance)) continue;
-    const bool person = std::any_of(
-        scan.people.begin(), scan.people.end(),
-        [&](const test::TruePerson& each) { return (each.position - track.position()).norm() < 0.3; });
+    const int owner = owners.of(track.id);
+    const bool person =
+        std::any_of(scan.people.begin(), scan.people.end(), [&](const test::TruePerson& each) {
+          return each.id == owner && (each.position - track.position()).norm() < kAtPerson;
+        });
     samples.add(track.features, person);
   }
 }
@@ -169,8 +174,8 @@ void add_crowd(const test::Crowd& crowd, const people::PeopleOptions& options, t
     for (const people::Segment& each : segmented.find(sweep_of(crowd, scan)))
       owners.push_back(owner_of(scan, segmented.returns(), each));
     if (random.chance(kPairRate * dt)) add_pairs(tracker, before, owners, random, samples.pairs);
-    add_tracks(tracker, scan, kTrackRate * dt, random, samples.tracks);
     track_owners.add(tracker, owners, dt);
+    add_tracks(tracker, scan, track_owners, kTrackRate * dt, random, samples.tracks);
   }
 }
 
@@ -200,11 +205,13 @@ void write(const std::string& path, const std::string& name, const TrainedTrees&
        << test::number_text(model.start) << ", kTrees}; }\n\n}  // namespace parhelion::people\n";
 }
 
+/// Every other one is varied.
 std::vector<test::Crowd> make_crowds(std::uint64_t seed, int n) {
   std::vector<test::Crowd> crowds;
   for (int i = 0; i < n; ++i) {
-    test::CrowdOptions options = test::random_crowd(seed + static_cast<std::uint64_t>(i));
-    options.duration = 20;
+    const std::uint64_t crowd = seed + static_cast<std::uint64_t>(i);
+    test::CrowdOptions options = i % 2 == 0 ? test::random_crowd(crowd) : test::varied_crowd(crowd);
+    options.duration = kDuration;
     crowds.push_back(make_crowd(options));
   }
   return crowds;
@@ -240,8 +247,8 @@ int train(const std::string& folder, int crowds, std::uint64_t seed) {
     // The thresholds in use were chosen with the trees; others give other samples.
     options.min_log_odds_person = 0;
     options.max_log_odds_not_person = -1.5;
-    options.min_log_odds_person_unmoved = 1.2;
-    options.max_log_odds_not_person_unmoved = 0.2;
+    options.min_log_odds_person_unmoved = 0.5;
+    options.max_log_odds_not_person_unmoved = -0.5;
     options.segment = segments.view();
     const TrainedTrees last_tracks = tracks, last_pairs = pairs;
     options.track = last_tracks.view();

@@ -29,6 +29,24 @@ TEST(PeopleAccuracy, of_reported_persons_in_a_furnished_crowd_most_are_persons) 
   EXPECT_LE(score.rms_error(), 0.15);
 }
 
+TEST(PeopleAccuracy, finds_most_of_those_who_stand_from_the_start_or_sit_or_push_something) {
+  test::PeopleScore standing, varied;
+  for (std::uint64_t seed = 2'400'000; seed < 2'400'016; ++seed) {
+    test::CrowdOptions options = test::random_crowd(seed);
+    options.duration = 10;
+    options.standing += options.walkers;
+    options.walkers = 0;
+    standing += score(options);
+    options = test::varied_crowd(seed);
+    options.duration = 10;
+    varied += score(options);
+  }
+  EXPECT_GE(standing.recall(), 0.6);
+  EXPECT_GE(standing.precision(), 0.85);
+  EXPECT_GE(varied.recall(), 0.45);
+  EXPECT_GE(varied.precision(), 0.8);
+}
+
 TEST(PeopleAccuracy, gives_somebody_in_a_crowd_another_identity_less_than_three_times_a_minute) {
   const test::PeopleScore score = crowds(40, 2'300'000, [](test::CrowdOptions&) {});
   EXPECT_LE(score.switches_a_person_minute(), 3);

@@ -143,6 +143,24 @@ TEST(PeopleTracker, recognises_a_walker_who_comes_out_from_behind_a_board) {
   EXPECT_EQ(std::count(after.begin(), after.end(), before[0]), std::ssize(after));
 }
 
+TEST(PeopleTracker, notices_that_one_of_two_feet_was_set_elsewhere) {
+  Fixture fixture;
+  for (int k = 0; k < 120; ++k) {
+    const double step = k < 80 ? 0 : 0.1;
+    const Scan scan = scan_of([&](double angle) {
+      return std::min({to_disc(angle, {2, 0.12}, 0.06), to_disc(angle, {2 - step, -0.12}, 0.06),
+                       to_disc(angle, {-2, 0}, 0.06), 19.0});
+    });
+    fixture.update(scan, 0.1 * k);
+  }
+  ASSERT_GE(fixture.tracker.tracks().size(), 2U);
+  double person = 0, pole = 0;
+  for (const Track& track : fixture.tracker.tracks())
+    (track.position().x() > 0 ? person : pole) = double{track.feature(TrackFeature::part_shift)};
+  EXPECT_GT(person, 0.05);
+  EXPECT_LT(pole, 0.01);
+}
+
 TEST(PeopleTracker, gives_no_identity_to_two) {
   test::CrowdOptions options = test::random_crowd(11);
   options.walkers = 7;

@@ -8,6 +8,8 @@
 
 #include "fusion/scan/lidar_model.hpp"
 #include "protocols/splitmix64.hpp"
+#include "tests/fusion/people/crowd_people.hpp"
+#include "tests/fusion/people/crowd_shapes.hpp"
 
 namespace parhelion::test {
 namespace {
@@ -15,61 +17,6 @@ namespace {
 using Eigen::Vector2d;
 constexpr double kPi = std::numbers::pi;
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-struct Shape {  // a disc, an ellipse or a line
-  enum class Kind : std::uint8_t { ellipse, line } kind = Kind::ellipse;
-  Vector2d a = Vector2d::Zero(), b = Vector2d::Zero();  // centre and half axes; or the ends
-  double yaw = 0;
-  Source source = Source::furniture;
-  int person = -1;
-  double visible = 1;  // fraction of beams that return
-};
-
-Shape disc(const Vector2d& center, double radius, Source source, int person = -1) {
-  return {Shape::Kind::ellipse, center, {radius, radius}, 0, source, person, 1};
-}
-
-Shape line(const Vector2d& a, const Vector2d& b, Source source, double visible = 1) {
-  return {Shape::Kind::line, a, b, 0, source, -1, visible};
-}
-
-void add_box(std::vector<Shape>& shapes, const Pose2& pose, double x, double y, Source source) {
-  const Vector2d corners[] = {pose * Vector2d(x / 2, y / 2), pose * Vector2d(-x / 2, y / 2),
-                              pose * Vector2d(-x / 2, -y / 2), pose * Vector2d(x / 2, -y / 2)};
-  for (int k = 0; k < 4; ++k) shapes.push_back(line(corners[k], corners[(k + 1) % 4], source));
-}
-
-double hit_line(const Shape& s, const Vector2d& o, const Vector2d& d) {
-  const Vector2d e = s.b - s.a, f = s.a - o;
-  const double det = d.x() * e.y() - d.y() * e.x();
-  if (std::abs(det) < 1e-12) return kInf;
-  const double t = (f.x() * e.y() - f.y() * e.x()) / det, u = (f.x() * d.y() - f.y() * d.x()) / det;
-  return t > 0 && u >= 0 && u <= 1 ? t : kInf;
-}
-
-double hit_ellipse(const Shape& s, const Vector2d& o, const Vector2d& d) {
-  const double c = std::cos(s.yaw), n = std::sin(s.yaw);
-  const Vector2d f = o - s.a;
-  const Vector2d p((c * f.x() + n * f.y()) / s.b.x(), (-n * f.x() + c * f.y()) / s.b.y());
-  const Vector2d q((c * d.x() + n * d.y()) / s.b.x(), (-n * d.x() + c * d.y()) / s.b.y());
-  const double A = q.squaredNorm(), B = p.dot(q), C = p.squaredNorm() - 1;
-  const double discriminant = B * B - A * C;
-  if (discriminant < 0 || C < 0) return kInf;
-  const double t = (-B - std::sqrt(discriminant)) / A;
-  return t > 0 ? t : kInf;
-}
-
-double hit(const Shape& s, const Vector2d& o, const Vector2d& d) {
-  return s.kind == Shape::Kind::line ? hit_line(s, o, d) : hit_ellipse(s, o, d);
-}
-
-// Somebody who walks from place to place, with pauses.
-struct Walker {
-  Vector2d position, velocity = Vector2d::Zero(), target, sway = Vector2d::Zero();
-  double heading = 0, speed = 1.2, phase = 0, pause = 0;
-  double leg_radius = 0.06, stance = 0.1, body_width = 0.42, body_depth = 0.24, weight = 0;
-  bool stands = false, skirt = false;
-};
 
 struct Rover {
   Pose2 pose;
@@ -94,6 +41,7 @@ class World {
 
   Pose2 own() const { return own_.pose; }
   Pose2 estimate() {
+    if (!options_.odometry) return {};
     return {own_.pose.x + drift_.x() + random_.normal(options_.pose_noise),
             own_.pose.y + drift_.y() + random_.normal(options_.pose_noise),
             own_.pose.yaw + yaw_drift_ + random_.normal(options_.pose_noise * 0.2)};
@@ -107,7 +55,8 @@ class World {
   std::vector<Shape> shapes() const {
     std::vector<Shape> all = walls_;
     all.insert(all.end(), furniture_.begin(), furniture_.end());
-    for (std::size_t i = 0; i < walkers_.size(); ++i) add_walker(all, walkers_[i], static_cast<int>(i));
+    for (std::size_t i = 0; i < walkers_.size(); ++i)
+      add_walker(all, walkers_[i], options_.laser.height, static_cast<int>(i));
     for (const Rover& rover : rovers_) add_rover(all, rover);
     return all;
   }
@@ -147,6 +96,88 @@ class World {
       rovers_.push_back(rover);
     }
     for (int i = 0; i < options_.walkers + options_.standing; ++i) add_person(i >= options_.walkers);
+    if (options_.varied) add_varied();
+  }
+
+  /// Other people, postures and things than those of plain crowds.
+  void add_varied() {
+    for (Walker& walker : walkers_) vary(walker);
+    for (int i = 0; i < options_.aids; ++i) add_aid();
+    for (int i = 0; i < options_.seated; ++i) add_seated();
+    for (int i = 0; i < options_.groups; ++i) add_group();
+    for (int i = 0; i < options_.leaning && !options_.open; ++i) add_leaning();
+    for (int i = 0; i < options_.seats; ++i) {
+      const double toward = random_.uniform(0, 2 * kPi);
+      const Vector2d table = place();
+      add_table(table, options_.laser.height);
+      for (int k = random_.integer(1, 4); k > 0; --k)
+        add_chair(table + random_.uniform(0.5, 0.9) * direction(toward + k * kPi / 2), options_.laser.height);
+    }
+  }
+
+  static Vector2d direction(double yaw) { return {std::cos(yaw), std::sin(yaw)}; }
+
+  void vary(Walker& walker) {
+    walker.planted = random_.chance(0.7);
+    walker.skirt = random_.chance(0.2);
+    walker.coat = {random_.uniform(0.1, 0.18), random_.uniform(0.15, 0.24)};
+    walker.stance = random_.uniform(0.05, 0.18);
+    walker.leg_radius = random_.uniform(0.032, 0.085);
+    walker.ahead = random_.chance(0.5) ? random_.uniform(-0.08, 0.08) : 0;
+    walker.next_step = random_.uniform(0, 20);
+  }
+
+  void add_aid() {
+    add_person(false);
+    Walker& walker = walkers_.back();
+    vary(walker);
+    constexpr Aid kAids[] = {Aid::frame, Aid::pram, Aid::trolley, Aid::wheelchair};
+    walker.aid = kAids[random_.integer(0, 3)];
+    walker.speed = random_.uniform(0.3, 1.1);
+    walker.skirt = walker.skirt && walker.aid != Aid::wheelchair;
+    walker.stands = random_.chance(0.25);
+    if (walker.aid != Aid::wheelchair || !random_.chance(0.4)) return;
+    add_person(false);
+    vary(walkers_.back());
+    walkers_.back().pushes = static_cast<int>(walkers_.size()) - 2;
+  }
+
+  void add_seated() {
+    add_person(true);
+    Walker& walker = walkers_.back();
+    vary(walker);
+    walker.sits = true;
+    add_chair(walker.position, options_.laser.height, walker.heading);
+  }
+
+  /// Who stand and talk.
+  void add_group() {
+    const Vector2d middle = free_pose().position();
+    const double radius = random_.uniform(0.35, 0.8), first = random_.uniform(0, 2 * kPi);
+    const int people = random_.integer(2, 4);
+    for (int i = 0; i < people; ++i) {
+      add_person(true);
+      vary(walkers_.back());
+      const double yaw = first + 2 * kPi * i / people + random_.normal(0.2);
+      walkers_.back().position = walkers_.back().target = middle + radius * direction(yaw);
+      walkers_.back().heading = yaw + kPi + random_.normal(0.3);
+    }
+    obstacles_.push_back({middle, radius});
+  }
+
+  /// With the back to a wall.
+  void add_leaning() {
+    add_person(true);
+    Walker& walker = walkers_.back();
+    vary(walker);
+    const int wall = random_.integer(0, 3);
+    const double off = random_.uniform(0.15, 0.4);
+    if (wall % 2 == 0)
+      walker.position.y() = wall == 0 ? off : depth() - off;
+    else
+      walker.position.x() = wall == 3 ? off : width() - off;
+    walker.target = walker.position;
+    walker.heading = kPi / 2 * (wall + 1);
   }
 
   void build_walls() {
@@ -180,8 +211,10 @@ class World {
     obstacles_.push_back({shape.a, shape.b.x()});
   }
 
-  void add_chair(const Vector2d& at, double height) {
-    const Pose2 pose{at.x(), at.y(), random_.uniform(0, 2 * kPi)};
+  void add_chair(const Vector2d& at, double height) { add_chair(at, height, random_.uniform(0, 2 * kPi)); }
+
+  void add_chair(const Vector2d& at, double height, double yaw) {
+    const Pose2 pose{at.x(), at.y(), yaw};
     obstacles_.push_back({at, 0.35});
     if (height > 0.9) return;  // under the beams
     if (height > 0.5) {        // its back
@@ -266,69 +299,64 @@ class World {
     return std::nullopt;
   }
 
+  /// Behind the wheelchair.
+  void step_carer(Walker& carer, const Walker& chair, double dt) {
+    const Vector2d before = carer.position;
+    const Vector2d path = chair.position - 0.62 * direction(chair.heading) - before;
+    carer.position += path * std::min(1.0, 2 * dt / std::max(path.norm(), 1e-9));
+    carer.heading = chair.heading;
+    carer.velocity = (carer.position - before) / dt;
+  }
+
   void step_walker(Walker& walker, double dt) {
     walker.sway +=
         -walker.sway * dt + Vector2d(random_.normal(), random_.normal()) * 0.012 * std::sqrt(2 * dt);
     walker.weight += -walker.weight * dt / 3 + random_.normal(0.02) * std::sqrt(2 * dt / 3);
+    if (walker.pushes >= 0) {
+      step_carer(walker, walkers_[static_cast<std::size_t>(walker.pushes)], dt);
+      walker.phase += kPi * dt * walker.velocity.norm() / step_length(walker.velocity.norm());
+      return;
+    }
+    const double clearance = walker.aid == Aid::none ? 0.25 : 0.5;
+    if (options_.varied) shift_feet(walker, dt);
     const Vector2d path = walker.target - walker.position;
     if (walker.stands || walker.pause > 0 || path.norm() < 0.1) {
       walker.pause -= dt;
       walker.velocity *= std::exp(-dt / 0.2);
       if (!walker.stands && walker.pause <= 0) {
         if (path.norm() < 0.1 && random_.chance(0.3)) walker.pause = random_.uniform(0.5, 8);
-        if (const auto next = next_target(walker.position, 0.25)) walker.target = *next;
+        if (const auto next = next_target(walker.position, clearance)) walker.target = *next;
       }
     } else {
       double speed = walker.speed * std::min(path.norm() / 0.4 + 0.2, 1.0);
       for (const Walker& other : walkers_) {
         const Vector2d gap = other.position - walker.position;
-        if (&other != &walker && gap.norm() < 0.7 && gap.dot(path) > 0) speed = 0;
+        if (other.pushes >= 0 && &walkers_[static_cast<std::size_t>(other.pushes)] == &walker) continue;
+        const double reach = walker.aid == Aid::none ? 0.7 : 1.3;
+        if (&other != &walker && gap.norm() < reach && gap.dot(path) > 0) speed = 0;
       }
       if (speed == 0 && random_.chance(dt)) {
-        if (const auto next = next_target(walker.position, 0.25)) walker.target = *next;
+        if (const auto next = next_target(walker.position, clearance)) walker.target = *next;
       }
       walker.velocity += (path.normalized() * speed - walker.velocity) * std::min(dt / 0.25, 1.0);
     }
     walker.position += walker.velocity * dt;
     const double speed = walker.velocity.norm();
-    if (speed > 0.1) walker.heading = std::atan2(walker.velocity.y(), walker.velocity.x());
+    if (speed > 0.1) {
+      const double course = std::atan2(walker.velocity.y(), walker.velocity.x());
+      const double turn = wrap_angle(course - walker.heading), max_turn = 1.5 * dt;
+      walker.heading =
+          walker.aid == Aid::none ? course : walker.heading + std::clamp(turn, -max_turn, max_turn);
+    }
     walker.phase += 2 * kPi * dt * speed / (2 * step_length(speed));
   }
 
-  static double step_length(double speed) { return 0.35 + 0.28 * speed; }
-
-  void add_walker(std::vector<Shape>& all, const Walker& walker, int id) const {
-    const Vector2d ahead(std::cos(walker.heading), std::sin(walker.heading)), left(-ahead.y(), ahead.x());
-    const double height = options_.laser.height, speed = walker.velocity.norm();
-    const Vector2d center = walker.position + walker.sway;
-    if (height > 0.7) {
-      all.push_back({Shape::Kind::ellipse,
-                     center,
-                     {walker.body_depth / 2, walker.body_width / 2},
-                     walker.heading,
-                     Source::person,
-                     id,
-                     1});
-      const double swing = 0.25 * std::min(speed, 1.0) * std::sin(walker.phase);
-      for (const double side : {-1.0, 1.0})
-        all.push_back(disc(center + left * side * (walker.body_width / 2 + 0.03) + ahead * side * swing,
-                           0.045, Source::person, id));
-      return;
-    }
-    if (walker.skirt) {
-      all.push_back({Shape::Kind::ellipse, center, {0.14, 0.18}, walker.heading, Source::person, id, 1});
-      return;
-    }
-    // The swing of a leg is smaller towards the hip.
-    const double reach =
-        step_length(speed) / 2 * std::min(speed / 0.3, 1.0) * std::clamp(1 - (height - 0.1) / 1.1, 0.2, 1.0);
-    const double radius = walker.leg_radius + 0.02 * std::min(height / 0.5, 1.0);
-    for (const double side : {-1.0, 1.0}) {
-      const double stride = std::sin(walker.phase + (side > 0 ? 0 : kPi));
-      all.push_back(disc(center + ahead * (reach * stride + side * walker.weight) +
-                             left * side * std::max(walker.stance, radius),
-                         radius, Source::person, id));
-    }
+  void shift_feet(Walker& walker, double dt) {
+    walker.next_step -= dt;
+    if (walker.next_step > 0) return;
+    walker.next_step = random_.uniform(3, 25);
+    walker.ahead = random_.uniform(-0.08, 0.08);
+    if (walker.stands && !walker.sits) walker.heading += random_.normal(0.15);
   }
 
   void step_rover(Rover& rover, double dt) {
@@ -401,12 +429,13 @@ void measure(const CrowdOptions& options, const LaserDescription& laser, World& 
     if (part == 0) out.estimated.T_map_laser_start = T;
     if (part == kParts - 1) out.estimated.T_map_laser_end = T;
     if (part == kParts / 2) {
-      out.T_map_laser = own;
+      out.T_map_laser = options.odometry ? own : Pose2{};
+      const Pose2 T_map_true = out.T_map_laser * own.inverse();
       for (std::size_t i = 0; i < people; ++i) {
         const Walker& walker = world.walkers()[i];
-        out.people.push_back({static_cast<int>(i), walker.position + walker.sway, walker.velocity, 0});
+        out.people.push_back({static_cast<int>(i), T_map_true * seen_at(walker), walker.velocity, 0});
       }
-      for (const Rover& rover : world.rovers()) out.robots.push_back(rover.pose.position());
+      for (const Rover& rover : world.rovers()) out.robots.push_back(T_map_true * rover.pose.position());
     }
     const std::vector<Shape> shapes = world.shapes();
     for (int i = beams * part / kParts; i < beams * (part + 1) / kParts; ++i) {
@@ -451,6 +480,12 @@ LaserDescription describe(const LaserKind& kind) {
   laser.angle_increment = kind.field / kind.beams * (kind.clockwise ? -1 : 1);
   laser.angle_min = -kind.field / 2 * (kind.clockwise ? -1 : 1);
   return laser;
+}
+
+/// Seven of ten crowds: at the height of ankles or knees.
+void vary_laser(Random& random, LaserKind& laser) {
+  if (random.chance(0.7)) laser.height = random.uniform(0.07, 0.6);
+  if (random.chance(0.5)) laser.rate = random.uniform(10, 40);
 }
 
 }  // namespace
@@ -500,6 +535,22 @@ CrowdOptions random_crowd(std::uint64_t seed) {
   constexpr double kHeights[] = {0.1, 0.18, 0.25, 0.35, 0.5, 0.85, 1.1};
   laser.height = kHeights[random.integer(0, 6)];
   laser.clockwise = random.chance(0.2);
+  return options;
+}
+
+CrowdOptions varied_crowd(std::uint64_t seed) {
+  CrowdOptions options = random_crowd(seed);
+  Random random(seed ^ 0x5EA7ED);
+  options.varied = true;
+  options.walkers = random.integer(0, 4);
+  options.aids = random.integer(0, 2);
+  options.seated = random.integer(0, 2);
+  options.groups = random.integer(0, 2);
+  options.leaning = random.integer(0, 2);
+  options.seats = random.integer(0, 2);
+  options.odometry = !options.moving_laser || random.chance(0.75);
+  options.model = options.model && options.odometry;
+  vary_laser(random, options.laser);
   return options;
 }
 

@@ -50,11 +50,20 @@ struct CrowdOptions {
   bool moving_laser = true;
   bool model = true;                            ///< the walls are modelled, the furniture is not
   double pose_noise = 0.01, pose_drift = 0.03;  ///< m, 1 sigma
+  bool odometry =
+      true;  ///< false: the laser is taken to stand still at the origin, whose frame the truth is in
+  bool varied = false;  ///< with those below, long coats and all kinds of postures
+  int aids = 0;         ///< who push something or sit in a wheelchair; some have a carer
+  int seated = 0, groups = 0, leaning = 0;
+  int seats = 0;  ///< tables with chairs
   LaserKind laser;
 };
 
 /// Options of every kind, drawn from the seed.
 CrowdOptions random_crowd(std::uint64_t seed);
+/// The same with wheelchairs, walking frames, prams and trolleys, long coats, who sit, lean at walls or stand
+/// in groups, and lasers without odometry.
+CrowdOptions varied_crowd(std::uint64_t seed);
 
 struct TruePerson {
   int id = 0;
@@ -64,7 +73,7 @@ struct TruePerson {
 };
 
 /// What beams hit.
-enum class Source : std::uint8_t { nothing, building, furniture, person, robot };
+enum class Source : std::uint8_t { nothing, building, furniture, person, robot, aid };
 
 struct CrowdScan {
   Scan scan;
