@@ -105,8 +105,7 @@ TEST(PeopleInDepth, FurnitureAloneIsHardlyEverAPerson) {
     reported += score(options).reported;
     images += static_cast<int>(options.duration * options.rate);
   }
-  // The thresholds are those of lasers, on whose scans a person who stands is harder to miss than a thing is
-  // to take for one: 0.21 an image.
+  // The classifiers and thresholds are those of lasers, chosen for who stands still: 0.21 an image.
   EXPECT_LE(reported, images / 4);
 }
 
