@@ -220,7 +220,9 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
                           : segment(surfaces_of, options.segmentation);
   if (!segmentation) return segmentation.error();
   begin("label", 2);
-  auto net = label_entities(surfaces_of, *segmentation, options.net);
+  SemanticNetOptions net_options = options.net;
+  if (spread) net_options.voxel = spread->voxel;
+  auto net = label_entities(surfaces_of, *segmentation, net_options);
   if (!net) return net.error();
   FoundRamps found_ramps = find_ramps(surfaces_of, net->labels, spread ? spread->voxel : 0);
   add_landings(*segmentation, found_ramps, *net);

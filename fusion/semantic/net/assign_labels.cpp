@@ -4,6 +4,7 @@
 
 #include "fusion/semantic/net/factor_graph.hpp"
 #include "fusion/semantic/net/net_entities.hpp"
+#include "fusion/semantic/net/wall_storeys.hpp"
 #include "protocols/nearest_on_segment.hpp"
 
 namespace parhelion::semantic {
@@ -152,6 +153,34 @@ void relate_holes(Net& net, const std::vector<Variable>& variables, const WallCa
   }
 }
 
+/// Each likely wall with its openings, in place of other walls there: of one with many doors no single label
+/// is better alone.
+void propose_walls(Net& net, const std::vector<Variable>& walls, const std::vector<Variable>& openings,
+                   const WallCandidates& candidates) {
+  const auto best_of = [](const Opening& opening) {
+    if (std::max(opening.door_score, opening.window_score) <= 0) return EntityLabel::unknown;
+    return opening.door_score >= opening.window_score ? EntityLabel::door : EntityLabel::window;
+  };
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    if (candidates.walls[w].score <= 0) continue;
+    std::vector<std::pair<Variable, EntityLabel>> labels;
+    std::vector<bool> instead(walls.size());
+    for (std::size_t other = 0; other < walls.size(); ++other) {
+      instead[other] = other != w && same_place(candidates.walls[w], candidates.walls[other]);
+      if (instead[other]) labels.emplace_back(walls[other], EntityLabel::unknown);
+    }
+    labels.emplace_back(walls[w], EntityLabel::wall);
+    bool any = false;
+    for (std::size_t o = 0; o < openings.size(); ++o) {
+      const Opening& opening = candidates.openings[o];
+      if (instead[opening.wall]) labels.emplace_back(openings[o], EntityLabel::unknown);
+      if (opening.wall == w) labels.emplace_back(openings[o], best_of(opening));
+      any = any || opening.wall == w;
+    }
+    if (any) net.propose(labels);
+  }
+}
+
 /// Whether a slender object is in an opening: the leaf of a door, seen from its edge or ajar.
 bool stands_in(const PillarCandidate& pillar, const Opening& opening, const WallCandidate& around) {
   constexpr double kBefore = 0.15, kBehind = 0.5;  // m
@@ -209,7 +238,7 @@ std::set<std::uint32_t> treads_of(const std::vector<Flight>& flights) {
 }  // namespace
 
 bool same_place(const WallCandidate& a, const WallCandidate& b) {
-  if (angle_between(a, b) > 0.17) return false;
+  if (angle_between(a, b) > 0.17 || !on_same_storey(a, b)) return false;
   const WallCandidate &longer = a.length() > b.length() ? a : b, &shorter = a.length() > b.length() ? b : a;
   const Eigen::Vector2d along = (longer.end - longer.start).normalized();
   const Eigen::Vector2d p = shorter.start - longer.start, q = shorter.end - longer.start;
@@ -302,6 +331,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
   }
   relate_holes(net, openings, candidates.walls);
   relate_walls(net, walls, candidates.walls.walls);
+  propose_walls(net, walls, openings, candidates.walls);
   relate_levels(net, walls, horizontals, candidates);
   net.solve();
 

@@ -148,6 +148,7 @@ FactorGraph::Solution FactorGraph::solve() const {
   for (const Proposal& proposal : proposals_) {
     std::vector<std::size_t> labels = solution.labels;
     for (const auto& [variable, label] : proposal) labels[variable] = label;
+    if (labels == solution.labels) continue;
     climb(labels);
     const double other = score(labels);
     if (other > solution.score) solution.score = other, solution.labels = std::move(labels);

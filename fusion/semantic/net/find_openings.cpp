@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fusion/semantic/net/wall_candidates.hpp"
+#include "fusion/semantic/net/wall_storeys.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -50,17 +51,43 @@ double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
   return z > floor + 0.25 && z < floor + 1.3 ? z - raster.row : floor;
 }
 
+/// Whether it goes up to the ceiling between walls that do, too, and was looked through down to the floor
+/// behind it: a doorway without a head.
+bool is_passage(const Opening& opening, const WallCandidate& wall) {
+  constexpr double kUpper = 0.3, kSolid = 0.6, kFloor = 0.8;  // m under the ceiling; of cells; of the width
+  constexpr int kBeside = 6;                                  // columns
+  if (!opening.seen_through || opening.sill_floor < kFloor || opening.head < wall.ceiling - kUpper)
+    return false;
+  const WallRaster& raster = wall.raster;
+  const int from = static_cast<int>(std::lround(opening.from / raster.column)),
+            to = static_cast<int>(std::lround(opening.to / raster.column));
+  const auto solid = [&](int c0, int c1) {
+    return raster.fractions(c0, c1, wall.floor + kMaxFurniture, wall.ceiling - kUpper).measured > kSolid;
+  };
+  return solid(from - kBeside, from) && solid(to, to + kBeside);
+}
+
 void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNetOptions& options) {
   const double room = wall.ceiling - wall.floor, height = opening.head - wall.floor;
   const bool viewpoints_known = wall.raster.viewpoints_known;
-  // A lintel that fills the rest of a low room need not be visible.
-  const bool lintel =
-      opening.lintel > 0.4 || (room < options.door_height_max + 0.2 && room > options.door_height_min);
+  // A lintel that fills the rest of a low room need not be visible; what is closed up to the ceiling is a
+  // niche or a cupboard.
+  const bool niche = opening.closed > 0.35 && opening.head > wall.ceiling - 0.2;
+  const bool lintel = opening.lintel > 0.4 ||
+                      (!niche && room < options.door_height_max + 0.2 && room > options.door_height_min);
+  const bool passage = is_passage(opening, wall);
+  // A window front is as wide, but has a sill, and its head is higher; behind a wardrobe the wall's other
+  // face closes it.
+  constexpr double kMaxClosed = 0.7;
+  const bool of_double_door = opening.lintel > 0.4 && opening.closed < kMaxClosed &&
+                              opening.sill < wall.floor + 0.15 && height > options.door_height_min - 0.05 &&
+                              height < options.door_height_max + 0.05;
+  const double width_max = of_double_door ? options.double_door_width_max : options.door_width_max;
   double door = -1;
-  door -= 3 * outside(opening.width(), options.door_width_min, options.door_width_max, 0.1);
-  door -= 2 * outside(height, options.door_height_min, options.door_height_max, 0.15);
-  door -= 4 * std::max(0.0, opening.sill - wall.floor - 0.1) / 0.2;
-  door += lintel ? 1.5 : -2;
+  door -= 3 * outside(opening.width(), options.door_width_min, width_max, 0.1);
+  if (!passage) door -= 2 * outside(height, options.door_height_min, options.door_height_max, 0.15);
+  door -= 4 * std::max(0.0, opening.sill - wall.floor - 0.2) / 0.2;
+  door += lintel ? 1.5 : passage ? 0 : -2;
   // Rays that met nothing went through it, out of the site.
   const double unclosed = opening.seen_through  ? 1.5
                           : opening.empty > 0.6 ? 1
@@ -176,10 +203,12 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
   for (const float face : raster.face) on_face.push_back(std::abs(face - plane) < kLevelFace);
   std::vector<Opening> found;
   const int jamb = static_cast<int>(kJamb / raster.column);
+  // In a voxel map places are known to half of a voxel: a wall across its grid looks as if it had steps.
+  const double shallow = std::max(kShallow, options.voxel / 2);
   for (int c = 0; c < raster.columns;) {
     const double recess = raster.face[static_cast<std::size_t>(c)] - plane;
     int end = c + 1;
-    if (recess > kShallow) {
+    if (recess > shallow) {
       while (end < raster.columns &&
              std::abs(raster.face[static_cast<std::size_t>(end)] - plane - recess) < 1.5 * kLevelFace)
         ++end;
@@ -207,6 +236,7 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
 bool same_hole(const Opening& a, const WallCandidate& wall_a, const Opening& b, const WallCandidate& wall_b) {
   constexpr double kThickest = 0.45;  // m, of a wall
   if (std::abs(std::remainder(wall_a.yaw() - wall_b.yaw(), EIGEN_PI)) > 0.1) return false;
+  if (!on_same_storey(wall_a, wall_b)) return false;
   const Eigen::Vector2d along = (wall_a.end - wall_a.start).normalized();
   const Eigen::Vector2d along_b = (wall_b.end - wall_b.start).normalized();
   const Eigen::Vector2d p = wall_b.start + b.from * along_b - wall_a.start,

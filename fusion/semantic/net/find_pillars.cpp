@@ -16,6 +16,7 @@ constexpr double kTall = 0.65;      ///< minimum fraction of occupied slices of 
 constexpr double kMaxLayers = 200;  ///< of kCell, of a pillar's height
 constexpr std::size_t kFirst = 3;   ///< the lowest layers may be hidden
 constexpr double kAgainstWall = 3, kBehind = 0.15, kLongWall = 1.5;  ///< of the score; m; m
+constexpr double kCarriesNothing = 2;                                ///< of the score
 constexpr double kSolid = 0.7;                                       ///< coverage
 constexpr double kFromWall = 0.15;                                   ///< m: nearer points belong to the wall
 
@@ -53,12 +54,28 @@ bool against_wall(const WallCandidates& walls, const PillarCandidate& pillar) {
   });
 }
 
-}  // namespace
+/// Whether the ceiling was measured around it, and nothing between its top and the ceiling: it carries none.
+bool ends_free(const PlanPoints& points, const PillarCandidate& pillar, double ceiling) {
+  constexpr double kAround = 0.4, kNear = 0.12, kGap = 0.5;  // m
+  if (ceiling - pillar.top < kGap) return false;
+  bool over = false, between = false;
+  points.near_segment(pillar.low, pillar.high, kAround, [&](const PlanPoints::Point& point) {
+    const Eigen::Vector2d p = point.p.head<2>().cast<double>();
+    const auto within = [&](double margin) {
+      return (p.array() > pillar.low.array() - margin).all() &&
+             (p.array() < pillar.high.array() + margin).all();
+    };
+    const double z = static_cast<double>(point.p.z());
+    over = over || (within(kAround) && std::abs(z - ceiling) < kNear);
+    between = between || (within(kNear) && z > pillar.top + kGap / 2 && z < ceiling - kNear);
+  });
+  return over && !between;
+}
 
-std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCandidates& walls,
-                                          const Levels& levels) {
+/// Pillars that are seen from `floor` (m) up to the height of a head.
+std::vector<PillarCandidate> pillars_over(const PlanPoints& points, const WallCandidates& walls,
+                                          const Levels& levels, double floor) {
   std::vector<PillarCandidate> pillars;
-  const double floor = levels.floor();
   const double to = std::min(kTo, (levels.ceiling() ? *levels.ceiling() : levels.top()) - floor - 0.15);
   if (to < 1.6) return pillars;
   Eigen::AlignedBox2d bounds;
@@ -105,6 +122,7 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
       const Eigen::Vector2d centre = 0.5 * (pillar.low + pillar.high);
       if (near_wall(walls, centre)) continue;
       pillar.floor = levels.under(centre, floor + 0.2);
+      if (floor != levels.floor() && std::abs(pillar.floor - floor) > 0.2) continue;
       std::vector<bool> layers;
       Eigen::AlignedBox2d tight;
       points.near_segment(pillar.low, pillar.high, 0.5, [&](const PlanPoints::Point& point) {
@@ -125,11 +143,30 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
       const double height = pillar.top - pillar.floor;
       pillar.score = 1.5 - 4 * std::max(0.0, widest - 0.6) / 0.2 - 4 * std::max(0.0, 1.9 - height) / 0.2;
       pillar.score -= 2 * std::max(0.0, 0.08 - narrow) / 0.03;  // an edge that a few beams grazed
-      if (levels.ceiling()) pillar.score += *levels.ceiling() - pillar.top < 0.5 ? 1 : -1;
-      const bool slender = narrow < 0.15,
-                 ends_below = levels.ceiling() && *levels.ceiling() - pillar.top > 0.3;
+      const double ceiling = levels.over(centre, pillar.top);
+      if (levels.ceiling()) pillar.score += ceiling - pillar.top < 0.5 ? 1 : -1;
+      if (levels.ceiling() && ends_free(points, pillar, ceiling)) pillar.score -= kCarriesNothing;
+      const bool slender = narrow < 0.15, ends_below = levels.ceiling() && ceiling - pillar.top > 0.3;
       if ((slender || ends_below) && against_wall(walls, pillar)) pillar.score -= kAgainstWall;
       pillars.push_back(pillar);
+    }
+  }
+  return pillars;
+}
+
+}  // namespace
+
+std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCandidates& walls,
+                                          const Levels& levels) {
+  std::vector<PillarCandidate> pillars;
+  for (const double floor : levels.floors()) {
+    for (PillarCandidate& pillar : pillars_over(points, walls, levels, floor)) {
+      const auto same = [&](const PillarCandidate& other) {
+        return (pillar.low.array() < other.high.array()).all() &&
+               (other.low.array() < pillar.high.array()).all() && pillar.floor < other.top &&
+               other.floor < pillar.top;
+      };
+      if (std::none_of(pillars.begin(), pillars.end(), same)) pillars.push_back(pillar);
     }
   }
   return pillars;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/semantic/net/wall_storeys.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -71,7 +73,7 @@ void weigh_free_standing(const PlanPoints& points, std::vector<WallCandidate>& w
     if (!ends_below_ceiling(walls[a])) continue;
     for (std::size_t b = 0; b < walls.size() && !free[a]; ++b) {
       const WallCandidate &face = walls[a], &other = walls[b];
-      if (b == a || other.curve != kNoCurve) continue;
+      if (b == a || other.curve != kNoCurve || !on_same_storey(face, other)) continue;
       if (!ends_below_ceiling(other)) {  // a wall behind it
         free[a] = other.score > 0 && std::abs(other.ceiling - face.ceiling) < kSameTop &&
                   is_thing(face, other, kAlike * face.length());

@@ -98,7 +98,10 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
   for (std::size_t w = 0; w < labelling.walls.size(); ++w) {
     const EntityLabel label =
         is_other_face(candidates.walls.walls, labelling, w) ? EntityLabel::wall : labelling.walls[w].label;
-    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces) of_surface[surface] = label;
+    // A surface may go through several storeys.
+    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces) {
+      if (of_surface[surface] != EntityLabel::wall) of_surface[surface] = label;
+    }
   }
   for (std::size_t h = 0; h < labelling.horizontals.size(); ++h)
     of_surface[segmentation.verticals.size() + h] = labelling.horizontals[h].label;

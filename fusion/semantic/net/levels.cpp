@@ -206,6 +206,7 @@ void Levels::find_parts() {
 void Levels::find_raised() {
   constexpr double kClimb = 0.25, kHigh = 1.4, kNext = 1.0;  // m
   constexpr double kLowGround = 0.7;  // m, below a room's floor; worktops begin above that
+  constexpr double kDeck = 20;        // m^2: wider than worktops
   const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
   std::vector<std::size_t> raised;
   for (std::size_t h = 0; h < all.size(); ++h) {
@@ -219,7 +220,7 @@ void Levels::find_raised() {
       if (all[g].faces_down || under <= 0 || under > kHigh) continue;
       if (plan.exteriorDistance(Eigen::AlignedBox2d(all[g].low, all[g].high)) > kNext) continue;
       between.push_back(all[g].z);
-      const bool is_room = evidence_[h].walled > kWalled && under < kLowGround;
+      const bool is_room = evidence_[h].walled > kWalled && (under < kLowGround || all[h].area > kDeck);
       const bool wider = all[h].area > kStorey && (all[h].area > all[g].area || is_room);
       if (under < kClimb || wider || floor_score(g) <= 0) continue;
       over_floor = true;
@@ -243,6 +244,19 @@ void Levels::find_scattered() {
     ceilings += ceiling_score(h) > 0 ? all[h].area : 0;
   }
   if (ceilings < kOfFloor * floors) ceiling_part_.assign(all.size(), 2 * kPart);
+}
+
+std::vector<double> Levels::floors() const {
+  constexpr double kWide = 10, kOther = 0.5;  // m^2; m
+  std::vector<double> floors{floor_};
+  for (std::size_t h = 0; h < segmentation_.horizontals.size(); ++h) {
+    const HorizontalSurface& surface = segmentation_.horizontals[h];
+    if (surface.area < kWide || floor_score(h) <= 0) continue;
+    const bool other =
+        std::all_of(floors.begin(), floors.end(), [&](double z) { return std::abs(z - surface.z) > kOther; });
+    if (other) floors.push_back(surface.z);
+  }
+  return floors;
 }
 
 double Levels::floor_score(std::size_t i) const {

@@ -23,6 +23,8 @@ class Levels {
 
   const std::vector<LevelEvidence>& evidence() const { return evidence_; }  ///< per horizontal surface
   double floor() const { return floor_; }  ///< m, of the main floor, else the cloud's lower end
+  /// m, of the main floor, then of others that are wide, too, and at other heights.
+  std::vector<double> floors() const;
   std::optional<double> ceiling() const { return ceiling_; }  ///< m, of the main ceiling
   double top() const { return top_; }  ///< m, upper end of the measurements (99.5th percentile)
 

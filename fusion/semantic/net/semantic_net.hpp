@@ -16,9 +16,11 @@ namespace parhelion::semantic {
 
 struct SemanticNetOptions {
   double door_width_min = 0.6, door_width_max = 1.3;    ///< m
+  double double_door_width_max = 2.2;                   ///< m, of one under a lintel that was measured
   double door_height_min = 1.9, door_height_max = 2.4;  ///< m
   double rise_min = 0.10, rise_max = 0.24;              ///< m, of a step
   double tread_min = 0.18, tread_max = 1.2;             ///< m
+  double voxel = 0;                                     ///< m, side of the voxels of a voxel map; 0: none
 };
 
 /// Why an entity got its label: for reports and for the picture of the net.

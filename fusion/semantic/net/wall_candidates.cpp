@@ -8,7 +8,9 @@
 #include <numeric>
 
 #include "fusion/semantic/net/free_standing.hpp"
+#include "fusion/semantic/net/hanging_wall.hpp"
 #include "fusion/semantic/net/mirrored_walls.hpp"
+#include "fusion/semantic/net/wall_storeys.hpp"
 #include "fusion/semantic/net/weigh_walls.hpp"
 
 namespace parhelion::semantic {
@@ -184,8 +186,14 @@ double wall_score(const WallCandidate& wall) {
 
 /// Fraction of its length that is openings: pillars with gaps between them are no wall.
 double open_length(const WallCandidate& wall, const std::vector<Opening>& openings) {
+  constexpr double kFloor = 0.6;  // of its width
   double sum = 0;
-  for (const Opening& opening : openings) sum += opening.seen_through ? opening.width() : 0;
+  for (const Opening& opening : openings) {
+    // Without viewpoints it is open where nothing closes it, and the floor goes on.
+    const bool open = wall.raster.viewpoints_known ? opening.seen_through
+                                                   : opening.closed <= 0.35 && opening.sill_floor > kFloor;
+    sum += open ? opening.width() : 0;
+  }
   return sum / wall.length();
 }
 
@@ -255,7 +263,7 @@ std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segme
   measure_coverage(wall, openings);
   measure_sight(wall, openings);
   wall.one_sided = one_sided(points, wall);
-  wall.score = wall_score(wall) - (carries_top(segmentation, wall) ? 5 : 0) -
+  wall.score = wall_score(wall) - (carries_top(segmentation, wall) ? 5 : 0) - (hangs(points, wall) ? 12 : 0) -
                10 * std::max(0.0, open_length(wall, openings) - 0.5);
   return openings;
 }
@@ -270,6 +278,10 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     openings[w] = measure(points, segmentation, levels, w, options, found.walls[w]);
   };
   tbb::parallel_for(std::size_t{0}, openings.size(), measure_wall);
+  for (const std::size_t w : split_by_storey(segmentation, levels, found.walls)) {
+    openings.resize(found.walls.size());
+    measure_wall(w);
+  }
   average_curve_scores(found.walls);
   for (const std::size_t w : weigh_mirrored(points, found.walls)) measure_wall(w);
   for (const std::vector<Opening>& of_wall : openings)

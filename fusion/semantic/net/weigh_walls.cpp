@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "fusion/semantic/net/wall_storeys.hpp"
 #include "fusion/semantic/net/wall_support.hpp"
 #include "protocols/nearest_on_segment.hpp"
 
@@ -30,6 +31,26 @@ double length_along_straight(const std::vector<WallCandidate>& walls,
   return longest;
 }
 
+/// Whether the facets of a round wall go around what is seen from outside and no larger than a tank.
+bool is_round_body(const std::vector<const WallCandidate*>& facets) {
+  constexpr double kRadius = 1.4, kTurn = 3.2, kMinOutside = 0.5;  // m, rad, of its length
+  double length = 0, outside = 0;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (const WallCandidate* facet : facets) {
+    length += facet->length();
+    centre += 0.5 * (facet->start + facet->end) * facet->length();
+  }
+  centre /= length;
+  double turn = 0;
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const WallCandidate& facet = *facets[f];
+    if (f > 0) turn += std::abs(std::remainder(facet.yaw() - facets[f - 1]->yaw(), 2 * EIGEN_PI));
+    const Eigen::Vector2d inwards = centre - 0.5 * (facet.start + facet.end);
+    outside += facet.raster.away.dot(inwards) > 0 ? facet.length() : 0;
+  }
+  return turn > kTurn && length < kRadius * turn && outside > kMinOutside * length;
+}
+
 /// A round wall exists where its facets are measured over their height, and no straight one says the same: an
 /// arc may fit the ends of many things and cross the room between them.
 void weigh_curves(std::vector<WallCandidate>& walls) {
@@ -42,10 +63,14 @@ void weigh_curves(std::vector<WallCandidate>& walls) {
       supported[wall.curve] += stretch.to - stretch.from;
     facets[wall.curve].push_back(&wall);
   }
-  for (const auto& [curve, of_curve] : facets) straight[curve] = length_along_straight(walls, of_curve);
+  std::map<std::uint32_t, bool> body;
+  for (const auto& [curve, of_curve] : facets) {
+    straight[curve] = length_along_straight(walls, of_curve);
+    body[curve] = is_round_body(of_curve);
+  }
   for (WallCandidate& wall : walls) {
     if (wall.curve != kNoCurve && (supported[wall.curve] < kSupported * wall.round_length ||
-                                   straight[wall.curve] > kStraight * wall.round_length))
+                                   straight[wall.curve] > kStraight * wall.round_length || body[wall.curve]))
       wall.score -= kUnsupported;
   }
 }
@@ -75,6 +100,7 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
 bool stands_behind(const WallCandidate& wall, const WallCandidate& front) {
   constexpr double kDepthMin = 0.12, kDepthMax = 0.8, kAlike = 0.12;  // m, m, rad
   if (std::abs(std::remainder(wall.yaw() - front.yaw(), EIGEN_PI)) > kAlike) return false;
+  if (!on_same_storey(wall, front)) return false;
   if (wall.raster.away.dot(front.raster.away) < 0) return false;
   const Eigen::Vector2d along = (wall.end - wall.start).normalized();
   const double depth = front.raster.away.dot(0.5 * (wall.start + wall.end) - 0.5 * (front.start + front.end));

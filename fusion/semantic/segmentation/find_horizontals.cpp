@@ -194,7 +194,7 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   of_tiles.clear();
   std::sort(plates.begin(), plates.end(), by_place);
 
-  const std::vector<std::uint32_t> part = join_plates(plates);
+  const std::vector<std::uint32_t> part = join_plates(plates, site.cell());
   std::vector<std::uint32_t> by_part(plates.size());
   std::iota(by_part.begin(), by_part.end(), 0U);
   std::stable_sort(by_part.begin(), by_part.end(),

@@ -43,39 +43,15 @@ std::int64_t cell_key(std::int64_t x, std::int64_t y) { return (y << 32) + x; }
 
 constexpr float kFarthest = 0.031F;  // m, a little more than kMaxHeightStep
 
-}  // namespace
-
-bool by_place(const Plate& a, const Plate& b) {
-  const std::int64_t one = cell_key(a.x, a.y), other = cell_key(b.x, b.y);
-  return one != other ? one < other : a.z < b.z;
-}
-
-std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
-  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
-  std::iota(parent.begin(), parent.end(), 0U);
-  // What a plate's neighbours need of it first, close together in memory.
+/// Calls visit(i, j) once for each two plates within reach of which the heights may be those of one surface.
+template <class Visit>
+void for_each_pair(const std::vector<Plate>& plates, Visit&& visit) {
   std::vector<std::int64_t> cell;
   std::vector<float> z;
-  std::vector<std::uint8_t> flat;
   for (const Plate& plate : plates) {
     cell.push_back(cell_key(plate.x, plate.y));
     z.push_back(plate.z);
-    flat.push_back(is_flat(plate) ? 1 : 0);
   }
-  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
-    const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
-    if (host[child] == kNoSurface || apart(i) < apart(host[child])) host[child] = i;
-  };
-  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
-    const bool one = flat[i] != 0, other = flat[j] != 0;
-    if ((!one && !other) || !of_one_height(plates[i], plates[j])) return;
-    if (one && other) {
-      const auto a = root(parent, i), b = root(parent, j);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-    if (one && !other) adopt(i, j);
-    if (other && !one) adopt(j, i);
-  };
   // Where the neighbours in each row begin and end: these places move on with the plates.
   struct Range {
     std::uint32_t begin = 0, end = 0;
@@ -91,14 +67,107 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
       while (end < cell.size() && cell[end] <= to) ++end;
       for (std::uint32_t j = begin; j < end; ++j) {
         // Most are at other heights.
-        if (std::abs(z[j] - z[i]) <= kFarthest) meet(i, j);
+        if (std::abs(z[j] - z[i]) <= kFarthest) visit(i, j);
       }
     }
   }
+}
+
+/// Numbers the components; those marked `apart` join nothing.
+std::vector<std::uint32_t> components(const std::vector<Plate>& plates, const std::vector<bool>& apart) {
+  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
+  std::iota(parent.begin(), parent.end(), 0U);
+  // What a plate's neighbours need of it first, close together in memory.
+  std::vector<std::uint8_t> flat;
+  for (const Plate& plate : plates) flat.push_back(is_flat(plate) ? 1 : 0);
+  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
+    const auto away = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
+    if (host[child] == kNoSurface || away(i) < away(host[child])) host[child] = i;
+  };
+  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+    const bool one = flat[i] != 0, other = flat[j] != 0;
+    if ((!one && !other) || apart[i] || apart[j] || !of_one_height(plates[i], plates[j])) return;
+    if (one && other) {
+      const auto a = root(parent, i), b = root(parent, j);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+    if (one && !other) adopt(i, j);
+    if (other && !one) adopt(j, i);
+  };
+  for_each_pair(plates, meet);
   std::vector<std::uint32_t> part(plates.size());
   for (std::uint32_t i = 0; i < plates.size(); ++i)
     part[i] = root(parent, host[i] == kNoSurface ? i : host[i]);
   return part;
+}
+
+/// Parts of more height than one floor has, most of which is level: a ramp joins floors of its ends.
+std::vector<bool> with_ramps(const std::vector<Plate>& plates, const std::vector<std::uint32_t>& part) {
+  constexpr std::size_t kFewest = 400;  // cells: 2.4 m^2
+  constexpr float kRise = 0.35F;        // m, between the lowest and the highest 5 %
+  std::vector<std::vector<float>> heights(plates.size());
+  for (std::size_t i = 0; i < plates.size(); ++i) heights[part[i]].push_back(plates[i].z);
+  std::vector<bool> tall(plates.size());
+  for (std::size_t p = 0; p < heights.size(); ++p) {
+    const std::size_t n = heights[p].size(), low = n / 20, high = n - 1 - low;
+    if (n < kFewest) continue;
+    std::sort(heights[p].begin(), heights[p].end());
+    tall[p] = heights[p][high] - heights[p][low] > kRise;
+  }
+  return tall;
+}
+
+/// Sums over the neighbours of a plate, from which its slope follows.
+struct SlopeSums {
+  double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0, n = 0;
+  /// In m per cell; 0 where the neighbours lie in a row.
+  double steepness() const {
+    const double det = xx * yy - xy * xy;
+    if (n < 8 || det < 1e-3 * xx * yy) return 0;
+    return std::hypot(yy * xz - xy * yz, xx * yz - xy * xz) / det;
+  }
+};
+
+/// Plates on the ramps of parts that have some; none where a part is mostly steep, as of a street on a hill.
+std::vector<bool> on_ramps(const std::vector<Plate>& plates, const std::vector<std::uint32_t>& part,
+                           double cell) {
+  constexpr double kSteep = 0.05, kMaxSteep = 0.4;  // m per m; of the part's plates
+  const std::vector<bool> tall = with_ramps(plates, part);
+  std::vector<bool> steep(plates.size());
+  if (std::none_of(tall.begin(), tall.end(), [](bool is) { return is; })) return steep;
+  std::vector<SlopeSums> sums(plates.size());
+  for_each_pair(plates, [&](std::uint32_t i, std::uint32_t j) {
+    if (part[i] != part[j] || !tall[part[i]]) return;
+    const double dx = plates[j].x - plates[i].x, dy = plates[j].y - plates[i].y,
+                 dz = static_cast<double>(plates[j].z - plates[i].z);
+    for (const std::uint32_t k : {i, j}) {  // the reversed difference has the same products
+      SlopeSums& of = sums[k];
+      of.xx += dx * dx, of.xy += dx * dy, of.yy += dy * dy, of.xz += dx * dz, of.yz += dy * dz, ++of.n;
+    }
+  });
+  std::vector<std::size_t> all(plates.size()), inclined(plates.size());
+  for (std::size_t i = 0; i < plates.size(); ++i) {
+    steep[i] = sums[i].steepness() > kSteep * cell;
+    ++all[part[i]], inclined[part[i]] += steep[i] ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < plates.size(); ++i)
+    steep[i] =
+        steep[i] && static_cast<double>(inclined[part[i]]) < kMaxSteep * static_cast<double>(all[part[i]]);
+  return steep;
+}
+
+}  // namespace
+
+bool by_place(const Plate& a, const Plate& b) {
+  const std::int64_t one = cell_key(a.x, a.y), other = cell_key(b.x, b.y);
+  return one != other ? one < other : a.z < b.z;
+}
+
+std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates, double cell) {
+  const std::vector<std::uint32_t> part = components(plates, std::vector<bool>(plates.size()));
+  const std::vector<bool> ramps = on_ramps(plates, part, cell);
+  if (std::none_of(ramps.begin(), ramps.end(), [](bool is) { return is; })) return part;
+  return components(plates, ramps);
 }
 
 }  // namespace parhelion::semantic

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 
 #include "fusion/semantic/net/semantic_net.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
@@ -124,6 +125,70 @@ TEST(BuildingOrThing, ARowOfLockersAlongAWholeWallIsNoWall) {
   const SemanticNet net = labelled(cloud);
   EXPECT_EQ(wall_length(net, {Eigen::Vector2d(7, 0.5), Eigen::Vector2d(7.7, 5.5)}), 0);
   EXPECT_GT(wall_length(net, {Eigen::Vector2d(7.8, 0.5), Eigen::Vector2d(8.2, 5.5)}), 5);
+}
+
+// Seen from both sides, it hides nothing of the floor under it.
+TEST(BuildingOrThing, WhatHangsOverTheFloorIsNoWall) {
+  for (const double foot : {0.4, 2.0}) {
+    CloudSampler sampler(500, 0.004, 28);
+    sampler.room({0, 0}, {8, 6}, 0, 2.6);
+    for (const double y : {3.0, 3.05}) sampler.wall({0.1, y}, {7.9, y}, foot, 2.55);
+    for (const double x : {2.6, 5.2}) sampler.wall({x, 3.02}, {x + 0.3, 3.02}, 0, 2.55);
+    const SemanticNet net = labelled(sampler.cloud());
+    EXPECT_EQ(wall_length(net, {Eigen::Vector2d(1, 2), Eigen::Vector2d(7, 4)}), 0) << foot;
+  }
+}
+
+// The ramp joins both decks without a step.
+TEST(BuildingOrThing, FloorsAtBothEndsOfARampAreFloors) {
+  CloudSampler sampler(500, 0.004, 29);
+  sampler.slab({0, 0}, {10, 10}, 0);
+  sampler.slab({16, 0}, {26, 10}, 1.4);
+  sampler.rectangle({10, 0, 0}, {6, 0, 1.4}, {0, 4, 0});
+  sampler.slab({0, 0}, {26, 10}, 4.0);
+  for (const double y : {0.0, 10.0}) {
+    sampler.wall({0, y}, {16, y}, 0, 4.0);
+    sampler.wall({16, y}, {26, y}, 1.4, 4.0);
+  }
+  sampler.wall({0, 0}, {0, 10}, 0, 4.0);
+  sampler.wall({26, 0}, {26, 10}, 1.4, 4.0);
+  sampler.wall({16, 4}, {16, 10}, 0, 1.4);
+  sampler.slab({10, 4}, {16, 10}, 0);
+  const cloud::PointCloud<Map> cloud = sampler.cloud();
+  const SemanticNet net = labelled(cloud);
+  for (const auto& [low, high, z] : {std::tuple{0.5, 9.5, 0.0}, {16.5, 25.5, 1.4}}) {
+    const Eigen::AlignedBox3d deck(Eigen::Vector3d(low, 0.5, z - 0.02), Eigen::Vector3d(high, 9.5, z + 0.02));
+    EXPECT_GT(fraction(cloud, net, EntityLabel::floor, deck), 0.9) << z;
+  }
+}
+
+long pillars_in(const SemanticNet& net, const Eigen::AlignedBox2d& plan) {
+  return std::count_if(net.entities.begin(), net.entities.end(), [&](const ModelEntity& e) {
+    return e.label == EntityLabel::pillar && plan.contains(e.T_map_body.translation().head<2>().eval());
+  });
+}
+
+void add_post(CloudSampler& sampler, const Eigen::Vector2d& at, double side, double low, double high) {
+  const Eigen::Vector2d a = at.array() - side / 2, c = at.array() + side / 2, b(c.x(), a.y()),
+                        d(a.x(), c.y());
+  for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, d}, {d, a}}) sampler.wall(from, to, low, high);
+}
+
+TEST(BuildingOrThing, PillarsStandOnEachFloorAndCarryACeiling) {
+  CloudSampler sampler(500, 0.004, 30);
+  sampler.room({0, 0}, {12, 10}, 0, 4);
+  sampler.slab({12.2, 0}, {20, 10}, 1.4);
+  sampler.slab({12.2, 0}, {20, 10}, 4);
+  sampler.wall({12.2, 0}, {20, 0}, 1.4, 4);
+  sampler.wall({12.2, 10}, {20, 10}, 1.4, 4);
+  sampler.wall({20, 0}, {20, 10}, 1.4, 4);
+  add_post(sampler, {4, 5}, 0.35, 0, 4);
+  add_post(sampler, {8, 5}, 0.12, 0, 2.6);  // a mast
+  add_post(sampler, {16, 5}, 0.35, 1.4, 4);
+  const SemanticNet net = labelled(sampler.cloud());
+  EXPECT_EQ(pillars_in(net, {Eigen::Vector2d(3.5, 4.5), Eigen::Vector2d(4.5, 5.5)}), 1);
+  EXPECT_EQ(pillars_in(net, {Eigen::Vector2d(7.5, 4.5), Eigen::Vector2d(8.5, 5.5)}), 0);
+  EXPECT_EQ(pillars_in(net, {Eigen::Vector2d(15.5, 4.5), Eigen::Vector2d(16.5, 5.5)}), 1);
 }
 
 TEST(BuildingOrThing, AThinPartitionAndAThickWallStayWalls) {

@@ -83,6 +83,32 @@ TEST(WeighWalls, AnArcStaysThatAStraightWallTouches) {
   EXPECT_EQ(scores(walls)[0], kScore);
 }
 
+/// Facets around the origin, seen from outside or from inside.
+std::vector<WallCandidate> ring(double radius, double turn, bool from_outside) {
+  constexpr int kFacets = 12;
+  std::vector<WallCandidate> facets;
+  for (int k = 0; k < kFacets; ++k) {
+    const auto corner = [&](int i) {
+      const double at = turn * i / kFacets;
+      return Eigen::Vector2d(radius * std::cos(at), radius * std::sin(at));
+    };
+    WallCandidate facet = surface(2, 1, 1);
+    facet.start = corner(k), facet.end = corner(k + 1);
+    const Eigen::Vector2d outwards = (facet.start + facet.end).normalized();
+    facet.raster.away = from_outside ? (-outwards).eval() : outwards;
+    facet.curve = 0, facet.round_length = radius * turn;
+    facets.push_back(facet);
+  }
+  return facets;
+}
+
+TEST(WeighWalls, WhatIsRoundAndSeenFromOutsideIsATank) {
+  EXPECT_LT(scores(ring(1, 4, true))[0], 0);
+  EXPECT_EQ(scores(ring(1, 4, false))[0], kScore) << "the inside of a round room";
+  EXPECT_GT(scores(ring(1, 2, true))[0], 0) << "a round corner";
+  EXPECT_EQ(scores(ring(3, 4, true))[0], kScore) << "a round building";
+}
+
 /// An upright surface up to `top`, whose far side is in the direction `away`.
 WallCandidate side(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const Eigen::Vector2d& away,
                    double top) {
