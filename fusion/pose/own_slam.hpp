@@ -12,13 +12,14 @@
 namespace parhelion::pose {
 
 /// The motion during a sweep: as the caller knows it, where odometry has no fault; otherwise as `odometry`,
-/// the twist of what has arrived, and `tracking` say.
+/// what has arrived, and `tracking` say.
 inline SweepMotion sweep_motion(const SlamOptions& options, const ScanTracking& tracking, SensorTime stamp,
-                                const Twist2& odometry) {
-  if (options.sweep_motion && tracking.fault() == OdometryFault::none) {
+                                const SweepMotion& odometry) {
+  if (tracking.fault() != OdometryFault::none) return tracking.twist_at(odometry.twist);
+  if (options.sweep_motion) {
     if (const auto known = options.sweep_motion(stamp)) return *known;
   }
-  return tracking.twist_at(odometry);
+  return odometry;
 }
 
 /// In slam_mapper.cpp.

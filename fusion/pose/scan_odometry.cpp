@@ -13,9 +13,40 @@ double cautious(double brief, double lasting) {
   return std::copysign(std::min(std::abs(brief), std::abs(lasting)), brief);
 }
 
+/// Shorter sweeps are over before the twist changes, and stamps of odometry jitter by some part of that.
+constexpr Duration kLongSweep = milliseconds(60);
+/// Of a sweep: by so much may odometry end before it does.
+constexpr double kMissing = 0.25;
+
 }  // namespace
 
-std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp,
+std::optional<ScanOdometry::Step> ScanOdometry::step_to(const Scan& scan, const LaserDescription& laser,
+                                                        const std::optional<Attitude>& attitude) {
+  if (scan.ranges.empty()) return step_to(scan.stamp, {}, {}, attitude);
+  const Duration a = laser.beam_time(0, scan), b = laser.beam_time(scan.ranges.size() - 1, scan);
+  return step_to(scan.stamp, std::min(a, b), std::max(a, b), attitude);
+}
+
+/// From its beginning to its middle, and from there to its end; the twist changes evenly in between.
+std::optional<SweepMotion> ScanOdometry::during(SensorTime stamp, Duration first_beam,
+                                                Duration last_beam) const {
+  const double half = (last_beam - first_beam).seconds() / 2;
+  if (2 * half < kLongSweep.seconds()) return std::nullopt;
+  const auto begin = track_.at(stamp + first_beam), middle = track_.at(stamp + first_beam + seconds(half)),
+             end = track_.at(stamp + last_beam);
+  if (!begin || !middle || !end || end->ahead > kMissing * 2 * half) return std::nullopt;
+  const Twist2 before = twist_between(begin->T_odom_base, middle->T_odom_base, half),
+               after = twist_between(middle->T_odom_base, end->T_odom_base, half);
+  const Twist2 acceleration{(after.vx - before.vx) / half, (after.vy - before.vy) / half,
+                            (after.wz - before.wz) / half};
+  const double to_stamp = -(first_beam.seconds() + half / 2);  // s, from when it moves as `before`
+  return SweepMotion({before.vx + to_stamp * acceleration.vx, before.vy + to_stamp * acceleration.vy,
+                      before.wz + to_stamp * acceleration.wz},
+                     acceleration);
+}
+
+std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp, Duration first_beam,
+                                                        Duration last_beam,
                                                         const std::optional<Attitude>& attitude) {
   if (!latest_) return std::nullopt;
   Step result;
@@ -30,6 +61,11 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp,
                       cautious(there->twist.wz, mean.wz)};
     }
   }
+  result.sweep = result.twist;
+  if (const auto known = during(stamp, first_beam, last_beam)) {
+    result.sweep = *known;
+    result.twist = known->twist;
+  }
   if (latest_->stamp == stamp) T_odom_base = planar(latest_->T_odom_base);
   if (!T_odom_base) {
     result.known = false;
@@ -40,7 +76,8 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp,
   if (attitude) {
     const double along = std::cos(attitude->pitch), across = std::cos(attitude->roll);
     result.step = {along * result.step.x, across * result.step.y, result.step.yaw};
-    result.twist = {along * result.twist.vx, across * result.twist.vy, result.twist.wz};
+    for (Twist2* twist : {&result.twist, &result.sweep.twist, &result.sweep.acceleration})
+      *twist = {along * twist->vx, across * twist->vy, twist->wz};
   }
   return result;
 }

@@ -6,6 +6,8 @@
 #include "fusion/pose/attitude_track.hpp"
 #include "fusion/pose/odometry_correction.hpp"
 #include "fusion/pose/odometry_track.hpp"
+#include "fusion/pose/sweep_motion.hpp"
+#include "protocols/scan.hpp"
 
 namespace parhelion::pose {
 
@@ -14,6 +16,7 @@ class ScanOdometry {
   struct Step {
     Pose2 step;         ///< of the base since the previous scan; identity at the first
     Twist2 twist;       ///< at the scan
+    SweepMotion sweep;  ///< at that twist; during a long sweep as odometry went meanwhile, if it has arrived
     bool known = true;  ///< false: odometry has no sample for that instant, `step` is identity
   };
 
@@ -28,9 +31,18 @@ class ScanOdometry {
   /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
   /// used directly: in recordings with stamps that go backwards, file order is correct. `attitude`: of the
   /// base at the scan, where it is measured; wheels measure the way along a slope.
-  std::optional<Step> step_to(SensorTime stamp, const std::optional<Attitude>& attitude = {});
+  std::optional<Step> step_to(SensorTime stamp, const std::optional<Attitude>& attitude = {}) {
+    return step_to(stamp, {}, {}, attitude);
+  }
+  /// The same for a scan of `laser`.
+  std::optional<Step> step_to(const Scan& scan, const LaserDescription& laser,
+                              const std::optional<Attitude>& attitude = {});
 
  private:
+  std::optional<Step> step_to(SensorTime stamp, Duration first_beam, Duration last_beam,
+                              const std::optional<Attitude>& attitude);
+  std::optional<SweepMotion> during(SensorTime stamp, Duration first_beam, Duration last_beam) const;
+
   CorrectedOdometry corrected_;
   OdometryTrack track_{seconds(2), milliseconds(500)};
   std::optional<Odometry> latest_;

@@ -26,9 +26,9 @@ class Mapper final : public Slam {
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
     const auto attitude = attitude_.at(scan.stamp);
-    const auto step = odometry_.step_to(scan.stamp, attitude);
+    const auto step = odometry_.step_to(scan, *robot_.laser, attitude);
     if (!step) return std::nullopt;
-    const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->twist);
+    const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     const SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet

@@ -203,6 +203,29 @@ TEST(ScanOdometry, StampJitterDoesNotInflateTheSpeed) {
   EXPECT_GT(fastest, 0.8 * 1.6) << "without caution";
 }
 
+TEST(ScanOdometry, FollowsARobotThatBeginsToTurnDuringALongSweep) {
+  constexpr double acceleration = 2;  // rad/s^2
+  LaserDescription laser;
+  laser.beam_interval = 0.16 / 359;
+  const Scan scan{SensorTime{} + seconds(1.2), std::vector<float>(360, 1.0F), {}, 0, 0.01745F, {}, {}};
+  const auto yaw_at = [](double t) { return t < 1 ? 0 : acceleration * (t - 1) * (t - 1) / 2; };
+  for (const double arrived : {1.4, 1.2}) {
+    ScanOdometry odometry;
+    for (double t = 0; t < arrived + 1e-9; t += 0.02)
+      odometry.add({SensorTime{} + seconds(t), transform<Odom, Base>(Pose2{0, 0, yaw_at(t)})});
+    const auto step = odometry.step_to(scan, laser);
+    ASSERT_TRUE(step);
+    for (const double dt : {0.04, 0.08, 0.16}) {
+      const double off = std::abs(step->sweep.after(dt).yaw - (yaw_at(1.2 + dt) - yaw_at(1.2)));
+      if (arrived > 1.36) {
+        EXPECT_LT(off, 0.001) << dt;
+      } else {
+        EXPECT_LT(off, 0.1) << dt << ": by what it was before";
+      }
+    }
+  }
+}
+
 TEST(ScanOdometry, PairsSamplesWithScansByStampInAnyOrder) {
   ScanOdometry odometry;
   odometry.add({SensorTime{} + seconds(10), transform<Odom, Base>(Pose2{1, 0, 0})});

@@ -74,10 +74,10 @@ MrptEngine::MrptEngine(const RobotDescription& robot)
 
 std::optional<PoseEstimate> MrptEngine::add(const Scan& scan) {
   const auto attitude = attitude_.at(scan.stamp);
-  const auto step = odometry_.step_to(scan.stamp, attitude);
+  const auto step = odometry_.step_to(scan, *robot_.laser, attitude);
   if (!step || scan.ranges.size() < 2) return std::nullopt;
   const LaserDescription& laser = *robot_.laser;
-  const ScanPoints points = deskewed(scan, laser, step->twist, attitude);
+  const ScanPoints points = deskewed(scan, laser, step->sweep, attitude);
   SlamState state = SlamState::tracking;
   try {
     mrpt::obs::CSensoryFrame frame;
