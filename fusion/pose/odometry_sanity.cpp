@@ -236,6 +236,12 @@ void OdometrySanity::give_up(SensorTime now) {
   steps_.clear();
 }
 
+bool OdometrySanity::is_laser_doubtful() const {
+  return fault_ == OdometryFault::laser_frozen ||
+         (fault_ == OdometryFault::translation_reversed && !agreed_along_) ||
+         (fault_ == OdometryFault::rotation_reversed && !agreed_turning_);
+}
+
 void OdometrySanity::froze(SensorTime now) {
   if (fault_ != OdometryFault::none) return;
   fault_ = OdometryFault::frozen;
@@ -292,6 +298,8 @@ void OdometrySanity::settle(std::optional<Verdict> verdict, SensorTime now) {
   if (!verdict) return;
   verdict->fault = with_what_is_hidden(*verdict);
   const bool over = verdict->fault == OdometryFault::none;
+  agreed_along_ |= over && verdict->position_shown;
+  agreed_turning_ |= over && verdict->yaw_shown;
   if (over && !may_end(*verdict)) return;
   if (agreeing_ == 0 || verdict->fault != suspected_.fault) {
     agreeing_ = 0;

@@ -47,6 +47,9 @@ class OdometrySanity {
 
   /// What is wrong now.
   OdometryFault fault() const { return fault_; }
+  /// What scans show of the robot may be wrong, not odometry: it repeats one scan, or odometry is reversed
+  /// and never was right, as it seems if the laser is mounted backward or upside down.
+  bool is_laser_doubtful() const;
   /// The last comparison showed a fault, named yet or not.
   bool is_suspected() const {
     return fault_ != OdometryFault::none || (agreeing_ > 0 && suspected_.fault != OdometryFault::none);
@@ -89,6 +92,7 @@ class OdometrySanity {
   std::optional<SensorTime> last_news_;  ///< stamp of the scan before which odometry last arrived
   double since_judged_ = 0;              ///< s since motions were last compared
   OdometryFault fault_ = OdometryFault::none;
+  bool agreed_along_ = false, agreed_turning_ = false;  ///< odometry and scans, at some time
   Verdict suspected_;
   int agreeing_ = 0;  ///< verdicts in a row like `suspected_`
   SensorTime suspected_since_;

@@ -83,9 +83,9 @@ class Localizer final : public Slam {
 
   std::optional<PoseEstimate> add(const Scan& scan) override {
     const auto attitude = attitude_.at(scan.stamp);
-    const auto step = odometry_.step_to(scan.stamp, attitude);
+    const auto step = odometry_.step_to(scan, *robot_.laser, attitude);
     if (!step) return std::nullopt;
-    const SweepMotion motion = sweep_motion(options_, tracking_, scan.stamp, step->twist);
+    const SweepMotion motion = sweep_motion(options_, tracking_, scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     now_ = scan.stamp;
     switch (mode_) {
@@ -127,7 +127,7 @@ class Localizer final : public Slam {
 
   bool is_doubtful() const {
     const OdometryFault fault = tracking_.fault();
-    if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
+    if (tracking_.is_laser_doubtful() || fault == OdometryFault::carried) return true;
     if (suspicious_ || slipped_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
     return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
   }

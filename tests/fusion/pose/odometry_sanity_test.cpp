@@ -103,6 +103,25 @@ TEST_P(CorruptedOdometry, IsNamedAndMappedWithFewScansASecond) {
                           100 + static_cast<std::uint32_t>(GetParam()));
 }
 
+/// The map is then turned or mirrored, however well the scans fit it.
+TEST(OdometrySanity, ALaserMountedTheOtherWayRoundIsNotTrackedOnceThatShows) {
+  using enum Corruption;
+  for (const Corruption corruption : {laser_backward, laser_upside_down, rotation_flipped}) {
+    const Mapped found =
+        mapped(office().drive.robot, test::corrupted(office().inputs, corruption, 0.4, 5).inputs);
+    ASSERT_FALSE(found.findings.empty());
+    std::size_t tracked = 0, after = 0;
+    for (const PoseEstimate& estimate : found.causal) {
+      if (estimate.stamp < found.findings.front().since + seconds(10)) continue;
+      ++after;
+      if (estimate.state == SlamState::tracking) ++tracked;
+    }
+    ASSERT_GT(after, 100U);
+    // Odometry that was right before has failed; the laser has not.
+    EXPECT_EQ(tracked, corruption == rotation_flipped ? after : 0U) << test::kind_of(corruption).name;
+  }
+}
+
 /// All in a long run, which has the minutes, else a few that differ most.
 std::vector<int> kinds() {
   std::vector<int> all;
