@@ -54,12 +54,12 @@ std::vector<double> upper_floors(const Segmentation& segmentation, const Levels&
 double ceiling_under(const Segmentation& segmentation, const Levels& levels, const WallCandidate& wall,
                      double floor) {
   double ceiling = floor;
-  double most = kAlong;
+  double max_along = kAlong;
   for (std::size_t h = 0; h < segmentation.horizontals.size(); ++h) {
     const HorizontalSurface& surface = segmentation.horizontals[h];
     if (surface.z >= floor || surface.z < floor - kSlab || levels.ceiling_score(h) <= 0) continue;
     const double along = along_fraction(wall, surface);
-    if (along > most) most = along, ceiling = surface.z;
+    if (along > max_along) max_along = along, ceiling = surface.z;
   }
   return ceiling;
 }

@@ -104,7 +104,7 @@ TEST_P(CorruptedOdometry, IsNamedAndMappedWithFewScansASecond) {
 }
 
 /// The map is then turned or mirrored, however well the scans fit it.
-TEST(OdometrySanity, ALaserMountedTheOtherWayRoundIsNotTrackedOnceThatShows) {
+TEST(OdometrySanity, ALaserMountedBackwardOrUpsideDownIsNotTrackedOnceThatShows) {
   using enum Corruption;
   for (const Corruption corruption : {laser_backward, laser_upside_down, rotation_flipped}) {
     const Mapped found =
