@@ -107,21 +107,24 @@ void learn_intensities(std::span<const Scan> scans, const std::vector<std::vecto
   }
 }
 
-/// Beams without a return between two windows of one surface: a beam or two that are missing in the middle of
-/// what would be flat.
+/// Beams without a return on what would be flat: of nine beams, the middle one is judged where six of the
+/// others have a return, and the nearest on both sides are on one surface. Whether the middle one has a
+/// return does not decide which beams are judged, so that also one that fails each time among its neighbours
+/// counts as often as it does.
 double dropouts(std::span<const Scan> scans, const RangeConvention& convention) {
+  constexpr std::size_t kSide = 4, kMinHits = 6;
   double missing = 0, there = 0;
   for (const Scan& scan : scans) {
-    for (std::size_t i = 4; i + 4 < scan.ranges.size(); ++i) {
-      const auto hit = [&](std::size_t k) { return convention.classify(scan.ranges[k]) == BeamKind::hit; };
-      bool around = true;
-      for (const std::size_t k : {i - 4, i - 3, i - 2, i - 1, i + 1, i + 2, i + 3, i + 4})
-        around = around && hit(k);
-      if (!around) continue;
-      const double before = scan.ranges[i - 1], after = scan.ranges[i + 1];
-      if (std::abs(before - after) > 0.05 * (before + after) / 2) continue;
-      const BeamKind kind = convention.classify(scan.ranges[i]);
-      (kind == BeamKind::hit ? there : missing) += 1;
+    const auto hit = [&](std::size_t k) { return convention.classify(scan.ranges[k]) == BeamKind::hit; };
+    for (std::size_t i = kSide; i + kSide < scan.ranges.size(); ++i) {
+      std::size_t hits = 0;
+      double before = 0, after = 0;
+      for (std::size_t d = kSide; d > 0; --d) {
+        if (hit(i - d)) ++hits, before = scan.ranges[i - d];
+        if (hit(i + d)) ++hits, after = scan.ranges[i + d];
+      }
+      if (hits < kMinHits || std::abs(before - after) > 0.05 * (before + after) / 2) continue;
+      (hit(i) ? there : missing) += 1;
     }
   }
   return there > 0 ? missing / (missing + there) : 0;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
 
 #include "fusion/scan/range_noise.hpp"
@@ -64,6 +65,18 @@ TEST(LaserLearning, FindsStepNoiseByRangeAndCodes) {
   ASSERT_EQ(learned->intensity_codes, (std::vector<float>{0, 10}));
   EXPECT_NEAR(learned->intensity_fractions[1], 0.1, 0.04);
   EXPECT_NEAR(learned->noise.dropout, 0, 0.001);
+}
+
+TEST(LaserLearning, CountsABeamThatFailsAtEqualDistancesAsOftenAsItDoes) {
+  const LaserDescription real = true_laser();
+  std::vector<Scan> scans = scans_of(real, 1.8, 40);
+  for (std::size_t s = 20; s < scans.size(); ++s) {
+    for (std::size_t i = 0; i < scans[s].ranges.size(); i += 9)
+      scans[s].ranges[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+  const auto learned = learn_laser(scans, real);
+  ASSERT_TRUE(learned.ok()) << learned.error().message;
+  EXPECT_NEAR(learned->noise.dropout, 0.5 / 9, 0.003);
 }
 
 // Otherwise an injected return would have the motion twice: each beam is cast at its own time.
