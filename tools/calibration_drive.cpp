@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <tuple>
+#include <utility>
 
 #include "fusion/pose/calibration/motion_calibration.hpp"
 #include "fusion/pose/calibration/recorded_sweeps.hpp"
@@ -39,6 +42,7 @@ class DriveReader {
       take(**event);
       if (progress) progress(static_cast<double>(reader->offset()), static_cast<double>(reader->size()));
     }
+    report_refused();
     return check();
   }
 
@@ -47,7 +51,23 @@ class DriveReader {
  private:
   void find(std::string what) {
     ++result.refused;
-    if (result.findings.size() < 20) result.findings.push_back(std::move(what));
+    const auto same = std::find_if(refused_.begin(), refused_.end(),
+                                   [&what](const auto& refused) { return refused.first == what; });
+    if (same != refused_.end())
+      ++same->second;
+    else if (refused_.size() < kKinds)
+      refused_.emplace_back(std::move(what), 1);
+  }
+
+  void report_refused() {
+    std::uint64_t listed = 0;
+    for (const auto& [what, times] : refused_) {
+      listed += times;
+      result.findings.push_back(times == 1 ? what : what + " (" + std::to_string(times) + " times)");
+    }
+    if (listed < result.refused)
+      result.findings.push_back("and " + std::to_string(result.refused - listed) +
+                                " others that cannot be read");
   }
 
   template <class T>
@@ -91,6 +111,11 @@ class DriveReader {
     if (result.drive.odometry.empty()) return missing(options_.odometry_channel);
     if (!options_.reference_channel.empty() && result.drive.reference.empty())
       return missing(options_.reference_channel);
+    // The usual names may be absent; another name is one that somebody wants to be used.
+    if (options_.imu_channel != CalibrationOptions().imu_channel && result.drive.inertial.empty())
+      return missing(options_.imu_channel);
+    if (options_.camera_channel != CalibrationOptions().camera_channel && result.images == 0)
+      return missing(options_.camera_channel);
     if (options_.robot.empty() && yaml_.empty()) {
       return Error{options_.input.string() + ": has no " + channel::kRobot +
                    " event; describe the robot with --robot FILE"};
@@ -105,8 +130,10 @@ class DriveReader {
     return {};
   }
 
+  static constexpr std::size_t kKinds = 20;  ///< of refused events that are listed
   const CalibrationOptions& options_;
   std::string yaml_;
+  std::vector<std::pair<std::string, std::uint64_t>> refused_;  ///< what, and how often
 };
 
 /// Events [first, last) of a drive.
@@ -165,6 +192,18 @@ std::vector<PoseEstimate> estimates_of(const RecordedDrive& drive, OdometryFeed&
   return estimates;
 }
 
+/// Stamps of the first and the last scan; equal where there is none, or where a clock jumped back.
+std::pair<SensorTime, SensorTime> span_of(const RecordedDrive& drive) {
+  std::optional<std::pair<SensorTime, SensorTime>> span;
+  for (const RecordedDrive::Event& event : drive.events) {
+    if (event.kind != Kind::scan) continue;
+    const SensorTime stamp = drive.scans[event.index].stamp;
+    if (!span) span.emplace(stamp, stamp);
+    span->second = std::max(span->second, stamp);
+  }
+  return span.value_or(std::pair<SensorTime, SensorTime>{});
+}
+
 }  // namespace
 
 std::size_t RecordedDrive::scan_events() const {
@@ -202,7 +241,13 @@ Result<TrackedDrive> track_drive(const RecordedDrive& drive, const RobotDescript
   OdometryFeed odometry(drive, robot.odometry.time_offset, **slam);
   std::vector<PoseEstimate> estimates = estimates_of(drive, odometry, **slam, progress);
   if (options.map.empty()) estimates = (*slam)->finish();
-  TrackedDrive result{{drive.odometry, {}, drive.reference}, (*slam)->grid_map()};
+  TrackedDrive result{{drive.odometry, {}, drive.reference},
+                      (*slam)->grid_map(),
+                      (*slam)->odometry_findings(),
+                      {},
+                      {},
+                      drive.scan_events()};
+  std::tie(result.first_scan, result.last_scan) = span_of(drive);
   bool linked = true;
   for (const PoseEstimate& estimate : estimates) {
     const bool known = estimate.state == SlamState::tracking;

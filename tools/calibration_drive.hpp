@@ -38,7 +38,7 @@ struct ReadDrive {
   RobotDescription robot;
   std::size_t images = 0;             ///< on the camera's channel
   std::uint64_t refused = 0;          ///< events that could not be decoded
-  std::vector<std::string> findings;  ///< the first twenty of them
+  std::vector<std::string> findings;  ///< of each kind, with the number of times
 };
 
 /// The whole log. Errors name the file and the channel.
@@ -54,6 +54,9 @@ DriveParts split_drive(const RecordedDrive& drive, const CalibrationOptions& opt
 struct TrackedDrive {
   pose::DriveMotion motion;
   pose::GridMap map;
+  std::vector<pose::OdometryFinding> findings;  ///< what SLAM found wrong with odometry or the laser
+  SensorTime first_scan, last_scan;
+  std::size_t scans = 0;  ///< that SLAM was given; those with a pose are in `motion`
 };
 
 /// How scans are corrected for their sweep: with the twist of odometry before it, as live, or with odometry

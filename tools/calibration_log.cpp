@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "fusion/pose/calibration/recorded_sweeps.hpp"
+#include "tools/calibration_failure.hpp"
+#include "tools/calibration_verdict.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -17,9 +19,11 @@ CalibrationProgress share(const CalibrationProgress& progress, double from, doub
   };
 }
 
-Error in_file(const CalibrationOptions& options, const Error& error) {
-  return {options.input.string() + ", " + options.scan_channel + " and " + options.odometry_channel + ": " +
-          error.message};
+Error in_file(const CalibrationOptions& options, const Error& error, const CalibrationReport& report) {
+  std::string message = options.input.string() + ", " + options.scan_channel + " and " +
+                        options.odometry_channel + ": " + error.message;
+  for (const std::string& finding : report.findings) message += "\n  " + finding;
+  return {message};
 }
 
 Status check_on(const RecordedDrive& validation, const CalibrationOptions& options, CalibrationReport& report,
@@ -32,6 +36,7 @@ Status check_on(const RecordedDrive& validation, const CalibrationOptions& optio
   report.path_before = pose::reckoned_path(other->motion, old);
   report.path_after = pose::reckoned_path(other->motion, report.motion.parameters);
   report.map = other->map;
+  add_faults(*other, report.first_scan, report);
   return {};
 }
 
@@ -51,7 +56,7 @@ void learn_noise(const RecordedDrive& drive, CalibrationReport& report) {
 }
 
 struct Round {
-  std::vector<pose::LaserPose> laser;
+  TrackedDrive drive;
   pose::MotionCalibration motion;
 };
 
@@ -62,21 +67,55 @@ Result<Round> calibrated(const RecordedDrive& drive, const RobotDescription& rob
   auto tracked = track_drive(drive, robot, deskew, options, progress);
   if (!tracked) return tracked.error();
   auto motion = pose::calibrate_motion(tracked->motion, pose::motion_parameters(report.before));
-  if (!motion) return motion.error();
-  return Round{std::move(tracked->motion.laser), std::move(*motion)};
+  if (!motion)
+    return why_nothing_is_shown(motion.error(), drive, *tracked, *robot.laser, options, report.first_scan);
+  return Round{std::move(*tracked), std::move(*motion)};
 }
 
-/// s, 1 sigma. A scan that is not corrected for its sweep by what is known of odometry stands for any instant
-/// of it.
-double sweep_sigma(const RecordedDrive& drive, const Round& round, const CalibrationReport& report) {
-  const LaserDescription& laser = *report.before.laser;
-  const std::size_t beams = drive.scans.front().ranges.size();
-  if (beams == 0) return 0;
-  if (report.deskew == Deskew::live)
-    return (laser.beam_time(beams - 1, beams) - laser.beam_time(0, beams)).seconds() / std::sqrt(12.0);
-  const pose::RecordedSweeps sweeps(drive.odometry, report.after.odometry, laser, beams);
-  const double whole = (round.laser.back().stamp - round.laser.front().stamp).seconds();
-  return sweeps.offset_sigma(round.motion.noise, whole / static_cast<double>(round.laser.size()));
+/// rad/s, RMS of the turning between the scans, and s between them.
+struct Turning {
+  double rate = 0, step = 0;
+};
+
+Turning turning(const std::vector<pose::LaserPose>& poses) {
+  const double whole = (poses.back().stamp - poses.front().stamp).seconds();
+  double squares = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    squares += std::pow(wrap_angle(poses[i].T_map_laser.yaw - poses[i - 1].T_map_laser.yaw), 2);
+  const auto count = static_cast<double>(poses.size());
+  return {std::sqrt(squares / count) / (whole / count), whole / count};
+}
+
+/// s, 1 sigma. `other`: the time offset by poses from scans that were corrected for their sweep in the other
+/// way.
+double sweep_sigma(const RecordedDrive& drive, const Round& round, double other,
+                   const CalibrationReport& report) {
+  const pose::RecordedSweeps sweeps(drive.odometry, report.after.odometry, *report.before.laser,
+                                    drive.scans.front().ranges.size());
+  if (report.deskew == Deskew::live) {
+    // At worst a scan stands for any instant of its sweep.
+    const double apart = round.motion.parameters.odometry.time_offset - other;
+    return std::min(sweeps.sweep() / std::sqrt(12.0), std::hypot(sweeps.left_over(), apart));
+  }
+  const Turning robot = turning(round.drive.motion.laser);
+  return sweeps.offset_sigma(round.motion.noise, robot.step, robot.rate);
+}
+
+/// What the way in which the scans were made adds to the fit's own confidence.
+void add_systematic_errors(const RecordedDrive& drive, const CalibrationOptions& options,
+                           CalibrationReport& report) {
+  report.motion.add_offset_error(report.sweep_sigma);
+  const pose::RecordedSweeps sweeps(drive.odometry, report.after.odometry, *report.before.laser,
+                                    drive.scans.front().ranges.size());
+  // Rough scans that last 167 ms seem to jitter by 3 to 5 ms.
+  constexpr double kOfTheSweep = 0.03;
+  report.motion.add_jitter_error(kOfTheSweep * sweeps.sweep());
+  double width = options.track_width;
+  if (width == 0) {
+    for (const Eigen::Vector2d& corner : report.before.footprint)
+      width = std::max(width, 2 * std::abs(corner.y()));
+  }
+  report.motion.add_turning_point_error(width);
 }
 
 /// Three rounds, as poses by SLAM lean towards the odometry and the mounting that they start from. After the
@@ -89,20 +128,26 @@ Result<std::vector<pose::LaserPose>> calibrate_in_rounds(const RecordedDrive& dr
   constexpr double kFractions[] = {5, 25, 45, 65};
   constexpr int kRounds = 3;
   std::optional<Round> best;
+  double refused_offset = 0;  // s
   for (int round = 0; round < kRounds; ++round) {
     const Deskew deskew = round == 1 ? Deskew::recorded : report.deskew;
     auto next = calibrated(drive, report.after, deskew, options, report,
                            share(progress, kFractions[round], kFractions[round + 1]));
     if (!next) return next.error();
-    if (round == 1 && next->motion.noise.misfit() > best->motion.noise.misfit()) continue;
+    if (round == 1 && next->motion.noise.misfit() > best->motion.noise.misfit()) {
+      refused_offset = next->motion.parameters.odometry.time_offset;
+      continue;
+    }
     report.deskew = deskew;
     best = std::move(*next);
     report.after = pose::with_motion_parameters(report.before, best->motion.parameters);
   }
-  report.sweep_sigma = sweep_sigma(drive, *best, report);
+  report.sweep_sigma = sweep_sigma(drive, *best, refused_offset, report);
+  report.check_fitted = pose::check_motion(best->drive.motion, best->motion.parameters, kWindow);
+  add_faults(best->drive, report.first_scan, report);
   report.motion = std::move(best->motion);
-  report.motion.add_offset_error(report.sweep_sigma);
-  return std::move(best->laser);
+  add_systematic_errors(drive, options, report);
+  return std::move(best->drive.motion.laser);
 }
 
 }  // namespace
@@ -115,19 +160,29 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   report.refused = read->refused;
   report.findings = std::move(read->findings);
   report.after = report.before = read->robot;
+  report.odometry_samples = read->drive.odometry.size();
+  report.first_scan = read->drive.scans.front().stamp;
   const DriveParts parts = split_drive(read->drive, options);
   report.scans = parts.calibrating.scan_events();
   report.validation_scans = parts.validation.scan_events();
   const auto laser = calibrate_in_rounds(parts.calibrating, options, report, progress);
-  if (!laser) return in_file(options, laser.error());
+  if (!laser) return in_file(options, laser.error(), report);
   report.imu = calibrate_imu(read->drive, report.before, *laser);
   report.camera = calibrate_camera(options, report.before, read->images, *laser, share(progress, 65, 80));
   for (TurnSensor* sensor : {&report.imu, &report.camera}) add_offset_error(report.sweep_sigma, *sensor);
   report.after = with_time_offsets(report.after, report.imu, report.camera);
   learn_noise(parts.calibrating, report);
-  if (report.validation_scans == 0) return report;
-  if (const Status checked = check_on(parts.validation, options, report, share(progress, 80, 100)); !checked)
-    return in_file(options, checked.error());
+  if (report.validation_scans > 0) {
+    if (const Status checked = check_on(parts.validation, options, report, share(progress, 80, 100));
+        !checked)
+      return in_file(options, checked.error(), report);
+  }
+  const auto repeats = [](const pose::OdometryFinding& finding) {
+    return finding.fault == pose::OdometryFault::laser_frozen;
+  };
+  if (std::none_of(report.faults.begin(), report.faults.end(), repeats))
+    add_repeated_scans(read->drive, report);
+  judge(options, report);
   return report;
 }
 

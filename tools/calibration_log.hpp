@@ -31,18 +31,35 @@ struct CalibrationOptions {
   double track_width = 0;            ///< m, assumed by a two-wheeled robot's odometry; 0: not two-wheeled
 };
 
+/// Whether a calibration may be used.
+enum class CalibrationVerdict : std::uint8_t {
+  better,       ///< odometry agrees better with the scans than before where the result was not fitted
+  as_good,      ///< no difference from before can be told
+  not_checked,  ///< no part was kept for validation, as was asked for
+  refused,      ///< must not be used, see refusals
+};
+/// As in JSON: "not_checked".
+const char* to_string(CalibrationVerdict verdict);
+
 struct CalibrationReport {
+  CalibrationVerdict verdict = CalibrationVerdict::not_checked;
+  std::vector<std::string> refusals;          ///< why it must not be used, and what to do
+  std::vector<std::string> warnings;          ///< to look at, though it may be used
+  std::vector<pose::OdometryFinding> faults;  ///< that are among them
   RobotDescription before, after;
   pose::MotionCalibration motion;
+  pose::MotionCheck check_fitted;               ///< on the part that it was fitted to
   pose::MotionCheck check_before, check_after;  ///< on the validation part
   std::optional<scan::LearnedLaser> laser;      ///< nullopt: too few flat walls, see laser_note
   std::string laser_note;
   TurnSensor imu, camera;
   Deskew deskew = Deskew::live;  ///< as scans and odometry agree better
   double sweep_sigma = 0;        ///< s, what the sweep of a scan adds to the sigma of each time offset
+  SensorTime first_scan;         ///< of the log
+  std::size_t odometry_samples = 0;
   std::size_t scans = 0, validation_scans = 0;
   std::uint64_t refused = 0;          ///< events that could not be decoded
-  std::vector<std::string> findings;  ///< the first twenty of them
+  std::vector<std::string> findings;  ///< of each kind, with the number of times
   pose::GridMap map;                  ///< of the validation part
   pose::ReckonedPath path_before, path_after;
 };

@@ -6,6 +6,7 @@
 #include "fusion/semantic/pictures/plan_picture.hpp"
 #include "protocols/angle_units.hpp"
 #include "tools/calibration_log.hpp"
+#include "tools/slam_report.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -101,21 +102,6 @@ std::string laser_lines(const CalibrationReport& report) {
   return text + "\n";
 }
 
-/// m, rad: errors over 2 s that are not compared any further. Chosen on the smallest robot of
-/// docs/connect-your-robot.md, where they were 0.5 to 1.2 mm before and after.
-constexpr double kSmallError = 0.002, kSmallYawError = 0.001;
-
-/// Whether odometry agrees with the scans at least as well as before where the result was not fitted.
-bool holds(const CalibrationReport& report) {
-  const pose::MotionCheck &before = report.check_before, &after = report.check_after;
-  return after.position_rms <= std::max(1.05 * before.position_rms, kSmallError) &&
-         after.yaw_rms <= std::max(1.05 * before.yaw_rms, kSmallYawError);
-}
-
-bool was_good(const CalibrationReport& report) {
-  return report.check_before.position_rms <= kSmallError && report.check_before.yaw_rms <= kSmallYawError;
-}
-
 std::vector<std::string> advice_of(const CalibrationReport& report) {
   std::vector<std::string> advice = report.motion.advice;
   for (const TurnSensor* sensor : {&report.imu, &report.camera}) {
@@ -154,6 +140,29 @@ nlohmann::ordered_json to_json(const pose::MotionCheck& check) {
           {"yaw_p95_deg", kDegreesPerRadian * check.yaw_p95}};
 }
 
+std::string check_lines(const CalibrationReport& report) {
+  if (report.check_after.windows == 0) return "";
+  return format("odometry against scans over 2 s, %zu windows of the validation part (%zu scans):\n",
+                report.check_after.windows, report.validation_scans) +
+         check_line("before", report.check_before) + check_line("after", report.check_after);
+}
+
+std::string verdict_lines(const CalibrationReport& report) {
+  switch (report.verdict) {
+    case CalibrationVerdict::better:
+      return "the result holds: odometry agrees better with the scans than before\n";
+    case CalibrationVerdict::as_good:
+      return "the result holds, and the description was as good before as can be measured\n";
+    case CalibrationVerdict::not_checked:
+      return "no part was kept for validation: not checked\n";
+    case CalibrationVerdict::refused:
+      break;
+  }
+  std::string text;
+  for (const std::string& refusal : report.refusals) text += "do not use this result: " + refusal + "\n";
+  return text;
+}
+
 std::vector<Eigen::Vector2d> positions(const std::vector<Pose2>& poses) {
   std::vector<Eigen::Vector2d> points;
   for (const Pose2& pose : poses) points.push_back(pose.position());
@@ -184,19 +193,12 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
             line("track width", options.track_width, wheels.track_width, width);
   }
   text += turn_lines(report.imu) + between_clocks(report) + turn_lines(report.camera) + laser_lines(report);
-  for (const std::string& advice : advice_of(report)) text += "  " + advice + "\n";
-  if (report.check_after.windows == 0) {
-    return text + (report.validation_scans == 0 ? "no part was kept for validation: not checked\n"
-                                                : "the validation part is too short: not checked\n");
+  // A drive with a fault shows nothing, however it is driven.
+  if (report.verdict != CalibrationVerdict::refused) {
+    for (const std::string& advice : advice_of(report)) text += "  " + advice + "\n";
   }
-  text += format("odometry against scans over 2 s, %zu windows of the validation part (%zu scans):\n",
-                 report.check_after.windows, report.validation_scans);
-  text += check_line("before", report.check_before) + check_line("after", report.check_after);
-  if (!holds(report))
-    return text +
-           "the result does not hold on the validation part: do not use it; drive again, with turns both "
-           "ways\n";
-  return was_good(report) ? text + "the description was as good before as can be measured; keep it\n" : text;
+  for (const std::string& warning : report.warnings) text += "  look at this: " + warning + "\n";
+  return text + check_lines(report) + verdict_lines(report);
 }
 
 std::string to_json(const CalibrationReport& report, const CalibrationOptions& options) {
@@ -227,8 +229,16 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
     if (sensor->found || !sensor->note.empty()) json[key] = to_json(*sensor);
   }
   json["advice"] = advice_of(report);
-  json["holds"] = report.check_after.windows > 0 && holds(report);
-  json["validation"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
+  json["verdict"] = to_string(report.verdict);
+  json["holds"] = nullptr;
+  if (report.verdict != CalibrationVerdict::not_checked)
+    json["holds"] = report.verdict != CalibrationVerdict::refused;
+  json["refusals"] = report.refusals;
+  json["warnings"] = report.warnings;
+  json["odometry_faults"] = faults_json(report.faults, report.first_scan);
+  json["validation"] = nullptr;
+  if (report.check_after.windows > 0)
+    json["validation"] = {{"before", to_json(report.check_before)}, {"after", to_json(report.check_after)}};
   return json.dump(2) + "\n";
 }
 

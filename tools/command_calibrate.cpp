@@ -22,12 +22,20 @@ constexpr const char* kFooter =
     "What\n"
     "the drive does not show is left as it was, with a line that says which drive would show it. Height and "
     "tilt\n"
-    "of the laser are not calibrated: give them in the description as they are.";
+    "of the laser are not calibrated: give them in the description as they are.\n\n"
+    "Exit code 0: the description is written. Exit code 1: the result is refused, and no description is "
+    "written:\n"
+    "odometry or laser are faulty, odometry agrees worse with the scans than before, or the validation part "
+    "is too\n"
+    "short; the reason is printed. The JSON of --summary has verdict: better, as_good (the description "
+    "before "
+    "was\n"
+    "as good as can be measured), not_checked (--validation 0) or refused.";
 
 struct Arguments {
   CalibrationOptions options;
   std::string output, summary, picture;
-  bool overwrite = false;
+  bool overwrite = false, write_refused = false;
 };
 
 Exit failed(const Error& error) {
@@ -36,10 +44,13 @@ Exit failed(const Error& error) {
 }
 
 Status write(const Arguments& arguments, const CalibrationReport& report) {
-  Status written = write_text(arguments.output, to_yaml(report.after), arguments.overwrite);
+  Status written;
+  if (report.verdict != CalibrationVerdict::refused || arguments.write_refused)
+    written = write_text(arguments.output, to_yaml(report.after), arguments.overwrite);
   if (written.ok() && !arguments.summary.empty())
     written = write_text(arguments.summary, to_json(report, arguments.options), arguments.overwrite);
-  if (written.ok() && !arguments.picture.empty()) written = draw_calibration(report, arguments.picture);
+  if (written.ok() && !arguments.picture.empty() && report.check_after.windows > 0)
+    written = draw_calibration(report, arguments.picture);
   return written;
 }
 
@@ -58,9 +69,15 @@ Exit run(const Arguments& arguments) {
   if (!report) return failed(report.error());
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion calibrate: %s\n", finding.c_str());
+  if (report->refused > 0)
+    std::fprintf(stderr, "parhelion calibrate: %llu events in all could not be read\n",
+                 static_cast<unsigned long long>(report->refused));
   std::fputs(to_text(*report, arguments.options).c_str(), stdout);
-  const Status written = write(arguments, *report);
-  return written ? Exit::done : failed(written.error());
+  if (const Status written = write(arguments, *report); !written) return failed(written.error());
+  if (report->verdict != CalibrationVerdict::refused) return Exit::done;
+  std::fprintf(stderr, "parhelion calibrate: the result is refused; %s is %s\n", arguments.output.c_str(),
+               arguments.write_refused ? "written nevertheless" : "not written");
+  return Exit::failed;
 }
 
 }  // namespace
@@ -76,6 +93,8 @@ void add_calibrate(CLI::App& app, Exit& exit) {
       ->required();
   command->add_option("-o,--output", arguments->output, "Robot description to write")->required();
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
+  command->add_flag("--write-refused", arguments->write_refused,
+                    "Write the description even where the result is refused; the exit code stays 1");
   command->add_option("--map", options.map,
                       ".simplemap or ROS map YAML of the site; without it the drive makes its own");
   command->add_option("--reference", options.reference_channel,

@@ -58,6 +58,19 @@ std::string dated(const pose::OdometryFinding& finding, SensorTime first_scan) {
   return span + finding.text;
 }
 
+nlohmann::ordered_json faults_json(std::span<const pose::OdometryFinding> findings, SensorTime first_scan) {
+  auto faults = nlohmann::ordered_json::array();
+  for (const pose::OdometryFinding& finding : findings) {
+    nlohmann::ordered_json fault = {{"fault", to_string(finding.fault)},
+                                    {"since_s", (finding.since - first_scan).seconds()},
+                                    {"until_s", nullptr},
+                                    {"text", finding.text}};
+    if (finding.until) fault["until_s"] = (*finding.until - first_scan).seconds();
+    faults.push_back(std::move(fault));
+  }
+  return faults;
+}
+
 std::string to_json(const SlamLogReport& report) {
   nlohmann::ordered_json json;
   json["scans"] = report.scans;
@@ -77,15 +90,7 @@ std::string to_json(const SlamLogReport& report) {
   json["seconds"] = report.seconds;
   json["log_seconds"] = report.log_seconds;
   json["findings"] = report.findings;
-  json["odometry_faults"] = nlohmann::ordered_json::array();
-  for (const pose::OdometryFinding& finding : report.odometry_findings) {
-    nlohmann::ordered_json fault = {{"fault", to_string(finding.fault)},
-                                    {"since_s", (finding.since - report.first_scan).seconds()},
-                                    {"until_s", nullptr},
-                                    {"text", finding.text}};
-    if (finding.until) fault["until_s"] = (*finding.until - report.first_scan).seconds();
-    json["odometry_faults"].push_back(std::move(fault));
-  }
+  json["odometry_faults"] = faults_json(report.odometry_findings, report.first_scan);
   return json.dump(2) + "\n";
 }
 

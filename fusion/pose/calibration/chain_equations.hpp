@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -24,7 +25,7 @@ class ChainEquations {
   struct Solution {
     std::vector<Eigen::Vector3d> poses;  ///< steps
     Vector parameters;                   ///< step
-    Matrix information;                  ///< of the parameters, all poses marginalised
+    Matrix information;                  ///< of all parameters, fixed ones too, all poses marginalised
   };
 
   explicit ChainEquations(std::size_t poses) : nodes_(poses) {
@@ -53,6 +54,9 @@ class ChainEquations {
     gradient_(parameter) += residual / (sigma * sigma);
   }
 
+  /// The parameter stays where it is.
+  void fix(int parameter) { fixed_[static_cast<std::size_t>(parameter)] = true; }
+
   /// nullopt where the equations are singular or not finite. Call once.
   std::optional<Solution> solve() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -69,8 +73,7 @@ class ChainEquations {
       next.border -= node.to_next.transpose() * node.solved_border;
       next.gradient -= node.to_next.transpose() * node.solved_gradient;
     }
-    Solution solution{std::vector<Eigen::Vector3d>(nodes_.size()), information_.ldlt().solve(-gradient_),
-                      information_};
+    Solution solution{std::vector<Eigen::Vector3d>(nodes_.size()), parameter_step(), information_};
     Eigen::Vector3d next = Eigen::Vector3d::Zero();
     for (std::size_t i = nodes_.size(); i-- > 0;) {
       const Node& node = nodes_[i];
@@ -89,9 +92,24 @@ class ChainEquations {
     Border border = Border::Zero(), solved_border = Border::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero(), solved_gradient = Eigen::Vector3d::Zero();
   };
+
+  Vector parameter_step() const {
+    Matrix matrix = information_;
+    Vector gradient = gradient_;
+    for (int k = 0; k < P; ++k) {
+      if (!fixed_[static_cast<std::size_t>(k)]) continue;
+      matrix.row(k).setZero();
+      matrix.col(k).setZero();
+      matrix(k, k) = 1;
+      gradient(k) = 0;
+    }
+    return matrix.ldlt().solve(-gradient);
+  }
+
   std::vector<Node> nodes_;
   Matrix information_ = Matrix::Zero();
   Vector gradient_ = Vector::Zero();
+  std::array<bool, P> fixed_{};
 };
 
 }  // namespace parhelion::pose

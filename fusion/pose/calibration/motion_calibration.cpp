@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "fusion/pose/calibration/motion_chain.hpp"
-#include "protocols/quantile.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -111,74 +110,10 @@ std::optional<Fitted> fit_what_is_shown(const MotionChain& chain, const MotionPa
   }
 }
 
-/// Squared speed between two steps of the chain, and the negative product of their errors.
-struct JitterSample {
-  double speed2 = 0, product = 0;
-};
-
-std::vector<JitterSample> jitter_samples(const MotionChain& chain, const MotionParameters& parameters) {
-  // A turn shows jitter too; 0.3 m is the arm that weighs a radian against a metre.
-  constexpr double kArm2 = 0.09;
-  std::vector<JitterSample> samples;
-  for (std::size_t i = 1; i + 1 < chain.laser.size(); ++i) {
-    const auto before = step_error(chain, i - 1, parameters), after = step_error(chain, i, parameters);
-    const auto step_before = chain.step(i - 1, parameters), step_after = chain.step(i, parameters);
-    const double dt = (chain.laser[i + 1].stamp - chain.laser[i - 1].stamp).seconds() / 2;
-    if (!before || !after || !step_before || !step_after || !(dt > 0)) continue;
-    samples.push_back({step_before->x * step_after->x / (dt * dt), -before->x() * after->x()});
-    samples.push_back(
-        {kArm2 * step_before->yaw * step_after->yaw / (dt * dt), -kArm2 * before->z() * after->z()});
-  }
-  return samples;
-}
-
-struct JitterLine {
-  double offset = 0, slope = 0, slope_sigma = 0;
-};
-
-/// Least squares, with products held within eight times `last`.
-JitterLine fitted_line(const std::vector<JitterSample>& samples, const JitterLine& last) {
-  const auto product = [&last](const JitterSample& sample) {
-    const double limit = 8 * (std::max(last.offset, 1e-7) + std::max(last.slope * sample.speed2, 0.0));
-    return std::clamp(sample.product, -limit, limit);
-  };
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  for (const JitterSample& sample : samples) {
-    n += 1, x += sample.speed2, y += product(sample);
-    xx += sample.speed2 * sample.speed2, xy += sample.speed2 * product(sample);
-  }
-  const double spread = xx - x * x / n;
-  if (!(spread > 1e-9)) return {};
-  JitterLine line;
-  line.slope = (xy - x * y / n) / spread;
-  line.offset = (y - line.slope * x) / n;
-  double squares = 0;
-  for (const JitterSample& sample : samples)
-    squares += std::pow(product(sample) - line.offset - line.slope * sample.speed2, 2);
-  line.slope_sigma = std::sqrt(squares / n / spread);
-  return line;
-}
-
-/// The jitter of stamps: the part of the laser's errors, which enter two steps with opposite signs, that
-/// grows with the square of the speed; the rest is a line's offset.
-Measured jitter_of(const MotionChain& chain, const MotionParameters& parameters) {
-  std::vector<JitterSample> samples = jitter_samples(chain, parameters);
-  if (samples.size() < kMinPoses) return {};
-  std::vector<double> sizes;
-  sizes.reserve(samples.size());
-  for (const JitterSample& sample : samples) sizes.push_back(std::abs(sample.product));
-  JitterLine line{30 * median(sizes), 0, 0};
-  // Products beyond what the line explains are slip. What counts as such depends on the line.
-  for (int i = 0; i < 4; ++i) line = fitted_line(samples, line);
-  if (!(line.slope_sigma > 0)) return {};
-  const double slope = line.slope, slope_sigma = line.slope_sigma;
-  const double jitter = std::sqrt(std::max(slope, 0.0));
-  return {jitter, slope_sigma / std::max(2 * jitter, std::sqrt(slope_sigma)), slope > 2 * slope_sigma};
-}
-
 Status check_drive(const MotionChain& chain, const DriveMotion& drive, MotionCalibration& result) {
   result.poses = chain.laser.size();
   result.references = chain.reference.size();
+  result.left_out = chain.odometry.left_out();
   for (std::size_t i = 0; i + 1 < chain.laser.size(); ++i) {
     const Pose2 step = chain.laser[i].T_map_laser.inverse() * chain.laser[i + 1].T_map_laser;
     result.driven += step.position().norm();
@@ -204,6 +139,8 @@ Status count_steps(const MotionChain& chain, const MotionFit& fit, MotionCalibra
     const auto step = chain.step(i, fit.parameters);
     if (!step) continue;
     ++result.steps;
+    if (const auto raw = chain.raw_step(i, fit.parameters))
+      (raw->x > 0 ? result.forward : result.backward) += std::abs(raw->x);
     const Pose2 error = step->inverse() * fit.poses[i].inverse() * fit.poses[i + 1];
     const double chi2 = std::pow(error.x / noise.along, 2) + std::pow(error.y / noise.across, 2) +
                         std::pow(error.yaw / noise.turn, 2);
@@ -219,6 +156,17 @@ void advise(MotionCalibration& result) {
     if (result.measured[k].shown || std::string(kWhichDrive[k]).empty()) continue;
     if (k == index(P::reference_offset) && result.references == 0) continue;
     result.advice.push_back(std::string(kNames[k]) + " is not shown by this drive: " + kWhichDrive[k]);
+  }
+}
+
+/// The sigmas of the fit are linear in the yaw; where it is not shown it may be wrong by more.
+void carry_yaw(MotionCalibration& result) {
+  const Measured& yaw = result[P::laser_yaw];
+  if (yaw.shown) return;
+  for (const P parameter : {P::laser_x, P::laser_y}) {
+    Measured& measured = result.measured[index(parameter)];
+    // RMS of p (1 - cos yaw), for a normal yaw.
+    measured.sigma = std::hypot(measured.sigma, 0.87 * measured.value * yaw.sigma * yaw.sigma);
   }
 }
 
@@ -264,6 +212,17 @@ void MotionCalibration::add_offset_error(double sigma) {
   own = std::hypot(own, sigma);
 }
 
+void MotionCalibration::add_jitter_error(double sigma) {
+  jitter.sigma = std::hypot(jitter.sigma, sigma);
+  jitter.shown = jitter.shown && jitter.value > 2 * jitter.sigma;
+}
+
+void MotionCalibration::add_turning_point_error(double width) {
+  const double difference = (*this)[P::curvature].value * (*this)[P::translation_scale].value * width;
+  Measured& y = measured[index(P::laser_y)];
+  y.sigma = std::hypot(y.sigma, difference * width / 4);
+}
+
 MotionParameters motion_parameters(const RobotDescription& robot) {
   return {robot.odometry, robot.laser ? planar(robot.laser->T_base_laser) : Pose2{}, {}, 0};
 }
@@ -304,7 +263,10 @@ Result<MotionCalibration> calibrate_motion(const DriveMotion& drive, const Motio
   result.parameters.T_base_laser.yaw = wrap_angle(result.parameters.T_base_laser.yaw);
   result.noise = fitted->fit.noise;
   for (std::size_t k = 0; k < kMotionParameters; ++k)
-    result.measured[k] = {result.parameters[static_cast<P>(k)], fitted->sigmas[k], fitted->free[k]};
+    result.measured[k] = {result.parameters[static_cast<P>(k)],
+                          fitted->free[k] ? fitted->sigmas[k] : kept_sigma(static_cast<P>(k)),
+                          fitted->free[k]};
+  carry_yaw(result);
   result.jitter = jitter_of(chain, result.parameters);
   advise(result);
   return result;

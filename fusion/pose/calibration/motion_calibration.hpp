@@ -12,6 +12,7 @@
 #include "fusion/pose/calibration/drive_motion.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/status.hpp"
+#include "protocols/time.hpp"
 
 namespace parhelion::pose {
 
@@ -53,8 +54,10 @@ RobotDescription with_weak_odometry(RobotDescription robot);
 /// A quantity with its confidence.
 struct Measured {
   double value = 0,
-         sigma = 0;    ///< 1 sigma, the larger of the fit's own and of leaving out tenths of the drive
-  bool shown = false;  ///< false: the drive does not show it; the value is the one from before
+         sigma = 0;  ///< 1 sigma, the larger of the fit's own and of leaving out tenths of the drive
+  /// False: the drive does not show it; the value is the one from before, sigma what is thought of such a
+  /// one.
+  bool shown = false;
 };
 
 struct MotionNoise {
@@ -73,11 +76,15 @@ struct MotionNoise {
 struct MotionCalibration {
   MotionParameters parameters;
   std::array<Measured, kMotionParameters> measured;
-  Measured jitter;  ///< s, 1 sigma of the time offset about its constant part
+  /// s, 1 sigma of the time offset about its constant part, as interpolated odometry shows it: of jitter of
+  /// odometry's own stamps about four fifths
+  Measured jitter;
   MotionNoise noise;
   std::size_t poses = 0, steps = 0, outliers = 0;  ///< outliers: steps of odometry, as of slipping wheels
   std::size_t references = 0;
-  double driven = 0, turned = 0;  ///< m, rad, sums of absolute values
+  std::size_t left_out = 0;          ///< samples of odometry not later than one before
+  double driven = 0, turned = 0;     ///< m, rad, sums of absolute values
+  double forward = 0, backward = 0;  ///< m, by odometry as it was received
   /// For people: per quantity that was not shown, and the drive that would show it.
   std::vector<std::string> advice;
 
@@ -86,18 +93,47 @@ struct MotionCalibration {
   }
   /// An independent error of the offset between the clocks of odometry and scans, s, 1 sigma.
   void add_offset_error(double sigma);
+  /// The same of the jitter of their stamps.
+  void add_jitter_error(double sigma);
+  /// With wheels of two sizes a robot turns about a point beside their middle, by a quarter of the track
+  /// width times their difference: from there laser y counts, as a drive does not show that the wheels are
+  /// `width` (m) apart.
+  void add_turning_point_error(double width);
 };
 
 /// Error: too few poses, no odometry at their instants, or a drive that hardly moves; without file names.
 Result<MotionCalibration> calibrate_motion(const DriveMotion& drive, const MotionParameters& start);
+
+/// Odometry against the laser over one window of a drive.
+struct WindowError {
+  SensorTime begin;              ///< stamp of its first scan
+  double position = 0, yaw = 0;  ///< m, rad: by how much both differ at its end
+  double moved = 0, turned = 0;  ///< m, rad: from its begin to its end, by the one that moved more
+};
 
 /// Odometry against the laser over windows of a drive: how well a calibration holds there.
 struct MotionCheck {
   std::size_t windows = 0;
   double position_rms = 0, position_p95 = 0;  ///< m
   double yaw_rms = 0, yaw_p95 = 0;            ///< rad
+  double moved_rms = 0, turned_rms = 0;       ///< m, rad: the motion in a window
+  std::vector<WindowError> errors;            ///< in the order of their begins; windows overlap
+
+  /// m: the error of position, and that of yaw as a distance at `kArm`, in one.
+  double combined_rms() const;
+  static constexpr double kArm = 0.3;  ///< m
 };
 MotionCheck check_motion(const DriveMotion& drive, const MotionParameters& parameters, double window_seconds);
+
+enum class MotionChange : std::uint8_t { better, as_good, worse };
+/// Two calibrations on the same drive, by the mean square of the combined error of the windows that both
+/// have, with a margin for chance from the scatter between blocks of time. Worse is only what is so by a
+/// fifth, too.
+MotionChange change_between(const MotionCheck& before, const MotionCheck& after);
+
+/// Why odometry with this calibration is not the robot's motion, with figures; empty: nothing is against it.
+/// `fitted`: the same on the part that it was fitted to.
+std::string unexplained_error(const MotionCheck& fitted, const MotionCheck& after);
 
 /// Dead reckoning by corrected odometry from the first pose of the laser on: base poses in the laser's map,
 /// one a pose of the laser; and the same by the laser.

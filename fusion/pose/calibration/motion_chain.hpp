@@ -42,9 +42,13 @@ std::optional<Eigen::Vector3d> step_error(const MotionChain& chain, std::size_t 
 MotionNoise estimated_noise(const MotionChain& chain, const MotionParameters& parameters,
                             const MotionNoise& before);
 
+/// What is thought of a description's value, 1 sigma, where the drive does not show it.
+double kept_sigma(MotionParameter parameter);
+
 struct MotionFit {
   MotionParameters parameters;
   MotionNoise noise;
+  /// Of all parameters; those that were not fitted with what is thought of their description.
   Eigen::Matrix<double, kMotionParameters, kMotionParameters> information;
   std::vector<Pose2> poses;  ///< T_map_base
 };
@@ -54,6 +58,10 @@ struct MotionFit {
 /// no solution.
 std::optional<MotionFit> fit_motion(const MotionChain& chain, const MotionParameters& start,
                                     const std::array<bool, kMotionParameters>& free, int rounds = 7);
+
+/// The jitter of stamps: the part of the laser's errors, which enter two steps with opposite signs, that
+/// grows with the square of the speed; the rest is a line's offset.
+Measured jitter_of(const MotionChain& chain, const MotionParameters& parameters);
 
 /// A start for fit_motion: the time offset within 1 s, and the quarter turn of the laser's mounting, at which
 /// odometry agrees best with the laser.

@@ -17,7 +17,10 @@ constexpr std::array<double, kMotionParameters> kPrior{0.3, 0.3, 0.3, 0.5, 0.5, 
 /// odometry, which would look like a motion that shows the offset. (As an instrument it need not be exact.)
 constexpr std::array<double, kMotionParameters> kStep{1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5,
                                                       0.1,  1e-5, 1e-5, 1e-5, 0.1};
-constexpr double kFixed = 1e-9;
+/// The same of a parameter that the drive does not show, and that stays as it was described: a drawing and a
+/// data sheet are about as good. What depends on it is no better.
+constexpr std::array<double, kMotionParameters> kKept{0.05, 0.05, 0.05, 0.1, 0.1, 0.1,
+                                                      0.1,  1e4,  1e4,  1e4, 0.1};
 /// Knee of the robust weight (Geman-McClure) in squared sigmas of a residual with three components.
 constexpr double kKnee = 16;
 
@@ -86,7 +89,6 @@ class Fitter {
     }
     for (const P parameter : parameters) {
       const auto k = static_cast<std::size_t>(parameter);
-      if (!free_[k]) continue;
       MotionParameters up = now_, down = now_;
       up[parameter] += kStep[k];
       down[parameter] -= kStep[k];
@@ -146,7 +148,8 @@ class Fitter {
     for (std::size_t k = 0; k < kMotionParameters; ++k) {
       const auto parameter = static_cast<P>(k);
       equations.add_prior(static_cast<int>(k), now_[parameter] - start_[parameter],
-                          free_[k] ? kPrior[k] : kFixed);
+                          free_[k] ? kPrior[k] : kKept[k]);
+      if (!free_[k]) equations.fix(static_cast<int>(k));
     }
     const auto solution = equations.solve();
     if (!solution) return false;
@@ -185,6 +188,8 @@ class Fitter {
 };
 
 }  // namespace
+
+double kept_sigma(MotionParameter parameter) { return kKept.at(static_cast<std::size_t>(parameter)); }
 
 std::optional<MotionFit> fit_motion(const MotionChain& chain, const MotionParameters& start,
                                     const std::array<bool, kMotionParameters>& free, int rounds) {

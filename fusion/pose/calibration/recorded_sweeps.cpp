@@ -34,14 +34,20 @@ RecordedSweeps::RecordedSweeps(const std::vector<Odometry>& odometry, const Odom
   }
 }
 
-// What odometry's noise makes of the headings looks like a motion half a sweep later: where that is more than
-// the headings' own noise, it decides about the offset.
-double RecordedSweeps::offset_sigma(const MotionNoise& noise, double step) const {
+// What odometry's noise makes of the headings looks like a motion half a sweep later. It decides about the
+// offset by its fraction of the motion, once each round and for headings and positions alike, and not where
+// the headings' own noise is larger.
+double RecordedSweeps::offset_sigma(const MotionNoise& noise, double step, double rate) const {
+  constexpr double kTimes = 6;
   const double half = sweep_.seconds() / 2;
-  const double rate_noise = noise.turn / std::sqrt(step * (end_ - begin_).seconds());
-  const double imprint = std::pow(rate_noise * half, 2), own = std::pow(noise.laser_yaw, 2);
-  return std::hypot(kLeftOver * sweep_.seconds(), half * imprint / (imprint + own));
+  const double rate_noise2 = noise.turn * noise.turn / (step * (end_ - begin_).seconds());
+  const double imprint = rate_noise2 * half * half, own = std::pow(noise.laser_yaw, 2);
+  const double fraction =
+      std::min(imprint / (imprint + own), kTimes * rate_noise2 / (rate_noise2 + rate * rate));
+  return std::hypot(left_over(), half * fraction);
 }
+
+double RecordedSweeps::left_over() const { return kLeftOver * sweep_.seconds(); }
 
 std::optional<SweepMotion> RecordedSweeps::at(SensorTime stamp) const {
   const SensorTime from = stamp + begin_ - seconds(correction_.time_offset);

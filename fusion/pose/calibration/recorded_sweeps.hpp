@@ -22,8 +22,11 @@ class RecordedSweeps {
   /// During the sweep of the scan with this stamp; nullopt outside of the odometry and in its gaps.
   std::optional<SweepMotion> at(SensorTime stamp) const;
   /// s, 1 sigma: of a time offset against scans that were corrected with these motions, beside other errors.
-  /// `noise`: of a step between two scans, `step` s apart.
-  double offset_sigma(const MotionNoise& noise, double step) const;
+  /// `noise`: of a step between two scans, `step` s apart; `rate`: rad/s, RMS of the robot's turning.
+  double offset_sigma(const MotionNoise& noise, double step, double rate) const;
+  /// s, 1 sigma: the part of it that even exact odometry leaves.
+  double left_over() const;
+  double sweep() const { return sweep_.seconds(); }
 
  private:
   OdometryPath path_;

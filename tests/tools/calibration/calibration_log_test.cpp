@@ -3,13 +3,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numbers>
 
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "tests/fusion/pose/calibration_drive.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/calibration/textured_room.hpp"
+#include "tests/tools/process.hpp"
+#include "tools/calibration_verdict.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -19,10 +27,17 @@ using pose::MotionParameter;
 
 constexpr double kImuOffset = 0.035, kImuBias = -0.01, kImuScale = 0.99, kCameraOffset = -0.06;
 
+/// What is wrong with the messages of a drive; called for each in the order of their instants, at `t` s.
+struct Fault {
+  std::function<void(double t, Odometry&)> of_odometry = [](double, Odometry&) {};
+  std::function<void(double t, Scan&)> of_scans = [](double, Scan&) {};
+};
+
 class LoggedDrive {
  public:
-  LoggedDrive(std::uint32_t seed, const test::DriveErrors& errors, bool camera)
-      : random_(seed), errors_(errors) {
+  LoggedDrive(std::uint32_t seed, const test::DriveErrors& errors, bool camera, const Fault& fault = {},
+              double rounds = 1.5)
+      : random_(seed), errors_(errors), path_(test::brisk_path(rounds)) {
     robot_ = test::robot_with_laser();  // the drawing
     robot_.imu = ImuDescription{};
     if (camera) robot_.camera = test::level_camera(0);
@@ -30,11 +45,17 @@ class LoggedDrive {
     RobotMessage description;
     description.yaml = to_yaml(robot_);
     put(-1, channel::kRobot, description);
-    for (const Odometry& odometry : test::odometry_of(path_, errors_, random_))
-      put((odometry.stamp - SensorTime{}).seconds() - 1000, channel::kOdometry, odometry);
+    for (Odometry odometry : test::odometry_of(path_, errors_, random_)) {
+      const double t = (odometry.stamp - SensorTime{}).seconds() - 1000;
+      fault.of_odometry(t, odometry);
+      put(t, channel::kOdometry, odometry);
+    }
     // Each message arrives when it was taken; only stamps differ.
-    for (double t = 0.05; t < path_.duration() - 0.1; t += 0.1)
-      put(t, channel::kScan, test::swept_scan(path_, real, t, random_));
+    for (double t = 0.05; t < path_.duration() - 0.1; t += 0.1) {
+      Scan scan = test::swept_scan(path_, real, t, random_);
+      fault.of_scans(t, scan);
+      put(t, channel::kScan, scan);
+    }
     add_imu();
     if (camera) add_camera();
   }
@@ -75,7 +96,7 @@ class LoggedDrive {
 
   std::mt19937 random_;
   test::DriveErrors errors_;
-  test::SampledPath path_ = test::brisk_path(1.5);
+  test::SampledPath path_;
   RobotDescription robot_;
   std::vector<Message> messages_;
 };
@@ -119,6 +140,7 @@ TEST(CalibrationLog, CalibratesAllSensorsOfADrive) {
     EXPECT_NEAR(written->camera->time_offset, kCameraOffset, 0.02);
     EXPECT_LT(report->check_after.position_rms, 0.5 * report->check_before.position_rms);
     EXPECT_LT(report->check_after.yaw_rms, 0.5 * report->check_before.yaw_rms);
+    EXPECT_EQ(report->verdict, CalibrationVerdict::better);
     const std::string text = to_text(*report, options);
     EXPECT_NE(text.find("IMU against odometry"), std::string::npos) << text;
     EXPECT_NE(to_json(*report, options).find("\"camera\""), std::string::npos);
@@ -145,6 +167,253 @@ TEST(CalibrationLog, StaysTrueWhereOdometryIsRough) {
     expect_within(report->imu.found->time_offset, kImuOffset, "IMU's offset");
     std::filesystem::remove(options.input);
   }
+}
+
+/// Odometry whose steps are replaced from `from` s on.
+Fault with_steps(double from, std::function<Twist2(double t, Twist2)> replaced) {
+  struct State {
+    Pose2 last, now;
+    bool begun = false;
+  };
+  const auto state = std::make_shared<State>();
+  return {[=](double t, Odometry& odometry) {
+            const Pose2 pose = planar(odometry.T_odom_base);
+            if (!state->begun) state->last = state->now = pose, state->begun = true;
+            const Twist2 step = twist_to(state->last.inverse() * pose);
+            state->now = state->now * moved(t < from ? step : replaced(t, step), 1);
+            state->last = pose;
+            odometry.T_odom_base = transform<Odom, Base>(state->now);
+          },
+          [](double, Scan&) {}};
+}
+
+Fault laser_upside_down() {
+  return {[](double, Odometry&) {},
+          [](double, Scan& scan) {
+            std::reverse(scan.ranges.begin(), scan.ranges.end());
+            scan.angle_min =
+                -(scan.angle_min + static_cast<float>(scan.ranges.size() - 1) * scan.angle_increment);
+          }};
+}
+
+Fault laser_frozen(double from) {
+  const auto last = std::make_shared<std::vector<float>>();
+  return {[](double, Odometry&) {},
+          [=](double t, Scan& scan) {
+            if (t < from) *last = scan.ranges;
+            scan.ranges = *last;
+          }};
+}
+
+Fault stamps_jumped(double from) {
+  return {[from](double t, Odometry& odometry) {
+            if (t >= from) odometry.stamp = odometry.stamp + seconds(3.0);
+          },
+          [](double, Scan&) {}};
+}
+
+Twist2 doubled(double, Twist2 step) { return {2 * step.vx, 2 * step.vy, 2 * step.wz}; }
+Twist2 slipping(double t, Twist2 step) { return std::fmod(t, 10) < 4 ? Twist2{0.03, 0, 0} : step; }
+
+Result<CalibrationReport> calibrated(const Fault& fault, const test::DriveErrors& errors = {}) {
+  const CalibrationOptions options = options_for("faulty.lcm", 0.3);
+  LoggedDrive(3, errors, false, fault, 1).write(options.input);
+  auto report = calibrate_log(options);
+  std::filesystem::remove(options.input);
+  return report;
+}
+
+TEST(CalibrationLog, RefusesADriveWithAFaultAndNamesIt) {
+  struct Case {
+    const char* what;
+    Fault fault;
+    std::vector<const char*> named;  ///< one of them
+  };
+  const Case cases[] = {
+      {"rotation flipped",
+       with_steps(0,
+                  [](double, Twist2 s) {
+                    return Twist2{s.vx, s.vy, -s.wz};
+                  }),
+       {"turns the wrong way"}},
+      {"translation flipped",
+       with_steps(0,
+                  [](double, Twist2 s) {
+                    return Twist2{-s.vx, -s.vy, s.wz};
+                  }),
+       {"change the sign of odometry's translation"}},
+      {"frozen", with_steps(0, [](double, Twist2) { return Twist2{}; }), {"stands still while the robot"}},
+      {"doubled", with_steps(20, doubled), {"scale changes"}},
+      {"slipping", with_steps(10, slipping), {"slip", "contradicts", "carried", "stands still"}},
+      {"laser upside down", laser_upside_down(), {"upside down"}},
+      {"laser frozen", laser_frozen(15), {"repeats one scan"}},
+      {"stamps jumped", stamps_jumped(15), {"not on the clock"}},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.what);
+    const auto report = calibrated(each.fault);
+    if (!report.ok()) {
+      EXPECT_TRUE(std::any_of(each.named.begin(), each.named.end(), [&](const char* text) {
+        return report.error().message.find(text) != std::string::npos;
+      })) << report.error().message;
+      continue;
+    }
+    EXPECT_EQ(report->verdict, CalibrationVerdict::refused);
+    std::string all;
+    for (const std::string& refusal : report->refusals) all += refusal + "\n";
+    EXPECT_TRUE(std::any_of(each.named.begin(), each.named.end(), [&](const char* text) {
+      return all.find(text) != std::string::npos;
+    })) << all;
+    const std::string text = to_text(*report, {});
+    EXPECT_EQ(text.find("not shown by this drive: "), std::string::npos)
+        << "advice for another drive: " << text;
+    EXPECT_NE(to_json(*report, {}).find("\"verdict\": \"refused\""), std::string::npos);
+  }
+}
+
+std::string error_of(const Fault& fault, const CalibrationOptions& options) {
+  LoggedDrive(5, {}, false, fault, 0.5).write(options.input);
+  const auto report = calibrate_log(options);
+  std::filesystem::remove(options.input);
+  return report.ok() ? "no error" : report.error().message;
+}
+
+/// Without a return from `from` s on.
+Fault without_returns(double from) {
+  return {[](double, Odometry&) {},
+          [from](double t, Scan& scan) {
+            if (t < from) return;
+            std::fill(scan.ranges.begin(), scan.ranges.end(), std::numeric_limits<float>::infinity());
+          }};
+}
+
+TEST(CalibrationLog, NamesTheReasonWhereADriveShowsNothing) {
+  CalibrationOptions options = options_for("nothing.lcm", 0.3);
+  Fault stands = laser_frozen(0.1);
+  stands.of_odometry = with_steps(0, [](double, Twist2) { return Twist2{}; }).of_odometry;
+  const auto expect = [](const std::string& error, const char* text) {
+    EXPECT_NE(error.find(text), std::string::npos) << error;
+  };
+  expect(error_of(stands, options), "the robot stands: odometry drives 0.00 m");
+  expect(error_of(laser_frozen(0.1), options), "but the scans stand still");
+  expect(error_of(without_returns(0), options), "0 % of their beams have a return");
+  options.imu_channel = "NOPE";
+  expect(error_of({}, options), "NOPE");
+  options.imu_channel = "IMU";
+  options.camera_channel = "CAMERA_9";
+  expect(error_of({}, options), "CAMERA_9");
+}
+
+TEST(CalibrationLog, NamesAMapOfAnotherPlace) {
+  pose::GridMap map;
+  map.width = map.height = 60;  // a cell of 3 m
+  map.occupied.assign(3600, 0.1F);
+  for (int i = 0; i < 60; ++i) {
+    for (const int at : {i, 59 * 60 + i, 60 * i, 60 * i + 59})
+      map.occupied[static_cast<std::size_t>(at)] = 0.9F;
+  }
+  const std::string prefix = (std::filesystem::path(testing::TempDir()) / "another_place").string();
+  ASSERT_TRUE(save_ros_map(map, prefix).ok());
+  CalibrationOptions options = options_for("elsewhere.lcm", 0.3);
+  options.map = prefix + ".yaml";
+  const std::string error = error_of({}, options);
+  EXPECT_NE(error.find("is it the map of this place?"), std::string::npos) << error;
+}
+
+TEST(CalibrationLog, CountsWhatItCannotReadAndNamesALogThatIsCutOff) {
+  const CalibrationOptions options = options_for("damaged.lcm", 0.3);
+  Fault fault;
+  fault.of_odometry = [count = 0](double, Odometry& odometry) mutable {
+    if (++count % 20 == 0) odometry.T_odom_base = transform<Odom, Base>(Pose2{1e38, 0, 0});
+  };
+  LoggedDrive(6, {}, false, fault, 1).write(options.input);
+  std::filesystem::resize_file(options.input, std::filesystem::file_size(options.input) - 7);
+  const auto report = calibrate_log(options);
+  std::filesystem::remove(options.input);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_EQ(report->findings.size(), 2U);
+  EXPECT_NE(report->findings[0].find(" times)"), std::string::npos) << report->findings[0];
+  EXPECT_NE(report->findings[1].find("the file ends within an event"), std::string::npos);
+  EXPECT_GT(report->refused, 30U);
+}
+
+TEST(CalibrationLog, AcceptsALaserThatLooksBackwardWithAWarning) {
+  test::DriveErrors errors;
+  errors.T_base_laser = {-0.2, 0.02, std::numbers::pi - 0.03};
+  const auto report = calibrated({}, errors);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->verdict, CalibrationVerdict::better);
+  ASSERT_FALSE(report->warnings.empty());
+  EXPECT_NE(report->warnings.back().find("yaw changes by"), std::string::npos) << report->warnings.back();
+}
+
+TEST(CalibrateCommand, WritesNoDescriptionThatIsRefused) {
+  const test::TemporaryFolder folder;
+  const auto path = [&folder](const char* name) { return folder / name; };
+  LoggedDrive(3, {}, false, with_steps(0, [](double, Twist2) { return Twist2{}; }), 1)
+      .write(path("frozen.lcm"));
+  const std::vector<std::string> arguments{"calibrate",        path("frozen.lcm"), "-o",
+                                           path("robot.yaml"), "--summary",        path("summary.json")};
+  const test::Ran ran = test::run(arguments, path("output.txt"));
+  EXPECT_EQ(ran.exit, 1);
+  EXPECT_NE(ran.output.find("do not use this result"), std::string::npos) << ran.output;
+  EXPECT_NE(ran.output.find("is not written"), std::string::npos) << ran.output;
+  EXPECT_FALSE(std::filesystem::exists(path("robot.yaml")));
+  EXPECT_TRUE(std::filesystem::exists(path("summary.json")));
+  std::vector<std::string> nevertheless = arguments;
+  nevertheless.insert(nevertheless.end(), {"--force", "--write-refused"});
+  EXPECT_EQ(test::run(nevertheless, path("output.txt")).exit, 1);
+  EXPECT_TRUE(std::filesystem::exists(path("robot.yaml")));
+}
+
+TEST(CalibrationLog, TakesADescriptionThatIsRightForAsGood) {
+  test::DriveErrors errors;
+  errors.odometry = {};
+  errors.T_base_laser = planar(test::robot_with_laser().laser->T_base_laser);
+  const auto report = calibrated({}, errors);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->verdict, CalibrationVerdict::as_good) << to_text(*report, {});
+}
+
+/// 60 windows with this error, m, and little scatter.
+pose::MotionCheck check_with(double error) {
+  pose::MotionCheck check;
+  for (int i = 0; i < 60; ++i)
+    check.errors.push_back({SensorTime{} + seconds(1000.0 + i), error * (1 + 0.01 * (i % 7)), 0, 1, 1});
+  check.windows = check.errors.size();
+  check.position_rms = 1.03 * error;
+  check.moved_rms = check.turned_rms = 1;
+  return check;
+}
+
+TEST(CalibrationVerdict, DoesNotTakeTheNoiseOfADriveForAWorseResult) {
+  CalibrationReport report;
+  report.check_before = check_with(0.0033);
+  report.check_after = check_with(0.0051);
+  report.check_fitted = check_with(0.005);
+  judge({}, report);
+  EXPECT_EQ(report.verdict, CalibrationVerdict::as_good);
+  report.check_fitted = check_with(0.002);
+  judge({}, report);
+  EXPECT_EQ(report.verdict, CalibrationVerdict::refused);
+}
+
+TEST(CalibrationLog, SeparatesAnUncheckedResultFromARefusedOne) {
+  CalibrationOptions options = options_for("unchecked.lcm", 0);
+  LoggedDrive(4, {}, false, {}, 1).write(options.input);
+  const auto unchecked = calibrate_log(options);
+  ASSERT_TRUE(unchecked.ok()) << unchecked.error().message;
+  EXPECT_EQ(unchecked->verdict, CalibrationVerdict::not_checked);
+  const std::string json = to_json(*unchecked, options);
+  EXPECT_NE(json.find("\"holds\": null"), std::string::npos) << json;
+  EXPECT_NE(json.find("\"validation\": null"), std::string::npos) << json;
+  options.validation_fraction = 0.02;
+  const auto too_short = calibrate_log(options);
+  ASSERT_TRUE(too_short.ok()) << too_short.error().message;
+  EXPECT_EQ(too_short->verdict, CalibrationVerdict::refused);
+  ASSERT_EQ(too_short->refusals.size(), 1U);
+  EXPECT_NE(too_short->refusals[0].find("validation part is too short"), std::string::npos);
+  std::filesystem::remove(options.input);
 }
 
 }  // namespace
