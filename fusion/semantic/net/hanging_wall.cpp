@@ -29,10 +29,10 @@ bool hangs(const PlanPoints& points, const WallCandidate& wall) {
     if (at < 0 || at >= raster.columns || std::abs(offset) < kFrom || std::abs(offset) > kTo) return;
     (offset > 0 ? behind : before)[static_cast<std::size_t>(at)] = true;
   });
-  const auto most = [&](const std::vector<bool>& side) {
+  const auto is_covered = [&](const std::vector<bool>& side) {
     return static_cast<double>(std::count(side.begin(), side.end(), true)) > kUnder * raster.columns;
   };
-  return most(before) && most(behind);
+  return is_covered(before) && is_covered(behind);
 }
 
 }  // namespace parhelion::semantic
