@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
@@ -14,6 +15,8 @@
 
 namespace parhelion::tools {
 namespace {
+
+constexpr Duration kSameInstant = milliseconds(20);
 
 /// Which of the images of a camera are used: those from new places.
 class Selection {
@@ -138,15 +141,21 @@ class Reader {
 
   std::size_t count(double scale) {
     Selection selection(scale);
-    std::size_t images = 0;
+    colour_stamps_.clear();
     (void)each_event([&](const Message& event) {
       Image image;
       if (event.channel != channel::kCamera || !decode(event.channel, event.payload, image)) return Status();
       const auto T = pose_at(exposed(image), robot_->camera->head, robot_->camera->T_base_optical);
-      images += T && selection.take(T->isometry(), options_);
+      if (T && selection.take(T->isometry(), options_)) colour_stamps_.insert(exposed(image));
       return Status();
     });
-    return images;
+    return colour_stamps_.size();
+  }
+
+  /// Whether a colour image that is used was taken at the same instant.
+  bool is_with_colour(SensorTime stamp) const {
+    const auto next = colour_stamps_.lower_bound(stamp - kSameInstant);
+    return next != colour_stamps_.end() && *next <= stamp + kSameInstant;
   }
 
   Status take_image(const Message& event) {
@@ -174,7 +183,7 @@ class Reader {
                        " pixels, the camera is described with " + std::to_string(camera.width) + "x" +
                        std::to_string(camera.height));
     frames_.colour.push_back(
-        {camera, *T_map_optical, render::unwarped(std::move(*pixels), colour_lens_).rgb});
+        {camera, *T_map_optical, render::unwarped(std::move(*pixels), colour_lens_).rgb, exposed(image)});
     return {};
   }
 
@@ -183,14 +192,16 @@ class Reader {
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
     const auto T_map_optical = pose_at(image.stamp, robot_->depth->head, robot_->depth->T_base_optical);
     if (!T_map_optical) return ++without_pose_, Status();
-    if (!depth_selection_.take(T_map_optical->isometry(), options_)) return {};
+    if (!depth_selection_.take(T_map_optical->isometry(), options_) && !is_with_colour(image.stamp))
+      return {};
     auto pixels = render::decode_depth(image);
     if (!pixels) return leave_out(pixels.error().message);
     const semantic::Pinhole camera = pinhole_of(depth_lens_->view);
     if (pixels->width != camera.width || pixels->height != camera.height)
       return leave_out("a depth image of another size than its camera is described with");
     frames_.depth.push_back({camera, *T_map_optical,
-                             render::unwarped(std::move(pixels->millimetres), camera.width, *depth_lens_)});
+                             render::unwarped(std::move(pixels->millimetres), camera.width, *depth_lens_),
+                             image.stamp});
     return {};
   }
 
@@ -202,6 +213,7 @@ class Reader {
   LogPoses poses_;
   render::Unwarp colour_lens_;
   std::optional<render::Unwarp> depth_lens_;
+  std::set<SensorTime> colour_stamps_;  ///< of those that are used
   Selection colour_selection_{1}, depth_selection_{0.5};
   ImageFrames frames_;
   std::uint64_t damaged_ = 0, without_pose_ = 0, unusable_ = 0;

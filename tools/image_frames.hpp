@@ -15,7 +15,8 @@ namespace parhelion::tools {
 struct ImageFrameOptions {
   std::filesystem::path robot;  ///< robot description that replaces the log's own
   /// Of colour images the first is used, and each after the camera has moved or turned this much since the
-  /// last; of depth images half as much is enough.
+  /// last; of depth images half as much is enough, and those taken with a colour image that is used are used,
+  /// too.
   double distance = 0.05;                     ///< m
   double angle = 3 * std::numbers::pi / 180;  ///< rad
   /// Images of a kind, of 640x480 pixels; of larger ones fewer. With more, distance and angle grow.

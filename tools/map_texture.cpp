@@ -65,6 +65,9 @@ void report(const Arguments& a, const semantic::BuiltTexture& built, double seco
                "of images moved by %.1f cm (median); picture %dx%d; %.1f s\n",
                a.output.c_str(), built.texture.quads.size(), share(built.measured), share(built.seen),
                100 * built.moved, built.width, built.height, seconds);
+  if (built.with_movers > 0)
+    print_note("people or things that moved were left out of " + std::to_string(built.with_movers) +
+               " images: other images see through them");
 }
 
 Status run(Arguments& a) {

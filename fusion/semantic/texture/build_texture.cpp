@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <string>
 
+#include "fusion/cloud/parallel.hpp"
 #include "fusion/semantic/texture/auto_exposure.hpp"
 #include "fusion/semantic/texture/exposure.hpp"
 #include "fusion/semantic/texture/model_surface.hpp"
+#include "fusion/semantic/texture/movers.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
-constexpr int kSmallest = 16;  ///< pixels a side
+constexpr double kSameInstant = 0.04;  ///< s
+constexpr double kMover = 0.01;        ///< of an image's pixels: less is not worth a word
+constexpr int kSmallest = 16;          ///< pixels a side
 constexpr double kCoarser = 1.5;
 constexpr double kCoarsest = 0.2;  ///< m
 
@@ -35,15 +39,21 @@ Status check(const std::vector<View>& views, const char* kind, std::size_t value
 
 class Builder {
  public:
-  Builder(const SemanticModel& model, std::vector<ColourView> views, const std::vector<DepthView>& depth,
+  Builder(const SemanticModel& model, std::vector<ColourView> views, std::vector<DepthView> depth,
           const TextureOptions& options, const std::function<void(const char*)>& progress)
-      : model_(model), views_(std::move(views)), depth_(depth), options_(options), progress_(progress) {}
+      : model_(model),
+        views_(std::move(views)),
+        measured_depth_(std::move(depth)),
+        options_(options),
+        progress_(progress) {}
 
   Result<BuiltTexture> build() {
+    leave_out_movers_of_depth();
     if (const Status made = make_surface(); !made) return made.error();
     if (surface_.empty())
       return Error{
           "nothing to texture: the model is empty, and there is no depth image that measured anything"};
+    leave_out_movers_of_colour();
     compare_views();
     stage("colours");
     const BakedSurface baked = bake(surface_, views_, geometry_, gains_, options_.bake);
@@ -55,6 +65,36 @@ class Builder {
  private:
   void stage(const char* name) const {
     if (progress_) progress_(name);
+  }
+
+  void leave_out_movers_of_depth() {
+    movers_ = passing(measured_depth_, options_.movers);
+    depth_ = measured_depth_;
+    for (std::size_t v = 0; v < depth_.size(); ++v)
+      for (std::size_t i = 0; i < movers_[v].size(); ++i)
+        if (movers_[v][i] != 0) depth_[v].millimetres[i] = 0;
+  }
+
+  /// The depth image that was taken with a colour image, none: the number of all.
+  std::size_t depth_with(const ColourView& view) const {
+    std::size_t best = measured_depth_.size();
+    Duration least = seconds(kSameInstant);
+    for (std::size_t d = 0; view.stamp && d < measured_depth_.size(); ++d) {
+      if (!measured_depth_[d].stamp) continue;
+      const Duration apart = *view.stamp - *measured_depth_[d].stamp;
+      const Duration off = apart < Duration{} ? -apart : apart;
+      if (off < least) least = off, best = d;
+    }
+    return best;
+  }
+
+  void leave_out_movers_of_colour() {
+    geometry_ = geometry_of(surface_, views_, options_.threads);
+    cloud::for_each_chunk(views_.size(), 1, options_.threads, [&](std::size_t v, std::size_t, std::size_t) {
+      const std::size_t d = depth_with(views_[v]);
+      if (d < measured_depth_.size())
+        views_[v].witnessed = compare_depth(geometry_[v], measured_depth_[d], movers_[d], options_.movers);
+    });
   }
 
   /// Coarser where a site is too large for one picture.
@@ -109,12 +149,17 @@ class Builder {
     std::nth_element(moved_.begin(), moved_.begin() + static_cast<std::ptrdiff_t>(moved_.size() / 2),
                      moved_.end());
     built.moved = moved_[moved_.size() / 2];
+    for (const ColourView& view : views_) {
+      const auto pixels = std::count(view.witnessed.begin(), view.witnessed.end(), Witnessed::contradicts);
+      built.with_movers += static_cast<double>(pixels) > kMover * static_cast<double>(view.camera.pixels());
+    }
     return built;
   }
 
   const SemanticModel& model_;
   std::vector<ColourView> views_;
-  const std::vector<DepthView>& depth_;
+  std::vector<DepthView> measured_depth_, depth_;  ///< as given; without movers
+  std::vector<std::vector<std::uint8_t>> movers_;  ///< in the images of measured_depth_
   TextureOptions options_;
   const std::function<void(const char*)>& progress_;
   QuadSurface surface_;
@@ -135,7 +180,8 @@ Result<BuiltTexture> build_texture(const SemanticModel& model, std::vector<Colou
   if (!colour) return colour.error();
   const Status deep = check(depth, "depth", 1, [](const DepthView& view) { return view.millimetres.size(); });
   if (!deep) return deep.error();
-  options.volume.threads = options.bake.threads = options.align.threads = options.threads;
+  options.volume.threads = options.bake.threads = options.align.threads = options.movers.threads =
+      options.threads;
   return Builder(model, std::move(views), depth, options, progress).build();
 }
 

@@ -6,6 +6,7 @@
 
 #include "fusion/semantic/texture/align_views.hpp"
 #include "fusion/semantic/texture/bake.hpp"
+#include "fusion/semantic/texture/movers.hpp"
 #include "fusion/semantic/texture/surface_volume.hpp"
 #include "protocols/model.hpp"
 #include "protocols/site_texture.hpp"
@@ -16,6 +17,7 @@ struct TextureOptions {
   VolumeOptions volume;
   BakeOptions bake;
   AlignOptions align;
+  MoverOptions movers;
   double cell = 0.10;            ///< m, pieces of the model's surfaces where no depth was measured
   double cell_no_depth = 0.05;   ///< m, the same where there are no depth images at all
   std::size_t samples = 30'000;  ///< places where images are compared
@@ -29,6 +31,7 @@ struct BuiltTexture {
   std::size_t measured = 0;       ///< quads whose surface was measured
   std::size_t seen = 0;           ///< quads that an image shows
   double moved = 0;               ///< m, median over the images that alignment moved them
+  std::size_t with_movers = 0;    ///< images of which a part was left out, as it shows no part of the site
 };
 
 /// `progress`: called with the name of each stage. Errors: no image, a size that is not its camera's, a

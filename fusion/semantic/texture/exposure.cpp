@@ -9,8 +9,12 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr float kDark = 12, kSaturated = 245;  ///< of 255
+constexpr float kPoor = 0.05F;  ///< of the best view's weight: at an edge, or not confirmed by a depth image
 constexpr int kRounds = 30;
 constexpr double kPrior = 20;  ///< samples' worth of belief that a gain is 1
+/// Differences of logarithms that count half: views start with unequal exposure.
+constexpr double kFirstOutlier = 0.6, kOutlier = 0.12;
+constexpr double kShrink = 0.85;  ///< of the same, a round
 
 struct LogSample {
   std::size_t begin, end;
@@ -20,6 +24,35 @@ struct LogColour {
   float weight;
   Eigen::Vector3f value;
 };
+
+/// Weight of a difference, by Cauchy's kernel.
+double belief(const Eigen::Vector3d& off, double outlier) {
+  return 1 / (1 + off.squaredNorm() / (outlier * outlier));
+}
+
+/// What most views show of a sample: from the median of each channel, a step towards the mean of those near
+/// it.
+Eigen::Vector3d consensus(std::span<const LogColour> colours, std::span<const Eigen::Vector3d> gain,
+                          double outlier) {
+  Eigen::Vector3d median;
+  std::vector<double> values(colours.size());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < colours.size(); ++i)
+      values[i] = static_cast<double>(colours[i].value[c]) + gain[colours[i].view][c];
+    std::nth_element(values.begin(), middle, values.end());
+    median[c] = *middle;
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double total = 0;
+  for (const LogColour& colour : colours) {
+    const Eigen::Vector3d value = colour.value.cast<double>() + gain[colour.view];
+    const double weight = static_cast<double>(colour.weight) * belief(value - median, outlier);
+    sum += weight * value;
+    total += weight;
+  }
+  return sum / total;
+}
 
 }  // namespace
 
@@ -48,7 +81,10 @@ std::vector<Eigen::Vector3f> exposure_gains(std::span<const ColourView> views,
   std::vector<LogSample> groups;
   for (const SurfaceSample& sample : samples) {
     const std::size_t begin = colours.size();
+    float best = 0;
+    for (const Observation& seen : sample.seen) best = std::max(best, seen.weight);
     for (const Observation& seen : sample.seen) {
+      if (seen.weight < kPoor * best) continue;
       const Eigen::Vector3f colour = colour_at(views[seen.view], seen.pixel);
       if (colour.minCoeff() < kDark || colour.maxCoeff() > kSaturated) continue;
       colours.push_back({seen.view, seen.weight, colour.array().log().matrix()});
@@ -56,22 +92,18 @@ std::vector<Eigen::Vector3f> exposure_gains(std::span<const ColourView> views,
     groups.push_back({begin, colours.size()});
   }
   std::vector<Eigen::Vector3d> gain(views.size(), Eigen::Vector3d::Zero());
-  for (int round = 0; round < kRounds; ++round) {
+  double outlier = kFirstOutlier;
+  for (int round = 0; round < kRounds; ++round, outlier = std::max(kOutlier, kShrink * outlier)) {
     std::vector<Eigen::Vector3d> sum(views.size(), Eigen::Vector3d::Zero());
     std::vector<double> weight(views.size(), kPrior);
     for (const LogSample& group : groups) {
       if (group.end - group.begin < 2) continue;
-      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-      double total = 0;
+      const Eigen::Vector3d mean = consensus({&colours[group.begin], group.end - group.begin}, gain, outlier);
       for (std::size_t i = group.begin; i < group.end; ++i) {
-        mean += static_cast<double>(colours[i].weight) *
-                (colours[i].value.cast<double>() + gain[colours[i].view]);
-        total += static_cast<double>(colours[i].weight);
-      }
-      mean /= total;
-      for (std::size_t i = group.begin; i < group.end; ++i) {
-        sum[colours[i].view] += mean - colours[i].value.cast<double>();
-        weight[colours[i].view] += 1;
+        const Eigen::Vector3d off = mean - colours[i].value.cast<double>();
+        const double trust = belief(off - gain[colours[i].view], outlier);
+        sum[colours[i].view] += trust * off;
+        weight[colours[i].view] += trust;
       }
     }
     for (std::size_t v = 0; v < views.size(); ++v) gain[v] = sum[v] / weight[v];

@@ -21,7 +21,8 @@ std::vector<SurfaceSample> sample_surface(const QuadSurface& surface, std::span<
                                           std::size_t count, int threads);
 
 /// Factors by which each view's red, green and blue are multiplied, so that views agree; their mean over the
-/// views is 1. Least squares of the logarithms, saturated and dark pixels left out.
+/// views is 1. A robust estimate over the logarithms, in which views that differ from most others of a sample
+/// count little; saturated and dark pixels are left out.
 std::vector<Eigen::Vector3f> exposure_gains(std::span<const ColourView> views,
                                             std::span<const SurfaceSample> samples);
 

@@ -61,8 +61,12 @@ ViewGeometry geometry_of(const QuadSurface& surface, const ColourView& view) {
   geometry.depth.resize(pixels.size());
   std::transform(pixels.begin(), pixels.end(), geometry.depth.begin(),
                  [](const SeenPixel& pixel) { return pixel.depth; });
+  for (std::size_t i = 0; i < view.witnessed.size(); ++i)
+    if (view.witnessed[i] == Witnessed::contradicts) geometry.depth[i] = 0;
   geometry.clear = edges_of(geometry);
   spread(view.camera, geometry.clear);
+  for (std::size_t i = 0; i < view.witnessed.size(); ++i)
+    if (view.witnessed[i] == Witnessed::unmeasured) geometry.clear[i] = 0;
   return geometry;
 }
 

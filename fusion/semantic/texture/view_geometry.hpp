@@ -12,8 +12,10 @@ namespace parhelion::semantic {
 struct ViewGeometry {
   Pinhole camera;
   Eigen::Isometry3d T_optical_map = Eigen::Isometry3d::Identity();
-  std::vector<float> depth;         ///< m; 0: no surface
-  std::vector<std::uint8_t> clear;  ///< pixels to the nearest edge of depth or of the image, at most kClear
+  std::vector<float> depth;  ///< m; 0: no surface, or it is hidden by what is no part of the site
+  /// Pixels to the nearest edge of depth or of the image, at most kClear; 0 where no depth image confirms the
+  /// surface.
+  std::vector<std::uint8_t> clear;
 
   static constexpr int kClear = 24;
 };

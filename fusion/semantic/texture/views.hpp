@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocols/frames.hpp"
+#include "protocols/time.hpp"
 
 namespace parhelion::semantic {
 
@@ -29,11 +30,20 @@ struct Pinhole {
   }
 };
 
+/// What the depth image of the same instant says of a pixel that should show the site's surface.
+enum class Witnessed : std::uint8_t {
+  agrees,
+  unmeasured,   ///< nothing was measured there
+  contradicts,  ///< something else stands there, or the surface was seen through
+};
+
 /// A colour image.
 struct ColourView {
   Pinhole camera;
   Transform<Map, CameraOptical> T_map_optical;
-  std::vector<std::uint8_t> rgb;  ///< sRGB, row by row
+  std::vector<std::uint8_t> rgb;                   ///< sRGB, row by row
+  std::optional<SensorTime> stamp = std::nullopt;  ///< middle of the exposure
+  std::vector<Witnessed> witnessed = {};           ///< of each pixel; empty: all agree
 };
 
 /// A depth image.
@@ -41,6 +51,7 @@ struct DepthView {
   Pinhole camera;
   Transform<Map, DepthOptical> T_map_optical;
   std::vector<std::uint16_t> millimetres;  ///< along the optical axis, row by row; 0: no measurement
+  std::optional<SensorTime> stamp = std::nullopt;
 };
 
 /// Colour between pixels (bilinear), 0..255; the pixel must be contained.

@@ -32,6 +32,22 @@ Recording record(const Poses& poses, bool with_depth = true) {
   return recording;
 }
 
+/// The same with somebody who walks through the room, three times each way.
+Recording record_with_walker(const Poses& poses) {
+  Recording recording;
+  std::mt19937 random(5);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double along = static_cast<double>(i) / static_cast<double>(poses.size());
+    const Eigen::Vector2d walker(0.6 + 2.8 * std::abs(std::fmod(6 * along, 2.0) - 1),
+                                 0.7 + 0.3 * std::sin(9 * along));
+    recording.colour.push_back(PaintedRoom::colour(poses[i], 1, &walker));
+    recording.depth.push_back(PaintedRoom::depth(poses[i], random, &walker));
+    recording.colour.back().stamp = recording.depth.back().stamp =
+        SensorTime::from_utime(400'000 * static_cast<std::int64_t>(i));
+  }
+  return recording;
+}
+
 /// dB, of what the texture shows in a view against the paint there; `share`: of pixels that it shows.
 double quality(const BuiltTexture& built, const Transform<Map, CameraOptical>& pose, double& share) {
   const SiteTexture& texture = built.texture;
@@ -142,6 +158,35 @@ TEST(BuildTexture, DifferentExposuresLeaveNoSeams) {
   ASSERT_TRUE(built) << built.error().message;
   double share = 0;
   EXPECT_GT(quality(*built, elsewhere(), share), 25);
+}
+
+TEST(BuildTexture, SomebodyWhoWalksThroughLeavesNoTrace) {
+  const Poses poses = PaintedRoom::round(36);
+  const Recording empty = record(poses), walked = record_with_walker(poses);
+  const auto without = build_texture({}, empty.colour, empty.depth);
+  const auto with = build_texture({}, walked.colour, walked.depth);
+  ASSERT_TRUE(without.ok() && with.ok());
+  EXPECT_EQ(without->with_movers, 0U);
+  EXPECT_GT(with->with_movers, 5U);
+  for (const Transform<Map, CameraOptical>& view : {elsewhere(), poses[0], poses[12], poses[24]}) {
+    double share_without = 0, share_with = 0;
+    const double best = quality(*without, view, share_without);
+    EXPECT_GT(quality(*with, view, share_with), best - 1);
+    EXPECT_GT(share_with, share_without - 0.02);
+  }
+}
+
+TEST(ExposureGains, WhoStandsInFrontOfHalfOfTheViewsColoursNothing) {
+  const Poses poses = PaintedRoom::round(24);
+  std::vector<ColourView> views;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Vector2d walker(2 + 0.6 * std::cos(0.3 * static_cast<double>(i)), 0.6);
+    views.push_back(PaintedRoom::colour(poses[i], 1, i % 2 == 0 ? &walker : nullptr));
+  }
+  const QuadSurface surface = surface_of(PaintedRoom::model(), 0.05);
+  const auto samples = sample_surface(surface, geometry_of(surface, views, 0), 5000, 0);
+  for (const Eigen::Vector3f& gain : exposure_gains(views, samples))
+    EXPECT_LT((gain - Eigen::Vector3f::Ones()).cwiseAbs().maxCoeff(), 0.03F) << gain.transpose();
 }
 
 TEST(BuildTexture, BadInputIsRefusedWithTheReason) {

@@ -36,15 +36,25 @@ class PaintedRoom {
   struct Hit {
     Eigen::Vector3d point;
     double depth;  ///< m along the optical axis
+    bool walker = false;
   };
-  static Hit cast(const Transform<Map, CameraOptical>& T, double column, double row) {
+  /// Somebody stands at `walker` (m); nullptr: nobody.
+  static Hit cast(const Transform<Map, CameraOptical>& T, double column, double row,
+                  const Eigen::Vector2d* walker = nullptr) {
     const semantic::Pinhole c = camera();
     const Eigen::Vector3d ray =
         T.rotation() * Eigen::Vector3d((column - c.cx) / c.fx, (row - c.cy) / c.fy, 1);
     const Eigen::Vector3d from = T.translation();
     double depth = leave(from, ray, kLow, kHigh);
     if (const double box = enter(from, ray, kBoxLow, kBoxHigh); box > 0) depth = std::min(depth, box);
-    return {from + depth * ray, depth};
+    const double room = depth;
+    if (walker != nullptr) {
+      const Eigen::Vector3d low(walker->x() - 0.2, walker->y() - 0.2, 0),
+          high = low + Eigen::Vector3d(0.4, 0.4, 1.7);
+      if (const double somebody = enter(from, ray, low, high); somebody > 0)
+        depth = std::min(depth, somebody);
+    }
+    return {from + depth * ray, depth, depth < room};
   }
 
   /// sRGB, 0..255.
@@ -55,22 +65,29 @@ class PaintedRoom {
             110 + 40 * stripes + 30 * std::sin(p.x() - 2 * p.y())};
   }
 
-  static semantic::ColourView colour(const Transform<Map, CameraOptical>& T, double exposure = 1) {
+  static Eigen::Vector3d shirt() { return {235, 40, 200}; }
+
+  static semantic::ColourView colour(const Transform<Map, CameraOptical>& T, double exposure = 1,
+                                     const Eigen::Vector2d* walker = nullptr) {
     semantic::ColourView view{camera(), T, {}};
-    for (int row = 0; row < kHeight; ++row)
-      for (int column = 0; column < kWidth; ++column)
-        for (const double value : Eigen::Vector3d(exposure * paint(cast(T, column, row).point)))
+    for (int row = 0; row < kHeight; ++row) {
+      for (int column = 0; column < kWidth; ++column) {
+        const Hit hit = cast(T, column, row, walker);
+        for (const double value : Eigen::Vector3d(exposure * (hit.walker ? shirt() : paint(hit.point))))
           view.rgb.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
+      }
+    }
     return view;
   }
 
   /// With noise of triangulated depth: 3 mm at 1 m, growing with the square of the distance.
-  static semantic::DepthView depth(const Transform<Map, CameraOptical>& T, std::mt19937& random) {
+  static semantic::DepthView depth(const Transform<Map, CameraOptical>& T, std::mt19937& random,
+                                   const Eigen::Vector2d* walker = nullptr) {
     semantic::DepthView view{camera(), T.as<Map, DepthOptical>(), {}};
     std::normal_distribution<double> noise;
     for (int row = 0; row < kHeight; ++row) {
       for (int column = 0; column < kWidth; ++column) {
-        const double z = cast(T, column, row).depth;
+        const double z = cast(T, column, row, walker).depth;
         view.millimetres.push_back(
             static_cast<std::uint16_t>(std::lround(1000 * (z + 0.003 * z * z * noise(random)))));
       }
