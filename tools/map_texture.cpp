@@ -1,6 +1,7 @@
 // `parhelion map texture`: what a site looks like, from recorded camera images.
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -56,6 +57,28 @@ Result<semantic::BuiltTexture> build(const Arguments& a, const SemanticModel& mo
   return built;
 }
 
+/// What is wrong with the calibration or the poses, and what to do.
+void warn(const semantic::BuiltTexture& built) {
+  constexpr double kFocal = 0.02, kDistortion = 0.05, kMoved = 0.04;
+  const semantic::LensError& lens = built.lens;
+  char text[400];
+  if (std::abs(lens.focal - 1) > kFocal || std::abs(lens.distortion) > kDistortion) {
+    std::snprintf(
+        text, sizeof text,
+        "warning: the images do not fit the camera's calibration. They agree best with fx and fy times "
+        "%.3f and %+.2f to the first value of distortion, which this texture has; correct the robot "
+        "description, as all else uses it",
+        lens.focal, lens.distortion);
+    print_note(text);
+  }
+  if (built.moved > kMoved) {
+    print_note(
+        "warning: the images were placed far from where they agree. Look for the reason in the poses, the "
+        "camera's pose "
+        "on the robot and its time_offset; `parhelion calibrate` estimates the last");
+  }
+}
+
 void report(const Arguments& a, const semantic::BuiltTexture& built, double seconds) {
   const auto share = [&](std::size_t part) {
     return 100.0 * static_cast<double>(part) / static_cast<double>(built.texture.quads.size());
@@ -68,6 +91,7 @@ void report(const Arguments& a, const semantic::BuiltTexture& built, double seco
   if (built.with_movers > 0)
     print_note("people or things that moved were left out of " + std::to_string(built.with_movers) +
                " images: other images see through them");
+  warn(built);
 }
 
 Status run(Arguments& a) {

@@ -89,6 +89,7 @@ class Builder {
   }
 
   void leave_out_movers_of_colour() {
+    for (ColourView& view : views_) view.witnessed.clear();
     geometry_ = geometry_of(surface_, views_, options_.threads);
     cloud::for_each_chunk(views_.size(), 1, options_.threads, [&](std::size_t v, std::size_t, std::size_t) {
       const std::size_t d = depth_with(views_[v]);
@@ -119,7 +120,9 @@ class Builder {
     std::vector<Eigen::Vector3d> given;
     for (const ColourView& view : views_) given.push_back(view.T_map_optical.translation());
     sample();
-    align_views(views_, gains_, samples_, options_.align);
+    lens_ = align_views(views_, gains_, samples_, options_.align);
+    for (ColourView& view : views_) view = corrected(std::move(view), lens_);
+    leave_out_movers_of_colour();
     sample();
     for (std::size_t v = 0; v < views_.size(); ++v)
       moved_.push_back((views_[v].T_map_optical.translation() - given[v]).norm());
@@ -149,6 +152,7 @@ class Builder {
     std::nth_element(moved_.begin(), moved_.begin() + static_cast<std::ptrdiff_t>(moved_.size() / 2),
                      moved_.end());
     built.moved = moved_[moved_.size() / 2];
+    built.lens = lens_;
     for (const ColourView& view : views_) {
       const auto pixels = std::count(view.witnessed.begin(), view.witnessed.end(), Witnessed::contradicts);
       built.with_movers += static_cast<double>(pixels) > kMover * static_cast<double>(view.camera.pixels());
@@ -167,6 +171,7 @@ class Builder {
   std::vector<ViewGeometry> geometry_;
   std::vector<SurfaceSample> samples_;
   std::vector<Eigen::Vector3f> gains_;
+  LensError lens_;
   std::vector<double> moved_;
 };
 

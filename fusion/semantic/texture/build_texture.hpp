@@ -31,6 +31,7 @@ struct BuiltTexture {
   std::size_t measured = 0;       ///< quads whose surface was measured
   std::size_t seen = 0;           ///< quads that an image shows
   double moved = 0;               ///< m, median over the images that alignment moved them
+  LensError lens;                 ///< what alignment found wrong with the calibration, and has put right
   std::size_t with_movers = 0;    ///< images of which a part was left out, as it shows no part of the site
 };
 

@@ -12,7 +12,8 @@ namespace {
 constexpr int kWitnesses = 2;           ///< images that must see through
 constexpr std::size_t kMinBlocks = 12;  ///< of a mover in an image; fewer are noise at edges
 constexpr int kGrowth = 24;             ///< blocks
-constexpr float kOneBody = 0.05F;       ///< share of the depth between neighbouring blocks of one body
+constexpr double kLargeHole = 0.05;  ///< of an image's blocks: something too near for a depth camera, perhaps
+constexpr float kOneBody = 0.05F;    ///< share of the depth between neighbouring blocks of one body
 
 std::vector<float> metres(const DepthView& view, double farthest) {
   std::vector<float> depth;
@@ -171,11 +172,15 @@ std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthVi
   for (std::size_t i = 0; i < contradicts.size(); ++i) contradicts[i] |= moving[i];
   widen(contradicts, surface);
   widen(measured, surface);
+  std::vector<std::uint8_t> hole(measured.size());
+  std::transform(measured.begin(), measured.end(), hole.begin(),
+                 [](std::uint8_t m) { return m == 0 ? 1 : 0; });
+  drop_small_groups(hole, surface, static_cast<std::size_t>(kLargeHole * static_cast<double>(hole.size())));
   std::vector<Witnessed> result(camera.pixels());
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {
       const std::size_t block = surface.block_of(column, row);
-      if (measured[block] == 0) result[camera.at(column, row)] = Witnessed::unmeasured;
+      if (hole[block] != 0) result[camera.at(column, row)] = Witnessed::unmeasured;
       if (contradicts[block] != 0) result[camera.at(column, row)] = Witnessed::contradicts;
     }
   }

@@ -169,10 +169,10 @@ TEST(BuildTexture, SomebodyWhoWalksThroughLeavesNoTrace) {
   EXPECT_EQ(without->with_movers, 0U);
   EXPECT_GT(with->with_movers, 5U);
   for (const Transform<Map, CameraOptical>& view : {elsewhere(), poses[0], poses[12], poses[24]}) {
-    double share_without = 0, share_with = 0;
-    const double best = quality(*without, view, share_without);
-    EXPECT_GT(quality(*with, view, share_with), best - 1);
-    EXPECT_GT(share_with, share_without - 0.02);
+    double seen_without = 0, seen_with = 0;
+    const double best = quality(*without, view, seen_without);
+    EXPECT_GT(quality(*with, view, seen_with), best - 1);
+    EXPECT_GT(seen_with, seen_without - 0.02);
   }
 }
 
@@ -187,6 +187,37 @@ TEST(ExposureGains, WhoStandsInFrontOfHalfOfTheViewsColoursNothing) {
   const auto samples = sample_surface(surface, geometry_of(surface, views, 0), 5000, 0);
   for (const Eigen::Vector3f& gain : exposure_gains(views, samples))
     EXPECT_LT((gain - Eigen::Vector3f::Ones()).cwiseAbs().maxCoeff(), 0.03F) << gain.transpose();
+}
+
+TEST(BuildTexture, AWrongFocalLengthIsFoundAndPutRight) {
+  Recording recording = record(PaintedRoom::round(24));
+  for (ColourView& view : recording.colour) view.camera.fx *= 1.15, view.camera.fy *= 1.15;
+  const auto built = build_texture({}, recording.colour, recording.depth);
+  ASSERT_TRUE(built) << built.error().message;
+  EXPECT_NEAR(1.15 * built->lens.focal, 1, 0.01);
+  EXPECT_NEAR(built->lens.distortion, 0, 0.02);
+  double share = 0;
+  EXPECT_GT(quality(*built, elsewhere(), share), 26);
+}
+
+TEST(BuildTexture, ADistortionThatNobodyDescribedIsFoundAndPutRight) {
+  Recording recording = record(PaintedRoom::round(24));
+  for (ColourView& view : recording.colour)
+    view = corrected(std::move(view), {1, 0.1});  // what a lens of -0.1 does
+  const auto built = build_texture({}, recording.colour, recording.depth);
+  ASSERT_TRUE(built) << built.error().message;
+  EXPECT_NEAR(built->lens.focal, 1, 0.01);
+  EXPECT_NEAR(built->lens.distortion, -0.08, 0.03);
+  double share = 0;
+  EXPECT_GT(quality(*built, elsewhere(), share), 26);
+}
+
+TEST(BuildTexture, ARightLensStaysAsItIs) {
+  const Recording recording = record(PaintedRoom::round(24));
+  const auto built = build_texture({}, recording.colour, recording.depth);
+  ASSERT_TRUE(built) << built.error().message;
+  EXPECT_NEAR(built->lens.focal, 1, 0.003);
+  EXPECT_NEAR(built->lens.distortion, 0, 0.005);
 }
 
 TEST(BuildTexture, BadInputIsRefusedWithTheReason) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <limits>
 
@@ -185,6 +186,29 @@ TEST(MapTexture, WritesATextureBesideTheModelAndNeverOverOne) {
   const auto again = test::run(words, folder / "words.txt");
   EXPECT_EQ(again.exit, 1);
   EXPECT_NE(again.output.find("exists"), std::string::npos) << again.output;
+}
+
+TEST(MapTexture, SaysWhoWasLeftOutAndWhatIsWrongWithTheLens) {
+  const TemporaryFolder folder;
+  RobotDescription robot = robot_with_cameras();
+  robot.camera->intrinsics.fx *= 1.12, robot.camera->intrinsics.fy *= 1.12;
+  RobotLog log(folder / "drive.lcm", robot);
+  const auto poses = PaintedRoom::round(24);
+  std::mt19937 random(3);
+  for (int i = 0; i < static_cast<int>(poses.size()); ++i) {
+    const auto& pose = poses[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d walker(0.6 + 2.8 * std::abs(std::fmod(0.25 * i, 2.0) - 1), 0.7);
+    log.write("POSE", pose_of(pose, at(i)));
+    log.write("CAMERA", colour_image(PaintedRoom::colour(pose, 1, &walker), at(i)));
+    log.write("DEPTH", depth_image(PaintedRoom::depth(pose, random, &walker), at(i)));
+  }
+  std::ofstream(folder / "room.yaml") << to_yaml(SemanticModel{});
+  const auto made =
+      test::run({"map", "texture", folder / "room.yaml", "--log", folder / "drive.lcm", "--voxel", "0.04"},
+                folder / "words.txt");
+  ASSERT_EQ(made.exit, 0) << made.output;
+  EXPECT_NE(made.output.find("moved were left out of"), std::string::npos) << made.output;
+  EXPECT_NE(made.output.find("fx and fy times 0.8"), std::string::npos) << made.output;
 }
 
 }  // namespace
