@@ -189,10 +189,10 @@ class Alignment {
   /// steps of Gauss and Newton do not find the way from one stripe of a poster to the next.
   void find_focal(const std::vector<GreyImage>& images) {
     if (!options_.refine_lens) return;
-    double least = kFocalGain * cost_at(1, images), best = 1;
+    double min_cost = kFocalGain * cost_at(1, images), best = 1;
     for (int i = -kFocalSteps; i <= kFocalSteps; ++i) {
       const double focal = std::pow(kFocalStep, i), cost = cost_at(focal, images);
-      if (i != 0 && cost < least) least = cost, best = focal;
+      if (i != 0 && cost < min_cost) min_cost = cost, best = focal;
     }
     lens_.focal = first_focal_ = best;
   }

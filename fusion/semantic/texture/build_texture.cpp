@@ -78,12 +78,12 @@ class Builder {
   /// The depth image that was taken with a colour image, none: the number of all.
   std::size_t depth_with(const ColourView& view) const {
     std::size_t best = measured_depth_.size();
-    Duration least = seconds(kSameInstant);
+    Duration min_off = seconds(kSameInstant);
     for (std::size_t d = 0; view.stamp && d < measured_depth_.size(); ++d) {
       if (!measured_depth_[d].stamp) continue;
       const Duration apart = *view.stamp - *measured_depth_[d].stamp;
       const Duration off = apart < Duration{} ? -apart : apart;
-      if (off < least) least = off, best = d;
+      if (off < min_off) min_off = off, best = d;
     }
     return best;
   }
@@ -94,7 +94,8 @@ class Builder {
     cloud::for_each_chunk(views_.size(), 1, options_.threads, [&](std::size_t v, std::size_t, std::size_t) {
       const std::size_t d = depth_with(views_[v]);
       if (d < measured_depth_.size())
-        views_[v].witnessed = compare_depth(geometry_[v], measured_depth_[d], movers_[d], options_.movers);
+        views_[v].witnessed =
+            compare_depth(geometry_[v], measured_depth_[d], movers_[d], depth_, options_.movers);
     });
   }
 

@@ -9,7 +9,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr float kDark = 12, kSaturated = 245;  ///< of 255
-constexpr float kPoor = 0.05F;  ///< of the best view's weight: at an edge, or not confirmed by a depth image
+constexpr float kPoor = 0.05F;                 ///< of the best view's weight: at an edge
 constexpr int kRounds = 30;
 constexpr double kPrior = 20;  ///< samples' worth of belief that a gain is 1
 /// Differences of logarithms that count half: views start with unequal exposure.
@@ -24,6 +24,11 @@ struct LogColour {
   float weight;
   Eigen::Vector3f value;
 };
+
+bool is_unmeasured(const ColourView& view, const Eigen::Vector2d& pixel) {
+  const std::size_t at = view.camera.at(static_cast<int>(pixel.x() + 0.5), static_cast<int>(pixel.y() + 0.5));
+  return !view.witnessed.empty() && view.witnessed[at] == Witnessed::unmeasured;
+}
 
 /// Weight of a difference, by Cauchy's kernel.
 double belief(const Eigen::Vector3d& off, double outlier) {
@@ -84,7 +89,7 @@ std::vector<Eigen::Vector3f> exposure_gains(std::span<const ColourView> views,
     float best = 0;
     for (const Observation& seen : sample.seen) best = std::max(best, seen.weight);
     for (const Observation& seen : sample.seen) {
-      if (seen.weight < kPoor * best) continue;
+      if (seen.weight < kPoor * best || is_unmeasured(views[seen.view], seen.pixel)) continue;
       const Eigen::Vector3f colour = colour_at(views[seen.view], seen.pixel);
       if (colour.minCoeff() < kDark || colour.maxCoeff() > kSaturated) continue;
       colours.push_back({seen.view, seen.weight, colour.array().log().matrix()});

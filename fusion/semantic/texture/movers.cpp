@@ -12,8 +12,7 @@ namespace {
 constexpr int kWitnesses = 2;           ///< images that must see through
 constexpr std::size_t kMinBlocks = 12;  ///< of a mover in an image; fewer are noise at edges
 constexpr int kGrowth = 24;             ///< blocks
-constexpr double kLargeHole = 0.05;  ///< of an image's blocks: something too near for a depth camera, perhaps
-constexpr float kOneBody = 0.05F;    ///< share of the depth between neighbouring blocks of one body
+constexpr float kOneBody = 0.05F;       ///< share of the depth between neighbouring blocks of one body
 
 std::vector<float> metres(const DepthView& view, double farthest) {
   std::vector<float> depth;
@@ -144,8 +143,45 @@ std::vector<std::vector<std::uint8_t>> passing(std::span<const DepthView> views,
   return masks;
 }
 
+namespace {
+
+/// Unmarks holes where most other images measured nothing either: dark and shining surfaces.
+void leave_usual_holes(std::vector<std::uint8_t>& hole, const DepthBlocks& blocks,
+                       const ViewGeometry& geometry, std::span<const DepthView> others,
+                       const MoverOptions& options) {
+  std::vector<int> votes(hole.size());
+  const Eigen::Isometry3d T_map_optical = geometry.T_optical_map.inverse(Eigen::Isometry);
+  const std::size_t stride = std::max<std::size_t>(1, others.size() / options.max_witnesses);
+  const int half = blocks.step() / 2;
+  for (std::size_t i = 0; i < others.size(); i += stride) {
+    const Eigen::Isometry3d T_other_optical = others[i].T_map_optical.inverse().isometry() * T_map_optical;
+    for (int row = half; row < geometry.camera.height; row += blocks.step()) {
+      for (int column = half; column < geometry.camera.width; column += blocks.step()) {
+        const auto z = static_cast<double>(geometry.depth[geometry.camera.at(column, row)]);
+        const std::size_t block = blocks.block_of(column, row);
+        if (hole[block] == 0 || z <= 0) continue;
+        const Eigen::Vector3d p = T_other_optical * Eigen::Vector3d(z * ray_of(geometry.camera, column, row));
+        if (p.z() < 0.1) continue;
+        const Eigen::Vector2d pixel = others[i].camera.project(p);
+        if (!others[i].camera.contains(pixel)) continue;
+        const double measured = others[i].millimetres[others[i].camera.at(
+                                    static_cast<int>(pixel.x() + 0.5), static_cast<int>(pixel.y() + 0.5))] *
+                                1e-3;
+        if (measured <= 0)
+          --votes[block];
+        else if (std::abs(measured - p.z()) < tolerance_at(p.z(), options))
+          ++votes[block];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < hole.size(); ++i) hole[i] = hole[i] != 0 && votes[i] > 0 ? 1 : 0;
+}
+
+}  // namespace
+
 std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthView& depth,
-                                     std::span<const std::uint8_t> mover, const MoverOptions& options) {
+                                     std::span<const std::uint8_t> mover, std::span<const DepthView> others,
+                                     const MoverOptions& options) {
   const Pinhole& camera = geometry.camera;
   const DepthBlocks surface(camera, geometry.depth);
   std::vector<std::uint8_t> measured(surface.blocks()), contradicts(surface.blocks()),
@@ -175,7 +211,7 @@ std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthVi
   std::vector<std::uint8_t> hole(measured.size());
   std::transform(measured.begin(), measured.end(), hole.begin(),
                  [](std::uint8_t m) { return m == 0 ? 1 : 0; });
-  drop_small_groups(hole, surface, static_cast<std::size_t>(kLargeHole * static_cast<double>(hole.size())));
+  leave_usual_holes(hole, surface, geometry, others, options);
   std::vector<Witnessed> result(camera.pixels());
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {

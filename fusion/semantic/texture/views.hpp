@@ -33,7 +33,7 @@ struct Pinhole {
 /// What the depth image of the same instant says of a pixel that should show the site's surface.
 enum class Witnessed : std::uint8_t {
   agrees,
-  unmeasured,   ///< nothing was measured in a large part of the image: somebody may stand too near
+  unmeasured,   ///< nothing was measured where others measured: somebody may have stood too near
   contradicts,  ///< something else stands there, or the surface was seen through
 };
 

@@ -188,7 +188,7 @@ TEST(MapTexture, WritesATextureBesideTheModelAndNeverOverOne) {
   EXPECT_NE(again.output.find("exists"), std::string::npos) << again.output;
 }
 
-TEST(MapTexture, SaysWhoWasLeftOutAndWhatIsWrongWithTheLens) {
+TEST(MapTexture, ReportsWhoWasLeftOutAndWhatIsWrongWithTheLens) {
   const TemporaryFolder folder;
   RobotDescription robot = robot_with_cameras();
   robot.camera->intrinsics.fx *= 1.12, robot.camera->intrinsics.fy *= 1.12;
