@@ -235,6 +235,7 @@ Result<TrackedDrive> track_drive(const RecordedDrive& drive, const RobotDescript
   pose::SlamOptions slam_options;
   if (deskew == Deskew::recorded)
     slam_options.sweep_motion = [&sweeps](SensorTime stamp) { return sweeps.at(stamp); };
+  slam_options.doubt_mounting = false;
   auto slam = options.map.empty() ? pose::make_mapper(weak, slam_options)
                                   : pose::make_localizer(weak, options.map.string(), slam_options);
   if (!slam) return slam.error();

@@ -59,7 +59,7 @@ struct TrackedDrive {
   std::size_t scans = 0;  ///< that SLAM was given; those with a pose are in `motion`
 };
 
-/// How scans are corrected for their sweep: with the twist of odometry before it, as live, or with odometry
+/// How scans are corrected for their sweep: as live, with the odometry that has arrived, or with all odometry
 /// from before and after.
 enum class Deskew { live, recorded };
 

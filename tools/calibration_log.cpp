@@ -177,10 +177,10 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
         !checked)
       return in_file(options, checked.error(), report);
   }
-  const auto repeats = [](const pose::OdometryFinding& finding) {
-    return finding.fault == pose::OdometryFault::laser_frozen;
+  const auto names_it = [](const std::string& refusal) {
+    return refusal.find("repeats one scan") != std::string::npos;
   };
-  if (std::none_of(report.faults.begin(), report.faults.end(), repeats))
+  if (std::none_of(report.refusals.begin(), report.refusals.end(), names_it))
     add_repeated_scans(read->drive, report);
   judge(options, report);
   return report;

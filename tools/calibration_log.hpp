@@ -34,7 +34,7 @@ struct CalibrationOptions {
 /// Whether a calibration may be used.
 enum class CalibrationVerdict : std::uint8_t {
   better,       ///< odometry agrees better with the scans than before where the result was not fitted
-  as_good,      ///< no difference from before can be told
+  as_good,      ///< no better than before, within the noise of the drive
   not_checked,  ///< no part was kept for validation, as was asked for
   refused,      ///< must not be used, see refusals
 };

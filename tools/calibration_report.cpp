@@ -152,7 +152,8 @@ std::string verdict_lines(const CalibrationReport& report) {
     case CalibrationVerdict::better:
       return "the result holds: odometry agrees better with the scans than before\n";
     case CalibrationVerdict::as_good:
-      return "the result holds, and the description was as good before as can be measured\n";
+      return "the result holds, but is no better than the description before, within the noise of the "
+             "drive\n";
     case CalibrationVerdict::not_checked:
       return "no part was kept for validation: not checked\n";
     case CalibrationVerdict::refused:

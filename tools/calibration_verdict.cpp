@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <numbers>
 #include <utility>
 
@@ -97,6 +98,12 @@ std::string known_faults(const TrackedDrive& part, SensorTime first_scan) {
   return text;
 }
 
+/// Bit by bit.
+bool is_same(const Scan& a, const Scan& b) {
+  return a.ranges.size() == b.ranges.size() &&
+         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
+}
+
 void add_repeated_scans(const RecordedDrive& part, CalibrationReport& report) {
   constexpr double kMoved = 0.005, kTurned = 0.005;  // m, rad
   using Kind = RecordedDrive::Event::Kind;
@@ -111,7 +118,7 @@ void add_repeated_scans(const RecordedDrive& part, CalibrationReport& report) {
     if (last && scan.stamp != last->stamp &&
         (step.position().norm() > kMoved || std::abs(step.yaw) > kTurned)) {
       ++in_motion;
-      repeated += scan.ranges == last->ranges ? 1 : 0;
+      repeated += is_same(scan, *last) ? 1 : 0;
     }
     last = &scan;
     at_last = odometry;

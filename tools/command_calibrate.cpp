@@ -27,10 +27,9 @@ constexpr const char* kFooter =
     "written:\n"
     "odometry or laser are faulty, odometry agrees worse with the scans than before, or the validation part "
     "is too\n"
-    "short; the reason is printed. The JSON of --summary has verdict: better, as_good (the description "
-    "before "
-    "was\n"
-    "as good as can be measured), not_checked (--validation 0) or refused.";
+    "short; the reason is printed. The JSON of --summary has verdict: better, as_good (no better than "
+    "before,\n"
+    "within the noise of the drive), not_checked (--validation 0) or refused.";
 
 struct Arguments {
   CalibrationOptions options;

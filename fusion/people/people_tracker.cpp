@@ -184,9 +184,20 @@ void PeopleTracker::merge_companions() {
   });
 }
 
+/// Where what is not a person seems to move, too, the pose is wrong.
+bool PeopleTracker::things_move() const {
+  constexpr std::ptrdiff_t enough = 4;
+  const auto things = std::count_if(tracks_.begin(), tracks_.end(), [](const Track& t) { return !t.person; });
+  const auto moved = std::count_if(tracks_.begin(), tracks_.end(), [](const Track& t) {
+    return !t.person && t.feature(TrackFeature::has_moved) > 0.5F;
+  });
+  return things >= enough && 2 * moved >= things;
+}
+
 void PeopleTracker::classify(const LaserSweep& sweep) {
   double moved_tracks = 0;
   for (const Track& track : tracks_) moved_tracks += double{track.feature(TrackFeature::has_moved)};
+  const bool pose_is_wrong = things_move();
   for (Track& track : tracks_) {
     observe_others(track, moved_tracks, tracks_.size());
     const double log_odds = double{evaluate(options_.track, track.features)};
@@ -195,9 +206,7 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
     track.robot = std::any_of(sweep.robots.begin(), sweep.robots.end(), [&](const KnownRobot& robot) {
       return (track.position() - robot.center).norm() < robot.radius + kRobotMargin;
     });
-    // Where everything seems to move, the pose is wrong.
-    const bool moved =
-        track.feature(TrackFeature::has_moved) > 0.5F && track.feature(TrackFeature::others_moved) < 0.5F;
+    const bool moved = track.feature(TrackFeature::has_moved) > 0.5F && !pose_is_wrong;
     const double limit = moved ? options_.min_log_odds_person : options_.min_log_odds_person_unmoved;
     const double lost = moved ? options_.max_log_odds_not_person : options_.max_log_odds_not_person_unmoved;
     const bool enough = track.scans >= options_.min_scans && track.companion == 0;

@@ -62,6 +62,7 @@ class PeopleTracker {
   std::int32_t second_leg(std::size_t first) const;
   bool near_person(const Eigen::Vector2d& place) const;
   void merge_companions();
+  bool things_move() const;
   void classify(const LaserSweep& sweep);
   void recognise();
   Track* lost_like(const Track& found);

@@ -117,7 +117,9 @@ const char* advice(OdometryFault fault) {
     case OdometryFault::carried:
       return "the robot moves as its wheels cannot: it is carried or pushed";
     case OdometryFault::reversed:
-      return "odometry drives and turns the wrong way: change the sign of both wheels";
+      return "odometry drives and turns the wrong way: change the sign of both wheels; if it was always so, "
+             "the "
+             "laser may be mounted backward and upside down";
     case OdometryFault::translation_reversed:
       return "odometry drives forward where scans go backward: change the sign of its translation; if it was "
              "always so, the laser may be mounted backward";

@@ -236,10 +236,10 @@ void OdometrySanity::give_up(SensorTime now) {
   steps_.clear();
 }
 
-bool OdometrySanity::is_laser_doubtful() const {
-  return fault_ == OdometryFault::laser_frozen ||
-         (fault_ == OdometryFault::translation_reversed && !agreed_along_) ||
-         (fault_ == OdometryFault::rotation_reversed && !agreed_turning_);
+bool OdometrySanity::is_mounting_doubtful() const {
+  return (fault_ == OdometryFault::translation_reversed && !agreed_along_) ||
+         (fault_ == OdometryFault::rotation_reversed && !agreed_turning_) ||
+         (fault_ == OdometryFault::reversed && !agreed_along_ && !agreed_turning_);
 }
 
 void OdometrySanity::froze(SensorTime now) {
@@ -298,8 +298,6 @@ void OdometrySanity::settle(std::optional<Verdict> verdict, SensorTime now) {
   if (!verdict) return;
   verdict->fault = with_what_is_hidden(*verdict);
   const bool over = verdict->fault == OdometryFault::none;
-  agreed_along_ |= over && verdict->position_shown;
-  agreed_turning_ |= over && verdict->yaw_shown;
   if (over && !may_end(*verdict)) return;
   if (agreeing_ == 0 || verdict->fault != suspected_.fault) {
     agreeing_ = 0;
@@ -307,6 +305,10 @@ void OdometrySanity::settle(std::optional<Verdict> verdict, SensorTime now) {
   }
   suspected_ = *verdict;
   ++agreeing_;
+  if (over && agreeing_ >= (fault_ == OdometryFault::none ? kMotionConfirmations : enough_of(*verdict))) {
+    agreed_along_ |= verdict->position_shown;
+    agreed_turning_ |= verdict->yaw_shown;
+  }
   if (verdict->fault == fault_ || agreeing_ < enough_of(*verdict)) return;
   end_finding(suspected_since_);
   fault_ = verdict->fault;

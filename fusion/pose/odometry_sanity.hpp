@@ -47,9 +47,8 @@ class OdometrySanity {
 
   /// What is wrong now.
   OdometryFault fault() const { return fault_; }
-  /// What scans show of the robot may be wrong, not odometry: it repeats one scan, or odometry is reversed
-  /// and never was right, as it seems if the laser is mounted backward or upside down.
-  bool is_laser_doubtful() const;
+  /// Odometry is reversed and never was right, as it seems if the laser is mounted backward or upside down.
+  bool is_mounting_doubtful() const;
   /// The last comparison showed a fault, named yet or not.
   bool is_suspected() const {
     return fault_ != OdometryFault::none || (agreeing_ > 0 && suspected_.fault != OdometryFault::none);

@@ -14,7 +14,7 @@ double cautious(double brief, double lasting) {
 }
 
 /// Shorter sweeps are over before the twist changes, and stamps of odometry jitter by some part of that.
-constexpr Duration kLongSweep = milliseconds(60);
+constexpr Duration kLongSweep = milliseconds(95);
 /// Of a sweep: by so much may odometry end before it does.
 constexpr double kMissing = 0.25;
 
@@ -23,8 +23,13 @@ constexpr double kMissing = 0.25;
 std::optional<ScanOdometry::Step> ScanOdometry::step_to(const Scan& scan, const LaserDescription& laser,
                                                         const std::optional<Attitude>& attitude) {
   if (scan.ranges.empty()) return step_to(scan.stamp, {}, {}, attitude);
-  const Duration a = laser.beam_time(0, scan), b = laser.beam_time(scan.ranges.size() - 1, scan);
-  return step_to(scan.stamp, std::min(a, b), std::max(a, b), attitude);
+  Duration first = laser.beam_time(0, scan), last = first;
+  for (std::size_t i = 1; i < scan.ranges.size(); ++i) {
+    const Duration at = laser.beam_time(i, scan);
+    first = std::min(first, at);
+    last = std::max(last, at);
+  }
+  return step_to(scan.stamp, first, last, attitude);
 }
 
 /// From its beginning to its middle, and from there to its end; the twist changes evenly in between.
@@ -64,7 +69,6 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp, Durati
   result.sweep = result.twist;
   if (const auto known = during(stamp, first_beam, last_beam)) {
     result.sweep = *known;
-    result.twist = known->twist;
   }
   if (latest_->stamp == stamp) T_odom_base = planar(latest_->T_odom_base);
   if (!T_odom_base) {

@@ -72,7 +72,7 @@ class ScanTracking {
   Eigen::Matrix3d published(const Eigen::Matrix3d& covariance) const;
 
   OdometryFault fault() const { return sanity_.fault(); }
-  bool is_laser_doubtful() const { return sanity_.is_laser_doubtful(); }
+  bool is_mounting_doubtful() const { return sanity_.is_mounting_doubtful(); }
   const std::vector<OdometryFinding>& findings() const { return sanity_.findings(); }
 
  private:

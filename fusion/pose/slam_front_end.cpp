@@ -109,9 +109,10 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
 SlamState SlamFrontEnd::state(SensorTime stamp) const {
   const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
   if (sigma > kLostSigma) return SlamState::lost;
-  return tracking_.is_laser_doubtful() || sigma > kUnsureSigma || stamp - matched_ > kPatience
-             ? SlamState::unsure
-             : SlamState::tracking;
+  const bool doubtful = tracking_.fault() == OdometryFault::laser_frozen ||
+                        (options_.doubt_mounting && tracking_.is_mounting_doubtful());
+  return doubtful || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
+                                                                          : SlamState::tracking;
 }
 
 void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {

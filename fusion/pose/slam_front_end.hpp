@@ -42,6 +42,7 @@ class SlamFrontEnd {
     double window = 25;               ///< m of path that the local map covers
     double surroundings = 10;         ///< m: the same for old keyframes around the robot, after a loop
     double joined = 12;               ///< m of path after a loop closure
+    bool doubt_mounting = true;       ///< as SlamOptions
     MatchOptions match{.by_direction = true};
   };
   struct Estimate {

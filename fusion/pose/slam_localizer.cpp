@@ -127,7 +127,11 @@ class Localizer final : public Slam {
 
   bool is_doubtful() const {
     const OdometryFault fault = tracking_.fault();
-    if (tracking_.is_laser_doubtful() || fault == OdometryFault::carried) return true;
+    if (fault == OdometryFault::laser_frozen || fault == OdometryFault::carried) return true;
+    // Mirrored scans would not fit the map.
+    if (options_.doubt_mounting && fault != OdometryFault::rotation_reversed &&
+        tracking_.is_mounting_doubtful())
+      return true;
     if (suspicious_ || slipped_ || (fault == OdometryFault::none && doubt_.moved_otherwise())) return true;
     return now_ - matched_ > kUnsureAfter || sigma() > kUnsureSigma;
   }

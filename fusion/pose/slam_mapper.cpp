@@ -17,7 +17,7 @@ class Mapper final : public Slam {
         options_(options),
         odometry_(robot.odometry),
         attitude_(robot.imu),
-        front_end_(robot, {}) {
+        front_end_(robot, {.doubt_mounting = options.doubt_mounting}) {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 

@@ -187,7 +187,8 @@ std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthVi
   std::vector<std::uint8_t> measured(surface.blocks()), contradicts(surface.blocks()),
       moving(surface.blocks());
   const Eigen::Isometry3d T_colour_depth = geometry.T_optical_map * depth.T_map_optical.isometry();
-  const int step = std::max(1, surface.step() / 2);
+  // In pixels of the depth image, which may be coarser than the colour image.
+  const int step = std::max(1, static_cast<int>(0.5 * surface.step() * depth.camera.fx / camera.fx));
   for (int row = 0; row < depth.camera.height; row += step) {
     for (int column = 0; column < depth.camera.width; column += step) {
       const std::size_t at = depth.camera.at(column, row);
