@@ -72,6 +72,12 @@ void judge_order(CalibrationReport& report) {
                             "left out: the jitter of its stamps is larger than what is stated here");
 }
 
+/// Bit by bit.
+bool is_same(const Scan& a, const Scan& b) {
+  return a.ranges.size() == b.ranges.size() &&
+         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
+}
+
 }  // namespace
 
 const char* to_string(CalibrationVerdict verdict) {
@@ -96,12 +102,6 @@ std::string known_faults(const TrackedDrive& part, SensorTime first_scan) {
   std::string text;
   for (const pose::OdometryFinding& finding : part.findings) text += "; " + described(finding, first_scan);
   return text;
-}
-
-/// Bit by bit.
-bool is_same(const Scan& a, const Scan& b) {
-  return a.ranges.size() == b.ranges.size() &&
-         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
 }
 
 void add_repeated_scans(const RecordedDrive& part, CalibrationReport& report) {

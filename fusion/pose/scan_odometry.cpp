@@ -13,7 +13,7 @@ double cautious(double brief, double lasting) {
   return std::copysign(std::min(std::abs(brief), std::abs(lasting)), brief);
 }
 
-/// Shorter sweeps are over before the twist changes, and stamps of odometry jitter by some part of that.
+/// Over the halves of shorter sweeps, jitter of odometry's stamps becomes velocity.
 constexpr Duration kLongSweep = milliseconds(95);
 /// Of a sweep: by so much may odometry end before it does.
 constexpr double kMissing = 0.25;
@@ -23,13 +23,13 @@ constexpr double kMissing = 0.25;
 std::optional<ScanOdometry::Step> ScanOdometry::step_to(const Scan& scan, const LaserDescription& laser,
                                                         const std::optional<Attitude>& attitude) {
   if (scan.ranges.empty()) return step_to(scan.stamp, {}, {}, attitude);
-  Duration first = laser.beam_time(0, scan), last = first;
-  for (std::size_t i = 1; i < scan.ranges.size(); ++i) {
-    const Duration at = laser.beam_time(i, scan);
-    first = std::min(first, at);
-    last = std::max(last, at);
+  if (!scan.is_timed()) {
+    const SweepSpan span = sweep_span(laser, scan.ranges.size());
+    return step_to(scan.stamp, span.begin, span.end, attitude);
   }
-  return step_to(scan.stamp, first, last, attitude);
+  const auto [first, last] = std::minmax_element(scan.times.begin(), scan.times.end());
+  const std::int64_t stamp = scan.stamp.utime();
+  return step_to(scan.stamp, microseconds(*first - stamp), microseconds(*last - stamp), attitude);
 }
 
 /// From its beginning to its middle, and from there to its end; the twist changes evenly in between.
@@ -67,9 +67,7 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp, Durati
     }
   }
   result.sweep = result.twist;
-  if (const auto known = during(stamp, first_beam, last_beam)) {
-    result.sweep = *known;
-  }
+  if (const auto known = during(stamp, first_beam, last_beam)) result.sweep = *known;
   if (latest_->stamp == stamp) T_odom_base = planar(latest_->T_odom_base);
   if (!T_odom_base) {
     result.known = false;

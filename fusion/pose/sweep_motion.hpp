@@ -1,7 +1,11 @@
 // The motion of the base while its laser sweeps once.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+
 #include "protocols/pose2.hpp"
+#include "protocols/scan.hpp"
 
 namespace parhelion::pose {
 
@@ -25,5 +29,23 @@ struct SweepMotion {
                  dt);
   }
 };
+
+/// When a sweep begins and ends, from the scan's stamp.
+struct SweepSpan {
+  Duration begin, end;
+};
+
+/// Of a scan of so many beams, at least one. The passes of an interlaced scan begin and end with different
+/// beams.
+inline SweepSpan sweep_span(const LaserDescription& laser, std::size_t beams) {
+  SweepSpan span{laser.beam_time(0, beams), laser.beam_time(0, beams)};
+  const std::size_t passes = std::min(beams, static_cast<std::size_t>(std::max(laser.passes, 1)));
+  for (std::size_t i = 0; i < passes; ++i) {
+    const Duration first = laser.beam_time(i, beams), last = laser.beam_time(beams - 1 - i, beams);
+    span.begin = std::min({span.begin, first, last});
+    span.end = std::max({span.end, first, last});
+  }
+  return span;
+}
 
 }  // namespace parhelion::pose

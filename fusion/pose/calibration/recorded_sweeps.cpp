@@ -19,12 +19,10 @@ constexpr double kLeftOver = 0.02;
 RecordedSweeps::RecordedSweeps(const std::vector<Odometry>& odometry, const OdometryCorrection& correction,
                                const LaserDescription& laser, std::size_t beams)
     : path_(odometry), correction_(correction) {
-  // The passes of an interlaced scan begin and end with different beams.
-  const std::size_t passes = std::min(beams, static_cast<std::size_t>(std::max(laser.passes, 1)));
-  for (std::size_t i = 0; i < passes; ++i) {
-    const Duration first = laser.beam_time(i, beams), last = laser.beam_time(beams - 1 - i, beams);
-    begin_ = std::min({begin_, first, last});
-    end_ = std::max({end_, first, last});
+  if (beams > 0) {
+    const SweepSpan span = sweep_span(laser, beams);
+    begin_ = std::min(begin_, span.begin);
+    end_ = std::max(end_, span.end);
   }
   sweep_ = end_ - begin_;
   if (sweep_ < kShortestSpan) {
