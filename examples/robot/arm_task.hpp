@@ -11,10 +11,11 @@ namespace robot {
 class ArmTask {
  public:
   struct Plan {
-    Point2 thing, container;   // base_link of the robot, which stands still
-    double thing_height = 0;   // m
-    double grip_below = 0.06;  // m under its top
-    double closed = 0;         // m, of each finger, when it holds; 0: until something stops the fingers
+    Point2 thing, container;    // base_link of the robot, which stands still
+    double thing_height = 0;    // m
+    double grip_below = 0.06;   // m under its top
+    double closed = 0;          // m, of each finger, when it holds; 0: until something stops the fingers
+    double container_room = 0;  // m from its middle within which the thing may be let go
   };
   explicit ArmTask(const Plan& plan);
 
@@ -30,6 +31,9 @@ class ArmTask {
     double reach = 0, z = 0, turret = 0, gripper = 0;
   };
   Goal goal_of(Phase phase) const;
+  // m from the turret's axis: the container's middle or, if that is out of reach, as near to it as the arm
+  // comes.
+  double let_go_range() const;
   bool has_come(const ArmPosture& encoders, double dt);
 
   Plan plan_;

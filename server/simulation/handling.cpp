@@ -65,12 +65,13 @@ bool GripperWatch::follow(const std::string& load, Held& held, const HandledBody
 
 bool GripperWatch::settle(const std::string& load, Held& held, const HandledBody& body,
                           const EventContext& context) {
-  if (body.velocity.norm() >= kStill) {
-    held.still_since.reset();
-  } else if (!held.still_since) {
+  if (held.still_since) held.moved += (context.now - held.followed).seconds() * body.velocity;
+  held.followed = context.now;
+  if (!held.still_since || held.moved.norm() >= kStill * kRest) {
     held.still_since = context.now;
+    held.moved.setZero();
   }
-  if (!held.still_since || (context.now - *held.still_since).seconds() < kRest)
+  if ((context.now - *held.still_since).seconds() < kRest)
     return (context.now - held.pressed).seconds() < kForget;
   if (held.was_lifted && !body.in.empty()) {
     report(context, EventKind::placed, body.in, body, 0);

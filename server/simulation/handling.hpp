@@ -39,7 +39,9 @@ struct FingerForce {
 /// dropped: lifted, and it has either slipped kSlip in the gripper, or is not pressed and sinks with kSink
 /// with no
 ///   container below. Reported once until it is released.
-/// placed: it was lifted, was released, and has rested in a container (slower than kStill) for kRest.
+/// placed: it was lifted, was released, and has rested in a container: in kRest it got less than kStill *
+/// kRest
+///   from where it was. Its velocity at an instant says less, as contacts of a light thing jitter.
 class GripperWatch {
  public:
   static constexpr double kPinch = 1.0;        // N
@@ -65,6 +67,8 @@ class GripperWatch {
     SimulationTime pressed;                          // newest
     bool released = false, lifted = false, was_lifted = false, dropped = false;
     std::optional<SimulationTime> still_since;
+    SimulationTime followed;                          // newest step since it was released
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // m, since still_since, relative to its container
   };
   struct EventContext {
     const std::string& robot;

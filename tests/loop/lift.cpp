@@ -26,6 +26,7 @@ constexpr std::int64_t kTick = 10'000;                  // us
 constexpr double kLate = 0.08, kEarly = 0.08;
 constexpr double kRocks = 6;     // s that it may rock in the container until it rests
 constexpr double kLongest = 60;  // s
+constexpr double kRim = 0.03;    // m, of the container, and what its place in MR_WORLD may be off
 
 using Payloads = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
 
@@ -243,6 +244,7 @@ class Lift {
     plan.thing = {part->second.x(), part->second.y()};
     plan.container = {container->second.x(), container->second.y()};
     plan.thing_height = setup_.height;
+    plan.container_room = setup_.container_size.head<2>().minCoeff() / 2 - kRim - setup_.width / std::sqrt(2);
     plan.closed = by_ == LiftBy::robot ? setup_.width / 2 - 0.001 : 0;
     task_.emplace(plan);
     container_ = container->second;

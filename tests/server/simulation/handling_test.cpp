@@ -131,6 +131,21 @@ TEST_F(LoadHandling, AnObjectInAContainerIsPlacedWhenItRests) {
   EXPECT_TRUE(step(0, 0.015).empty());
 }
 
+TEST_F(LoadHandling, AnObjectThatJittersOnTheSpotIsPlacedAndOneThatMovesIsNot) {
+  step(5, 0);
+  step(5, 0.3);
+  at.over = at.in = "tub";
+  std::vector<Event> events;
+  constexpr double kSinks = 0.1;  // m/s
+  for (int i = 0; i < 240; ++i) EXPECT_TRUE(step(0, 0.3 - kSinks * kStep * i, kSinks).empty());
+  int steps = 0;
+  for (; events.empty() && steps < 200; ++steps) events = step(0, 0.2, steps % 2 == 0 ? 0.05 : -0.05);
+  ASSERT_EQ(kinds(events), Kinds{EventKind::placed});
+  const double early = GripperWatch::kStill * GripperWatch::kRest / kSinks;
+  EXPECT_GT(steps * kStep, GripperWatch::kRest - early);
+  EXPECT_LT(steps * kStep, GripperWatch::kRest + 3 * kStep);
+}
+
 TEST_F(LoadHandling, AnObjectThatMissesTheContainerIsDropped) {
   step(5, 0);
   step(5, 0.3);

@@ -14,8 +14,8 @@ using namespace test;
 
 using test::kDegree;
 constexpr double kFreeFall = 9.81;
-constexpr double kReleaseTime = 0.1, kRest = 0.3, kLift = 0.02,
-                 kSink = 0.5;           // s, s, m, m/s: thresholds of gripper events
+constexpr double kReleaseTime = 0.1, kRest = 0.3, kRestsWithin = 0.006, kLift = 0.02,
+                 kSink = 0.5;           // s, s, m, m, m/s: thresholds of gripper events
 constexpr double kSpeedUp = 0.2;        // s, for a joint's motor to reach its full speed
 constexpr double kPads = 0.08;          // m from the middle of the open gripper to either pad
 constexpr double kFinger = 0.006;       // m from a finger's origin to its pad's face
@@ -109,7 +109,11 @@ class LoadWitness {
     const bool inside = in_container.head<2>().norm() < 0.15;
     landed_.see(inside && lowest < kWall + kTouch, t, expected);
     if (t <= released_at_ + kReleaseTime) return;
-    still_ = inside && load.velocity.norm() < 0.02 ? still_ + 1 : 0;
+    if (!inside || (in_container - rested_at_).norm() >= kRestsWithin) {
+      rested_at_ = in_container;
+      still_ = 0;
+    }
+    still_ += inside ? 1 : 0;
     if (still_ == 1 + std::lround(kRest / kStep)) expected.push_back({EventKind::placed, t, "tub", "r"});
   }
 
@@ -134,7 +138,8 @@ class LoadWitness {
     return nearest - kFinger;
   }
   double released_at_;
-  long still_ = 0;  // steps
+  long still_ = 0;                                              // steps
+  Eigen::Vector3d rested_at_ = Eigen::Vector3d::Constant(1e9);  // m, in the container
   MovementWitness robot_, load_{"load"}, container_{"tub"};
   ContactWitness pads_{"r", "load"}, landed_{"load", "tub"};
 };
