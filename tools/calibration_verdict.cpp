@@ -30,13 +30,13 @@ std::string described(pose::OdometryFinding finding, SensorTime first_scan) {
   return dated(finding, first_scan);
 }
 
-double fraction_with_faults(const TrackedDrive& part) {
+bool faults_decide(const TrackedDrive& part) {
+  constexpr double kShort = 3;  // s: one slip until it is over for certain, also in a short part
   const double whole = (part.last_scan - part.first_scan).seconds();
-  if (!(whole > 0)) return 1;
   double faulty = 0;
   for (const pose::OdometryFinding& finding : part.findings)
     faulty += (finding.until.value_or(part.last_scan) - finding.since).seconds();
-  return faulty / whole;
+  return faulty > std::max(kShort, kAllowedFraction * whole);
 }
 
 /// Scans and odometry cannot tell a laser that looks backward from odometry with the wrong sign. But robots
@@ -86,7 +86,7 @@ const char* to_string(CalibrationVerdict verdict) {
 }
 
 void add_faults(const TrackedDrive& part, SensorTime first_scan, CalibrationReport& report) {
-  auto& where = fraction_with_faults(part) > kAllowedFraction ? report.refusals : report.warnings;
+  auto& where = faults_decide(part) ? report.refusals : report.warnings;
   const auto known = report.faults;
   for (const pose::OdometryFinding& finding : part.findings) {
     report.faults.push_back(finding);

@@ -121,6 +121,8 @@ struct MotionCheck {
 
   /// m: the error of position, and that of yaw as a distance at `kArm`, in one.
   double combined_rms() const;
+  /// The same without the worst 15 % of the windows, so that a single slip does not decide.
+  double combined_rms_but_worst() const;
   static constexpr double kArm = 0.3;  ///< m
 };
 MotionCheck check_motion(const DriveMotion& drive, const MotionParameters& parameters, double window_seconds);

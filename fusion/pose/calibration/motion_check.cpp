@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "fusion/pose/calibration/motion_chain.hpp"
 #include "protocols/angle_units.hpp"
@@ -124,6 +126,17 @@ MotionCheck check_motion(const DriveMotion& drive, const MotionParameters& param
 
 double MotionCheck::combined_rms() const { return std::hypot(position_rms, kArm * yaw_rms); }
 
+double MotionCheck::combined_rms_but_worst() const {
+  constexpr double kWorst = 0.15;
+  std::vector<double> squares;
+  for (const WindowError& error : errors) squares.push_back(combined(error));
+  std::sort(squares.begin(), squares.end());
+  const auto kept = static_cast<std::size_t>(std::ceil((1 - kWorst) * static_cast<double>(squares.size())));
+  if (kept == 0) return 0;
+  squares.resize(kept);
+  return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(kept));
+}
+
 MotionChange change_between(const MotionCheck& before, const MotionCheck& after) {
   constexpr double kWorse = 1.2 * 1.2;
   const std::vector<BlockSum> blocks = block_sums(before, after);
@@ -154,7 +167,8 @@ std::string unexplained_error(const MotionCheck& fitted, const MotionCheck& afte
                   "%.0f mm and turns %.1f deg: no scale, mounting or time offset explains that",
                   1e3 * after.position_rms, kDegreesPerRadian * after.yaw_rms, 1e3 * after.moved_rms,
                   kDegreesPerRadian * after.turned_rms);
-  } else if (fitted.windows > 0 && after.combined_rms() > std::max(kGrown * fitted.combined_rms(), kSmall)) {
+  } else if (fitted.windows > 0 &&
+             after.combined_rms_but_worst() > std::max(kGrown * fitted.combined_rms_but_worst(), kSmall)) {
     std::snprintf(text, sizeof text,
                   "odometry and scans differ by %.0f mm and %.1f deg on the validation part, but by %.0f mm "
                   "and %.1f deg where the result was fitted: something changed between the two",

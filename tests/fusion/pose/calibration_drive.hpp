@@ -51,17 +51,19 @@ inline SampledPath brisk_path(double rounds = 2) {
       pose = pose * moved(now, SampledPath::kStep);
     }
   };
-  const double legs[] = {7.0, 3.8, 7.0, 3.8};
+  const auto stop = [&](double seconds) { drive(0, 0, seconds); };
+  const auto turn = [&](double angle) { drive(0, angle < 0 ? -1.0 : 1.0, std::abs(angle)), stop(0.5); };
+  const Eigen::Vector2d corners[] = {{10.3, 1.4}, {10.3, 6.8}, {1.8, 6.8}, {1.8, 1.4}};
   const double quarter = std::numbers::pi / 2;
   for (int leg = 0; leg < static_cast<int>(4 * rounds); ++leg) {
-    drive(0, 0, 0.5);
-    for (double driven = 0; driven < legs[leg % 4] - 1; driven += 1.2) {
-      drive(0.7, 0.35, 0.6), drive(0.7, -0.35, 0.6);  // a weave
-      drive(0.35, 0, 0.4), drive(0.7, -0.35, 0.6), drive(0.7, 0.35, 0.6);
+    const Eigen::Vector2d ahead = corners[leg % 4] - pose.position();
+    turn(wrap_angle(std::atan2(ahead.y(), ahead.x()) - pose.yaw));
+    for (double weave = 0.35; (corners[leg % 4] - pose.position()).norm() > 0.9; weave = -weave) {
+      drive(0.7, weave, 0.6), drive(0.7, -weave, 0.6);
+      if (weave > 0) drive(0.35, 0, 0.4);
     }
-    drive(0, 0, 0.8);
-    drive(0, 1.0, quarter), drive(0, 0, 0.5);
-    if (leg % 2 == 1) drive(0, -1.0, quarter), drive(0, 1.0, quarter), drive(0, 0, 0.5);
+    stop(0.8);
+    if (leg % 2 == 1) turn(-quarter), turn(quarter);
   }
   return path;
 }

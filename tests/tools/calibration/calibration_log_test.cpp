@@ -271,6 +271,15 @@ TEST(CalibrationLog, RefusesADriveWithAFaultAndNamesIt) {
   }
 }
 
+TEST(CalibrationLog, AcceptsADriveWhoseWheelsSlipOnceInItsValidationPart) {
+  const auto report =
+      calibrated(with_steps(0, [](double t, Twist2 step) { return t > 47 && t < 47.7 ? Twist2{} : step; }));
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GT(report->check_after.combined_rms(), 5 * report->check_fitted.combined_rms()) << "it slips";
+  EXPECT_NE(report->verdict, CalibrationVerdict::refused)
+      << (report->refusals.empty() ? "" : report->refusals.front());
+}
+
 std::string error_of(const Fault& fault, const CalibrationOptions& options) {
   LoggedDrive(5, {}, false, fault, 0.5).write(options.input);
   const auto report = calibrate_log(options);
