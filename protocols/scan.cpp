@@ -115,9 +115,9 @@ Duration LaserDescription::beam_time(std::size_t i, std::size_t n) const {
   const auto since_start = [this](std::size_t beam) {
     const auto interlaced = static_cast<std::size_t>(std::max(passes, 1));
     return static_cast<double>(beam % interlaced) * pass_period +
-           static_cast<double>(beam / interlaced) * beam_interval;
+           static_cast<double>(beam / interlaced) * std::abs(beam_interval);
   };
-  const double at_beam = since_start(i);
+  const double at_beam = since_start(beam_interval < 0 ? n - 1 - i : i);
   // The last beam in time, not in index: in an interlaced scan it belongs to the last pass.
   double end = 0;
   for (std::size_t back = 1; back <= static_cast<std::size_t>(std::max(passes, 1)) && back <= n; ++back) {

@@ -81,13 +81,15 @@ struct LaserDescription {
   Transform<Base, Laser> T_base_laser;
   RangeConvention convention;
   StampBeam stamp_beam = StampBeam::first;
-  /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two
-  /// interlaced passes.
+  /// In the order of measurement beam i belongs to pass i % passes, as beam i / passes of it: an LMS-200 at
+  /// 0.5 degrees makes two interlaced passes.
   int passes = 1;
-  double pass_period = 0;    ///< s between the starts of two passes
-  double beam_interval = 0;  ///< s between two beams of one pass
-  double scan_period = 0;    ///< s between two scans, 0 where unknown
-  double noise_sigma = 0;    ///< m, 1 sigma, of a range
+  double pass_period = 0;  ///< s between the starts of two passes
+  /// s between two beams of one pass; negative where the last beam of a message is measured first, as by a
+  /// driver that sorts the beams of a laser that turns clockwise
+  double beam_interval = 0;
+  double scan_period = 0;  ///< s between two scans, 0 where unknown
+  double noise_sigma = 0;  ///< m, 1 sigma, of a range
   RangeNoise range_noise;
   double quantization = 0;     ///< m, step of a range on the wire, 0: none
   double intensity_scale = 1;  ///< the sensor's intensity for a reflectivity of 1; that of 0 is 0

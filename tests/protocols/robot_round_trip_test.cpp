@@ -26,7 +26,7 @@ LaserDescription any_laser() {
   laser.stamp_beam = any_of<LaserDescription::StampBeam>(3);
   laser.passes = *rc::gen::inRange(1, 65);
   laser.pass_period = between(0, 1);
-  laser.beam_interval = between(0, 1e-3);
+  laser.beam_interval = between(-1e-3, 1e-3);
   laser.scan_period = between(0, 3);
   laser.noise_sigma = between(0, 1);
   laser.quantization = between(0, 1);

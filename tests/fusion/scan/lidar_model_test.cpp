@@ -158,6 +158,21 @@ TEST(BeamTimes, start_before_a_stamp_of_the_middle_or_last_beam) {
   EXPECT_EQ(beam_times(laser, 101, time).start.ns, -500'000);
 }
 
+TEST(BeamTimes, run_backward_where_the_last_beam_of_a_message_is_measured_first) {
+  LaserDescription laser = plain_laser();
+  laser.beam_interval = -10e-6;
+  std::vector<float> time;
+  Sweep sweep = beam_times(laser, 101, time);
+  EXPECT_EQ(sweep.start.ns, 0);
+  EXPECT_EQ(sweep.end.ns, 1'000'000);
+  EXPECT_EQ(time.front(), 1);
+  EXPECT_EQ(time.back(), 0);
+  laser.stamp_beam = LaserDescription::StampBeam::last;
+  sweep = beam_times(laser, 101, time);
+  EXPECT_EQ(sweep.start.ns, -1'000'000);
+  EXPECT_EQ(sweep.end.ns, 0);
+}
+
 TEST(BeamTimes, cover_no_beam_one_beam_and_an_instant_sweep) {
   LaserDescription laser = plain_laser();
   std::vector<float> time{1, 2};
