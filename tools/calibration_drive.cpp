@@ -104,7 +104,9 @@ class DriveReader {
     }
   }
 
-  Error missing(const std::string& channel) const { return holds_no_event(options_.input.string(), channel); }
+  Error missing(const std::string& channel) const {
+    return holds_no_event(options_.input.string(), channel, result.findings);
+  }
 
   Status check() {
     if (result.drive.scans.empty()) return missing(options_.scan_channel);

@@ -65,7 +65,11 @@ class LogSlam {
   }
 
   Error no_output_error() const {
-    if (report_.scans == 0) return holds_no_event(options_.input.string(), options_.scan_channel);
+    const auto holds_none = [this](const std::string& channel) {
+      return holds_no_event(options_.input.string(), channel, report_.findings);
+    };
+    if (report_.scans == 0) return holds_none(options_.scan_channel);
+    if (report_.odometry == 0) return holds_none(options_.odometry_channel);
     return {options_.input.string() + ": SLAM gave no estimate for " + std::to_string(report_.scans) +
             " scans: no " + options_.odometry_channel + " came before any of them, or all scans were empty"};
   }

@@ -263,9 +263,14 @@ bool looks_like_log(const std::string& path) {
   return head.find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
-Error holds_no_event(const std::string& path, const std::string& channel) {
+Error holds_no_event(const std::string& path, const std::string& channel,
+                     const std::vector<std::string>& findings) {
   if (!looks_like_log(path))
     return {path + ": is not an LCM log; `parhelion import` makes one of recordings of other systems"};
+  for (const std::string& finding : findings) {
+    if (const auto refusal = finding.find("channel " + channel + ": "); refusal != std::string::npos)
+      return {path + ": no event can be read: " + finding.substr(refusal)};
+  }
   return {path + ": holds no event on " + channel + " that can be read; is it the right channel?"};
 }
 

@@ -42,6 +42,7 @@ class Checker {
 
   DescriptionCheck run() {
     check_presence();
+    check_clocks();
     if (robot_.laser && log_.laser) {
       check_form(*robot_.laser, *log_.laser);
       check_times(*robot_.laser, *log_.laser);
@@ -93,6 +94,27 @@ class Checker {
     }
   }
 
+  void check_clocks() {
+    bool advance = true;
+    const auto check_rate = [&](const char* channel, const StampSurvey& stamps) {
+      constexpr double kFactor = 2;
+      if (stamps.rate > 1 / kFactor && stamps.rate < kFactor) return;
+      advance = false;
+      contradicts(std::string(channel) + ": stamps advance by " + number(stamps.rate) +
+                  " s in a second; utime is the instant of the measurement in microseconds");
+    };
+    if (log_.laser) check_rate(channel::kScan, log_.laser->stamps);
+    if (log_.odometry) check_rate(channel::kOdometry, log_.odometry->stamps);
+    if (!log_.laser || !log_.odometry || !advance) return;
+    constexpr double kApart = 1;  // s
+    const double apart = log_.laser->stamps.lag - log_.odometry->stamps.lag;
+    if (std::abs(apart) > kApart)
+      contradicts("SCAN and ODOMETRY: stamps of messages that arrive together are " +
+                  number(std::abs(apart)) + " s apart; all sensors need one clock");
+    else
+      agrees("SCAN and ODOMETRY have one clock");
+  }
+
   void check_form(const LaserDescription& laser, const LaserSurvey& seen) {
     if (seen.odd_scans > 0)
       contradicts(
@@ -125,7 +147,7 @@ class Checker {
     else if (laser.scan_period > 0)
       agrees("laser scan_period");
     const double sweep =
-        (laser.beam_time(seen.beams - 1, seen.beams) - laser.beam_time(0, seen.beams)).seconds();
+        std::abs((laser.beam_time(seen.beams - 1, seen.beams) - laser.beam_time(0, seen.beams)).seconds());
     if (sweep > (1 + kPeriodError) * seen.period)
       contradicts("laser beam_interval: a scan would take " + number(sweep) + " s, but one comes every " +
                   number(seen.period) + " s");

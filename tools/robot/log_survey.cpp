@@ -30,6 +30,24 @@ double median_period(std::vector<SensorTime> stamps) {
   return *middle;
 }
 
+/// s; of instants as far apart as damaged events have them, too.
+double between(std::int64_t from_ns, std::int64_t to_ns) {
+  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
+}
+
+StampSurvey survey_stamps(const std::vector<SensorTime>& stamps, const std::vector<ArrivalTime>& arrivals) {
+  StampSurvey survey;
+  if (stamps.empty()) return survey;
+  const double span = between(arrivals.front().ns, arrivals.back().ns);
+  if (span >= 1) survey.rate = between(stamps.front().ns, stamps.back().ns) / span;
+  std::vector<double> lags;
+  for (std::size_t i = 0; i < stamps.size(); ++i) lags.push_back(between(stamps[i].ns, arrivals[i].ns));
+  const auto middle = lags.begin() + static_cast<std::ptrdiff_t>(lags.size() / 2);
+  std::nth_element(lags.begin(), middle, lags.end());
+  survey.lag = *middle;
+  return survey;
+}
+
 template <class Message>
 class Collected {
  public:
@@ -42,6 +60,7 @@ class Collected {
     }
     if constexpr (std::is_same_v<Message, Image>) decoded.bytes = {};  // an hour of pictures fills the memory
     messages.push_back(std::move(decoded));
+    arrivals.push_back(message.arrival);
   }
   std::vector<SensorTime> stamps() const {
     std::vector<SensorTime> all;
@@ -49,6 +68,7 @@ class Collected {
     return all;
   }
   std::vector<Message> messages;
+  std::vector<ArrivalTime> arrivals;
 
  private:
   bool failed_ = false;
@@ -198,15 +218,22 @@ Result<LogSurvey> survey_log(const std::string& path) {
     if (collected.messages.empty()) continue;
     const auto stamps = collected.stamps();
     LaserSurvey laser = survey_laser(std::move(collected.messages), stamps);
+    laser.stamps = survey_stamps(stamps, collected.arrivals);
     if (name == channel::kScan)
       survey.laser = std::move(laser);
     else
       survey.further_lasers.emplace(name, std::move(laser));
   }
-  if (odometry.messages.size() > 1) survey.odometry = survey_odometry(std::move(odometry.messages));
+  if (odometry.messages.size() > 1) {
+    const StampSurvey stamps = survey_stamps(odometry.stamps(), odometry.arrivals);
+    survey.odometry = survey_odometry(std::move(odometry.messages));
+    survey.odometry->stamps = stamps;
+  }
   if (!camera.messages.empty()) survey.camera = survey_images(camera);
   if (!depth.messages.empty()) survey.depth = survey_images(depth);
   if (!survey.laser && !survey.odometry && !survey.camera && !survey.depth) {
+    if (!survey.findings.empty())
+      return Error{path + ": no sensor's event can be read: " + survey.findings[0]};
     return Error{
         path +
         ": expected messages on SCAN, ODOMETRY, CAMERA or DEPTH, found none; `parhelion topic list --log " +

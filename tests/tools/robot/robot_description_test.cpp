@@ -36,10 +36,13 @@ struct Driver {
   double angle_min = -std::numbers::pi, angle_increment = 2 * std::numbers::pi / 360;
   double period = 0.1;
   float no_return = std::numeric_limits<float>::infinity();
-  double turn_sign = 1;   ///< of odometry
-  bool mast = false;      ///< hides ten beams
-  bool reversed = false;  ///< the beams' order, as of a laser upside down whose driver does not know
-  bool stands = false;    ///< odometry's stamp
+  double turn_sign = 1;         ///< of odometry
+  bool mast = false;            ///< hides ten beams
+  bool reversed = false;        ///< the beams' order, as of a laser upside down whose driver does not know
+  bool stands = false;          ///< odometry's stamp
+  double stamp_scale = 1;       ///< of all stamps, from the start on
+  double odometry_ahead = 0;    ///< s, of odometry's clock
+  std::int64_t stamp_unit = 1;  ///< of all stamps, per microsecond
 };
 
 /// Distance from (x, y) along a bearing to the walls of a room of 9 m x 6 m with a gap without a return.
@@ -61,8 +64,12 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 400; ++i) {
     const double t = i * driver.period, yaw = 0.02 * i, x = 0.002 * i;
-    const SensorTime stamp = SensorTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(t * 1e6));
-    const ArrivalTime arrival{stamp.ns};
+    const auto stamp_at = [&driver](double at) {
+      return SensorTime::from_utime(driver.stamp_unit *
+                                    (1'000'000'000 + static_cast<std::int64_t>(at * 1e6)));
+    };
+    const SensorTime stamp = stamp_at(driver.stamp_scale * t);
+    const ArrivalTime arrival = ArrivalTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(t * 1e6));
     Scan scan;
     scan.stamp = stamp;
     scan.angle_min = static_cast<float>(driver.angle_min);
@@ -76,7 +83,7 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
     encode(scan, bytes);
     EXPECT_TRUE(log.write(channel::kScan, arrival, bytes).ok());
     Odometry odometry;
-    odometry.stamp = driver.stands ? SensorTime::from_utime(1'000'000'000) : stamp;
+    odometry.stamp = driver.stands ? stamp_at(0) : stamp + seconds(driver.odometry_ahead);
     odometry.T_odom_base = Transform<Odom, Base>::planar(x, 0, driver.turn_sign * yaw);
     encode(odometry, bytes);
     EXPECT_TRUE(log.write(channel::kOdometry, arrival, bytes).ok());
@@ -278,6 +285,33 @@ TEST(RobotNew, OdometryWhoseStampStandsGivesNoSpeed) {
   ASSERT_TRUE(made.log.odometry);
   EXPECT_EQ(made.log.odometry->samples.size(), 1U);
   EXPECT_EQ(made.log.odometry->speed, 0);
+}
+
+TEST(RobotCheck, StampsInAnotherUnitAreFound) {
+  for (const double scale : {0.0, 1e-3, 1e-6}) {
+    Driver driver;
+    driver.stamp_scale = scale;
+    const Made made(driver);
+    const DescriptionCheck check = check_description(Made().description(), made.log);
+    EXPECT_THAT(check.contradictions, Contains(HasSubstr("SCAN: stamps advance by"))) << scale;
+    EXPECT_THAT(check.contradictions, Contains(HasSubstr("ODOMETRY: stamps advance by"))) << scale;
+  }
+}
+
+TEST(RobotCheck, TwoClocksAreFound) {
+  Driver driver;
+  driver.odometry_ahead = -5;
+  const DescriptionCheck check = check_description(Made().description(), Made(driver).log);
+  EXPECT_THAT(check.contradictions, Contains(HasSubstr("5 s apart; all sensors need one clock")));
+}
+
+TEST(RobotCheck, ALogWithoutAReadableMessageIsRefusedWithTheReason) {
+  const test::TemporaryFolder folder;
+  Driver driver;
+  driver.stamp_unit = 8'000'000;  // beyond 2200
+  const auto survey = survey_log(write_log(folder, driver));
+  ASSERT_FALSE(survey.ok());
+  EXPECT_THAT(survey.error().message, HasSubstr("expected microseconds since 1970"));
 }
 
 TEST(RobotCheck, ALogWithoutSensorsOrThatIsNoneIsRefused) {
