@@ -54,6 +54,7 @@ struct CalibrationReport {
   std::string laser_note;
   TurnSensor imu, camera;
   Deskew deskew = Deskew::live;  ///< as scans and odometry agree better
+  bool reversed_beams = false;   ///< `after` has the beams of a message in the other order than `before`
   double sweep_sigma = 0;        ///< s, what the sweep of a scan adds to the sigma of each time offset
   SensorTime first_scan;         ///< of the log
   std::size_t odometry_samples = 0;

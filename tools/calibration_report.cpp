@@ -230,6 +230,7 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
     if (sensor->found || !sensor->note.empty()) json[key] = to_json(*sensor);
   }
   json["advice"] = advice_of(report);
+  json["reversed_beams"] = report.reversed_beams;
   json["verdict"] = to_string(report.verdict);
   json["holds"] = nullptr;
   if (report.verdict != CalibrationVerdict::not_checked)

@@ -130,6 +130,11 @@ void add_repeated_scans(const RecordedDrive& part, CalibrationReport& report) {
 
 void judge(const CalibrationOptions& options, CalibrationReport& report) {
   judge_direction(report);
+  if (report.reversed_beams)
+    report.warnings.emplace_back(
+        "a message holds its beams in the reverse order of measurement, as from a driver that sorts the "
+        "beams "
+        "of a laser that turns clockwise: beam_interval changes its sign");
   if (report.refusals.empty()) judge_order(report);
   const bool checked = report.check_after.windows > 0;
   if (const std::string why =
