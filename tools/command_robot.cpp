@@ -82,7 +82,7 @@ Exit run_new(const Arguments& arguments) {
   const Status written = write_text(arguments.output, made->text, arguments.overwrite);
   if (!written) return failed("new", written.error());
   show_findings("new", made->notes);
-  show_findings("new", implausible_lengths(*robot));
+  show_findings("new", implausible_values(*robot));
   const Status usable = tick::check_robot(*robot);
   return usable ? Exit::done : failed("new", usable.error());
 }
@@ -93,7 +93,7 @@ Exit run_check(const Arguments& arguments) {
   const auto log = survey_log(arguments.log);
   if (!log) return failed("check", log.error());
   show_findings("check", log->findings);
-  show_findings("check", implausible_lengths(*robot));
+  show_findings("check", implausible_values(*robot));
   const DescriptionCheck check = check_description(*robot, *log);
   for (const std::string& agreement : check.agreements) std::printf("agrees: %s\n", agreement.c_str());
   for (const std::string& contradiction : check.contradictions)

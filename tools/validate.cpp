@@ -183,8 +183,7 @@ Validation validate_robot(const std::string& path) {
   validation.summary = "robot description '" + robot->name + "'" + parts;
   const auto usable = runtime::load_usable_robot(path);
   if (!usable) validation.errors.push_back(usable.error().message);
-  for (const std::string& length : implausible_lengths(*robot))
-    validation.notes.push_back("warning: " + length);
+  for (const std::string& value : implausible_values(*robot)) validation.notes.push_back("warning: " + value);
   return validation;
 }
 

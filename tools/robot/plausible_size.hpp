@@ -1,4 +1,4 @@
-// Lengths of a robot description that look like another unit.
+// Lengths and angles of a robot description that look like another unit.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace parhelion::tools {
 
-/// One sentence for each length that no mobile robot has: key, value, and the likely cause. Footprint, height
-/// and the positions of lasers count.
-std::vector<std::string> implausible_lengths(const RobotDescription& robot);
+/// One sentence for each value that no mobile robot has: key, value, and the likely cause. Footprint, height,
+/// the positions of lasers and what their beams cover count.
+std::vector<std::string> implausible_values(const RobotDescription& robot);
 
 }  // namespace parhelion::tools

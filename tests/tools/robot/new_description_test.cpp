@@ -251,18 +251,28 @@ TEST(RobotNewUnits, MillimetresAndDegreesAreReported) {
   EXPECT_THAT(outline.warnings,
               ElementsAre(AllOf(HasSubstr("rover.urdf:1"), HasSubstr("are these degrees?"))));
   const RobotDescription robot = parsed(new_description(outline, std::nullopt, kNobody).value());
-  EXPECT_THAT(implausible_lengths(robot),
+  EXPECT_THAT(implausible_values(robot),
               ElementsAre(HasSubstr("footprint: 600.00 m x 400.00 m"), HasSubstr("height: 200.00 m"),
                           AllOf(HasSubstr("laser pose"), HasSubstr("were these millimetres?"))));
   EXPECT_THAT(
-      implausible_lengths(parsed(new_description(outline_of(kTwoLasers), std::nullopt, kNobody).value())),
+      implausible_values(parsed(new_description(outline_of(kTwoLasers), std::nullopt, kNobody).value())),
       IsEmpty());
+}
+
+TEST(RobotNewUnits, DegreesTakenForRadiansAreReported) {
+  RobotDescription robot;
+  robot.laser.emplace();
+  robot.laser->beams = 720;
+  robot.laser->angle_increment = 0.5;
+  EXPECT_THAT(implausible_values(robot), ElementsAre(HasSubstr("720 beams make 57.3 turns")));
+  robot.laser->angle_increment = 2 * std::numbers::pi / 720;
+  EXPECT_THAT(implausible_values(robot), IsEmpty());
 }
 
 TEST(RobotNewUnits, MetresTakenForMillimetresAreReported) {
   RobotDescription robot;
   robot.footprint = {{0, 0}, {6e-4, 0}, {6e-4, 4e-4}};
-  EXPECT_THAT(implausible_lengths(robot), ElementsAre(HasSubstr("smaller than mobile robots are")));
+  EXPECT_THAT(implausible_values(robot), ElementsAre(HasSubstr("smaller than mobile robots are")));
 }
 
 }  // namespace
