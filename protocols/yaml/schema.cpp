@@ -5,7 +5,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <set>
 #include <stdexcept>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
@@ -328,16 +327,19 @@ std::vector<std::string> top_keys(std::string_view text) {
   return keys;
 }
 
+/// Whether files of several kinds have the key.
+bool is_common(const std::string& key) {
+  return key == "name" || key == "source" || key == "pose" || key == "version";
+}
+
 /// Whether the text is meant for a schema with these keys: one of its own is among them, or nearly.
 bool is_meant_for(const std::string& text, const std::vector<std::string>& names) {
-  static const std::set<std::string> common_keys{"name", "source", "pose", "version"};
   const bool is_empty = text.find_first_not_of(" \t\r\n{}") == std::string::npos;
   const std::vector<std::string> keys = top_keys(text);
   const auto is_ours = [&](const std::string& key) {
-    return !common_keys.contains(key) &&
+    return !is_common(key) &&
            (std::find(names.begin(), names.end(), key) != names.end() || !nearest_name(key, names).empty());
   };
-  const auto is_common = [&](const std::string& key) { return common_keys.contains(key); };
   return is_empty || std::any_of(keys.begin(), keys.end(), is_ours) ||
          (!keys.empty() && std::all_of(keys.begin(), keys.end(), is_common));
 }
@@ -365,7 +367,17 @@ Result<Node> read_document_for(const std::string& text, const std::string& origi
                  "': expected keys such as " +
                  listed({names.begin(), names.begin() + std::min<std::ptrdiff_t>(3, std::ssize(names))})};
   }
-  return read_document(text, origin);
+  auto document = read_document(text, origin);
+  if (!document) return document;
+  const bool has_ours =
+      std::any_of(document->keys.begin(), document->keys.end(), [&](const std::string& key) {
+        return !is_common(key) && std::find(names.begin(), names.end(), key) != names.end();
+      });
+  if (const std::string kind = guess_schema(*document); !has_ours && !kind.empty() && kind != schema)
+    return Error{origin + ": is a file of the kind '" +
+                 schema_named(kind).text.at("title").get<std::string>() + "', expected one of the kind '" +
+                 known.at("title").get<std::string>() + "'"};
+  return document;
 }
 
 Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema) {

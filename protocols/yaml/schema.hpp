@@ -15,7 +15,8 @@ namespace parhelion::yaml {
 void check(Node& root, std::string_view schema, Problems& problems);
 
 /// Reads one document that is meant for `schema`. Error: what read_document found, by line. Where no key at
-/// its top level is one of the schema's, or nearly, it is another file, of which the error shows nothing.
+/// its top level is one of the schema's, or nearly, or another schema's keys fit better, it is another file:
+/// the error names its kind where it is known, and shows nothing else of it.
 Result<Node> read_document_for(const std::string& text, const std::string& origin, std::string_view schema);
 
 /// The same, checked against `schema`. Error: what read_document_for or check found, by line.

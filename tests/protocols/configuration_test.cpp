@@ -123,6 +123,8 @@ TEST(Scenario, RefusesInvalidValues) {
       {"channels: {SCAN: 'a b'}", "name of a channel: expected 1 to 63"},
       {"name: a\nname: b", "s.yaml:2: key 'name' is a duplicate (first in line 1)"},
       {"- a", "is not a file of the kind 'Scenario': expected keys such as agents, "},
+      {"name: rover\nfootprint: [[0 m, 0 m], [1 m, 0 m], [0 m, 1 m]]\nmass: 9 kg\n",
+       "is a file of the kind 'Robot description', expected one of the kind 'Scenario'"},
       {"", "s.yaml:1: the file is empty"},
       {"name: a\n---\nname: b", "a second document"},
       {"name: [a", "s.yaml:"},
