@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "server/training/event_phrase.hpp"
+
 namespace parhelion::training {
 namespace {
 
@@ -13,6 +15,8 @@ std::string number(const char* format, double value) {
   std::snprintf(text, sizeof text, format, value);
   return text;
 }
+
+std::string points_text(double points) { return number("%g", points) + (points == 1 ? " point" : " points"); }
 
 std::string time_text(double seconds) {
   return seconds >= 120 ? number("%g min", seconds / 60) : number("%g s", seconds);
@@ -42,11 +46,11 @@ std::string near_miss_text(const Condition& condition) {
 std::string condition_event_text(const Condition& condition) {
   const bool by_whom = !condition.subject.empty() || condition.min || condition.count > 1;
   if (condition.event == EventKind::near_miss && !by_whom) return near_miss_text(condition);
-  std::string text = to_string(condition.event);
-  if (!condition.subject.empty()) text += " by " + condition.subject;
-  if (!condition.object.empty()) text += " with " + condition.object;
+  std::string text = event_phrase(condition.event, condition.object);
   if (!condition.text.empty()) text += " (" + condition.text + ")";
-  if (condition.impulse > 0) text += number(" of %g N s or more", condition.impulse);
+  if (condition.impulse > 0) text += number(" with %g N s or more", condition.impulse);
+  if (!condition.subject.empty())
+    text += ", by " + (condition.subject == "any" ? std::string("anybody") : condition.subject);
   if (condition.min) text += number(", value at least %g", *condition.min);
   if (condition.max) text += number(", value at most %g", *condition.max);
   if (condition.count > 1) text += ", " + std::to_string(condition.count) + " times";
@@ -110,7 +114,7 @@ std::string own_text(const Condition& condition) {
 }
 
 std::string task_text(const Task& task, std::size_t place) {
-  std::string text = "  " + std::to_string(place) + ". " + task.name + number(": %g points", task.points);
+  std::string text = "  " + std::to_string(place) + ". " + task.name + ": " + points_text(task.points);
   if (task.required) text += ", required";
   if (task.limit) text += ", at most " + time_text(*task.limit);
   if (!task.text.empty()) text += "\n     " + task.text;
@@ -121,9 +125,9 @@ std::string task_text(const Task& task, std::size_t place) {
 
 std::string penalty_text(const Penalty& penalty) {
   std::string text = "  " + penalty.name + ":";
-  if (penalty.points > 0) text += number(" %g points", penalty.points);
+  if (penalty.points > 0) text += " " + points_text(penalty.points);
   if (penalty.points > 0 && penalty.per_impulse > 0) text += " and";
-  if (penalty.per_impulse > 0) text += number(" %g points for each N s", penalty.per_impulse);
+  if (penalty.per_impulse > 0) text += " " + points_text(penalty.per_impulse) + " for each N s";
   if (penalty.max) text += number(", at most %g in all", *penalty.max);
   return text + ", for " + condition_text(penalty.when) + "\n";
 }

@@ -42,16 +42,16 @@ Time: 5 min in total.
 Tasks, one after the other:
   1. door: 20 points, required, at most 60 s
      Mind the frame.
-     done:   pass through door 1, within 50 s, without contact_started with door 1 of 0.5 N s or more
+     done:   pass through door 1, within 50 s, without touching door 1 with 0.5 N s or more
   2. crate: 40 points
      done:   (grip crate, then (place crate in box or be within 1 m of dock for 3 s))
-     failed: dropped, 2 times
+     failed: dropping anything, 2 times
 Points: 60 for all tasks, less penalties; passed with 60 % or more.
   grade A from 90 %
   grade B from 60 %
 Penalties, each time:
-  collision: 5 points and 0.5 points for each N s, at most 30 in all, for contact_started
-  lean: 1 points, for pitch of 20 deg or more
+  collision: 5 points and 0.5 points for each N s, at most 30 in all, for touching anything
+  lean: 1 point, for pitch of 20 deg or more
 )") << "and nothing of the dead wheel";
 }
 
@@ -63,6 +63,28 @@ TEST(Briefing, EveryConditionHasAText) {
     condition.duration = 1;
     condition.parts.emplace_back();
     EXPECT_FALSE(condition_text(condition).empty()) << kind;
+  }
+}
+
+TEST(Briefing, DescribesWhatATraineeMustNotDo) {
+  Condition condition;
+  condition.event = EventKind::zone_left;
+  condition.object = "mark 3";
+  EXPECT_EQ(condition_text(condition), "leaving mark 3");
+  condition = {};
+  condition.event = EventKind::hazard_triggered;
+  condition.subject = "any";
+  EXPECT_EQ(condition_text(condition), "setting off anything, by anybody");
+  condition = {};
+  condition.event = EventKind::speed_limited;
+  EXPECT_EQ(condition_text(condition), "speed limited");
+}
+
+TEST(Briefing, NamesNoEventByItsIdentifier) {
+  for (int kind = 0; kind <= static_cast<int>(EventKind::scans_conflict); ++kind) {
+    Condition condition;
+    condition.event = static_cast<EventKind>(kind);
+    EXPECT_EQ(condition_text(condition).find('_'), std::string::npos) << condition_text(condition);
   }
 }
 
