@@ -8,6 +8,8 @@
 #include <optional>
 #include <tuple>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -178,55 +180,83 @@ class ArcFitter {
   double near_;
 };
 
-/// Quality of a shape against the points: bins along the arc, each with the mean and the spread across it.
+/// Quality of a shape against the points: bins along the arc and along the lines that leave it, each with the
+/// mean square of the distances of its points. A bin of little evidence counts for as much less.
 struct Explained {
   double bins = 0, squares = 0;
+  void add(double bin, double square) { bins += bin, squares += bin * square; }
   double criterion(double parameters) const {
     return bins * std::log(squares / bins) + parameters * std::log(bins);
   }
 };
 
+bool is_near(const Eigen::Vector2d& p, const PlanArc& arc) {
+  const double at = arc.along(p);
+  return std::abs(arc.across(p)) < kLayers && at > arc.low - kLayers && at < arc.high + kLayers;
+}
+
 bool runs_along(const PlanLine& line, const PlanArc& arc) {
   int near = 0, all = 0;
   for (double s = line.low; s <= line.high; s += kBin) {
-    const Eigen::Vector2d p = line.p + s * line.d;
-    const double at = arc.along(p);
     ++all;
-    near += std::abs(arc.across(p)) < kLayers && at > arc.low - kLayers && at < arc.high + kLayers ? 1 : 0;
+    near += is_near(line.p + s * line.d, arc) ? 1 : 0;
   }
   return near >= kReplaced * all;
 }
 
-/// Whether the arc describes the points as well as the lines, with fewer parameters.
-bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const std::vector<PlanLine>& lines) {
-  struct Bin {
-    double weight = 0, across = 0, squares = 0;
-    Eigen::Vector2d p = Eigen::Vector2d::Zero();
-  };
-  std::map<int, Bin> bins;
+struct ArcBin {
+  double weight = 0, across = 0, squares = 0;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+};
+
+std::vector<ArcBin> bins_along(const PlanArc& arc, const std::vector<Hit>& hits) {
+  std::map<int, ArcBin> bins;
   for (const Hit& hit : hits) {
-    Bin& bin = bins[static_cast<int>(std::floor((hit.along - arc.low) / kBin))];
+    ArcBin& bin = bins[static_cast<int>(std::floor((hit.along - arc.low) / kBin))];
     bin.weight += hit.weight;
     bin.across += hit.weight * hit.across;
     bin.squares += hit.weight * hit.across * hit.across;
     bin.p += hit.weight * hit.p;
   }
-  Explained round, straight;
-  for (const auto& [index, bin] : bins) {
-    const double mean = bin.across / bin.weight;
-    const double spread = std::max(bin.squares / bin.weight - mean * mean, kMinSpread * kMinSpread);
-    double nearest = kLayers;
-    for (const PlanLine& line : lines) {
-      const Eigen::Vector2d p = bin.p / bin.weight;
-      const double at = line.along(p);
-      if (at > line.low - kBin && at < line.high + kBin)
-        nearest = std::min(nearest, std::abs(line.across(p)));
-    }
-    round.bins += 1, straight.bins += 1;
-    round.squares += spread + mean * mean;
-    straight.squares += spread + nearest * nearest;
+  std::vector<ArcBin> result;
+  for (const auto& [index, bin] : bins) result.push_back(bin);
+  return result;
+}
+
+/// m, from the lines that are beside it, at most kLayers.
+double distance_from(const std::vector<PlanLine>& lines, const Eigen::Vector2d& p) {
+  double nearest = kLayers;
+  for (const PlanLine& line : lines) {
+    const double at = line.along(p);
+    if (at > line.low - kBin && at < line.high + kBin) nearest = std::min(nearest, std::abs(line.across(p)));
   }
-  if (round.bins * kBin < kCovered * (arc.high - arc.low)) return false;
+  return nearest;
+}
+
+/// Whether the arc describes the points as well as the lines, with fewer parameters. What the lines run along
+/// where the arc does not is unexplained by the arc.
+bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const std::vector<PlanLine>& lines) {
+  const std::vector<ArcBin> bins = bins_along(arc, hits);
+  if (static_cast<double>(bins.size()) * kBin < kCovered * (arc.high - arc.low)) return false;
+  std::vector<double> weights;
+  for (const ArcBin& bin : bins) weights.push_back(bin.weight);
+  const double usual = quantile(weights, 0.5);
+  Explained round, straight;
+  for (const ArcBin& bin : bins) {
+    const double mean = bin.across / bin.weight, share = std::min(1.0, bin.weight / usual);
+    const double spread = std::max(bin.squares / bin.weight - mean * mean, kMinSpread * kMinSpread);
+    const double nearest = distance_from(lines, bin.p / bin.weight);
+    round.add(share, spread + mean * mean);
+    straight.add(share, spread + nearest * nearest);
+  }
+  for (const PlanLine& line : lines) {
+    const double of_bin = line.weight * kBin / (line.high - line.low), share = std::min(1.0, of_bin / usual);
+    for (double s = line.low; s <= line.high; s += kBin) {
+      if (is_near(line.p + s * line.d, arc)) continue;
+      round.add(share, kMinSpread * kMinSpread + kLayers * kLayers);
+      straight.add(share, kMinSpread * kMinSpread);
+    }
+  }
   return round.criterion(5) < straight.criterion(2 * static_cast<double>(lines.size()) + 2);
 }
 

@@ -84,6 +84,21 @@ TEST(RoundWalls, AnArcIsFoundWithItsRadius) {
   }
 }
 
+// Found by rapidcheck: an arc through it and the few points beside it had replaced it.
+TEST(RoundWalls, AWallBesideScatteredPointsIsNone) {
+  const double floor = -1.81, ceiling = 0.66;
+  test::CloudSampler sampler(626, 0.002, 201538422757);
+  sampler.room({0, 0}, {3.5, 5.4}, floor, ceiling);
+  sampler.wall({1.05, 0}, {1.05, 3.78}, floor, ceiling);
+  sampler.clutter({Eigen::Vector3d(0.3, 0.3, floor), Eigen::Vector3d(1.3, 1.3, floor + 0.8)}, 532);
+  sampler.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, 10);
+  sampler.turn(Eigen::Translation3d(-29.48, -11.47, 0) *
+               Eigen::AngleAxisd(-33 * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()));
+  const auto found = segment(sampler.cloud());
+  ASSERT_TRUE(found.ok());
+  for (const VerticalSurface& wall : found->verticals) EXPECT_EQ(wall.curve, kNoCurve);
+}
+
 TEST(RoundWalls, MisalignedScanLayersGiveOneWall) {
   Plan plan;
   plan.round({0, 0}, 9, 0.2, 0.9);
