@@ -191,6 +191,11 @@ std::vector<std::optional<Plane>> planes_of(std::span<const Eigen::Vector3f> poi
 /// How many points are along a side of the square that replaces one.
 int side_of_square(double spacing) { return std::max(2, static_cast<int>(std::lround(spacing / kPitch))); }
 
+/// The fields of one colour on a chessboard: every row and every column has points, by half of them.
+bool is_filled(int row, int column) { return (row + column) % 2 == 0; }
+
+std::size_t points_of_square(int side) { return static_cast<std::size_t>((side * side + 1) / 2); }
+
 /// The points that replace one: a column of them, or a square on its plane.
 void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, double spacing,
             std::span<Eigen::Vector3f> out) {
@@ -208,7 +213,9 @@ void spread(const Eigen::Vector3f& point, const std::optional<Plane>& plane, dou
   const Eigen::Vector3d u = (std::abs(n.z()) < 0.7 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX());
   const Eigen::Vector3d a = (u - n.dot(u) * n).normalized(), b = n.cross(a);
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < count; ++k) *next++ = (on_plane + offset(i) * a + offset(k) * b).cast<float>();
+    for (int k = 0; k < count; ++k) {
+      if (is_filled(i, k)) *next++ = (on_plane + offset(i) * a + offset(k) * b).cast<float>();
+    }
   }
 }
 
@@ -278,8 +285,10 @@ std::optional<double> sparse_spacing(const cloud::PointCloud<Cloud>& cloud) {
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads) {
   constexpr std::size_t kChunk = 4096;
   const std::vector<std::optional<Plane>> planes = planes_of(cloud.points, kReach * spacing, threads);
-  const auto along = static_cast<std::size_t>(side_of_square(spacing));
-  const auto points_of = [&](std::size_t i) { return planes[i] ? along * along : along; };
+  const int side = side_of_square(spacing);
+  const auto points_of = [&](std::size_t i) {
+    return planes[i] ? points_of_square(side) : static_cast<std::size_t>(side);
+  };
   std::vector<std::size_t> first{0};  // of each chunk
   for (std::size_t begin = 0; begin < cloud.size(); begin += kChunk) {
     std::size_t points = 0;

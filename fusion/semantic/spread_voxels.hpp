@@ -27,8 +27,9 @@ struct SpreadCloud {
   double voxel = 0;                   ///< m, of a voxel map; 0: a sparse cloud
 };
 
-/// Points 1.5 to 2 cm apart over each voxel's face, moved onto the plane through the neighbours within 2.3
-/// voxels (least squares); a voxel where these form no plane keeps an upright line of points.
+/// Points in rows and columns 1.5 to 2 cm apart over each voxel's face, on every other crossing, moved onto
+/// the plane through the neighbours within 2.3 voxels (least squares); a voxel where these form no plane
+/// keeps an upright line of points.
 SpreadCloud spread_voxels(const cloud::PointCloud<Cloud>& cloud, double spacing, int threads = 0);
 
 /// Label of each original point: the most frequent one of its points, the lowest of equally frequent ones.
