@@ -64,13 +64,17 @@ double measured_before(const PlanPoints& points, const Flight& flight, const Foo
   return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / static_cast<double>(bins);
 }
 
-/// Whether the floor was measured where the steps would be that are missing between it and the flight.
+/// Whether the floor was measured where the steps would be that are missing between it and the flight. Steps
+/// deeper than two usual ones are terraces: of these not even a hidden part is long, and boxes in a rack lie
+/// like them.
 bool is_floating(const PlanPoints& points, const Segmentation& segmentation, const Levels& levels,
                  const Flight& flight) {
   constexpr double kMinFraction = 0.8, kFarthest = 5;  // of the way; m
+  constexpr double kMaxHidden = 2.5;                   // rises of a terrace
   const Foot foot = foot_of(flight);
   const std::optional<double> floor = floor_at(segmentation, levels, foot);
   if (!floor || foot.z - *floor < kSame) return false;
+  if (foot.tread > 2 * kUsualTread && foot.z - *floor > kMaxHidden * foot.rise) return true;
   const double missing = std::min((foot.z - *floor) / foot.rise * foot.tread, kFarthest);
   return measured_before(points, flight, foot, missing, *floor) > kMinFraction;
 }

@@ -230,6 +230,30 @@ TEST(BuildingOrThing, AFlightBeginsOnAFloor) {
   EXPECT_EQ(steps(labelled(four_treads(0.9, false).cloud())), 0) << "boards over a floor that was measured";
 }
 
+/// Four level plates 1 m deep, each 0.12 m over the one before, the lowest `foot` m over the floor, which is
+/// hidden under and before them.
+cloud::PointCloud<Map> four_terraces(double foot) {
+  CloudSampler sampler(700, 0.003, 26);
+  sampler.room({0, 0}, {9, 5}, 0, 3);
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+    return p.z() < 0.05F && p.y() > 1.3F && p.y() < 3.2F && p.x() > 0.3F && p.x() < 8.5F;
+  });
+  CloudSampler plates(700, 0.003, 27);
+  for (int i = 0; i < 4; ++i) {
+    const double x = 3 + 1.1 * i, z = foot + 0.12 * i;
+    plates.slab({x, 1.5}, {x + 1, 3}, z);
+    plates.wall({x, 1.5}, {x, 3}, z - 0.12, z);
+  }
+  cloud.points.insert(cloud.points.end(), plates.cloud().points.begin(), plates.cloud().points.end());
+  return cloud;
+}
+
+TEST(BuildingOrThing, BoxesInARackAreNoFlight) {
+  EXPECT_GE(steps(labelled(four_terraces(0.12))), 3) << "terraces that begin on the floor";
+  EXPECT_EQ(steps(labelled(four_terraces(1.0))), 0);
+}
+
 TEST(BuildingOrThing, StepsHaveHeadroom) {
   CloudSampler sampler = four_treads(0.17, true);
   for (int i = 0; i < 5; ++i) sampler.slab({3 + 0.3 * i, 1.5}, {3.3 + 0.3 * i, 3}, 0.6 + 0.17 * i);
