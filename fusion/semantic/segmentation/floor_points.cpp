@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -22,6 +23,10 @@ constexpr double kOver = 0.15;      // m, over the floor where it began
 constexpr double kUnder = 0.5;      // m, under it
 constexpr double kSkin = 0.04;      // m, band around a cell's height
 constexpr std::uint32_t kSeed = 3;  // minimum floor points of a cell that seeds the growth
+constexpr int kBeside = 5;          // cells: half of a low thing is not wider
+constexpr double kLow = 0.03;       // m, over the floor on both sides: a doormat is lower
+constexpr int kClose = 2;           // cells
+constexpr double kSteep = 0.045;    // m, over a floor so close
 
 bool is(std::uint8_t label, EntityLabel kind) { return label == static_cast<std::uint8_t>(kind); }
 
@@ -34,7 +39,7 @@ class ScanFloor {
       const std::uint64_t key = key_of(cloud.points[i]);
       if (cells_.empty() || cells_[last].key != key) {
         const auto [at, is_new] = index_.emplace(key, static_cast<std::uint32_t>(cells_.size()));
-        if (is_new) cells_.push_back({key, {}, 0, 0, false});
+        if (is_new) cells_.push_back({key, {}, 0, 0, false, false});
         last = at->second;
       }
       cells_[last].points.push_back(i);
@@ -51,7 +56,7 @@ class ScanFloor {
       }
     }
     for (const Cell& cell : cells_) {
-      if (!cell.reached) continue;
+      if (!cell.reached || stands_out(cell)) continue;
       for (const std::uint32_t i : cell.points) {
         if (is(labels[i], EntityLabel::unknown) && std::abs(cloud_.points[i].z() - cell.z) <= kSkin)
           labels[i] = static_cast<std::uint8_t>(EntityLabel::floor);
@@ -64,7 +69,7 @@ class ScanFloor {
     std::uint64_t key;
     std::vector<std::uint32_t> points;
     double z, begun;  // m, height of the floor here, and where it began
-    bool reached;
+    bool reached, seed;
   };
   static std::uint64_t key_of(int x, int y) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
@@ -95,16 +100,41 @@ class ScanFloor {
       }
       if (count < kSeed) continue;
       cells_[c].z = cells_[c].begun = sum / count;
-      cells_[c].reached = true;
+      cells_[c].reached = cells_[c].seed = true;
       open_.push_back(c);
     }
   }
-  void reach(std::uint32_t from, int dx, int dy) {
-    const auto x = static_cast<int>(static_cast<std::uint32_t>(cells_[from].key >> 32)) + dx;
-    const auto y = static_cast<int>(static_cast<std::uint32_t>(cells_[from].key)) + dy;
+  /// nullptr: no points are there.
+  const Cell* find(const Cell& from, int dx, int dy) const {
+    const auto x = static_cast<int>(static_cast<std::uint32_t>(from.key >> 32)) + dx;
+    const auto y = static_cast<int>(static_cast<std::uint32_t>(from.key)) + dy;
     const auto found = index_.find(key_of(x, y));
-    if (found == index_.end() || cells_[found->second].reached) return;
-    Cell& cell = cells_[found->second];
+    return found == index_.end() ? nullptr : &cells_[found->second];
+  }
+  /// m, of the nearest of so many cells in that direction where the growth began; infinite: none.
+  double floor_beside(const Cell& from, int dx, int dy, int cells) const {
+    for (int k = 1; k <= cells; ++k) {
+      const Cell* cell = find(from, k * dx, k * dy);
+      if (cell != nullptr && cell->seed) return cell->z;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+  /// Whether the floor lies lower on both its sides, or close by: a low thing with flanks that the growth has
+  /// climbed. A floor bows more gently, and mostly at the far end of a scan.
+  bool stands_out(const Cell& cell) const {
+    constexpr std::array<std::array<int, 2>, 4> kAcross = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+    return !cell.seed && std::any_of(kAcross.begin(), kAcross.end(), [&](const auto& d) {
+      const auto beside = [&](int cells) {
+        return std::minmax({floor_beside(cell, d[0], d[1], cells), floor_beside(cell, -d[0], -d[1], cells)});
+      };
+      return cell.z > beside(kBeside).second + kLow || cell.z > beside(kClose).first + kSteep;
+    });
+  }
+  void reach(std::uint32_t from, int dx, int dy) {
+    const Cell* found = find(cells_[from], dx, dy);
+    if (found == nullptr || found->reached) return;
+    const auto at = static_cast<std::uint32_t>(found - cells_.data());
+    Cell& cell = cells_[at];
     const double distance = kCell * std::hypot(dx, dy);
     const double z = mean_near(cell, cells_[from].z, kUneven + kSlope * distance);
     const double begun = cells_[from].begun;
@@ -112,7 +142,7 @@ class ScanFloor {
     cell.z = z;
     cell.begun = begun;
     cell.reached = true;
-    open_.push_back(found->second);
+    open_.push_back(at);
   }
 
   const cloud::PointCloud<Map>& cloud_;
