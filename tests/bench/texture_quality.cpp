@@ -1,7 +1,11 @@
 // What a virtual camera would have seen where images of a recording were held back.
-//   texture_quality LOG [MODEL [FOLDER [COUNT]]]   FOLDER receives pictures: recorded and drawn, the error
-//                                                  times three and what the recording has seen
+//   texture_quality LOG [MODEL [FOLDER [COUNT [FIRST STEP]]]]
+// FOLDER receives pictures: recorded and drawn, the error times three and what the recording has seen. The
+// images are COUNT from the first to the last, or FIRST, FIRST + STEP and so on.
 // For each of COUNT images, those go into the texture that were taken at least 0.3 m or 15 degrees from it.
+// Each is compared three times: as it was recorded; without the lens's error that the others have shown; and
+// the same, drawn from where its own depth image fits the surface, as its recorded pose may be wrong.
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -13,6 +17,7 @@
 #include "fusion/semantic/texture/build_texture.hpp"
 #include "render/jpeg.hpp"
 #include "render/textured_camera.hpp"
+#include "tests/bench/place_by_depth.hpp"
 #include "tests/picture_quality.hpp"
 #include "tools/image_frames.hpp"
 
@@ -92,9 +97,34 @@ CameraDescription describe(const semantic::Pinhole& c) {
   return camera;
 }
 
+/// A held-back image as it is compared.
+struct HeldBack {
+  const char* name;
+  semantic::ColourView colour;
+  semantic::DepthView depth;
+};
+constexpr std::size_t kWays = 3;
+
+/// As it was recorded; without the error of the lens; and placed by its own depth image, too.
+std::array<HeldBack, kWays> ways_of(const semantic::ColourView& colour, const semantic::DepthView& depth,
+                                    const semantic::BuiltTexture& built) {
+  const semantic::ColourView mended = semantic::corrected(colour, built.lens);
+  const semantic::QuadSurface surface{built.texture.vertices,
+                                      {built.texture.quads.begin(), built.texture.quads.end()}};
+  HeldBack placed{"placed", mended, depth};
+  placed.depth.T_map_optical = bench::place_by_depth(depth, surface);
+  placed.colour.T_map_optical =
+      placed.depth.T_map_optical * (depth.T_map_optical.inverse() * colour.T_map_optical);
+  return {HeldBack{"recorded", colour, depth}, HeldBack{"lens", mended, depth}, placed};
+}
+
+struct Likeness {
+  double psnr = 0, ssim = 0, seen = 0;
+};
+
 struct Figures {
-  double psnr = 0, ssim = 0, seen = 0, built = 0;
-  double rate = 0, cpu = 0;  ///< pictures/s; s of CPU a picture, of all threads
+  std::array<Likeness, kWays> likeness;
+  double cpu = 0, rate = 0;  ///< s of CPU a picture, of all threads; pictures/s
 };
 
 class Quality {
@@ -110,51 +140,66 @@ class Quality {
   std::size_t images() const { return std::min(all_.colour.size(), all_.depth.size()); }
 
   Figures measure(std::size_t index) {
-    const semantic::ColourView& held = all_.colour[index];
+    const semantic::ColourView& held = all_.colour.at(index);
+    const semantic::DepthView& depth = all_.depth.at(index);
     const Eigen::Isometry3d& place = held.T_map_optical.isometry();
     tools::ImageFrameOptions far;
     far.wanted = [&](const Eigen::Isometry3d& T) { return is_far(place, T); };
     const tools::ImageFrames frames = must(tools::read_image_frames(log_, far));
-    Figures figures;
     const auto start = Clock::now();
     semantic::BuiltTexture built = must(semantic::build_texture(model_, frames.colour, frames.depth));
-    figures.built = seconds_since(start);
-    const cv::Mat drawn = draw(built, held, figures);
-    const cv::Mat real = bgr_of(held);
-    const cv::Mat seen = seen_pixels(held, all_.depth[index], frames.depth);
-    figures.seen = cv::mean(seen)[0] / 255;
-    figures.psnr = test::psnr(real, drawn, seen);
-    figures.ssim = test::ssim(real, drawn, seen);
-    write(index, real, drawn, seen);
-    std::printf(
-        "image %3zu: %zu images, %zu depth images, %zu pieces | seen %.2f of the picture, PSNR %.2f dB, "
-        "SSIM %.3f | %.1f pictures/s, %.1f ms of CPU each, built in %.1f s\n",
-        index, frames.colour.size(), frames.depth.size(), built.texture.quads.size(), figures.seen,
-        figures.psnr, figures.ssim, figures.rate, 1000 * figures.cpu, figures.built);
+    std::printf("image %3zu: %zu images, %zu depth images, %zu pieces, built in %.1f s", index,
+                frames.colour.size(), frames.depth.size(), built.texture.quads.size(), seconds_since(start));
+    const auto camera = camera_of(built);
+    Figures figures;
+    const auto ways = ways_of(held, depth, built);
+    for (std::size_t i = 0; i < kWays; ++i) {
+      const cv::Mat drawn = draw(*camera, ways[i].colour, figures);
+      const cv::Mat real = bgr_of(ways[i].colour);
+      const cv::Mat seen = seen_pixels(ways[i].colour, ways[i].depth, frames.depth);
+      figures.likeness[i] = {test::psnr(real, drawn, seen), test::ssim(real, drawn, seen),
+                             cv::mean(seen)[0] / 255};
+      print(ways[i].name, figures.likeness[i]);
+      write(index, ways[i].name, real, drawn, seen);
+    }
+    const Eigen::Isometry3d moved =
+        (ways[1].depth.T_map_optical.inverse() * ways[2].depth.T_map_optical).isometry();
+    std::printf(" | moved %.1f cm, %.1f degrees | %.1f pictures/s, %.1f ms of CPU each\n",
+                100 * moved.translation().norm(),
+                Eigen::AngleAxisd(moved.linear()).angle() * 180 / std::numbers::pi, figures.rate,
+                1000 * figures.cpu);
     std::fflush(stdout);
     return figures;
   }
 
+  static void print(const char* name, const Likeness& likeness) {
+    std::printf(" | %s: %.2f dB, SSIM %.3f, seen %.2f", name, likeness.psnr, likeness.ssim, likeness.seen);
+  }
+
  private:
-  cv::Mat draw(semantic::BuiltTexture& built, const semantic::ColourView& held, Figures& figures) const {
+  std::unique_ptr<render::VirtualCamera> camera_of(semantic::BuiltTexture& built) const {
     std::vector<std::uint8_t> bgr = built.rgb;
     for (std::size_t i = 0; i + 2 < bgr.size(); i += 3) std::swap(bgr[i], bgr[i + 2]);
     render::JpegCodec codec;
     built.texture.jpeg =
         must(codec.encode(bgr, {built.width, built.height, 92, render::JpegFormat::Subsampling::yuv444}));
-    const auto camera = must(render::create_virtual_camera(model_, &built.texture));
+    return must(render::create_virtual_camera(model_, &built.texture));
+  }
+
+  static cv::Mat draw(render::VirtualCamera& camera, const semantic::ColourView& held, Figures& figures) {
     Image image;
-    (void)camera->render(describe(held.camera), held.T_map_optical, {}, {}, "");
+    (void)camera.render(describe(held.camera), held.T_map_optical, {}, {}, "");
     const std::clock_t busy = std::clock();
     const auto start = Clock::now();
     for (int i = 0; i < kPictures; ++i)
-      image = camera->render(describe(held.camera), held.T_map_optical, {}, {}, "");
+      image = camera.render(describe(held.camera), held.T_map_optical, {}, {}, "");
     figures.rate = kPictures / seconds_since(start);
     figures.cpu = static_cast<double>(std::clock() - busy) / CLOCKS_PER_SEC / kPictures;
     return cv::imdecode(image.bytes, cv::IMREAD_COLOR);
   }
 
-  void write(std::size_t index, const cv::Mat& real, const cv::Mat& drawn, const cv::Mat& seen) const {
+  void write(std::size_t index, const char* way, const cv::Mat& real, const cv::Mat& drawn,
+             const cv::Mat& seen) const {
     if (folder_.empty()) return;
     cv::Mat error, mask, above, below, all;
     cv::absdiff(real, drawn, error);
@@ -162,8 +207,8 @@ class Quality {
     cv::hconcat(real, drawn, above);
     cv::hconcat(cv::Mat(error * 3), mask, below);
     cv::vconcat(above, below, all);
-    char name[48];
-    std::snprintf(name, sizeof name, "held_back_%04zu.png", index);
+    char name[64];
+    std::snprintf(name, sizeof name, "held_back_%04zu_%s.png", index, way);
     cv::imwrite((std::filesystem::path(folder_) / name).string(), all);
   }
 
@@ -173,22 +218,41 @@ class Quality {
   tools::ImageFrames all_;
 };
 
+std::vector<std::size_t> wanted_images(int count, char** words, std::size_t images) {
+  const auto wanted = static_cast<std::size_t>(count > 4 ? std::stoi(words[4]) : 9);
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < wanted; ++i)
+    indices.push_back(count > 6 ? std::stoul(words[5]) + i * std::stoul(words[6])
+                                : i * (images - 1) / std::max<std::size_t>(1, wanted - 1));
+  return indices;
+}
+
 int run(int count, char** words) {
-  if (count < 2) throw std::runtime_error("usage: texture_quality LOG [MODEL [FOLDER [COUNT]]]");
+  if (count < 2) throw std::runtime_error("usage: texture_quality LOG [MODEL [FOLDER [COUNT [FIRST STEP]]]]");
   const SemanticModel model = count > 2 && *words[2] != '\0' ? must(load_model(words[2])) : SemanticModel{};
   Quality quality(words[1], model, count > 3 ? words[3] : "");
-  const auto wanted = static_cast<std::size_t>(count > 4 ? std::stoi(words[4]) : 9);
-  Figures sum, worst{1e9, 1e9};
-  for (std::size_t i = 0; i < wanted; ++i) {
-    const Figures figures =
-        quality.measure(i * (quality.images() - 1) / std::max<std::size_t>(1, wanted - 1));
-    sum.psnr += figures.psnr, sum.ssim += figures.ssim, sum.rate += figures.rate, sum.cpu += figures.cpu;
-    worst.psnr = std::min(worst.psnr, figures.psnr), worst.ssim = std::min(worst.ssim, figures.ssim);
+  const std::vector<std::size_t> images = wanted_images(count, words, quality.images());
+  const auto n = static_cast<double>(images.size());
+  Figures mean, worst;
+  worst.likeness.fill({1e9, 1e9, 1e9});
+  for (const std::size_t index : images) {
+    const Figures figures = quality.measure(index);
+    for (std::size_t i = 0; i < kWays; ++i) {
+      const Likeness& now = figures.likeness[i];
+      Likeness& sum = mean.likeness[i];
+      Likeness& low = worst.likeness[i];
+      sum.psnr += now.psnr / n, sum.ssim += now.ssim / n, sum.seen += now.seen / n;
+      low.psnr = std::min(low.psnr, now.psnr), low.ssim = std::min(low.ssim, now.ssim);
+      low.seen = std::min(low.seen, now.seen);
+    }
+    mean.rate += figures.rate / n, mean.cpu += figures.cpu / n;
   }
-  const auto n = static_cast<double>(wanted);
-  std::printf(
-      "mean: PSNR %.2f dB, SSIM %.3f, %.1f pictures/s, %.1f ms of CPU each; worst: PSNR %.2f dB, SSIM %.3f\n",
-      sum.psnr / n, sum.ssim / n, sum.rate / n, 1000 * sum.cpu / n, worst.psnr, worst.ssim);
+  constexpr const char* kNames[kWays] = {"recorded", "lens", "placed"};
+  std::printf("mean: %.1f pictures/s, %.1f ms of CPU each", mean.rate, 1000 * mean.cpu);
+  for (std::size_t i = 0; i < kWays; ++i) Quality::print(kNames[i], mean.likeness[i]);
+  std::printf("\nworst");
+  for (std::size_t i = 0; i < kWays; ++i) Quality::print(kNames[i], worst.likeness[i]);
+  std::printf("\n");
   return 0;
 }
 
