@@ -15,8 +15,8 @@ void include(DepthBlocks::Range& range, const DepthBlocks::Range& more) {
 
 }  // namespace
 
-DepthBlocks::DepthBlocks(const Pinhole& camera, std::span<const float> depth)
-    : step_(std::max(1, camera.width / kColumns)),
+DepthBlocks::DepthBlocks(const Pinhole& camera, std::span<const float> depth, int min_step)
+    : step_(std::max({1, min_step, camera.width / kColumns})),
       columns_((camera.width + step_ - 1) / step_),
       rows_((camera.height + step_ - 1) / step_) {
   std::vector<Range> own(blocks());

@@ -10,8 +10,9 @@ namespace parhelion::semantic {
 
 class DepthBlocks {
  public:
-  /// Depths (m, 0: none) row by row. Blocks are as large as makes about 160 columns.
-  DepthBlocks(const Pinhole& camera, std::span<const float> depth);
+  /// Depths (m, 0: none) row by row. Blocks are as large as makes about 160 columns, and no smaller than
+  /// `min_step` pixels.
+  DepthBlocks(const Pinhole& camera, std::span<const float> depth, int min_step = 1);
 
   struct Range {
     float nearest = 0, farthest = 0;  ///< m; 0: nothing was measured

@@ -145,6 +145,30 @@ std::vector<std::vector<std::uint8_t>> passing(std::span<const DepthView> views,
 
 namespace {
 
+/// The pixels of a colour image that lie between neighbouring ones of a depth image.
+int pixels_between(const Pinhole& colour, const Pinhole& depth) {
+  return static_cast<int>(std::ceil(std::max(colour.fx / depth.fx, colour.fy / depth.fy)));
+}
+
+/// Where the depth image measured nothing of the surface in its view.
+std::vector<std::uint8_t> holes_of(const DepthView& depth, const std::vector<std::uint8_t>& measured,
+                                   const DepthBlocks& blocks, const ViewGeometry& geometry) {
+  std::vector<std::uint8_t> hole(measured.size());
+  const Eigen::Isometry3d T_depth_colour =
+      (geometry.T_optical_map * depth.T_map_optical.isometry()).inverse(Eigen::Isometry);
+  const int half = blocks.step() / 2;
+  for (int row = half; row < geometry.camera.height; row += blocks.step()) {
+    for (int column = half; column < geometry.camera.width; column += blocks.step()) {
+      const std::size_t block = blocks.block_of(column, row);
+      const auto z = static_cast<double>(geometry.depth[geometry.camera.at(column, row)]);
+      if (measured[block] != 0 || z <= 0) continue;
+      const Eigen::Vector3d p = T_depth_colour * Eigen::Vector3d(z * ray_of(geometry.camera, column, row));
+      hole[block] = p.z() > 0.1 && depth.camera.contains(depth.camera.project(p)) ? 1 : 0;
+    }
+  }
+  return hole;
+}
+
 /// Unmarks holes where most other images measured nothing either: dark and shining surfaces.
 void leave_usual_holes(std::vector<std::uint8_t>& hole, const DepthBlocks& blocks,
                        const ViewGeometry& geometry, std::span<const DepthView> others,
@@ -183,7 +207,7 @@ std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthVi
                                      std::span<const std::uint8_t> mover, std::span<const DepthView> others,
                                      const MoverOptions& options) {
   const Pinhole& camera = geometry.camera;
-  const DepthBlocks surface(camera, geometry.depth);
+  const DepthBlocks surface(camera, geometry.depth, pixels_between(camera, depth.camera));
   std::vector<std::uint8_t> measured(surface.blocks()), contradicts(surface.blocks()),
       moving(surface.blocks());
   const Eigen::Isometry3d T_colour_depth = geometry.T_optical_map * depth.T_map_optical.isometry();
@@ -209,9 +233,7 @@ std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthVi
   for (std::size_t i = 0; i < contradicts.size(); ++i) contradicts[i] |= moving[i];
   widen(contradicts, surface);
   widen(measured, surface);
-  std::vector<std::uint8_t> hole(measured.size());
-  std::transform(measured.begin(), measured.end(), hole.begin(),
-                 [](std::uint8_t m) { return m == 0 ? 1 : 0; });
+  std::vector<std::uint8_t> hole = holes_of(depth, measured, surface, geometry);
   leave_usual_holes(hole, surface, geometry, others, options);
   std::vector<Witnessed> result(camera.pixels());
   for (int row = 0; row < camera.height; ++row) {

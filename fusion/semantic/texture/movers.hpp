@@ -22,7 +22,8 @@ std::vector<std::vector<std::uint8_t>> passing(std::span<const DepthView> views,
 
 /// What a depth image says of each pixel of the colour image that was taken at the same instant. `geometry`:
 /// of the colour image; `mover`: of the depth image, as from passing: contradicts, too. Where it measured
-/// nothing and most of the others did, somebody may have stood too near.
+/// nothing and most of the others did, somebody may have stood too near; what lies outside its view it agrees
+/// with. It may be coarser than the colour image.
 std::vector<Witnessed> compare_depth(const ViewGeometry& geometry, const DepthView& depth,
                                      std::span<const std::uint8_t> mover, std::span<const DepthView> others,
                                      const MoverOptions& options);
