@@ -51,7 +51,7 @@ Result<std::vector<std::uint8_t>> encode(const semantic::BuiltTexture& built) {
 Result<semantic::BuiltTexture> build(const Arguments& a, const SemanticModel& model, ImageFrames frames) {
   Progress progress("map texture", "stages");
   int stage = 0;
-  auto built = semantic::build_texture(model, std::move(frames.colour), frames.depth, a.texture,
+  auto built = semantic::build_texture(model, std::move(frames.colour), std::move(frames.depth), a.texture,
                                        [&](const char*) { progress.update(stage++, kStages); });
   progress.finish();
   return built;

@@ -37,13 +37,19 @@ Status check(const std::vector<View>& views, const char* kind, std::size_t value
   return {};
 }
 
+/// A pixel of a depth image that showed what passed.
+struct LeftOut {
+  std::uint32_t at;
+  std::uint16_t millimetres;
+};
+
 class Builder {
  public:
   Builder(const SemanticModel& model, std::vector<ColourView> views, std::vector<DepthView> depth,
           const TextureOptions& options, const std::function<void(const char*)>& progress)
       : model_(model),
         views_(std::move(views)),
-        measured_depth_(std::move(depth)),
+        depth_(std::move(depth)),
         options_(options),
         progress_(progress) {}
 
@@ -68,20 +74,23 @@ class Builder {
   }
 
   void leave_out_movers_of_depth() {
-    movers_ = passing(measured_depth_, options_.movers);
-    depth_ = measured_depth_;
+    const auto movers = passing(depth_, options_.movers);
+    left_out_.resize(depth_.size());
     for (std::size_t v = 0; v < depth_.size(); ++v)
-      for (std::size_t i = 0; i < movers_[v].size(); ++i)
-        if (movers_[v][i] != 0) depth_[v].millimetres[i] = 0;
+      for (std::size_t i = 0; i < movers[v].size(); ++i)
+        if (movers[v][i] != 0) {
+          left_out_[v].push_back({static_cast<std::uint32_t>(i), depth_[v].millimetres[i]});
+          depth_[v].millimetres[i] = 0;
+        }
   }
 
   /// The depth image that was taken with a colour image, none: the number of all.
   std::size_t depth_with(const ColourView& view) const {
-    std::size_t best = measured_depth_.size();
+    std::size_t best = depth_.size();
     Duration min_off = seconds(kSameInstant);
-    for (std::size_t d = 0; view.stamp && d < measured_depth_.size(); ++d) {
-      if (!measured_depth_[d].stamp) continue;
-      const Duration apart = *view.stamp - *measured_depth_[d].stamp;
+    for (std::size_t d = 0; view.stamp && d < depth_.size(); ++d) {
+      if (!depth_[d].stamp) continue;
+      const Duration apart = *view.stamp - *depth_[d].stamp;
       const Duration off = apart < Duration{} ? -apart : apart;
       if (off < min_off) min_off = off, best = d;
     }
@@ -93,10 +102,16 @@ class Builder {
     geometry_ = geometry_of(surface_, views_, options_.threads);
     cloud::for_each_chunk(views_.size(), 1, options_.threads, [&](std::size_t v, std::size_t, std::size_t) {
       const std::size_t d = depth_with(views_[v]);
-      if (d < measured_depth_.size())
-        views_[v].witnessed =
-            compare_depth(geometry_[v], measured_depth_[d], movers_[d], depth_, options_.movers);
+      if (d < depth_.size()) views_[v].witnessed = witnessed_by(d, geometry_[v]);
     });
+  }
+
+  std::vector<Witnessed> witnessed_by(std::size_t d, const ViewGeometry& geometry) const {
+    DepthView measured = depth_[d];
+    std::vector<std::uint8_t> mover(measured.millimetres.size());
+    for (const LeftOut& pixel : left_out_[d])
+      measured.millimetres[pixel.at] = pixel.millimetres, mover[pixel.at] = 1;
+    return compare_depth(geometry, measured, mover, depth_, options_.movers);
   }
 
   /// Coarser where a site is too large for one picture.
@@ -163,8 +178,8 @@ class Builder {
 
   const SemanticModel& model_;
   std::vector<ColourView> views_;
-  std::vector<DepthView> measured_depth_, depth_;  ///< as given; without movers
-  std::vector<std::vector<std::uint8_t>> movers_;  ///< in the images of measured_depth_
+  std::vector<DepthView> depth_;                ///< without movers
+  std::vector<std::vector<LeftOut>> left_out_;  ///< of each depth image
   TextureOptions options_;
   const std::function<void(const char*)>& progress_;
   QuadSurface surface_;
@@ -179,7 +194,7 @@ class Builder {
 }  // namespace
 
 Result<BuiltTexture> build_texture(const SemanticModel& model, std::vector<ColourView> views,
-                                   const std::vector<DepthView>& depth, TextureOptions options,
+                                   std::vector<DepthView> depth, TextureOptions options,
                                    const std::function<void(const char*)>& progress) {
   if (views.empty()) return Error{"no colour image with a pose"};
   const Status colour = check(views, "colour", 3, [](const ColourView& view) { return view.rgb.size(); });
@@ -188,7 +203,7 @@ Result<BuiltTexture> build_texture(const SemanticModel& model, std::vector<Colou
   if (!deep) return deep.error();
   options.volume.threads = options.bake.threads = options.align.threads = options.movers.threads =
       options.threads;
-  return Builder(model, std::move(views), depth, options, progress).build();
+  return Builder(model, std::move(views), std::move(depth), options, progress).build();
 }
 
 }  // namespace parhelion::semantic

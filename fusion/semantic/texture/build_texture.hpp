@@ -38,7 +38,7 @@ struct BuiltTexture {
 /// `progress`: called with the name of each stage. Errors: no image, a size that is not its camera's, a
 /// camera or pose that is not finite, nothing to texture. Same bytes for any number of threads.
 Result<BuiltTexture> build_texture(const SemanticModel& model, std::vector<ColourView> views,
-                                   const std::vector<DepthView>& depth, TextureOptions options = {},
+                                   std::vector<DepthView> depth, TextureOptions options = {},
                                    const std::function<void(const char*)>& progress = {});
 
 }  // namespace parhelion::semantic
