@@ -103,11 +103,12 @@ struct HeldBack {
   semantic::ColourView colour;
   semantic::DepthView depth;
 };
-constexpr std::size_t kWays = 3;
+constexpr std::size_t kComparisons = 3;
 
 /// As it was recorded; without the error of the lens; and placed by its own depth image, too.
-std::array<HeldBack, kWays> ways_of(const semantic::ColourView& colour, const semantic::DepthView& depth,
-                                    const semantic::BuiltTexture& built) {
+std::array<HeldBack, kComparisons> comparisons_of(const semantic::ColourView& colour,
+                                                  const semantic::DepthView& depth,
+                                                  const semantic::BuiltTexture& built) {
   const semantic::ColourView mended = semantic::corrected(colour, built.lens);
   const semantic::QuadSurface surface{built.texture.vertices,
                                       {built.texture.quads.begin(), built.texture.quads.end()}};
@@ -123,7 +124,7 @@ struct Likeness {
 };
 
 struct Figures {
-  std::array<Likeness, kWays> likeness;
+  std::array<Likeness, kComparisons> likeness;
   double cpu = 0, rate = 0;  ///< s of CPU a picture, of all threads; pictures/s
 };
 
@@ -152,18 +153,18 @@ class Quality {
                 frames.colour.size(), frames.depth.size(), built.texture.quads.size(), seconds_since(start));
     const auto camera = camera_of(built);
     Figures figures;
-    const auto ways = ways_of(held, depth, built);
-    for (std::size_t i = 0; i < kWays; ++i) {
-      const cv::Mat drawn = draw(*camera, ways[i].colour, figures);
-      const cv::Mat real = bgr_of(ways[i].colour);
-      const cv::Mat seen = seen_pixels(ways[i].colour, ways[i].depth, frames.depth);
+    const auto compared = comparisons_of(held, depth, built);
+    for (std::size_t i = 0; i < kComparisons; ++i) {
+      const cv::Mat drawn = draw(*camera, compared[i].colour, figures);
+      const cv::Mat real = bgr_of(compared[i].colour);
+      const cv::Mat seen = seen_pixels(compared[i].colour, compared[i].depth, frames.depth);
       figures.likeness[i] = {test::psnr(real, drawn, seen), test::ssim(real, drawn, seen),
                              cv::mean(seen)[0] / 255};
-      print(ways[i].name, figures.likeness[i]);
-      write(index, ways[i].name, real, drawn, seen);
+      print(compared[i].name, figures.likeness[i]);
+      write(index, compared[i].name, real, drawn, seen);
     }
     const Eigen::Isometry3d moved =
-        (ways[1].depth.T_map_optical.inverse() * ways[2].depth.T_map_optical).isometry();
+        (compared[1].depth.T_map_optical.inverse() * compared[2].depth.T_map_optical).isometry();
     std::printf(" | moved %.1f cm, %.1f degrees | %.1f pictures/s, %.1f ms of CPU each\n",
                 100 * moved.translation().norm(),
                 Eigen::AngleAxisd(moved.linear()).angle() * 180 / std::numbers::pi, figures.rate,
@@ -198,7 +199,7 @@ class Quality {
     return cv::imdecode(image.bytes, cv::IMREAD_COLOR);
   }
 
-  void write(std::size_t index, const char* way, const cv::Mat& real, const cv::Mat& drawn,
+  void write(std::size_t index, const char* name, const cv::Mat& real, const cv::Mat& drawn,
              const cv::Mat& seen) const {
     if (folder_.empty()) return;
     cv::Mat error, mask, above, below, all;
@@ -207,9 +208,9 @@ class Quality {
     cv::hconcat(real, drawn, above);
     cv::hconcat(cv::Mat(error * 3), mask, below);
     cv::vconcat(above, below, all);
-    char name[64];
-    std::snprintf(name, sizeof name, "held_back_%04zu_%s.png", index, way);
-    cv::imwrite((std::filesystem::path(folder_) / name).string(), all);
+    char file[64];
+    std::snprintf(file, sizeof file, "held_back_%04zu_%s.png", index, name);
+    cv::imwrite((std::filesystem::path(folder_) / file).string(), all);
   }
 
   std::string log_;
@@ -237,7 +238,7 @@ int run(int count, char** words) {
   worst.likeness.fill({1e9, 1e9, 1e9});
   for (const std::size_t index : images) {
     const Figures figures = quality.measure(index);
-    for (std::size_t i = 0; i < kWays; ++i) {
+    for (std::size_t i = 0; i < kComparisons; ++i) {
       const Likeness& now = figures.likeness[i];
       Likeness& sum = mean.likeness[i];
       Likeness& low = worst.likeness[i];
@@ -247,11 +248,11 @@ int run(int count, char** words) {
     }
     mean.rate += figures.rate / n, mean.cpu += figures.cpu / n;
   }
-  constexpr const char* kNames[kWays] = {"recorded", "lens", "placed"};
+  constexpr const char* kNames[kComparisons] = {"recorded", "lens", "placed"};
   std::printf("mean: %.1f pictures/s, %.1f ms of CPU each", mean.rate, 1000 * mean.cpu);
-  for (std::size_t i = 0; i < kWays; ++i) Quality::print(kNames[i], mean.likeness[i]);
+  for (std::size_t i = 0; i < kComparisons; ++i) Quality::print(kNames[i], mean.likeness[i]);
   std::printf("\nworst");
-  for (std::size_t i = 0; i < kWays; ++i) Quality::print(kNames[i], worst.likeness[i]);
+  for (std::size_t i = 0; i < kComparisons; ++i) Quality::print(kNames[i], worst.likeness[i]);
   std::printf("\n");
   return 0;
 }

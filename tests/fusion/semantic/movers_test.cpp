@@ -1,4 +1,4 @@
-// What depth images say of the colour images that were taken with them.
+// What depth images tell of the colour images that were taken with them.
 #include "fusion/semantic/texture/movers.hpp"
 
 #include <gtest/gtest.h>
@@ -59,13 +59,15 @@ class CompareDepth : public ::testing::Test {
   }
 
   /// Shares of the pixels that show the walker and of those that do not, which are said to contradict.
-  std::pair<double, double> contradicted(const std::vector<Witnessed>& says, const Eigen::Vector2d& walker) {
+  std::pair<double, double> contradicted(const std::vector<Witnessed>& witnessed,
+                                         const Eigen::Vector2d& walker) {
     double hits[2] = {}, pixels[2] = {};
     for (int row = 0; row < PaintedRoom::kHeight; ++row) {
       for (int column = 0; column < PaintedRoom::kWidth; ++column) {
         const bool shows = PaintedRoom::cast(pose_, column, row, &walker).walker;
         pixels[shows ? 0 : 1] += 1;
-        hits[shows ? 0 : 1] += says[PaintedRoom::camera().at(column, row)] == Witnessed::contradicts ? 1 : 0;
+        hits[shows ? 0 : 1] +=
+            witnessed[PaintedRoom::camera().at(column, row)] == Witnessed::contradicts ? 1 : 0;
       }
     }
     return {hits[0] / pixels[0], hits[1] / pixels[1]};
@@ -78,8 +80,8 @@ class CompareDepth : public ::testing::Test {
 TEST_F(CompareDepth, ADepthImageCoarserThanTheColourImageFindsWhoStandsThere) {
   const Eigen::Vector2d walker(1.4, 1.0);
   for (const int step : {1, 2, 4, 6}) {
-    const auto says = compare([&](const DepthView& view) { return coarse(view, step); }, &walker);
-    const auto [found, wrong] = contradicted(says, walker);
+    const auto witnessed = compare([&](const DepthView& view) { return coarse(view, step); }, &walker);
+    const auto [found, wrong] = contradicted(witnessed, walker);
     EXPECT_GT(found, 0.9) << step;
     EXPECT_LT(wrong, 0.15) << step;
   }
@@ -87,19 +89,20 @@ TEST_F(CompareDepth, ADepthImageCoarserThanTheColourImageFindsWhoStandsThere) {
 
 TEST_F(CompareDepth, ACoarseDepthImageLeavesNoHolesBetweenItsPixels) {
   for (const int step : {2, 4, 6}) {
-    const auto says = compare([&](const DepthView& view) { return coarse(view, step); }, nullptr);
-    EXPECT_EQ(std::count(says.begin(), says.end(), Witnessed::agrees), std::ssize(says)) << step;
+    const auto witnessed = compare([&](const DepthView& view) { return coarse(view, step); }, nullptr);
+    EXPECT_EQ(std::count(witnessed.begin(), witnessed.end(), Witnessed::agrees), std::ssize(witnessed))
+        << step;
   }
 }
 
 TEST_F(CompareDepth, WhatLiesOutsideTheDepthCamerasViewIsNoHole) {
-  const auto says = compare([](const DepthView& view) { return narrow(view, 30); }, nullptr);
-  EXPECT_EQ(std::count(says.begin(), says.end(), Witnessed::unmeasured), 0);
+  const auto witnessed = compare([](const DepthView& view) { return narrow(view, 30); }, nullptr);
+  EXPECT_EQ(std::count(witnessed.begin(), witnessed.end(), Witnessed::unmeasured), 0);
 }
 
 TEST_F(CompareDepth, AHoleWhereOthersMeasuredIsUnmeasured) {
   int images = 0;
-  const auto says = compare(
+  const auto witnessed = compare(
       [&](DepthView view) {
         if (++images == 13)  // after the others, the one that is compared
           for (int row = 40; row < 110; ++row)
@@ -107,7 +110,7 @@ TEST_F(CompareDepth, AHoleWhereOthersMeasuredIsUnmeasured) {
         return view;
       },
       nullptr);
-  EXPECT_GT(std::count(says.begin(), says.end(), Witnessed::unmeasured), 4000);
+  EXPECT_GT(std::count(witnessed.begin(), witnessed.end(), Witnessed::unmeasured), 4000);
 }
 
 }  // namespace
