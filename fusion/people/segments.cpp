@@ -152,8 +152,9 @@ void SegmentedScan::add_neighbours() {
     double nearest = kNeighbourhood, second = kNeighbourhood, width = 0, straight = 1;
     int within = 0;
     for (const Segment& other : segments_) {
-      const double distance = (other.center - segment.center).norm();
-      if (&other == &segment || distance >= kNeighbourhood) continue;
+      const double squared = (other.center - segment.center).squaredNorm();
+      if (&other == &segment || squared >= kNeighbourhood * kNeighbourhood) continue;
+      const double distance = std::sqrt(squared);
       within += distance < 1 ? 1 : 0;
       second = std::min(second, std::max(distance, nearest));
       if (distance < nearest) {
@@ -161,7 +162,9 @@ void SegmentedScan::add_neighbours() {
         width = other.width;
       }
     }
-    for (const Eigen::Vector2d& end : wide_) straight = std::min(straight, (end - segment.center).norm());
+    for (const Eigen::Vector2d& end : wide_)
+      straight = std::min(straight, (end - segment.center).squaredNorm());
+    straight = std::sqrt(straight);
     using F = SegmentFeature;
     feature(segment.features, F::nearest_distance) = static_cast<float>(nearest);
     feature(segment.features, F::nearest_width) = static_cast<float>(width);

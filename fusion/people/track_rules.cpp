@@ -88,12 +88,12 @@ bool was_there_before(const Track& track, const SegmentEvidence& evidence, Simul
 }
 
 bool belongs_to(const Track& part, const Track& whole) {
-  if (!may_be_part(part, whole)) return false;
+  const double apart = (whole.position() - part.position()).norm();
+  if (apart > kCompanionDistance || !may_be_part(part, whole)) return false;
   // Who was a person for a while is not part of another only for standing close by, and nothing that is not
   // close is missing from a complete one.
   const bool persons = part.confirmed.ns != 0 && whole.confirmed.ns != 0;
-  const double reach = persons || complete(whole) ? kCloseCompanionDistance : kCompanionDistance;
-  if ((whole.position() - part.position()).norm() > reach) return false;
+  if (apart > kCloseCompanionDistance && (persons || complete(whole))) return false;
   const bool young = part.stamp - part.born < kYoung;  // has no average yet
   if (!young && (whole.average_velocity() - part.average_velocity()).norm() > kCompanionSpeed) return false;
   // Two people side by side are each seen with two legs, or as a body.
