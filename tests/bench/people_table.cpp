@@ -2,10 +2,14 @@
 //   people_table [crowds] [first seed]
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <numbers>
+#include <thread>
+#include <vector>
 
 #include "tests/fusion/people/crowd_score.hpp"
 #include "tests/fusion/people/depth_score.hpp"
@@ -21,6 +25,7 @@ void row(const std::string& name, const test::PeopleScore& score) {
               score.reported > 0 ? std::to_string(score.precision()).substr(0, 5).c_str() : "-",
               score.switches_a_minute(), score.switches_a_person_minute(), score.error_quantile(0.5),
               score.rms_error(), score.first_detection(0.5), score.first_detection(0.9));
+  std::fflush(stdout);
 }
 
 void recordings() {
@@ -40,18 +45,33 @@ void recordings() {
   }
 }
 
+/// The scores of `n` scenes, on all cores; added in order.
+template <class Score>
+test::PeopleScore sum(int n, Score&& score_of) {
+  std::vector<test::PeopleScore> scores(static_cast<std::size_t>(n));
+  {
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::jthread> threads;
+    for (unsigned t = 0; t < std::max(std::thread::hardware_concurrency(), 1U); ++t)
+      threads.emplace_back([&] {
+        for (std::size_t i = next++; i < scores.size(); i = next++) scores[i] = score_of(i);
+      });
+  }
+  test::PeopleScore all;
+  for (const test::PeopleScore& each : scores) all += each;
+  return all;
+}
+
 /// The same crowds, with one thing changed.
 template <class Change>
 test::PeopleScore crowds(int n, std::uint64_t seed, Change&& change,
                          test::CrowdOptions (*draw)(std::uint64_t) = test::random_crowd) {
-  test::PeopleScore all;
-  for (int i = 0; i < n; ++i) {
-    test::CrowdOptions options = draw(seed + static_cast<std::uint64_t>(i));
+  return sum(n, [&](std::uint64_t i) {
+    test::CrowdOptions options = draw(seed + i);
     options.duration = 30;
     change(options);
-    all += score(options);
-  }
-  return all;
+    return score(options);
+  });
 }
 
 void synthetic(int n, std::uint64_t seed) {
@@ -93,13 +113,12 @@ void varied(int n, std::uint64_t seed) {
 }
 
 void depth_camera(int n, std::uint64_t seed, double height, double pitch) {
-  test::PeopleScore all;
-  for (int i = 0; i < n; ++i) {
+  const test::PeopleScore all = sum(n, [&](std::uint64_t i) {
     test::DepthRoomOptions options;
-    options.seed = seed + static_cast<std::uint64_t>(i);
+    options.seed = seed + i;
     options.height = height, options.pitch = pitch * std::numbers::pi / 180;
-    all += score(options);
-  }
+    return score(options);
+  });
   char name[80];
   std::snprintf(name, sizeof name, "depth camera at %.2f m, %.0f degrees down", height, pitch);
   row(name, all);
