@@ -100,4 +100,12 @@ std::array<DepthSlice, 2> depth_slices() {
   return {DepthSlice(legs), DepthSlice(chest)};
 }
 
+PeopleOptions slice_people_options() {
+  PeopleOptions options;  // chosen on the rooms 4500000 to 4500011 of tests/fusion/people/depth_room
+  options.max_log_odds_not_person = 0.2;
+  options.min_log_odds_person_unmoved = 0.9;
+  options.max_log_odds_not_person_unmoved = 0.4;
+  return options;
+}
+
 }  // namespace parhelion::people

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "fusion/people/laser_sweep.hpp"
+#include "fusion/people/people_tracker.hpp"
 #include "protocols/frames.hpp"
 #include "protocols/scan.hpp"
 
@@ -64,5 +64,7 @@ class DepthSlice {
 
 /// The slices in which people are looked for: legs, which tables and boxes often hide, and chests.
 std::array<DepthSlice, 2> depth_slices();
+/// For a tracker of a slice: the lasers' classifiers take more of the furniture in a depth image for people.
+PeopleOptions slice_people_options();
 
 }  // namespace parhelion::people

@@ -15,10 +15,17 @@
 
 namespace parhelion::tick {
 
+/// Of a slice that shows nobody yet.
+inline PeopleState slice_people() {
+  PeopleState state;
+  state.tracker = people::PeopleTracker(people::slice_people_options());
+  return state;
+}
+
 /// What one depth camera shows of people.
 struct DepthPeopleState {
   std::array<people::DepthSlice, 2> slices = people::depth_slices();
-  std::array<PeopleState, 2> people;        ///< of each slice
+  std::array<PeopleState, 2> people{slice_people(), slice_people()};
   SensorTime searched;                      ///< stamp of the newest image that was searched
   CameraIntrinsics intrinsics;              ///< of `directions`
   std::vector<Eigen::Vector3f> directions;  ///< of each pixel, optical frame, z = 1

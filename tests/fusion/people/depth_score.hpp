@@ -50,7 +50,8 @@ class TwoSlices {
 
  private:
   std::array<people::DepthSlice, 2> slices_ = people::depth_slices();
-  std::array<people::PeopleTracker, 2> trackers_;
+  std::array<people::PeopleTracker, 2> trackers_{people::PeopleTracker(people::slice_people_options()),
+                                                 people::PeopleTracker(people::slice_people_options())};
   people::FusedPeople fused_;
 };
 

@@ -91,7 +91,7 @@ TEST(PeopleInDepth, PeopleAreFoundAmongFurniture) {
   for (const auto& [height, pitch] : {std::pair(0.35, 0.0), std::pair(0.6, 5.0), std::pair(1.2, 15.0)}) {
     const test::PeopleScore s = rooms(100, 3, height, pitch * kDegree);
     EXPECT_GE(s.recall(), 0.75) << height;
-    EXPECT_GE(s.precision(), 0.7) << height;
+    EXPECT_GE(s.precision(), 0.8) << height;
     EXPECT_LE(s.rms_error(), 0.18) << height;
   }
 }
@@ -105,8 +105,8 @@ TEST(PeopleInDepth, FurnitureAloneIsHardlyEverAPerson) {
     reported += score(options).reported;
     images += static_cast<int>(options.duration * options.rate);
   }
-  // The classifiers and thresholds are those of lasers, chosen for who stands still: 0.21 an image.
-  EXPECT_LE(reported, images / 4);
+  // 0.15 an image; 0.21 with the thresholds of lasers, which were chosen for who stands still.
+  EXPECT_LE(reported, images / 6);
 }
 
 }  // namespace
