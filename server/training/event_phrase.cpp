@@ -25,7 +25,7 @@ constexpr Phrase kPhrases[] = {
     {EventKind::yaw_rate_limit, "turning too fast", ""},
     {EventKind::gripped, "gripping", "anything"},
     {EventKind::lifted, "lifting", "anything"},
-    {EventKind::placed, "placing", "anything"},
+    {EventKind::placed, "putting something into", "a container"},
     {EventKind::dropped, "dropping", "anything"},
     {EventKind::zone_entered, "entering", "any zone"},
     {EventKind::zone_left, "leaving", "any zone"},

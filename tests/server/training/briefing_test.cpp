@@ -76,6 +76,10 @@ TEST(Briefing, DescribesWhatATraineeMustNotDo) {
   condition.subject = "any";
   EXPECT_EQ(condition_text(condition), "setting off anything, by anybody");
   condition = {};
+  condition.event = EventKind::placed;
+  condition.object = "container_1";
+  EXPECT_EQ(condition_text(condition), "putting something into container_1");
+  condition = {};
   condition.event = EventKind::speed_limited;
   EXPECT_EQ(condition_text(condition), "speed limited");
 }
