@@ -20,14 +20,18 @@ constexpr std::size_t kMaxScans = 2000;
 constexpr double kRepeated = 0.005;  // minimum fraction of ranges that makes a value no return
 constexpr double kSpeedSpan = 0.5;   // s over which a speed is measured
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double median_period(std::vector<SensorTime> stamps) {
   std::vector<double> periods;
   for (std::size_t i = 1; i < stamps.size(); ++i) periods.push_back((stamps[i] - stamps[i - 1]).seconds());
   std::erase_if(periods, [](double period) { return !(period > 0); });
   if (periods.empty()) return 0;
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return median(std::move(periods));
 }
 
 /// s; of instants as far apart as damaged events have them, too.
@@ -35,17 +39,17 @@ double between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
 }
 
-StampSurvey survey_stamps(const std::vector<SensorTime>& stamps, const std::vector<ArrivalTime>& arrivals) {
-  StampSurvey survey;
-  if (stamps.empty()) return survey;
-  const double span = between(arrivals.front().ns, arrivals.back().ns);
-  if (span >= 1) survey.rate = between(stamps.front().ns, stamps.back().ns) / span;
-  std::vector<double> lags;
-  for (std::size_t i = 0; i < stamps.size(); ++i) lags.push_back(between(stamps[i].ns, arrivals[i].ns));
-  const auto middle = lags.begin() + static_cast<std::ptrdiff_t>(lags.size() / 2);
-  std::nth_element(lags.begin(), middle, lags.end());
-  survey.lag = *middle;
-  return survey;
+/// s by which stamps advance in a second of arrivals, median over spans of 2 s; 1 where there is none.
+double stamp_rate(const std::vector<SensorTime>& stamps, const std::vector<ArrivalTime>& arrivals) {
+  constexpr double kSpan = 2;
+  std::vector<double> rates;
+  for (std::size_t from = 0, to = 1; to < stamps.size(); ++to) {
+    const double span = between(arrivals[from].ns, arrivals[to].ns);
+    if (span >= 0 && span < kSpan) continue;
+    if (span > 0) rates.push_back(between(stamps[from].ns, stamps[to].ns) / span);
+    from = to;
+  }
+  return rates.empty() ? 1 : median(std::move(rates));
 }
 
 template <class Message>
@@ -73,6 +77,23 @@ class Collected {
  private:
   bool failed_ = false;
 };
+
+/// s by which stamps of `second` are older than those of `first` in messages that arrive one after the other,
+/// median; nullopt: there are none.
+template <class First, class Second>
+std::optional<double> lag_between(const Collected<First>& first, const Collected<Second>& second) {
+  const auto stamps = first.stamps(), others = second.stamps();
+  std::vector<double> lags;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    while (next < others.size() && second.arrivals[next] <= first.arrivals[i]) ++next;
+    if (next == 0) continue;
+    lags.push_back(between(others[next - 1].ns, second.arrivals[next - 1].ns) -
+                   between(stamps[i].ns, first.arrivals[i].ns));
+  }
+  if (lags.empty()) return std::nullopt;
+  return median(std::move(lags));
+}
 
 /// Number of beams, angle of the first and between two, of most scans.
 struct Form {
@@ -214,20 +235,22 @@ Result<LogSurvey> survey_log(const std::string& path) {
   }
   survey.joints.assign(joints.begin(), joints.end());
   survey.imu = !imu.messages.empty();
+  survey.odometry_lag = lag_between(scans[channel::kScan], odometry);
   for (auto& [name, collected] : scans) {
     if (collected.messages.empty()) continue;
     const auto stamps = collected.stamps();
+    const double rate = stamp_rate(stamps, collected.arrivals);
     LaserSurvey laser = survey_laser(std::move(collected.messages), stamps);
-    laser.stamps = survey_stamps(stamps, collected.arrivals);
+    laser.stamp_rate = rate;
     if (name == channel::kScan)
       survey.laser = std::move(laser);
     else
       survey.further_lasers.emplace(name, std::move(laser));
   }
   if (odometry.messages.size() > 1) {
-    const StampSurvey stamps = survey_stamps(odometry.stamps(), odometry.arrivals);
+    const double rate = stamp_rate(odometry.stamps(), odometry.arrivals);
     survey.odometry = survey_odometry(std::move(odometry.messages));
-    survey.odometry->stamps = stamps;
+    survey.odometry->stamp_rate = rate;
   }
   if (!camera.messages.empty()) survey.camera = survey_images(camera);
   if (!depth.messages.empty()) survey.depth = survey_images(depth);

@@ -14,12 +14,6 @@
 
 namespace parhelion::tools {
 
-/// Stamps beside the log's times of arrival.
-struct StampSurvey {
-  double rate = 1;  ///< s by which the stamps advance in 1 s of arrivals; 1 where the log is shorter than 1 s
-  double lag = 0;   ///< s, median of arrival less stamp
-};
-
 struct LaserSurvey {
   std::vector<Scan> scans;                   ///< at most 2,000, those with the usual number of beams
   std::size_t beams = 0;                     ///< of most scans
@@ -27,7 +21,7 @@ struct LaserSurvey {
   float angle_min = 0, angle_increment = 0;  ///< rad
   bool own_angles = false;                   ///< each scan has the angles of its beams, which may differ
   double period = 0;                         ///< s, median between two stamps
-  StampSurvey stamps;
+  double stamp_rate = 1;                     ///< s by which stamps advance in a second of the log
   std::size_t backward_stamps = 0;
   float min_range = 0, max_range = 0;      ///< m, of ranges > 0 that are finite and not `repeated`
   double zero = 0, nan = 0, infinite = 0;  ///< fractions of all ranges
@@ -47,7 +41,7 @@ struct OdometrySurvey {
   std::vector<Odometry> samples;  ///< stamps ascending
   double speed = 0;               ///< m/s, 99th percentile over 0.5 s
   double yaw_rate = 0;            ///< rad/s, likewise
-  StampSurvey stamps;
+  double stamp_rate = 1;          ///< s by which stamps advance in a second of the log
 };
 
 struct LogSurvey {
@@ -55,6 +49,7 @@ struct LogSurvey {
   std::optional<LaserSurvey> laser;
   std::optional<OdometrySurvey> odometry;
   std::optional<ImageSurvey> camera, depth;
+  std::optional<double> odometry_lag;  ///< s by which stamps of ODOMETRY are older than SCAN's, median
   bool imu = false;
   std::map<std::string, LaserSurvey> further_lasers;  ///< by channel, as SCAN_rear
   std::set<std::string> further;      ///< channels of sensors after the first of their kind, as SCAN_rear
