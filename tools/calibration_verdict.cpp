@@ -33,10 +33,14 @@ std::string described(pose::OdometryFinding finding, SensorTime first_scan) {
 bool faults_decide(const TrackedDrive& part) {
   constexpr double kShort = 3;  // s: one slip until it is over for certain, also in a short part
   const double whole = (part.last_scan - part.first_scan).seconds();
+  if (!(whole > 0)) return true;
   double faulty = 0;
-  for (const pose::OdometryFinding& finding : part.findings)
+  bool over = true;
+  for (const pose::OdometryFinding& finding : part.findings) {
+    over = over && finding.until.has_value();
     faulty += (finding.until.value_or(part.last_scan) - finding.since).seconds();
-  return faulty > std::max(kShort, kAllowedFraction * whole);
+  }
+  return faulty > (over ? std::max(kShort, kAllowedFraction * whole) : kAllowedFraction * whole);
 }
 
 /// Scans and odometry cannot tell a laser that looks backward from odometry with the wrong sign. But robots
@@ -70,6 +74,14 @@ void judge_order(CalibrationReport& report) {
   report.warnings.push_back(std::to_string(out) + " of " + std::to_string(all) +
                             " samples of odometry have stamps that are not later than the one before and are "
                             "left out: the jitter of its stamps is larger than what is stated here");
+}
+
+void judge_beam_order(CalibrationReport& report) {
+  report.warnings.emplace_back(
+      report.after.laser->beam_interval < 0
+          ? "the last beam of a message is measured first, as where a driver sorts the beams of a laser that "
+            "turns clockwise: beam_interval is negative now"
+          : "the first beam of a message is measured first: beam_interval is positive now");
 }
 
 /// Bit by bit.
@@ -130,11 +142,7 @@ void add_repeated_scans(const RecordedDrive& part, CalibrationReport& report) {
 
 void judge(const CalibrationOptions& options, CalibrationReport& report) {
   judge_direction(report);
-  if (report.reversed_beams)
-    report.warnings.emplace_back(
-        "a message holds its beams in the reverse order of measurement, as from a driver that sorts the "
-        "beams "
-        "of a laser that turns clockwise: beam_interval changes its sign");
+  if (report.reversed_beams) judge_beam_order(report);
   if (report.refusals.empty()) judge_order(report);
   const bool checked = report.check_after.windows > 0;
   if (const std::string why =

@@ -8,8 +8,8 @@
 
 namespace parhelion::tools {
 
-/// What SLAM found wrong in a part of the drive: refusals where it lasts for more than 3 s and a tenth of the
-/// part, otherwise warnings. Times count from `first_scan`.
+/// What SLAM found wrong in a part of the drive: refusals where it lasts for more than a tenth of the part
+/// and, if it ends, 3 s; otherwise warnings. Times count from `first_scan`.
 void add_faults(const TrackedDrive& part, SensorTime first_scan, CalibrationReport& report);
 /// The same for the end of an error's message; empty: nothing was found.
 std::string known_faults(const TrackedDrive& part, SensorTime first_scan);

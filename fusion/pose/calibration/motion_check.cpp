@@ -169,11 +169,12 @@ std::string unexplained_error(const MotionCheck& fitted, const MotionCheck& afte
                   kDegreesPerRadian * after.turned_rms);
   } else if (fitted.windows > 0 &&
              after.combined_rms_but_worst() > std::max(kGrown * fitted.combined_rms_but_worst(), kSmall)) {
-    std::snprintf(text, sizeof text,
-                  "odometry and scans differ by %.0f mm and %.1f deg on the validation part, but by %.0f mm "
-                  "and %.1f deg where the result was fitted: something changed between the two",
-                  1e3 * after.position_rms, kDegreesPerRadian * after.yaw_rms, 1e3 * fitted.position_rms,
-                  kDegreesPerRadian * fitted.yaw_rms);
+    std::snprintf(
+        text, sizeof text,
+        "odometry and scans differ by %.0f mm on the validation part, but by %.0f mm where the result "
+        "was fitted (a turn as its way at %.1f m, without the worst 15 %% of each): something changed "
+        "between the two",
+        1e3 * after.combined_rms_but_worst(), 1e3 * fitted.combined_rms_but_worst(), MotionCheck::kArm);
   }
   return text;
 }

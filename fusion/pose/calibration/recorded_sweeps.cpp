@@ -36,7 +36,7 @@ RecordedSweeps::RecordedSweeps(const std::vector<Odometry>& odometry, const Odom
 // offset by its fraction of the motion, once each round and for headings and positions alike, and not where
 // the headings' own noise is larger.
 double RecordedSweeps::offset_sigma(const MotionNoise& noise, double step, double rate) const {
-  // As the errors of eight generated drives with rough odometry are, 6 to 13 ms of a sweep of 67 ms.
+  // Chosen so that it covers the errors of eight generated drives with rough odometry: 6 to 13 ms of 67 ms.
   constexpr double kTimes = 20;
   const double half = sweep_.seconds() / 2;
   const double rate_noise2 = noise.turn * noise.turn / (step * (end_ - begin_).seconds());
