@@ -111,11 +111,13 @@ class ScanFloor {
     const auto found = index_.find(key_of(x, y));
     return found == index_.end() ? nullptr : &cells_[found->second];
   }
-  /// m, of the nearest of so many cells in that direction where the growth began; infinite: none.
+  /// m, of the nearest of so many cells in that direction where the growth began; infinite: none. A floor
+  /// below a kerb or a landing is another one.
   double floor_beside(const Cell& from, int dx, int dy, int cells) const {
     for (int k = 1; k <= cells; ++k) {
       const Cell* cell = find(from, k * dx, k * dy);
-      if (cell != nullptr && cell->seed) return cell->z;
+      const double lowest = from.begun - kUneven - kSlope * k * kCell * std::hypot(dx, dy);
+      if (cell != nullptr && cell->seed && cell->z > lowest) return cell->z;
     }
     return std::numeric_limits<double>::infinity();
   }

@@ -10,7 +10,7 @@
 namespace parhelion::semantic {
 namespace {
 
-/// A floor of 6 m x 3 m with points every 2 cm at the heights that `height` gives; those within 2 cm of level
+/// A floor of 6 m x 3 m with points every 2 cm at the heights that `height` gives; those up to 2 cm
 /// are labelled floor.
 struct LabelledFloor {
   static constexpr auto kFloor = static_cast<std::uint8_t>(EntityLabel::floor);
@@ -22,7 +22,7 @@ struct LabelledFloor {
       for (int k = 0; k < 150; ++k) {
         const double x = 0.02 * (i + 0.5), y = 0.02 * (k + 0.5), z = height(x, y);
         cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
-        labels.push_back(std::abs(z) < 0.02 ? kFloor : static_cast<std::uint8_t>(EntityLabel::unknown));
+        labels.push_back(z < 0.02 ? kFloor : static_cast<std::uint8_t>(EntityLabel::unknown));
       }
     }
   }
@@ -42,6 +42,13 @@ TEST(GrowFloors, AFloorThatBowsAtItsEndIsFloor) {
   LabelledFloor bowed([](double x, double) { return x < 3 ? 0 : 0.012 * (x - 3) * (x - 3); });
   grow_floors(bowed.cloud, bowed.labels);
   EXPECT_GT(bowed.floor_fraction_above(0.02), 0.95);
+}
+
+TEST(GrowFloors, AFloorThatEndsAtADropIsFloor) {
+  LabelledFloor landing([](double x, double) { return x < 2.4 ? 0 : x < 3 ? 0.055 * (x - 2.4) : -0.3; });
+  ASSERT_EQ(landing.floor_fraction_above(0.02), 0);
+  grow_floors(landing.cloud, landing.labels);
+  EXPECT_GT(landing.floor_fraction_above(0.02), 0.95);
 }
 
 TEST(GrowFloors, ALowThingWithRoundFlanksIsNone) {
