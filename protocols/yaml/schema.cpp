@@ -397,7 +397,7 @@ std::string guess_schema(const Node& root) {
     const auto names = keys_of(properties);
     std::size_t known = 0;
     for (const std::string& key : root.keys) {
-      if (key == "name" || key == "source" || key == "pose") continue;
+      if (is_common(key)) continue;
       known += properties.contains(key) ? 2 : nearest_name(key, names).empty() ? 0 : 1;
     }
     if (known > best_score) {

@@ -39,9 +39,9 @@ struct FingerForce {
 /// dropped: lifted, and it has either slipped kSlip in the gripper, or is not pressed and sinks with kSink
 /// with no
 ///   container below. Reported once until it is released.
-/// placed: it was lifted, was released, and has rested in a container: in kRest it got less than kStill *
-/// kRest
-///   from where it was. Its velocity at an instant says less, as contacts of a light thing jitter.
+/// placed: it was lifted, was released, and has rested in a container for kRest, in which it got less far
+/// than
+///   with kStill. Its velocity at an instant says less, as contacts of a light thing jitter.
 class GripperWatch {
  public:
   static constexpr double kPinch = 1.0;        // N
