@@ -250,6 +250,17 @@ void OdometrySanity::froze(SensorTime now) {
   findings_.push_back({fault_, now, std::nullopt, std::string(advice(fault_)) + " (scans turn meanwhile)"});
 }
 
+/// The scans before and after say nothing of odometry.
+void OdometrySanity::picked_up(SensorTime now) {
+  give_up(now);
+  fault_ = OdometryFault::carried;
+  lasting_ = findings_.size();
+  findings_.push_back({fault_, now, std::nullopt,
+                       std::string(advice(fault_)) + " (all around it has changed from scan to scan)"});
+}
+
+void OdometrySanity::found_again(SensorTime now) { give_up(now); }
+
 /// Verdicts in a row.
 int OdometrySanity::enough_of(const Verdict& verdict) const {
   // While a drive shows only a part of it, one fault looks like another, as a dead wheel does like a wrong

@@ -44,6 +44,9 @@ class OdometrySanity {
   void give_up(SensorTime now);
   /// Odometry stands still while scans turn: names that at once, if nothing else is wrong.
   void froze(SensorTime now);
+  /// The robot was picked up: a finding that lasts until it has been found again.
+  void picked_up(SensorTime now);
+  void found_again(SensorTime now);
 
   /// What is wrong now.
   OdometryFault fault() const { return fault_; }

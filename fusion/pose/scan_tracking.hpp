@@ -59,6 +59,12 @@ class ScanTracking {
                   const ScanOdometry::Step& step, const MatchOptions& options);
   /// The pose has been set by something else: what it was before says nothing about the motion.
   void forget();
+  /// The robot was picked up, and then found again somewhere else.
+  void picked_up(SensorTime now) { sanity_.picked_up(now); }
+  void found_again(SensorTime now) {
+    forget();
+    sanity_.found_again(now);
+  }
   /// The map was corrected, and the robot with it: its motion goes on from here.
   void continue_from(const Pose2& T_map_base) {
     by_scans_alone_ = T_map_base;
@@ -72,6 +78,7 @@ class ScanTracking {
   Eigen::Matrix3d published(const Eigen::Matrix3d& covariance) const;
 
   OdometryFault fault() const { return sanity_.fault(); }
+  bool is_odometry_suspected() const { return sanity_.is_suspected(); }
   bool is_mounting_doubtful() const { return sanity_.is_mounting_doubtful(); }
   const std::vector<OdometryFinding>& findings() const { return sanity_.findings(); }
 

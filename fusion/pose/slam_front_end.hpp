@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "fusion/pose/companions.hpp"
+#include "fusion/pose/displacement_check.hpp"
+#include "fusion/pose/pose_doubt.hpp"
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_points.hpp"
 #include "fusion/pose/scan_tracking.hpp"
@@ -64,10 +67,21 @@ class SlamFrontEnd {
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   /// Moves the keyframes, the robot with the last, and from here on matches to the old surroundings, too.
   void correct(const LoopCorrection& correction);
+  /// The robot was picked up: it is lost, and nothing is added to the map, until it is found.
+  bool is_displaced() const { return displaced_; }
+  /// Fraction of the points of a scan.
+  double usually_explained() const { return check_.usually_explained(); }
+  /// Where it is, by a search of the map; `scan` is the one that was added last.
+  void found(const Pose2& T_map_base, const ScanPoints& scan);
 
  private:
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
+  void watch(const ScanPoints& scan, const Pose2& before, const ScanOdometry::Step& step, Estimate& estimate);
+  void wait(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
+  bool step_aside(const ScanPoints& scan, double enough, Estimate& estimate);
+  bool is_undisturbed(const ScanPoints& scan);
+  void go_on(const Pose2& T_map_base, SensorTime stamp);
   SlamState state(SensorTime stamp) const;
   ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
   void keep(const ScanPoints& scan, double explained);
@@ -97,6 +111,10 @@ class SlamFrontEnd {
   double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
   std::size_t scans_ = 0;
   SensorTime matched_;  ///< stamp of the last scan that the map explained
+  PoseDoubt doubt_;
+  DisplacementCheck check_;
+  bool displaced_ = false;
+  std::optional<SensorTime> exact_since_;  ///< that a displaced robot seems to be where it was
 };
 
 }  // namespace parhelion::pose

@@ -1,7 +1,7 @@
 #include "fusion/pose/estimate.hpp"
+#include "fusion/pose/keyframe_search.hpp"
 #include "fusion/pose/live_loops.hpp"
 #include "fusion/pose/loop_closing.hpp"
-#include "fusion/pose/mapped_scan.hpp"
 #include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
@@ -30,7 +30,8 @@ class Mapper final : public Slam {
     if (!step) return std::nullopt;
     const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
-    const SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
+    SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
+    if (const auto found = find_again(points, *step)) tracked.T_map_base = *found;
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;
     if (const auto corrected = loops_.update(front_end_.keyframes(), scan.stamp))
@@ -78,6 +79,18 @@ class Mapper final : public Slam {
     Pose2 T_keyframe_base;
   };
 
+  /// Where a robot that was picked up has been put down, in the map so far.
+  std::optional<Pose2> find_again(const ScanPoints& scan, const ScanOdometry::Step& step) {
+    if (!front_end_.is_displaced()) {
+      search_.forget();
+      return std::nullopt;
+    }
+    const auto found =
+        search_.add(front_end_.keyframes(), *robot_.laser, scan, step.step, front_end_.usually_explained());
+    if (found) front_end_.found(*found, scan);
+    return found;
+  }
+
   void close_loops() {
     if (finished_) return;
     final_ = closed_loops(front_end_.keyframes(), {}, options_.progress);
@@ -103,11 +116,8 @@ class Mapper final : public Slam {
 
   std::vector<MappedScan> mapped_scans() const {
     std::vector<MappedScan> scans;
-    const LaserDescription& laser = *robot_.laser;
-    for (std::size_t k = 0; k < front_end_.keyframes().size(); ++k) {
-      scans.push_back({final_pose(k), laser.T_base_laser, rectified(front_end_.keyframes()[k].scan, laser),
-                       static_cast<double>(laser.convention.range_max)});
-    }
+    for (std::size_t k = 0; k < front_end_.keyframes().size(); ++k)
+      scans.push_back(mapped(front_end_.keyframes()[k], final_pose(k), *robot_.laser));
     return scans;
   }
 
@@ -117,6 +127,7 @@ class Mapper final : public Slam {
   AttitudeTrack attitude_;
   SlamFrontEnd front_end_;
   LiveLoops loops_;
+  KeyframeSearch search_;
   std::vector<Tracked> tracked_;
   std::vector<Pose2> final_;
   bool finished_ = false;
