@@ -41,7 +41,7 @@ std::string ArmTask::phase() const {
   return phase_ == Phase::given_up ? name + ": " + names.at(static_cast<std::size_t>(stuck_in_)) : name;
 }
 
-double ArmTask::let_go_range() const {
+double ArmTask::release_range() const {
   constexpr double kStep = 0.01;  // m
   const double grip = plan_.thing_height - plan_.grip_below, middle = range_of(plan_.container);
   // Beyond its farthest place the arm would be stretched, so a step is left.
@@ -55,7 +55,7 @@ double ArmTask::let_go_range() const {
 
 ArmTask::Goal ArmTask::goal_of(Phase phase) const {
   const double grip = plan_.thing_height - plan_.grip_below;
-  const double to_thing = range_of(plan_.thing), to_container = let_go_range();
+  const double to_thing = range_of(plan_.thing), to_container = release_range();
   const double thing = angle_of(plan_.thing), container = angle_of(plan_.container);
   switch (phase) {
     case Phase::rise:

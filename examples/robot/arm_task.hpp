@@ -33,7 +33,7 @@ class ArmTask {
   Goal goal_of(Phase phase) const;
   // m from the turret's axis: the container's middle or, if that is out of reach, as near to it as the arm
   // comes.
-  double let_go_range() const;
+  double release_range() const;
   bool has_come(const ArmPosture& encoders, double dt);
 
   Plan plan_;

@@ -13,9 +13,14 @@ namespace parhelion::pose {
 /// Needs two scans a second at least.
 class DisplacementCheck {
  public:
-  /// After each scan. `keyframe`: the newest scan of the map; `T_keyframe_base`: from its base to that of
-  /// `scan`, as tracked. `explained`: fraction of the points of `scan` that the map explains.
-  void add(const ScanPoints& keyframe, const ScanPoints& scan, const Pose2& T_keyframe_base,
+  /// From the base of the newest keyframe to that of the scan: as its match shows it, and as odometry
+  /// predicts it. Close to a surface a small error of either looks like a large change.
+  struct Motions {
+    Pose2 tracked, predicted;
+  };
+  /// After each scan. `keyframe`: the newest scan of the map. `explained`: fraction of the points of `scan`
+  /// that the map explains.
+  void add(const ScanPoints& keyframe, const ScanPoints& scan, const Motions& T_keyframe_base,
            double explained);
   /// The robot was found again.
   void forget() {

@@ -132,7 +132,9 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
                          Estimate& estimate) {
   const Keyframe& newest = keyframes_.back();
   doubt_.add(scan, before, pose_, step, 1);
-  check_.add(newest.scan, scan, newest.T_map_base.inverse() * pose_, estimate.explained);
+  const Pose2 T_keyframe_map = newest.T_map_base.inverse();
+  check_.add(newest.scan, scan, {T_keyframe_map * pose_, T_keyframe_map * before * step.step},
+             estimate.explained);
   // Odometry that fails leads a robot astray, too.
   const bool suspected = tracking_.is_odometry_suspected();
   const double enough = (suspected ? kNearlyUsual : kAsUsual) * check_.usually_explained();

@@ -171,9 +171,9 @@ std::string unexplained_error(const MotionCheck& fitted, const MotionCheck& afte
              after.combined_rms_but_worst() > std::max(kGrown * fitted.combined_rms_but_worst(), kSmall)) {
     std::snprintf(
         text, sizeof text,
-        "odometry and scans differ by %.0f mm on the validation part, but by %.0f mm where the result "
-        "was fitted (a turn as its way at %.1f m, without the worst 15 %% of each): something changed "
-        "between the two",
+        "odometry and scans differ by %.0f mm on the validation part, but by %.0f mm on the part that the "
+        "result was fitted to (yaw counts at %.1f m, and the worst 15 %% of each part are left out): "
+        "something changed between the two",
         1e3 * after.combined_rms_but_worst(), 1e3 * fitted.combined_rms_but_worst(), MotionCheck::kArm);
   }
   return text;

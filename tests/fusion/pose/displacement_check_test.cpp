@@ -52,6 +52,13 @@ TEST(DisplacementCheck, WhatIsNewButContradictsNothingIsNoReason) {
   EXPECT_FALSE(check.is_suspected());
 }
 
+TEST(DisplacementCheck, WhatOdometryExplainsIsNoContradiction) {
+  DisplacementCheck check = check_of_a_robot_that_drives();
+  const Pose2 turned{0, 0, std::numbers::pi};
+  for (int i = 0; i < 5; ++i) check.add(long_hall(3, 6), long_hall(6, 3), {{}, turned}, 0.3);
+  EXPECT_FALSE(check.is_suspected());
+}
+
 TEST(DisplacementCheck, NothingIsConcludedFromScansThatAreFarApartInTime) {
   DisplacementCheck check = check_of_a_robot_that_drives();
   for (int i = 1; i < 5; ++i) check.add(long_hall(3, 6), long_hall(6, 3, i), {}, 0.3);
