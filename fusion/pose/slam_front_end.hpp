@@ -79,7 +79,7 @@ class SlamFrontEnd {
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   void watch(const ScanPoints& scan, const Pose2& before, const ScanOdometry::Step& step, Estimate& estimate);
   void wait(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
-  bool step_aside(const ScanPoints& scan, double enough, Estimate& estimate);
+  void step_aside(const Match& beside, SensorTime stamp, Estimate& estimate);
   bool is_undisturbed(const ScanPoints& scan);
   void go_on(const Pose2& T_map_base, SensorTime stamp);
   SlamState state(SensorTime stamp) const;
