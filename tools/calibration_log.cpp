@@ -128,10 +128,8 @@ bool is_far_better(const pose::MotionCalibration& now, const pose::MotionCalibra
   // Of the product of two variances. Right descriptions of two recorded drives with slow sweeps: 1.4 and 6.5;
   // a TurtleBot 4 whose driver reverses its beams: 0.10.
   constexpr double kFarBetter = 0.4;
-  const auto used = [](const pose::MotionCalibration& motion) {
-    return static_cast<double>(motion.steps) - static_cast<double>(motion.outliers);
-  };
-  return now.noise.misfit() < kFarBetter * then.noise.misfit() && used(now) >= 0.9 * used(then);
+  return now.noise.misfit() < kFarBetter * then.noise.misfit() &&
+         static_cast<double>(now.steps) >= 0.9 * static_cast<double>(then.steps);
 }
 
 /// The first round, with the beams of a message in the order that the description gives, or in reverse order

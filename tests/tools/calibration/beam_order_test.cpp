@@ -28,7 +28,9 @@ TEST(BeamOrder, IsCorrectedWhereADriverReversesTheBeams) {
     EXPECT_EQ(report->after.laser->beam_interval, -report->before.laser->beam_interval);
     EXPECT_EQ(report->verdict, CalibrationVerdict::better);
     ASSERT_FALSE(report->warnings.empty());
-    EXPECT_NE(report->warnings.front().find("reverse order"), std::string::npos) << report->warnings.front();
+    EXPECT_NE(report->warnings.front().find("the last beam of a message is measured first"),
+              std::string::npos)
+        << report->warnings.front();
   }
 }
 
