@@ -16,8 +16,8 @@ constexpr double kVanished = 0.05;
 /// If all that has changed is that something vanished, people have left, or the laser has passed something
 /// close to it.
 constexpr double kAppeared = 0.01;
-/// In a longer time between two scans people change much. Chosen on fr-clinic, with a scan in 0.7 s.
-/// s: from a scan to the next, and usually; and the longest that is learned from.
+/// s: from a scan to the next, and usually; and the longest that is learned from. In a longer time people
+/// change much: chosen on fr-clinic, with a scan in 0.7 s.
 constexpr double kNextScan = 0.5, kLongest = 1, kIntervalMemory = 0.1;
 constexpr double kLittleExplained = 0.75;  ///< of what is usual
 constexpr double kUsualMemory = 0.02;      ///< weight of a scan in that
@@ -28,14 +28,20 @@ void DisplacementCheck::add(const ScanPoints& keyframe, const ScanPoints& scan,
                             const Motions& T_keyframe_base, double explained) {
   const bool little = scans_ > 0 && explained < kLittleExplained * usual_;
   const double enough = little ? kContradicted : kAllContradicted;
-  const ScanChange tracked = change_between(keyframe, scan, T_keyframe_base.tracked);
-  const ScanChange predicted = change_between(keyframe, scan, T_keyframe_base.predicted);
-  const double vanished = std::min(tracked.vanished, predicted.vanished);
   const double since = before_ ? std::min((scan.stamp - *before_).seconds(), kLongest) : kLongest;
   before_ = scan.stamp;
   interval_ += kIntervalMemory * (since - interval_);
   const bool soon = since < kNextScan && interval_ < kNextScan;
-  suspected_ = soon && tracked.exceeds(enough) && predicted.exceeds(enough) && tracked.appeared > kAppeared;
+  suspected_ = false;
+  double vanished = 0;
+  if (soon) {
+    const ScanChange tracked = change_between(keyframe, scan, T_keyframe_base.tracked);
+    if (tracked.exceeds(enough) && tracked.appeared > kAppeared) {
+      const ScanChange predicted = change_between(keyframe, scan, T_keyframe_base.predicted);
+      suspected_ = predicted.exceeds(enough);
+      vanished = std::min(tracked.vanished, predicted.vanished);
+    }
+  }
   contradictions_ = suspected_ && vanished > kVanished ? contradictions_ + 1 : 0;
   if (suspected_) return;
   usual_ += std::max(kUsualMemory, 1.0 / ++scans_) * (explained - usual_);

@@ -12,6 +12,7 @@
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -20,11 +21,7 @@ constexpr std::size_t kMaxScans = 2000;
 constexpr double kRepeated = 0.005;  // minimum fraction of ranges that makes a value no return
 constexpr double kSpeedSpan = 0.5;   // s over which a speed is measured
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median(std::vector<double> values) { return quantile(values, 0.5, QuantileRank::upper); }
 
 double median_period(std::vector<SensorTime> stamps) {
   std::vector<double> periods;

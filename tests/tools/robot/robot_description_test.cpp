@@ -42,6 +42,7 @@ struct Driver {
   bool stands = false;          ///< odometry's stamp
   double stamp_scale = 1;       ///< of all stamps, from the start on
   double odometry_ahead = 0;    ///< s, of odometry's clock
+  double arrival_jump = 0;      ///< s, of the clock of the log after 5 s
   std::int64_t stamp_unit = 1;  ///< of all stamps, per microsecond
 };
 
@@ -69,7 +70,8 @@ std::string write_log(const test::TemporaryFolder& folder, const Driver& driver)
                                     (1'000'000'000 + static_cast<std::int64_t>(at * 1e6)));
     };
     const SensorTime stamp = stamp_at(driver.stamp_scale * t);
-    const ArrivalTime arrival = ArrivalTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(t * 1e6));
+    const ArrivalTime arrival = ArrivalTime::from_utime(
+        1'000'000'000 + static_cast<std::int64_t>((t + (t > 5 ? driver.arrival_jump : 0)) * 1e6));
     Scan scan;
     scan.stamp = stamp;
     scan.angle_min = static_cast<float>(driver.angle_min);
@@ -303,6 +305,12 @@ TEST(RobotCheck, TwoClocksAreFound) {
   driver.odometry_ahead = -5;
   const DescriptionCheck check = check_description(Made().description(), Made(driver).log);
   EXPECT_THAT(check.contradictions, Contains(HasSubstr("5 s apart; all sensors need one clock")));
+}
+
+TEST(RobotCheck, AClockOfTheLogThatJumpsIsNoFault) {
+  Driver driver;
+  driver.arrival_jump = 90;
+  EXPECT_THAT(check_description(Made().description(), Made(driver).log).contradictions, IsEmpty());
 }
 
 TEST(RobotCheck, ALogWithoutAReadableMessageIsRefusedWithTheReason) {
