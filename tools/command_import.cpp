@@ -10,11 +10,11 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kDescription =
-    "Recording of another system to an LCM log: MRPT rawlog, CARMEN log (also .gz, .bz2), ROS 1 bag, folder "
-    "of RGB-D "
-    "frames (7-Scenes, TUM)";
+    "Recording of another system to an LCM log: MRPT rawlog, CARMEN log (also .gz, .bz2), ROS bag (.bag; "
+    ".db3 and .mcap of ROS 2, or their folder), folder of RGB-D frames (7-Scenes, TUM)";
 constexpr const char* kFooter =
-    "Example:\n  parhelion import drive.bag -o drive.lcm --topics SCAN=/front/scan,REFERENCE_POSE=/truth\n\n"
+    "Examples:\n  parhelion import drive.bag -o drive.lcm --topics SCAN=/front/scan,REFERENCE_POSE=/truth\n"
+    "  parhelion import rosbag2_2026_11_30/ -o drive.lcm\n\n"
     "The log starts with ROBOT, the robot description. Events keep the order of the file and the sensors' "
     "own stamps;\n"
     "an event's arrival is the instant at which the source received it or, where the source does not say, "

@@ -74,7 +74,7 @@ std::vector<Read> by_rosbag(const std::filesystem::path& path) {
   for (const rosbag::MessageInstance& message : rosbag::View(bag)) {
     Read read{static_cast<std::int64_t>(message.getTime().toNSec()), message.getTopic(),
               message.getDataType(), std::vector<std::uint8_t>(message.size())};
-    ros::serialization::OStream stream(read.bytes.data(), message.size());
+    ::ros::serialization::OStream stream(read.bytes.data(), message.size());
     message.write(stream);
     all.push_back(std::move(read));
   }
@@ -97,8 +97,10 @@ Ours by_us(const std::filesystem::path& path) {
     if (!more) {
       ++ours.damages;
     } else if (*more) {
-      ours.messages.push_back(
-          {message.received.ns, message.topic, message.type, {message.bytes.begin(), message.bytes.end()}});
+      ours.messages.push_back({message.received.ns,
+                               message.topic,
+                               message.type,
+                               {message.bytes.bytes.begin(), message.bytes.bytes.end()}});
     } else {
       break;
     }
@@ -128,7 +130,7 @@ void write_bag(const std::filesystem::path& path, rosbag::CompressionType compre
   std::mt19937 random(5);
   for (std::size_t i = 0; i < kWrittenMessages; ++i) {
     const auto n = static_cast<std::uint32_t>(i);
-    const ros::Time time(1'600'000'000 + n / 10 + random() % 2, random() % 1'000'000'000);
+    const ::ros::Time time(1'600'000'000 + n / 10 + random() % 2, random() % 1'000'000'000);
     Blob blob;
     blob.bytes.resize(i % 100 == 1 ? 40'000 : random() % 300);
     for (std::uint8_t& byte : blob.bytes) byte = static_cast<std::uint8_t>(random() % 7);

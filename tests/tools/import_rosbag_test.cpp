@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "protocols/frames.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/temporary_folder.hpp"
@@ -53,20 +51,6 @@ double wall_thickness(const ImportedLog& log, bool mirror) {
     if (!from.empty() && !to.empty()) medians.push_back(test::median_distance(from, to));
   }
   return medians.empty() ? std::numeric_limits<double>::infinity() : median(medians);
-}
-
-TEST(ImportRosbag, ARos2RecordingIsNamedWithTheCommandThatConvertsIt) {
-  const TemporaryFolder folder;
-  const std::string database = folder / "drive_0.db3", mcap = folder / "drive.mcap";
-  std::ofstream(database) << "SQLite format 3" << '\0' << " and more";
-  std::ofstream(mcap) << "\x89MCAP0\r\n";
-  std::ofstream(folder / "metadata.yaml") << "rosbag2_bagfile_information:\n  version: 5\n";
-  for (const std::string& input : {database, mcap, folder / "."}) {
-    const auto imported = import_recording(test::import_options(input, folder / "drive.lcm"), {});
-    ASSERT_FALSE(imported.ok()) << input;
-    EXPECT_THAT(imported.error().message, ::testing::HasSubstr("a ROS 2 recording")) << input;
-    EXPECT_THAT(imported.error().message, ::testing::HasSubstr("rosbags-convert")) << input;
-  }
 }
 
 TEST(ImportRosbag, SeveralScanTopicsAreAnErrorThatListsThem) {

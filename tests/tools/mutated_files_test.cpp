@@ -191,6 +191,21 @@ const MutatedReader kReaders[] = {
        test::small_bag().write(f / "in.bag", "lz4", test::lz4);
        return test::import_sample(f, "in.bag");
      }},
+    {"ROS 2 database",
+     [](F f) {
+       test::small_bag().write_database(f / "in.db3");
+       return test::import_sample(f, "in.db3");
+     }},
+    {"MCAP",
+     [](F f) {
+       test::small_bag().write_mcap(f / "in.mcap", {McapCompression::none, 1U << 20U, ""});
+       return test::import_sample(f, "in.mcap");
+     }},
+    {"MCAP, zstd",
+     [](F f) {
+       test::small_bag().write_mcap(f / "in.mcap", {McapCompression::zstd, 1U << 20U, ""});
+       return test::import_sample(f, "in.mcap");
+     }},
     {"RGB-D folder, 7-Scenes", test::seven_scenes_sample},
     {"RGB-D folder, TUM", test::tum_sample},
     {"simplemap", [](F f) { return test::simplemap_sample(f, false); }},

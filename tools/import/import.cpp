@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include "protocols/channels.hpp"
+#include "tools/import/bag_source.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/text_lines.hpp"
 
@@ -144,38 +144,22 @@ Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std:
   return chosen;
 }
 
-Error ros_2_recording(const std::filesystem::path& path) {
-  return Error{
-      path.string() +
-      ": a ROS 2 recording, which is not read. Convert it to a ROS 1 bag with rosbags-convert: python3 -m "
-      "venv ~/rosbags; ~/rosbags/bin/pip install rosbags; ~/rosbags/bin/rosbags-convert --src FOLDER --dst "
-      "drive.bag; and import drive.bag"};
-}
-
 Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   std::error_code failed;
-  if (std::filesystem::is_directory(path, failed)) {
-    std::string first;
-    std::ifstream metadata(path / "metadata.yaml");
-    if (std::getline(metadata, first) && first.starts_with("rosbag2_bagfile_information"))
-      return ros_2_recording(path);
-    return ImportFormat::rgbd;
-  }
+  if (std::filesystem::is_directory(path, failed))
+    return is_bag(path) ? ImportFormat::rosbag : ImportFormat::rgbd;
   if (!std::filesystem::exists(path, failed)) return Error{path.string() + ": no such file or folder"};
+  if (is_bag(path)) return ImportFormat::rosbag;
   auto lines = TextLines::open(path);
   if (!lines) return lines.error();
   const auto head = lines->peek(512);
   if (!head) return head.error();
-  if (head->starts_with("#ROSBAG V2")) return ImportFormat::rosbag;
   if (head->starts_with("#ROSBAG")) return Error{path.string() + ": a ROS bag of another version than 2.0"};
-  constexpr std::string_view kMcap = "\x89MCAP";
-  if (head->starts_with("SQLite format 3") || head->starts_with(kMcap)) return ros_2_recording(path);
   if (starts_with_object(*head)) return ImportFormat::rawlog;
   if (!head->empty() && is_text(*head)) return ImportFormat::carmen;
   return Error{path.string() +
-               ": not a recording that is known: an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS 1 bag, "
-               "or a folder "
-               "of RGB-D frames is expected"};
+               ": not a recording that is known: an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS bag "
+               "(.bag, .db3, .mcap, or ROS 2's folder) or a folder of RGB-D frames is expected"};
 }
 
 namespace {

@@ -14,7 +14,7 @@
 namespace parhelion::tools {
 
 struct ImportOptions {
-  std::filesystem::path input;   ///< rawlog, CARMEN log, ROS 1 bag, or a folder of RGB-D frames
+  std::filesystem::path input;   ///< rawlog, CARMEN log, ROS bag, or a folder of RGB-D frames
   std::filesystem::path output;  ///< LCM log; written to a temporary file and renamed when complete
   bool overwrite = false;
   /// Channel to topic of the source (ROS topic, rawlog sensor label); "none" leaves the channel out.

@@ -13,7 +13,7 @@ bool contains(const std::string& text, const char* part) { return text.find(part
 
 }  // namespace
 
-void RosFrames::add(const ros::StampedTransform& transform) {
+void RosFrames::add(const ros::StampedTransform& transform, bool is_static) {
   constexpr double still_distance = 0.001, still_angle = 0.1 * std::numbers::pi / 180;
   Edge& edge = edges_[{transform.header.frame, transform.child}];
   if (edge.count++ == 0) {
@@ -22,7 +22,27 @@ void RosFrames::add(const ros::StampedTransform& transform) {
   }
   const Eigen::Isometry3d change = edge.first.inverse() * transform.pose;
   const double angle = Eigen::AngleAxisd(change.linear()).angle();
-  if (change.translation().norm() > still_distance || std::abs(angle) > still_angle) edge.moves = true;
+  if (change.translation().norm() <= still_distance && std::abs(angle) <= still_angle) return;
+  if (is_static) {
+    edge.first = transform.pose;
+    edge.contradicted = true;
+  } else {
+    edge.moves = true;
+  }
+}
+
+std::vector<std::string> RosFrames::contradictions() const {
+  std::vector<std::string> notes;
+  for (const auto& [key, edge] : edges_) {
+    if (!edge.contradicted) continue;
+    std::ostringstream text;
+    const Eigen::Vector3d p = edge.first.translation();
+    text << "tf_static has different poses of " << key.second << " in " << key.first
+         << "; the last is used, as tf does: " << p.x() << " " << p.y() << " " << p.z()
+         << " m. Check it: a robot's description and a driver may contradict each other";
+    notes.push_back(text.str());
+  }
+  return notes;
 }
 
 std::optional<Eigen::Isometry3d> RosFrames::find(const std::string& from, const std::string& to,

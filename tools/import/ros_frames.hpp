@@ -15,21 +15,26 @@ namespace parhelion::tools {
 class RosFrames {
  public:
   struct Edge {
-    Eigen::Isometry3d first;  ///< pose of the child in its parent, as first published
+    Eigen::Isometry3d
+        first;  ///< pose of the child in its parent, as first published; of a static one as last
     std::uint64_t count = 0;
-    bool moves = false;  ///< by more than 1 mm or 0.1 degrees
+    bool moves = false;         ///< by more than 1 mm or 0.1 degrees
+    bool contradicted = false;  ///< static, but published with poses that differ as much
   };
   using Key = std::pair<std::string, std::string>;  ///< parent, child
 
-  void add(const ros::StampedTransform& transform);
+  /// `is_static`: from /tf_static, where tf uses what was published last.
+  void add(const ros::StampedTransform& transform, bool is_static = false);
 
-  /// Pose of `to` in `from` along the edges as first published; nullopt: not connected. `moves` is set if an
+  /// Pose of `to` in `from` along the edges' first poses; nullopt: not connected. `moves` is set if an
   /// edge moves.
   std::optional<Eigen::Isometry3d> find(const std::string& from, const std::string& to, bool& moves) const;
   bool has(const std::string& frame) const;
   /// Edges from an odometry frame ("odom", ".../odom", "odom_combined") to one that is not a map.
   std::vector<Key> odometry_edges() const;
   const std::map<Key, Edge>& edges() const { return edges_; }
+  /// Parents and children of static edges that were published with different poses, as notes for people.
+  std::vector<std::string> contradictions() const;
   /// All static edges as text for the robot description.
   std::string static_edges_text() const;
 

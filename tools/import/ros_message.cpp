@@ -1,5 +1,6 @@
 #include "tools/import/ros_message.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -11,13 +12,25 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "ROS serializes little-endian; bytes are copied unchanged");
 
+/// Of CDR: two bytes say which form, two are options.
+constexpr std::size_t kCdrHeader = 4;
+constexpr std::uint8_t kCdrLittleEndian = 1;
+constexpr std::size_t kCovariance = 36, kTwist = 6;  ///< doubles
+constexpr std::size_t kMaxCdrPadding = 3;            ///< behind a message, up to a multiple of 4
+
 /// Consumes values from the front. After the first mismatch all values are zero, and its offset is kept.
 class Cursor {
  public:
-  explicit Cursor(MessageBytes bytes) : bytes_(bytes) {}
+  explicit Cursor(MessageBytes message) : bytes_(message.bytes), cdr_(message.encoding == Encoding::cdr) {
+    if (!cdr_) return;
+    if (bytes_.size() < kCdrHeader || bytes_[0] != 0 || bytes_[1] != kCdrLittleEndian)
+      fail("it does not begin as a message in little-endian CDR does");
+    at_ = std::min(kCdrHeader, bytes_.size());
+  }
 
   template <class T>
   T number() {
+    align(sizeof(T));
     T value{};
     if (take(sizeof(T), "a number")) std::memcpy(&value, bytes_.data() + at_ - sizeof(T), sizeof(T));
     return value;
@@ -26,6 +39,7 @@ class Cursor {
   std::vector<T> array() {
     const std::size_t n = number<std::uint32_t>();
     std::vector<T> values;
+    if (n > 0) align(sizeof(T));
     if (ok() && n > (bytes_.size() - at_) / sizeof(T)) fail("an array of " + std::to_string(n) + " elements");
     if (!ok()) return values;
     values.resize(n);
@@ -38,14 +52,18 @@ class Cursor {
     for (double& value : values) value = number<double>();
   }
   std::string text() {
-    const auto letters = array<char>();
+    auto letters = array<char>();
+    if (cdr_ && !letters.empty()) letters.pop_back();  // the zero at its end
     return {letters.begin(), letters.end()};
   }
-  void skip(std::size_t n) { take(n, "a fixed field"); }
+  void skip_doubles(std::size_t n) {
+    align(sizeof(double));
+    take(n * sizeof(double), "a fixed field");
+  }
 
   Header header() {
     Header header;
-    number<std::uint32_t>();
+    if (!cdr_) number<std::uint32_t>();
     const std::int64_t seconds = number<std::uint32_t>(), ns = number<std::uint32_t>();
     header.stamp = {seconds * 1'000'000'000 + ns};
     header.frame = frame();
@@ -73,16 +91,27 @@ class Cursor {
     return pose;
   }
 
+  Twist twist() {
+    double v[kTwist];
+    numbers(v);
+    return {{v[0], v[1], v[5]}};
+  }
+
   bool ok() const { return error_.empty(); }
   template <class T>
   Result<T> done(T message) {
-    if (ok() && at_ != bytes_.size())
+    const std::size_t padding = cdr_ ? kMaxCdrPadding : 0;
+    if (ok() && bytes_.size() - at_ > padding)
       fail("the end, but there are " + std::to_string(bytes_.size()) + " bytes");
     if (!ok()) return Error{error_};
     return message;
   }
 
  private:
+  /// In CDR a number lies at a multiple of its size from the header on.
+  void align(std::size_t size) {
+    if (cdr_ && ok()) at_ = std::min(at_ + (kCdrHeader + size - at_ % size) % size, bytes_.size());
+  }
   bool take(std::size_t n, const char* what) {
     if (ok() && n > bytes_.size() - at_) fail(std::string(what) + " behind the end");
     if (ok()) at_ += n;
@@ -92,13 +121,11 @@ class Cursor {
     if (ok()) error_ = "byte " + std::to_string(at_) + " of the message: " + what;
   }
 
-  MessageBytes bytes_;
+  std::span<const std::uint8_t> bytes_;
+  bool cdr_;
   std::size_t at_ = 0;
   std::string error_;
 };
-
-constexpr std::size_t kCovarianceBytes = 36 * sizeof(double);
-constexpr std::size_t kTwistBytes = 6 * sizeof(double);
 
 }  // namespace
 
@@ -170,8 +197,7 @@ Result<Odometry> read_odometry(MessageBytes bytes) {
   odometry.header = in.header();
   odometry.child_frame = in.frame();
   odometry.pose = in.pose();
-  in.skip(kCovarianceBytes);
-  in.skip(kTwistBytes + kCovarianceBytes);
+  in.skip_doubles(kCovariance + kTwist + kCovariance);
   return in.done(std::move(odometry));
 }
 
@@ -190,9 +216,13 @@ Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes) {
 
 Result<Twist> read_twist(MessageBytes bytes) {
   Cursor in(bytes);
-  double v[6];
-  in.numbers(v);
-  return in.done(Twist{{v[0], v[1], v[5]}});
+  return in.done(in.twist());
+}
+
+Result<Twist> read_twist_stamped(MessageBytes bytes) {
+  Cursor in(bytes);
+  in.header();
+  return in.done(in.twist());
 }
 
 Result<Imu> read_imu(MessageBytes bytes) {

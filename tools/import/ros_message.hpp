@@ -1,5 +1,7 @@
-// ROS 1 messages that are imported, parsed from their serialized bytes (http://wiki.ros.org/msg). Every
-// parser checks lengths and that the message ends with its bytes. The error contains the byte offset.
+// ROS messages that are imported, parsed from their serialized bytes: as ROS 1 writes them
+// (http://wiki.ros.org/msg), or as ROS 2 does (CDR: OMG DDS-RTPS 2.3, section 10; the messages have the same
+// fields but for the header's number). Every parser checks lengths and that the message ends with its bytes.
+// The error contains the byte offset.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +17,12 @@
 
 namespace parhelion::tools::ros {
 
-using MessageBytes = std::span<const std::uint8_t>;
+enum class Encoding : std::uint8_t { ros1, cdr };
+
+struct MessageBytes {
+  std::span<const std::uint8_t> bytes;
+  Encoding encoding = Encoding::ros1;
+};
 
 struct Header {
   SensorTime stamp;
@@ -71,7 +78,7 @@ struct StampedTransform {  ///< geometry_msgs/TransformStamped: pose of `child` 
   Eigen::Isometry3d pose;
 };
 
-struct Twist {  ///< geometry_msgs/Twist
+struct Twist {  ///< geometry_msgs/Twist; TwistStamped without its header
   Twist2 twist;
 };
 
@@ -96,6 +103,7 @@ Result<PoseStamped> read_pose_stamped(MessageBytes bytes);
 Result<Odometry> read_odometry(MessageBytes bytes);
 Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes);
 Result<Twist> read_twist(MessageBytes bytes);
+Result<Twist> read_twist_stamped(MessageBytes bytes);
 /// A rate or acceleration that the sensor does not measure (covariance -1) is zero, as in ROS.
 Result<Imu> read_imu(MessageBytes bytes);
 Result<JointState> read_joint_state(MessageBytes bytes);

@@ -1,4 +1,4 @@
-// ROS 1 bags: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist, Imu,
+// ROS recordings: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist, Imu,
 // JointState.
 #include <cmath>
 
@@ -115,7 +115,8 @@ class Copy {
   }
 
   Status put_twist(const BagMessage& message) {
-    const auto twist = ros::read_twist(message.bytes);
+    const bool stamped = message.type == "geometry_msgs/TwistStamped";
+    const auto twist = stamped ? ros::read_twist_stamped(message.bytes) : ros::read_twist(message.bytes);
     if (!twist) return refuse(message, twist.error());
     return put(channel::kTeleop, TwistCommand{SensorTime{message.received.ns}, twist->twist}, message);
   }
@@ -148,22 +149,24 @@ class Copy {
 template <class Take, class Damage>
 Status each_message(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
                     Damage damage) {
-  auto bag = BagReader::open(options.input);
-  if (!bag) return bag.error();
+  const auto opened = open_bag(options.input);
+  if (!opened) return opened.error();
+  BagSource& bag = **opened;
   BagMessage message;
   for (;;) {
-    const auto more = bag->next(message);
+    const auto more = bag.next(message);
     if (!more) {
-      damage(bag->messages() + 1, more.error().message);
+      damage(bag.messages() + 1, more.error().message);
       continue;
     }
     if (!*more) return {};
     if (Status taken = take(message); !taken) return taken;
-    if (progress && message.number % 64 == 0) progress(half * bag->total() + bag->done() / 2, bag->total());
+    if (progress && message.number % 64 == 0) progress(half * bag.total() + bag.done() / 2, bag.total());
   }
 }
 
 std::string list_topics(const BagSurvey& survey) {
+  if (survey.topics.empty()) return " no message";
   std::string text;
   for (const auto& [name, topic] : survey.topics) text += "\n  " + name + " (" + topic.type + ")";
   return text;

@@ -171,7 +171,7 @@ Result<bool> BagReader::State::give(const Record& record, BagMessage& message, s
              ns = static_cast<std::int64_t>(*time >> 32);
   message.received = {seconds_part * 1'000'000'000 + ns};
   message.number = ++messages;
-  message.bytes = record.data;
+  message.bytes = {record.data, ros::Encoding::ros1};
   return true;
 }
 

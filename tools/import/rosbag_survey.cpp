@@ -18,6 +18,7 @@ constexpr const char* kCameraInfo = "sensor_msgs/CameraInfo";
 constexpr const char* kOdometry = "nav_msgs/Odometry";
 constexpr const char* kPoseStamped = "geometry_msgs/PoseStamped";
 constexpr const char* kTwist = "geometry_msgs/Twist";
+constexpr const char* kTwistStamped = "geometry_msgs/TwistStamped";
 constexpr const char* kImu = "sensor_msgs/Imu";
 constexpr const char* kJointState = "sensor_msgs/JointState";
 
@@ -207,8 +208,9 @@ void BagSurvey::take(const BagMessage& message) {
     if (!transforms) return;
     for (const ros::StampedTransform& transform : *transforms) {
       // Published once, maybe hours before the recording: its stamp is not of the recording's time.
-      if (!is_static_tf(message.topic)) see(transform.header);
-      frames.add(transform);
+      const bool is_static = is_static_tf(message.topic);
+      if (!is_static) see(transform.header);
+      frames.add(transform, is_static);
     }
   } else if (message.type == kCameraInfo) {
     const auto info = ros::read_camera_info(message.bytes);
@@ -286,7 +288,9 @@ Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& s
   if (done.ok()) done = set(choose_reference(options, survey), choice.reference);
   // Commands are imported only on request: they may not come from a trainee.
   if (done.ok() && options.topics.count(channel::kTeleop) > 0) {
-    done = set(choose_topic(options, channel::kTeleop, survey.of_type(kTwist), kTwist), choice.teleop);
+    std::vector<std::string> commands = survey.of_type(kTwist);
+    for (std::string& stamped : survey.of_type(kTwistStamped)) commands.push_back(std::move(stamped));
+    done = set(choose_topic(options, channel::kTeleop, commands, kTwist), choice.teleop);
   }
   if (!done.ok()) return done.error();
   return choice;
@@ -315,6 +319,7 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
                                   const BagChoice& choice, std::vector<std::string>& notes) {
   const std::string base = base_frame(survey, choice);
   notes.push_back("base_link is the bag's frame '" + base + "'");
+  for (std::string& note : survey.frames.contradictions()) notes.push_back(std::move(note));
   auto laser = describe_laser(options, survey, base, choice.scan, notes);
   if (!laser) return laser.error();
   auto lines = describe_laser(options, survey, base, choice.lines, notes);

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "tools/import/bag_source.hpp"
 #include "tools/import/first_stamp.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/ros_frames.hpp"
 #include "tools/import/ros_message.hpp"
-#include "tools/import/rosbag_reader.hpp"
 
 namespace parhelion::tools {
 

@@ -155,8 +155,8 @@ Recording read_benchmark(const std::filesystem::path& path) {
       recording.scans.push_back(labelled_scan(scan.value()));
     } else if (message.type == "leg_tracker/Person") {
       labels[message.received.ns].push_back(
-          {static_cast<int>(read_at<std::uint32_t>(message.bytes, 56)),
-           {read_at<double>(message.bytes, 0), read_at<double>(message.bytes, 8)},
+          {static_cast<int>(read_at<std::uint32_t>(message.bytes.bytes, 56)),
+           {read_at<double>(message.bytes.bytes, 0), read_at<double>(message.bytes.bytes, 8)},
            true});
     } else if (message.type == "nav_msgs/Odometry") {
       const auto read = tools::ros::read_odometry(message.bytes);
@@ -191,7 +191,7 @@ Recording read_legs(const std::filesystem::path& scans, const std::filesystem::p
   std::vector<std::int64_t> stamps;
   std::vector<std::vector<Eigen::Vector2d>> clusters;
   read_bag(extracted, [&](const tools::BagMessage& message) {
-    if (message.type == "geometry_msgs/PoseArray") clusters.push_back(positions(message.bytes));
+    if (message.type == "geometry_msgs/PoseArray") clusters.push_back(positions(message.bytes.bytes));
     if (message.type != "sensor_msgs/LaserScan") return;
     if (const auto scan = tools::ros::read_laser_scan(message.bytes))
       stamps.push_back(scan.value().header.stamp.ns);

@@ -1,0 +1,135 @@
+#include "tools/import/bag_database.hpp"
+
+#include <sqlite3.h>
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "tools/import/ros2_names.hpp"
+#include "tools/import/zstd_data.hpp"
+
+namespace parhelion::tools {
+namespace {
+
+constexpr std::size_t kLargestMessage = std::size_t{1} << 30U;
+
+struct Topic {
+  std::string name, type;
+};
+
+std::string text_of(sqlite3_stmt* row, int column) {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(row, column));
+  return text == nullptr ? "" : text;
+}
+
+/// A name as part of SQLite's URI.
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == '%' || c == '?' || c == '#') {
+      constexpr const char* digits = "0123456789ABCDEF";
+      text += {'%', digits[static_cast<unsigned char>(c) >> 4U], digits[static_cast<unsigned char>(c) & 15U]};
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+struct BagDatabase::State {
+  std::string path;
+  sqlite3* database = nullptr;
+  sqlite3_stmt* rows = nullptr;
+  std::map<std::int64_t, Topic> topics;
+  std::vector<std::uint8_t> inflated;
+  std::uint64_t messages = 0;
+  double total = 0;
+  bool ended = false;
+
+  ~State() {
+    sqlite3_finalize(rows);
+    sqlite3_close(database);
+  }
+  Error error(const std::string& what) const {
+    return Error{path + ": " + what + ": " + sqlite3_errmsg(database)};
+  }
+  sqlite3_stmt* prepare(const char* sql) const {
+    sqlite3_stmt* statement = nullptr;
+    sqlite3_prepare_v2(database, sql, -1, &statement, nullptr);
+    return statement;
+  }
+  Status read_topics();
+  Result<bool> give(BagMessage& message);
+};
+
+Status BagDatabase::State::read_topics() {
+  sqlite3_stmt* each = prepare("SELECT id, name, type, serialization_format FROM topics");
+  if (each == nullptr) return error("not a database of rosbag2");
+  while (sqlite3_step(each) == SQLITE_ROW) {
+    topics[sqlite3_column_int64(each, 0)] = {text_of(each, 1), ros2_type(text_of(each, 2), text_of(each, 3))};
+  }
+  const bool read = sqlite3_finalize(each) == SQLITE_OK;
+  return read ? Status() : error("its topics cannot be read");
+}
+
+Result<bool> BagDatabase::State::give(BagMessage& message) {
+  const std::int64_t topic = sqlite3_column_int64(rows, 0);
+  const auto known = topics.find(topic);
+  ++messages;
+  if (known == topics.end())
+    return Error{path + ": message " + std::to_string(messages) + ": of a topic that is not listed, " +
+                 std::to_string(topic)};
+  const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(rows, 2));
+  std::span<const std::uint8_t> bytes(data, static_cast<std::size_t>(sqlite3_column_bytes(rows, 2)));
+  if (is_zstd(bytes)) {
+    const Status done = inflate_zstd(bytes, kLargestMessage, inflated);
+    if (!done) return Error{path + ": message " + std::to_string(messages) + ": " + done.error().message};
+    bytes = inflated;
+  }
+  message.topic = known->second.name;
+  message.type = known->second.type;
+  message.received = {sqlite3_column_int64(rows, 1)};
+  message.number = messages;
+  message.bytes = {bytes, ros::Encoding::cdr};
+  return true;
+}
+
+BagDatabase::BagDatabase(std::unique_ptr<State> state) : state_(std::move(state)) {}
+BagDatabase::~BagDatabase() = default;
+
+Result<std::unique_ptr<BagSource>> BagDatabase::open(const std::filesystem::path& path) {
+  auto state = std::make_unique<State>();
+  state->path = path.string();
+  // Immutable: SQLite would otherwise write beside it if it has a write-ahead log.
+  const std::string uri = "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
+  if (sqlite3_open_v2(uri.c_str(), &state->database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
+      SQLITE_OK)
+    return state->error("cannot be opened");
+  if (Status topics = state->read_topics(); !topics) return topics.error();
+  if (sqlite3_stmt* count = state->prepare("SELECT count(*) FROM messages"); count != nullptr) {
+    if (sqlite3_step(count) == SQLITE_ROW) state->total = sqlite3_column_double(count, 0);
+    sqlite3_finalize(count);
+  }
+  state->rows = state->prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp, id");
+  if (state->rows == nullptr) return state->error("not a database of rosbag2");
+  return std::unique_ptr<BagSource>(new BagDatabase(std::move(state)));
+}
+
+Result<bool> BagDatabase::next(BagMessage& message) {
+  State& s = *state_;
+  if (s.ended) return false;
+  const int code = sqlite3_step(s.rows);
+  if (code == SQLITE_ROW) return s.give(message);
+  s.ended = true;
+  if (code == SQLITE_DONE) return false;
+  return s.error("damaged behind message " + std::to_string(s.messages) + "; nothing more is read");
+}
+
+std::uint64_t BagDatabase::messages() const { return state_->messages; }
+double BagDatabase::done() const { return static_cast<double>(state_->messages); }
+double BagDatabase::total() const { return state_->total; }
+
+}  // namespace parhelion::tools

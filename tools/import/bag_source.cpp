@@ -1,0 +1,207 @@
+#include "tools/import/bag_source.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+#include "protocols/yaml/document.hpp"
+#include "tools/import/bag_database.hpp"
+#include "tools/import/mcap_reader.hpp"
+#include "tools/import/rosbag_reader.hpp"
+#include "tools/import/zstd_data.hpp"
+#include "tools/mcap_records.hpp"
+
+namespace parhelion::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMetadata = "metadata.yaml";
+
+enum class BagFormat { none, rosbag, database, mcap, zstd };
+
+std::string head_of(const fs::path& path) {
+  std::string head(32, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  return head;
+}
+
+BagFormat format_of(const fs::path& path) {
+  const std::string head = head_of(path);
+  if (head.starts_with("#ROSBAG V2.0")) return BagFormat::rosbag;
+  if (head.starts_with("SQLite format 3")) return BagFormat::database;
+  if (head.starts_with(mcap::kMagic)) return BagFormat::mcap;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(head.data());
+  return is_zstd({bytes, head.size()}) ? BagFormat::zstd : BagFormat::none;
+}
+
+bool has_metadata(const fs::path& folder) {
+  std::string first;
+  std::ifstream metadata(folder / kMetadata);
+  return std::getline(metadata, first) && first.starts_with("rosbag2_bagfile_information");
+}
+
+/// Shorter names first: _2 before _10.
+std::vector<fs::path> recordings_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    const std::string name = entry.path().filename().string();
+    const auto is_kind = [&](const char* end) { return name.ends_with(end); };
+    if (is_kind(".db3") || is_kind(".mcap") || is_kind(".db3.zstd") || is_kind(".mcap.zstd"))
+      found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string first = a.string(), second = b.string();
+    return std::pair(first.size(), first) < std::pair(second.size(), second);
+  });
+  return found;
+}
+
+/// The files that metadata.yaml lists, in its order.
+Result<std::vector<fs::path>> listed_in(const fs::path& folder) {
+  const fs::path metadata = folder / kMetadata;
+  const auto text = yaml::read_text(metadata.string());
+  if (!text) return text.error();
+  const auto document = yaml::read_document(*text, metadata.string());
+  if (!document) return document.error();
+  const yaml::Node* bag = document->find("rosbag2_bagfile_information");
+  const yaml::Node* files = bag == nullptr ? nullptr : bag->find("relative_file_paths");
+  if (files == nullptr || files->kind != yaml::Node::Kind::list)
+    return Error{metadata.string() +
+                 ": without 'relative_file_paths'; expected the metadata of a ROS 2 recording"};
+  std::vector<fs::path> listed;
+  for (const yaml::Node& file : files->items) {
+    // The first versions wrote the folder's name, too.
+    fs::path path = folder / file.text;
+    if (!fs::exists(path)) path = folder / fs::path(file.text).filename();
+    if (!fs::exists(path))
+      return Error{metadata.string() + ":" + std::to_string(file.line) + ": '" + file.text +
+                   "' is missing; import the files that are there one by one"};
+    listed.push_back(path);
+  }
+  return listed;
+}
+
+/// A folder that is removed with its files.
+class Scratch {
+ public:
+  Scratch() {
+    std::error_code failed;
+    std::string name = (fs::temp_directory_path(failed) / "parhelion-import-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) folder_ = name;
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  ~Scratch() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  const fs::path& folder() const { return folder_; }
+
+ private:
+  fs::path folder_;
+};
+
+/// A file that was inflated to be read.
+class InflatedBag final : public BagSource {
+ public:
+  static Result<std::unique_ptr<BagSource>> open(const fs::path& path) {
+    auto inflated = std::make_unique<InflatedBag>();
+    const fs::path file = inflated->scratch_.folder() / path.stem();
+    if (const Status done = inflate_zstd_file(path, file); !done) return done.error();
+    auto inside =
+        format_of(file) == BagFormat::zstd ? Error{path.string() + ": compressed twice"} : open_bag(file);
+    if (!inside) return inside.error();
+    inflated->inside_ = std::move(*inside);
+    return std::unique_ptr<BagSource>(std::move(inflated));
+  }
+  Result<bool> next(BagMessage& message) override { return inside_->next(message); }
+  std::uint64_t messages() const override { return inside_->messages(); }
+  double done() const override { return inside_->done(); }
+  double total() const override { return inside_->total(); }
+
+ private:
+  Scratch scratch_;
+  std::unique_ptr<BagSource> inside_;
+};
+
+/// The files of one recording, one after the other.
+class SplitBag final : public BagSource {
+ public:
+  explicit SplitBag(std::vector<fs::path> files) : files_(std::move(files)) {}
+
+  Result<bool> next(BagMessage& message) override {
+    for (; index_ < files_.size(); finish()) {
+      if (bag_ == nullptr) {
+        auto opened = open_bag(files_[index_]);
+        if (!opened) return finish(), opened.error();
+        bag_ = std::move(*opened);
+      }
+      auto more = bag_->next(message);
+      if (!more) return more;
+      if (!*more) continue;
+      message.number = ++messages_;
+      return true;
+    }
+    return false;
+  }
+  std::uint64_t messages() const override { return messages_; }
+  double done() const override {
+    const double inside = bag_ == nullptr || bag_->total() <= 0 ? 0 : bag_->done() / bag_->total();
+    return static_cast<double>(index_) + inside;
+  }
+  double total() const override { return static_cast<double>(files_.size()); }
+
+ private:
+  void finish() {
+    bag_.reset();
+    ++index_;
+  }
+
+  std::vector<fs::path> files_;
+  std::size_t index_ = 0;
+  std::unique_ptr<BagSource> bag_;
+  std::uint64_t messages_ = 0;
+};
+
+}  // namespace
+
+bool is_bag(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (fs::is_directory(path, failed)) return has_metadata(path) || !recordings_in(path).empty();
+  return format_of(path) != BagFormat::none;
+}
+
+Result<std::unique_ptr<BagSource>> open_bag(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (fs::is_directory(path, failed)) {
+    auto files = has_metadata(path) ? listed_in(path) : Result(recordings_in(path));
+    if (!files) return files.error();
+    return std::unique_ptr<BagSource>(std::make_unique<SplitBag>(std::move(*files)));
+  }
+  switch (format_of(path)) {
+    case BagFormat::rosbag: {
+      auto bag = BagReader::open(path);
+      if (!bag) return bag.error();
+      return std::unique_ptr<BagSource>(std::make_unique<BagReader>(std::move(*bag)));
+    }
+    case BagFormat::database:
+      return BagDatabase::open(path);
+    case BagFormat::mcap:
+      return McapReader::open(path);
+    case BagFormat::zstd:
+      return InflatedBag::open(path);
+    case BagFormat::none:
+      break;
+  }
+  return Error{path.string() + ": not a ROS recording: a .bag, .db3 or .mcap file is expected"};
+}
+
+}  // namespace parhelion::tools
