@@ -76,6 +76,24 @@ void judge_order(CalibrationReport& report) {
                             "left out: the jitter of its stamps is larger than what is stated here");
 }
 
+/// What the validation part does not show to be better, and is far from what was measured by hand, is rather
+/// this drive's error than the mounting's.
+void judge_mounting(CalibrationReport& report) {
+  constexpr double kFar = 0.03, kFarYaw = 3;  // m, degrees: beyond what a tape and an eye get wrong
+  const Pose2 before = pose::motion_parameters(report.before).T_base_laser,
+              after = pose::motion_parameters(report.after).T_base_laser;
+  const double moved = (after.position() - before.position()).norm(),
+               turned = kDegreesPerRadian * std::abs(wrap_angle(after.yaw - before.yaw));
+  if (moved < kFar && turned < kFarYaw) return;
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "the laser's place changes by %.0f mm and %.1f deg, and no validation shows that this is better: "
+      "measure it on the robot, or drive longer and with turns both ways",
+      1000 * moved, turned);
+  report.warnings.emplace_back(text);
+}
+
 void judge_beam_order(CalibrationReport& report) {
   report.warnings.emplace_back(
       report.after.laser->beam_interval < 0
@@ -170,6 +188,8 @@ void judge(const CalibrationOptions& options, CalibrationReport& report) {
   else
     report.verdict =
         change == pose::MotionChange::better ? CalibrationVerdict::better : CalibrationVerdict::as_good;
+  if (report.verdict == CalibrationVerdict::as_good || report.verdict == CalibrationVerdict::not_checked)
+    judge_mounting(report);
 }
 
 }  // namespace parhelion::tools

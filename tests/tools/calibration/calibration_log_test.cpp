@@ -349,6 +349,33 @@ TEST(CalibrationVerdict, DoesNotTakeTheNoiseOfADriveForAWorseResult) {
   EXPECT_EQ(report.verdict, CalibrationVerdict::refused);
 }
 
+/// The laser moves by `y`, m; the validation part's errors are multiplied by `factor`.
+CalibrationReport moved_laser(double y, double factor) {
+  CalibrationReport report;
+  report.before.laser = LaserDescription{};
+  pose::MotionParameters parameters = pose::motion_parameters(report.before);
+  parameters.T_base_laser.y += y;
+  report.after = pose::with_motion_parameters(report.before, parameters);
+  report.motion.parameters = parameters;
+  report.check_before = check_with(0.02);
+  report.check_after = report.check_fitted = check_with(0.02 * factor);
+  judge({}, report);
+  return report;
+}
+
+TEST(CalibrationVerdict, SaysThatALaserMovesFarWhereNothingShowsThatItIsBetter) {
+  const auto says_so = [](const CalibrationReport& report) {
+    return !report.warnings.empty() &&
+           report.warnings[0].find("the laser's place changes by 90 mm") != std::string::npos;
+  };
+  const CalibrationReport as_good = moved_laser(0.09, 1), better = moved_laser(0.09, 0.2);
+  EXPECT_EQ(as_good.verdict, CalibrationVerdict::as_good);
+  EXPECT_TRUE(says_so(as_good));
+  EXPECT_EQ(better.verdict, CalibrationVerdict::better);
+  EXPECT_FALSE(says_so(better));
+  EXPECT_TRUE(moved_laser(0.02, 1).warnings.empty());
+}
+
 TEST(CalibrationLog, SeparatesAnUncheckedResultFromARefusedOne) {
   CalibrationOptions options = options_for("unchecked.lcm", 0);
   LoggedDrive(4, {}, false, {}, 1).write(options.input);
