@@ -90,7 +90,8 @@ std::string quality_line(const ModelQuality& quality) {
     const ModelDoubt& doubt = quality.doubts[k];
     line += (k == 0 ? ": " : ", ") + doubt.entity + " (" + doubt.reason + ")";
   }
-  return n > kNamed ? line + " and others" : line;
+  return n > kNamed ? line + " and " + std::to_string(n - kNamed) + " more (`doubts` in the model has all)"
+                    : line;
 }
 
 }  // namespace parhelion::semantic

@@ -19,8 +19,8 @@ struct ModelQuality {
 
 ModelQuality quality_of(const BuiltModel& built);
 
-/// One line: "walls: 34.2 m, 91 % measured; floors 80 % measured; 4 % of the points unknown; 2 doubtful
-/// parts: wall 3 (1.2 m: ...), door 1 (...)"; at most three parts are named.
+/// One line: "walls: 34.2 m, 91 % measured; floors: 80 % measured; 4 % of the points unknown; 2 doubtful
+/// parts: wall 3 (only 38 % of it was measured), door 1 (...)"; at most three parts are named.
 std::string quality_line(const ModelQuality& quality);
 
 }  // namespace parhelion::semantic
