@@ -149,6 +149,37 @@ std::string refusals(const tick::Tally& tally) {
   return text;
 }
 
+/// Counts and times of the whole session, without those that it does not have.
+std::string measured(const Report& report) {
+  const tick::Tally& tally = report.tally;
+  char line[512];
+  std::snprintf(line, sizeof line, "scans   %llu in, %llu out, %llu degraded; %llu of %llu beams replaced\n",
+                static_cast<unsigned long long>(tally.scans_in),
+                static_cast<unsigned long long>(tally.scans_out),
+                static_cast<unsigned long long>(degraded_total(tally)),
+                static_cast<unsigned long long>(tally.beams_replaced),
+                static_cast<unsigned long long>(tally.beams_total));
+  std::string text = line;
+  if (tally.frames_in > 0) {
+    std::snprintf(line, sizeof line, "frames  %llu in, %llu out, %llu with virtual bodies, %llu dropped\n",
+                  static_cast<unsigned long long>(tally.frames_in),
+                  static_cast<unsigned long long>(tally.frames_out),
+                  static_cast<unsigned long long>(tally.frames_composited),
+                  static_cast<unsigned long long>(report.frames_dropped));
+    text += line;
+  }
+  if (report.scan_us.count() > 0) {
+    std::snprintf(line, sizeof line,
+                  "scan    %.0f us median, %.0f us p99 (waiting for physics: %.0f us p99)\n",
+                  report.scan_us.at(0.5), report.scan_us.at(0.99), report.physics_wait_us.at(0.99));
+    text += line;
+  }
+  std::snprintf(line, sizeof line, "time    %.1f s of log in %.1f s: %.1f times real time\n",
+                report.log_seconds, report.wall_seconds,
+                report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
+  return text + line;
+}
+
 }  // namespace
 
 void StageClock::begin(std::size_t robot) {
@@ -317,23 +348,8 @@ std::string to_json(const Report& report) {
 
 std::string summary(const Report& report) {
   const tick::Tally& tally = report.tally;
+  std::string text = measured(report) + why_degraded(tally) + why_no_agent(tally);
   char line[512];
-  std::snprintf(
-      line, sizeof line,
-      "scans   %llu in, %llu out, %llu degraded; %llu of %llu beams replaced\n"
-      "frames  %llu in, %llu out, %llu with virtual bodies, %llu dropped\n"
-      "scan    %.0f us median, %.0f us p99 (waiting for physics: %.0f us p99)\n"
-      "time    %.1f s of log in %.1f s: %.1f times real time\n",
-      static_cast<unsigned long long>(tally.scans_in), static_cast<unsigned long long>(tally.scans_out),
-      static_cast<unsigned long long>(degraded_total(tally)),
-      static_cast<unsigned long long>(tally.beams_replaced),
-      static_cast<unsigned long long>(tally.beams_total), static_cast<unsigned long long>(tally.frames_in),
-      static_cast<unsigned long long>(tally.frames_out),
-      static_cast<unsigned long long>(tally.frames_composited),
-      static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
-      report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
-      report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
-  std::string text = line + why_degraded(tally) + why_no_agent(tally);
   for (const RobotReport& robot : report.robots) {
     std::snprintf(line, sizeof line, "robot   %s: %llu scans, %llu degraded; %.0f us median, %.0f us p99\n",
                   robot.name.c_str(), static_cast<unsigned long long>(robot.scans_in),

@@ -58,6 +58,17 @@ class LevelsSession : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(LevelsSession, TheSummaryLeavesOutWhatWasNotMeasured) {
+  Report report = serve_and_drive(level_1());
+  EXPECT_EQ(summary(report).find("us median"), std::string::npos) << summary(report);
+  report.tally.frames_in = 0;
+  EXPECT_EQ(summary(report).find("frames"), std::string::npos) << summary(report);
+  report.tally.frames_in = 1;
+  report.scan_us.add(40);
+  EXPECT_NE(summary(report).find("frames  1 in"), std::string::npos) << summary(report);
+  EXPECT_NE(summary(report).find("40 us median"), std::string::npos) << summary(report);
+}
+
 TEST_F(LevelsSession, TheSummaryDoesNotExplainWhyNothingWasInjected) {
   const Report report = serve_and_drive(level_1());
   EXPECT_GT(report.tally.scans_in, 0U);
