@@ -234,11 +234,11 @@ std::string summarize(const ScanInfo& info) {
   std::size_t replaced = 0;
   for (const std::int16_t agent : info.beam_agent) replaced += agent >= 0;
   return format(
-             "%s, %zu of %zu beams of %zu agents, predicted error %.3f m, pose %s, residual %.3f m, "
-             "explained "
-             "%.2f ",
+             "%s, %zu of %zu beams hit %zu %s, predicted error %.3f m, pose %s, residual %.3f m, "
+             "explained %.2f ",
              info.live ? "live" : "degraded", replaced, info.beam_agent.size(), info.agents.size(),
-             info.predicted_error, quoted(info.pose).c_str(), info.residual, info.explained) +
+             info.agents.size() == 1 ? "agent" : "agents", info.predicted_error, quoted(info.pose).c_str(),
+             info.residual, info.explained) +
          quoted(info.reason);
 }
 

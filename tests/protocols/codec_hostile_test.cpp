@@ -319,6 +319,19 @@ TEST(Describe, ControlCharactersAreWrittenInHex) {
             "unknown type, fingerprint 0x1111111111111111, 9 bytes");
 }
 
+TEST(Describe, AScanInfoCountsBeamsAndAgents) {
+  std::vector<std::uint8_t> bytes;
+  ScanInfo info{test::kSampleStamp, true, "", 0, {"barrel_1"}, {-1, 0, 0}};
+  encode(info, bytes);
+  EXPECT_NE(describe("MR_SCAN_INFO", bytes).find("live, 2 of 3 beams hit 1 agent,"), std::string::npos)
+      << describe("MR_SCAN_INFO", bytes);
+  info.agents.clear();
+  info.beam_agent = {-1, -1, -1};
+  encode(info, bytes);
+  EXPECT_NE(describe("MR_SCAN_INFO", bytes).find("live, 0 of 3 beams hit 0 agents,"), std::string::npos)
+      << describe("MR_SCAN_INFO", bytes);
+}
+
 TEST(Describe, EachDecisionOfTheLoopHasAName) {
   for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::refused_message); ++kind) {
     std::vector<std::uint8_t> bytes;
