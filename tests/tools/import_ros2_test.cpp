@@ -130,7 +130,7 @@ TEST(ImportRos2, WhatIsNoRecordingIsRefusedWithTheFileAndWhatWasExpected) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none.lcm"));
 }
 
-TEST(ImportRos2, OfStaticTransformsThatContradictTheLastIsUsedAndSaid) {
+TEST(ImportRos2, OfStaticTransformsThatContradictTheLastIsUsedWithANote) {
   const TemporaryFolder folder;
   WrittenBag bag = test::small_bag();
   test::RosBytes other;

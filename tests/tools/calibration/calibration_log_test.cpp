@@ -363,16 +363,16 @@ CalibrationReport moved_laser(double y, double factor) {
   return report;
 }
 
-TEST(CalibrationVerdict, SaysThatALaserMovesFarWhereNothingShowsThatItIsBetter) {
-  const auto says_so = [](const CalibrationReport& report) {
+TEST(CalibrationVerdict, WarnsOfALaserThatMovesFarWhereNothingShowsThatItIsBetter) {
+  const auto warned = [](const CalibrationReport& report) {
     return !report.warnings.empty() &&
            report.warnings[0].find("the laser's place changes by 90 mm") != std::string::npos;
   };
   const CalibrationReport as_good = moved_laser(0.09, 1), better = moved_laser(0.09, 0.2);
   EXPECT_EQ(as_good.verdict, CalibrationVerdict::as_good);
-  EXPECT_TRUE(says_so(as_good));
+  EXPECT_TRUE(warned(as_good));
   EXPECT_EQ(better.verdict, CalibrationVerdict::better);
-  EXPECT_FALSE(says_so(better));
+  EXPECT_FALSE(warned(better));
   EXPECT_TRUE(moved_laser(0.02, 1).warnings.empty());
 }
 
