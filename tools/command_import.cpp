@@ -79,6 +79,7 @@ void add_import(CLI::App& app, Exit& exit) {
                    "CHANNEL=TOPIC,... where the source has several (rawlog: sensor labels); CHANNEL=none "
                    "leaves it out")
       ->delimiter(',');
+  command->add_option("--urdf", options.urdf, "FILE: writes the robot's URDF, where a ROS bag has it");
   command->add_option("--robot-name", options.robot_name,
                       "Name in the robot description; default: IN's name");
   command

@@ -130,6 +130,23 @@ TEST(ImportRos2, WhatIsNoRecordingIsRefusedWithTheFileAndWhatWasExpected) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none.lcm"));
 }
 
+TEST(ImportRos2, WritesTheUrdfThatTheRecordingHasOrSaysThatThereIsNone) {
+  const TemporaryFolder folder;
+  WrittenBag bag = test::small_bag();
+  bag.write_database(folder / "none.db3");
+  auto options = test::import_options(folder / "none.db3", folder / "out.lcm");
+  options.urdf = folder / "robot.urdf";
+  const auto none = import_recording(options, {});
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error().message, HasSubstr("no URDF on a topic robot_description"));
+  bag.add("/robot_description", "std_msgs/String", 100, test::RosBytes().text("<robot/>"));
+  bag.write_database(folder / "in.db3");
+  options.input = folder / "in.db3";
+  const auto written = import_recording(options, {});
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  EXPECT_EQ(text_of(options.urdf), "<robot/>");
+}
+
 TEST(ImportRos2, OfStaticTransformsThatContradictTheLastIsUsedWithANote) {
   const TemporaryFolder folder;
   WrittenBag bag = test::small_bag();
@@ -149,8 +166,11 @@ TEST(ImportRos2, ATurtleBot4IsImportedWithItsTurnedLaser) {
   const auto recorded = test::recording("r2-turtlebot4-macfirst");
   PARHELION_NEEDS_RECORDING(recorded);
   const TemporaryFolder folder;
-  const auto report = import_recording(test::import_options(recorded, folder / "out.lcm"), {});
+  auto options = test::import_options(recorded, folder / "out.lcm");
+  options.urdf = folder / "robot.urdf";
+  const auto report = import_recording(options, {});
   ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_THAT(text_of(options.urdf), HasSubstr("<robot name=\"turtlebot4\">"));
   EXPECT_EQ(report->read, 2425U);
   EXPECT_EQ(report->refused, 0U);
   EXPECT_EQ(report->find(channel::kScan)->kept, 357U);

@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 #include <vector>
@@ -46,7 +47,7 @@ struct BagDatabase::State {
   std::map<std::int64_t, Topic> topics;
   std::vector<std::uint8_t> inflated;
   std::uint64_t messages = 0;
-  double total = 0;
+  double bytes = 0, share = 0;  ///< of the file, and of it for a message
   bool ended = false;
 
   ~State() {
@@ -108,9 +109,12 @@ Result<std::unique_ptr<BagSource>> BagDatabase::open(const std::filesystem::path
   if (sqlite3_open_v2(uri.c_str(), &state->database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
       SQLITE_OK)
     return state->error("cannot be opened");
+  std::error_code ignored;
+  state->bytes = static_cast<double>(std::filesystem::file_size(path, ignored));
   if (Status topics = state->read_topics(); !topics) return topics.error();
   if (sqlite3_stmt* count = state->prepare("SELECT count(*) FROM messages"); count != nullptr) {
-    if (sqlite3_step(count) == SQLITE_ROW) state->total = sqlite3_column_double(count, 0);
+    if (sqlite3_step(count) == SQLITE_ROW)
+      state->share = state->bytes / std::max(1.0, sqlite3_column_double(count, 0));
     sqlite3_finalize(count);
   }
   state->rows = state->prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp, id");
@@ -129,7 +133,7 @@ Result<bool> BagDatabase::next(BagMessage& message) {
 }
 
 std::uint64_t BagDatabase::messages() const { return state_->messages; }
-double BagDatabase::done() const { return static_cast<double>(state_->messages); }
-double BagDatabase::total() const { return state_->total; }
+double BagDatabase::done() const { return state_->share * static_cast<double>(state_->messages); }
+double BagDatabase::total() const { return state_->bytes; }
 
 }  // namespace parhelion::tools

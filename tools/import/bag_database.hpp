@@ -17,8 +17,8 @@ class BagDatabase final : public BagSource {
   /// Reading ends with the first error.
   Result<bool> next(BagMessage& message) override;
   std::uint64_t messages() const override;
-  double done() const override;   ///< messages
-  double total() const override;  ///< messages
+  double done() const override;
+  double total() const override;
 
  private:
   struct State;

@@ -135,7 +135,10 @@ class InflatedBag final : public BagSource {
 /// The files of one recording, one after the other.
 class SplitBag final : public BagSource {
  public:
-  explicit SplitBag(std::vector<fs::path> files) : files_(std::move(files)) {}
+  explicit SplitBag(std::vector<fs::path> files) : files_(std::move(files)) {
+    std::error_code ignored;
+    for (const fs::path& file : files_) total_ += static_cast<double>(fs::file_size(file, ignored));
+  }
 
   Result<bool> next(BagMessage& message) override {
     for (; index_ < files_.size(); finish()) {
@@ -155,9 +158,10 @@ class SplitBag final : public BagSource {
   std::uint64_t messages() const override { return messages_; }
   double done() const override {
     const double inside = bag_ == nullptr || bag_->total() <= 0 ? 0 : bag_->done() / bag_->total();
-    return static_cast<double>(index_) + inside;
+    return total_ * (static_cast<double>(index_) + inside) /
+           static_cast<double>(std::max<std::size_t>(1, files_.size()));
   }
-  double total() const override { return static_cast<double>(files_.size()); }
+  double total() const override { return total_; }
 
  private:
   void finish() {
@@ -166,6 +170,7 @@ class SplitBag final : public BagSource {
   }
 
   std::vector<fs::path> files_;
+  double total_ = 0;  ///< bytes
   std::size_t index_ = 0;
   std::unique_ptr<BagSource> bag_;
   std::uint64_t messages_ = 0;

@@ -27,8 +27,8 @@ class BagSource {
   /// behind the damage, or ends.
   virtual Result<bool> next(BagMessage& message) = 0;
   virtual std::uint64_t messages() const = 0;  ///< read so far
-  virtual double done() const = 0;             ///< of total(), in units of the format
-  virtual double total() const = 0;
+  virtual double done() const = 0;             ///< bytes, about
+  virtual double total() const = 0;            ///< bytes
 
  protected:
   BagSource() = default;

@@ -19,6 +19,7 @@ struct ImportOptions {
   bool overwrite = false;
   /// Channel to topic of the source (ROS topic, rawlog sensor label); "none" leaves the channel out.
   std::map<std::string, std::string> topics;
+  std::filesystem::path urdf;         ///< to write the URDF to that a ROS bag has; empty: it is left out
   std::string robot_name;             ///< empty: from the file's name
   std::string laser_preset = "auto";  ///< "auto": recognized by its beams; "none"; or a preset's name
   double laser_height = 0.3;          ///< m above the floor, if the source does not contain it

@@ -19,8 +19,8 @@ class McapReader final : public BagSource {
   /// damaged or cut off reading ends.
   Result<bool> next(BagMessage& message) override;
   std::uint64_t messages() const override;
-  double done() const override;   ///< bytes
-  double total() const override;  ///< bytes
+  double done() const override;
+  double total() const override;
 
  private:
   struct State;

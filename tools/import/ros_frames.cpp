@@ -1,5 +1,6 @@
 #include "tools/import/ros_frames.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <numbers>
@@ -31,16 +32,22 @@ void RosFrames::add(const ros::StampedTransform& transform, bool is_static) {
   }
 }
 
-std::vector<std::string> RosFrames::contradictions() const {
+std::vector<std::string> RosFrames::contradictions(std::string frame) const {
   std::vector<std::string> notes;
-  for (const auto& [key, edge] : edges_) {
-    if (!edge.contradicted) continue;
-    std::ostringstream text;
-    const Eigen::Vector3d p = edge.first.translation();
-    text << "tf_static has different poses of " << key.second << " in " << key.first
-         << "; the last is used, as tf does: " << p.x() << " " << p.y() << " " << p.z()
-         << " m. Check it: a robot's description and a driver may contradict each other";
-    notes.push_back(text.str());
+  // Not more steps than edges: they may form a ring.
+  for (std::size_t step = 0; step < edges_.size(); ++step) {
+    const auto up = std::find_if(edges_.begin(), edges_.end(),
+                                 [&](const auto& edge) { return edge.first.second == frame; });
+    if (up == edges_.end()) break;
+    if (up->second.contradicted) {
+      std::ostringstream text;
+      const Eigen::Vector3d p = up->second.first.translation();
+      text << "tf_static has different poses of " << frame << " in " << up->first.first
+           << "; the last is used, as tf does: " << p.x() << " " << p.y() << " " << p.z()
+           << " m. Check it: the robot's description and a driver may contradict each other";
+      notes.push_back(text.str());
+    }
+    frame = up->first.first;
   }
   return notes;
 }

@@ -33,8 +33,8 @@ class RosFrames {
   /// Edges from an odometry frame ("odom", ".../odom", "odom_combined") to one that is not a map.
   std::vector<Key> odometry_edges() const;
   const std::map<Key, Edge>& edges() const { return edges_; }
-  /// Parents and children of static edges that were published with different poses, as notes for people.
-  std::vector<std::string> contradictions() const;
+  /// Static edges above `frame` that were published with different poses, as notes for people.
+  std::vector<std::string> contradictions(std::string frame) const;
   /// All static edges as text for the robot description.
   std::string static_edges_text() const;
 

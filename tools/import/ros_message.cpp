@@ -129,6 +129,11 @@ class Cursor {
 
 }  // namespace
 
+Result<std::string> read_string(MessageBytes bytes) {
+  Cursor in(bytes);
+  return in.done(in.text());
+}
+
 Result<LaserScan> read_laser_scan(MessageBytes bytes) {
   Cursor in(bytes);
   LaserScan scan;

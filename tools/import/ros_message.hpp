@@ -94,6 +94,7 @@ struct JointState {  ///< sensor_msgs/JointState
   std::vector<double> positions, velocities, efforts;
 };
 
+Result<std::string> read_string(MessageBytes bytes);  ///< std_msgs/String
 Result<LaserScan> read_laser_scan(MessageBytes bytes);
 Result<Image> read_image(MessageBytes bytes);
 Result<CompressedImage> read_compressed_image(MessageBytes bytes);

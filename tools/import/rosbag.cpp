@@ -7,6 +7,7 @@
 #include "tools/import/recording_writer.hpp"
 #include "tools/import/ros_camera.hpp"
 #include "tools/import/rosbag_survey.hpp"
+#include "tools/text_file.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -165,6 +166,19 @@ Status each_message(const ImportOptions& options, const ImportProgress& progress
   }
 }
 
+/// The URDF is a file of its own, as `robot new` takes it.
+Status write_urdf(const ImportOptions& options, const BagSurvey& survey, std::vector<std::string>& notes) {
+  if (options.urdf.empty()) {
+    if (!survey.urdf.empty())
+      notes.emplace_back(
+          "the recording has the robot's URDF: --urdf FILE writes it, for `parhelion robot new`");
+    return {};
+  }
+  if (survey.urdf.empty())
+    return Error{options.input.string() + ": no URDF on a topic robot_description (std_msgs/String)"};
+  return write_text(options.urdf.string(), survey.urdf, options.overwrite);
+}
+
 std::string list_topics(const BagSurvey& survey) {
   if (survey.topics.empty()) return " no message";
   std::string text;
@@ -200,6 +214,7 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
                     survey.topics.at(*choice->reference).frame + "'");
   }
   if (choice->odometry) notes.push_back("ODOMETRY is " + *choice->odometry);
+  if (const Status written = write_urdf(options, survey, notes); !written) return written.error();
   auto writer =
       RecordingWriter::create(options, options.input.filename().string() + ", message ", "messages");
   if (!writer) return writer.error();

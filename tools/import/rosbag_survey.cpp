@@ -17,6 +17,7 @@ constexpr const char* kCompressedImage = "sensor_msgs/CompressedImage";
 constexpr const char* kCameraInfo = "sensor_msgs/CameraInfo";
 constexpr const char* kOdometry = "nav_msgs/Odometry";
 constexpr const char* kPoseStamped = "geometry_msgs/PoseStamped";
+constexpr const char* kString = "std_msgs/String";
 constexpr const char* kTwist = "geometry_msgs/Twist";
 constexpr const char* kTwistStamped = "geometry_msgs/TwistStamped";
 constexpr const char* kImu = "sensor_msgs/Imu";
@@ -212,6 +213,8 @@ void BagSurvey::take(const BagMessage& message) {
       if (!is_static) see(transform.header);
       frames.add(transform, is_static);
     }
+  } else if (message.type == kString && message.topic.ends_with("robot_description") && urdf.empty()) {
+    if (auto text = ros::read_string(message.bytes)) urdf = *std::move(text);
   } else if (message.type == kCameraInfo) {
     const auto info = ros::read_camera_info(message.bytes);
     if (!info) return;
@@ -319,7 +322,12 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
                                   const BagChoice& choice, std::vector<std::string>& notes) {
   const std::string base = base_frame(survey, choice);
   notes.push_back("base_link is the bag's frame '" + base + "'");
-  for (std::string& note : survey.frames.contradictions()) notes.push_back(std::move(note));
+  for (const auto& topic : {choice.scan, choice.lines, choice.camera, choice.depth, choice.imu}) {
+    if (!topic) continue;
+    for (std::string& note : survey.frames.contradictions(survey.topics.at(*topic).frame)) {
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+    }
+  }
   auto laser = describe_laser(options, survey, base, choice.scan, notes);
   if (!laser) return laser.error();
   auto lines = describe_laser(options, survey, base, choice.lines, notes);

@@ -28,6 +28,7 @@ struct BagSurvey {
   std::map<std::string, ros::CameraInfo> cameras;
   std::map<std::string, std::string> odometry_child;  ///< topic to child frame
   RosFrames frames;
+  std::string urdf;  ///< the first text on .../robot_description
   FirstStamp first_stamp;
 
   void take(const BagMessage& message);
