@@ -112,13 +112,22 @@ JpegCodec::~JpegCodec() {
   if (compressor_) tjDestroy(compressor_);
 }
 
+/// libjpeg-turbo 2.1 stays in the middle of a header that it cannot read, and refuses every later image.
+void JpegCodec::renew_decompressor() {
+  if (decompressor_) tjDestroy(decompressor_);
+  decompressor_ = tjInitDecompress();
+}
+
 Result<JpegFormat> JpegCodec::read_header(const std::vector<std::uint8_t>& jpeg) {
   JpegFormat format;
   int subsampling = 0, colour_space = 0;
   if (jpeg.empty()) return Error{"JPEG: the image has no bytes"};
   if (tjDecompressHeader3(decompressor_, jpeg.data(), jpeg.size(), &format.width, &format.height,
-                          &subsampling, &colour_space) != 0)
-    return turbojpeg_error(decompressor_, "the header cannot be read");
+                          &subsampling, &colour_space) != 0) {
+    const Error error = turbojpeg_error(decompressor_, "the header cannot be read");
+    renew_decompressor();
+    return error;
+  }
   if (format.width < 1 || format.height < 1 || format.width > kMaxImageSide || format.height > kMaxImageSide)
     return Error{"JPEG: " + std::to_string(format.width) + "x" + std::to_string(format.height) +
                  ", expected 1 to " + std::to_string(kMaxImageSide) + " pixels a side"};

@@ -17,7 +17,8 @@ struct JpegFormat {
   Subsampling subsampling = Subsampling::yuv420;
 };
 
-/// Decodes and encodes; keeps its buffers. One thread at a time.
+/// Decodes and encodes; keeps its buffers. An image that cannot be read has no effect on later ones. One
+/// thread at a time.
 class JpegCodec {
  public:
   JpegCodec();
@@ -32,6 +33,8 @@ class JpegCodec {
   Result<std::vector<std::uint8_t>> encode(const std::vector<std::uint8_t>& bgr, const JpegFormat& format);
 
  private:
+  void renew_decompressor();
+
   void* decompressor_ = nullptr;
   void* compressor_ = nullptr;
   std::vector<std::uint8_t> buffer_;

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
 
 #include "render/depth_image.hpp"
+#include "render/i420_picture.hpp"
 #include "tests/render/scenes.hpp"
 
 namespace parhelion::render {
@@ -189,6 +191,34 @@ TEST(Jpeg, KeepsQualityAndSubsamplingOfTheSource) {
       EXPECT_EQ(format->quality, quality);
       EXPECT_EQ(format->subsampling, subsampling);
     }
+}
+
+/// A bit error on the way from the camera costs one picture, not the session's.
+TEST(Jpeg, ReadsImagesAfterADamagedOne) {
+  const Image image = jpeg_image(48, 32);
+  JpegCodec codec;
+  I420Reader reader;
+  std::vector<std::uint8_t> expected, pixels;
+  ASSERT_TRUE(codec.decode(image.bytes, expected));
+  std::mt19937 random(1);
+  int refused = 0;
+  for (std::size_t at = 0; at < image.bytes.size(); ++at) {
+    Image damaged = image;
+    if (at % 2 == 0) {
+      damaged.bytes[at] = static_cast<std::uint8_t>(random());
+    } else {
+      damaged.bytes.resize(at);
+    }
+    I420Picture picture;
+    refused += !codec.decode(damaged.bytes, pixels);
+    refused += !reader.read(damaged, picture).ok();
+    const auto read = codec.decode(image.bytes, pixels);
+    ASSERT_TRUE(read) << "after damage of byte " << at << ": " << read.error().message;
+    ASSERT_EQ(pixels, expected) << "after damage of byte " << at;
+    const Status planes = reader.read(image, picture);
+    ASSERT_TRUE(planes.ok()) << "after damage of byte " << at << ": " << planes.error().message;
+  }
+  EXPECT_GT(refused, static_cast<int>(image.bytes.size())) << "half of them are truncated";
 }
 
 }  // namespace
