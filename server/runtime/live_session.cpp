@@ -201,8 +201,7 @@ void LiveSession::end() {
     take_answers();
   }
   note_given_up();
-  const ArrivalTime ended = inbox_.stamp();
-  decide(LoopDecision::Kind::ended, 0, skip_late_steps(ended) ? inbox_.stamp() : ended);
+  decide_now(LoopDecision::Kind::ended, 0);
   outputs_.clear();
   tick::finish(configuration_, *state_, outputs_);
   outbox_.send(nullptr, outputs_.entries(), last_);
@@ -220,14 +219,14 @@ void LiveSession::end() {
 
 void LiveSession::handle(Arrived arrived) {
   const Message& message = arrived.message;
+  // The decision to skip precedes the input, so it has an earlier stamp.
+  if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
+  last_ = message.arrival;
   if (is_stale_command(arrived)) {
     decide(LoopDecision::Kind::stale_command, static_cast<std::uint64_t>(arrived.age.ns / 1'000'000),
            message.arrival);
     return;
   }
-  // The decision to skip precedes the input, so it has an earlier stamp.
-  if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
-  last_ = message.arrival;
   if (configuration_.channels.kind(message.channel) == tick::InputKind::scan) return handle_scan(arrived);
   const bool command = tick::is_command(configuration_.channels.kind(message.channel));
   if (command && refuse_unwritable(message)) return;
@@ -325,7 +324,13 @@ bool LiveSession::skip_late_steps(ArrivalTime now) {
 /// Logs how many scans the log lacks.
 void LiveSession::note_given_up() {
   const std::uint64_t count = inbox_.take_given_up();
-  if (count > 0) decide(LoopDecision::Kind::scans_left_out, count, inbox_.stamp());
+  if (count > 0) decide_now(LoopDecision::Kind::scans_left_out, count);
+}
+
+void LiveSession::decide_now(LoopDecision::Kind kind, std::uint64_t count) {
+  ArrivalTime now = inbox_.stamp();
+  if (skip_late_steps(now)) now = inbox_.stamp();
+  decide(kind, count, now);
 }
 
 /// Applies and logs a decision, which replay repeats.

@@ -54,6 +54,7 @@ class LiveSession : private tick::ScanSink {
   void take_answers();
   void take_models();
   void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
+  void decide_now(LoopDecision::Kind kind, std::uint64_t count);
   Message note(LoopDecision::Kind kind, std::uint64_t sequence);
   void housekeeping();
   void look_after_log(const std::stop_token& stop);

@@ -73,7 +73,7 @@ void LiveSession::housekeeping() {
 void LiveSession::note_foreign_messages() {
   for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
     if (channel == tick::status_channel_index() && options_.notify) options_.notify(tick::kOtherServerText);
-    decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
+    decide_now(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel));
   }
 }
 
@@ -86,7 +86,7 @@ void LiveSession::note_refused_messages() {
                       (first.sender.empty() ? "" : " ('" + first.sender + "')") + ": refused");
     }
     const std::int64_t count = tick::refused_message_count(configuration_, first.fault, first.channel);
-    decide(LoopDecision::Kind::refused_message, static_cast<std::uint64_t>(count), inbox_.stamp());
+    decide_now(LoopDecision::Kind::refused_message, static_cast<std::uint64_t>(count));
   }
 }
 

@@ -46,6 +46,32 @@ TEST_F(LoopDelayTest, LoopBehindAfterTimerStepsReplaysToTheSameBytes) {
   expect_same_bytes_again(**report_);
 }
 
+/// The command is refused, and no later input waits for all the steps that are late by then.
+TEST_F(LoopDelayTest, LoopBehindWithAStaleCommandSkipsStepsBeforeIt) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
+  const auto log = test::drive(1.5);
+  play(log, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  shut_gate();
+  std::vector<std::uint8_t> payload;
+  encode(TwistCommand{{runtime::wall_now().ns}, {0.2, 0, 0}}, payload);
+  ASSERT_TRUE(robot_->publish(channel::kTeleop, payload).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));  // delay of the loop
+  open_gate();
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  std::int64_t stale = 0, skipped_before = 0;
+  for (const Message& each : session_log()) {
+    LoopDecision decision;
+    if (each.channel != channel::kLoop || !decode(each.channel, each.payload, decision)) continue;
+    stale += decision.kind == LoopDecision::Kind::stale_command;
+    if (decision.kind == LoopDecision::Kind::steps_skipped && stale == 0) skipped_before += decision.count;
+  }
+  EXPECT_EQ(stale, 1);
+  EXPECT_GT(skipped_before, 100) << "of 240 that a second has";
+  expect_same_bytes_again(**report_);
+}
+
 TEST_F(LoopDelayTest, LoopWithADiskStallAtAGuardedScanReplaysIdentically) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
   const auto log = test::drive(1.5);
