@@ -24,6 +24,20 @@ int scaled(int base, int quality) {
   return std::clamp((base * percent + 50) / 100, 1, 255);
 }
 
+/// A progressive image of 200 kB can have 883 scans over 8192x8192 pixels, which take 40 s. libjpeg's own
+/// progression has 10.
+constexpr long kMaxScans = 32;
+
+/// SOS markers: coded data has a zero after each 0xFF. Those of a thumbnail count, too.
+long count_scans(const std::vector<std::uint8_t>& jpeg) {
+  constexpr std::array<std::uint8_t, 2> start_of_scan{0xFF, 0xDA};
+  long scans = 0;
+  for (auto at = jpeg.begin();; ++at, ++scans) {
+    at = std::search(at, jpeg.end(), start_of_scan.begin(), start_of_scan.end());
+    if (at == jpeg.end()) return scans;
+  }
+}
+
 Error turbojpeg_error(void* handle, const char* what) {
   return Error{std::string("JPEG: ") + what + ": " + tjGetErrorStr2(handle)};
 }
@@ -131,6 +145,8 @@ Result<JpegFormat> JpegCodec::read_header(const std::vector<std::uint8_t>& jpeg)
   if (format.width < 1 || format.height < 1 || format.width > kMaxImageSide || format.height > kMaxImageSide)
     return Error{"JPEG: " + std::to_string(format.width) + "x" + std::to_string(format.height) +
                  ", expected 1 to " + std::to_string(kMaxImageSide) + " pixels a side"};
+  if (const long scans = count_scans(jpeg); scans > kMaxScans)
+    return Error{"JPEG: " + std::to_string(scans) + " scans, expected at most " + std::to_string(kMaxScans)};
   if (colour_space == TJCS_CMYK || colour_space == TJCS_YCCK)
     return Error{"JPEG: CMYK is not handled; send YCbCr or gray"};
   format.subsampling = from_turbojpeg(subsampling);

@@ -193,6 +193,49 @@ TEST(Jpeg, KeepsQualityAndSubsamplingOfTheSource) {
     }
 }
 
+/// Progressive, 8x8 pixels of gray: a scan for DC, then one bit plane of one coefficient each, as ITU-T T.81
+/// allows.
+std::vector<std::uint8_t> progressive_jpeg(int scans) {
+  std::vector<std::uint8_t> bytes{0xFF, 0xD8};
+  const auto add = [&](std::uint8_t marker, const std::vector<std::uint8_t>& segment) {
+    const auto size = static_cast<std::uint8_t>(segment.size() + 2);
+    bytes.insert(bytes.end(), {0xFF, marker, 0, size});
+    bytes.insert(bytes.end(), segment.begin(), segment.end());
+  };
+  std::vector<std::uint8_t> table(65, 16);
+  table[0] = 0;
+  add(0xDB, table);
+  add(0xC2, {8, 0, 8, 0, 8, 1, 1, 0x11, 0});
+  for (const std::uint8_t kind : {0x00, 0x10}) {
+    std::vector<std::uint8_t> code(18, 0);  // one code, a zero bit: no difference, end of block
+    code[0] = kind, code[1] = 1;
+    add(0xC4, code);
+  }
+  for (int scan = 0; scan < scans; ++scan) {
+    const int plane = 13 - (scan - 1) / 63;
+    const auto coefficient = static_cast<std::uint8_t>(scan == 0 ? 0 : 1 + (scan - 1) % 63);
+    const int bits = scan == 0 ? 0 : (plane == 13 ? 0 : plane + 1) << 4 | plane;
+    add(0xDA, {1, 1, 0, coefficient, coefficient, static_cast<std::uint8_t>(bits)});
+    bytes.push_back(0x7F);
+  }
+  bytes.insert(bytes.end(), {0xFF, 0xD9});
+  return bytes;
+}
+
+TEST(Jpeg, RefusesImagesOfSoManyScansThatTheyWouldTakeMinutes) {
+  JpegCodec codec;
+  I420Reader reader;
+  I420Picture picture;
+  std::vector<std::uint8_t> pixels;
+  for (const int scans : {1, 10, 32, 33, 882}) {
+    Image image;
+    image.bytes = progressive_jpeg(scans);
+    const auto decoded = codec.decode(image.bytes, pixels);
+    EXPECT_EQ(decoded.ok(), scans <= 32) << scans << (decoded ? "" : ": " + decoded.error().message);
+    EXPECT_EQ(reader.read(image, picture).ok(), scans <= 32) << scans;
+  }
+}
+
 /// A bit error on the way from the camera costs one picture, not the session's.
 TEST(Jpeg, ReadsImagesAfterADamagedOne) {
   const Image image = jpeg_image(48, 32);
