@@ -197,6 +197,10 @@ std::string BaseStation::invitation() const {
   return text;
 }
 
+void BaseStation::end_driving() {
+  if (parts_->teleop) parts_->teleop->end_session();
+}
+
 void BaseStation::set_report(SessionReport report) { parts_->station->set_report(std::move(report)); }
 
 }  // namespace parhelion::station

@@ -43,6 +43,8 @@ class BaseStation {
   std::string link(Role role, const std::string& name);
   /// Address, set-up link, fingerprint and lost log-ins, for a person at a terminal.
   std::string invitation() const;
+  /// The session has ended: pages drive no more.
+  void end_driving();
   /// For /api/v1/report and /report, after the session has ended.
   void set_report(SessionReport report);
 

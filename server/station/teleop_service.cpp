@@ -10,6 +10,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr const char* kBrowser = "browser";
+constexpr const char* kEnded = "the session has ended";
 
 bool outranks(Role one, Role other) {
   const auto instructs = [](Role role) { return role == Role::instructor || role == Role::admin; };
@@ -28,6 +29,16 @@ TeleopService::TeleopService(Bus& bus, TeleopOptions options) : bus_(bus), optio
 TeleopService::~TeleopService() {
   const std::lock_guard lock(mutex_);
   for (auto& [id, teleop_client] : clients_) release_control(*teleop_client, false, "the base station ends");
+}
+
+void TeleopService::end_session() {
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  for (auto& [id, teleop_client] : clients_) {
+    if (teleop_client->robot().empty()) continue;
+    release_control(*teleop_client, false, kEnded);
+    refuse(*teleop_client, Error{kEnded});
+  }
 }
 
 SocketHandler TeleopService::socket() {
@@ -148,6 +159,7 @@ Result<TeleopClient*> TeleopService::client_to_replace(const TeleopClient& teleo
 }
 
 Status TeleopService::drive(TeleopClient& teleop_client, const std::string& robot) {
+  if (ended_) return Error{kEnded};
   const TeleopRobot* wanted = find(robot);
   if (wanted == nullptr || !is_for(teleop_client, robot)) {
     std::string known;

@@ -69,6 +69,8 @@ class TeleopService {
   Status release_own_stop(const std::string& robot, const std::string& by);
   std::vector<EmergencyStop> stops() const;
   std::vector<Driving> driving() const;
+  /// Stops all driven robots, and nobody drives any more: there is no server that would reduce commands.
+  void end_session();
 
  private:
   /// An emergency stop or its release, sent to the server until it replies.
@@ -122,6 +124,7 @@ class TeleopService {
   const TeleopOptions options_;
   mutable std::mutex mutex_;
   std::vector<TeleopRobot> robots_;
+  bool ended_ = false;                                                ///< the session
   std::map<std::uint64_t, std::unique_ptr<TeleopClient>> clients_;    // by client
   std::map<std::string, std::string> stopped_by_;                     // by robot: who stopped it
   std::map<std::string, StopRequest> stop_requests_;                  // by robot: the last

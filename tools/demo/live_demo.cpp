@@ -171,6 +171,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
   auto report = runtime::serve(*server_bus, configuration, serving);
   if (!report) return report.error();
   if (!end.asked) return report;
+  (*station)->end_driving();
   (*station)->set_report(session_report(*report, options.session));
   end.reported = true;
   notify("ended by the instructor; the page shows the report; stop with ^C");

@@ -22,6 +22,25 @@ TEST_F(TeleopServiceTest, AllowsOneOperatorPerRobot) {
   EXPECT_EQ(service_->driving().size(), 2U);
 }
 
+TEST_F(TeleopServiceTest, NobodyDrivesAfterTheSession) {
+  auto anna = open("anna"), bert = open("bert");
+  drive(*anna);
+  twist(*anna, 0.5);
+  discard_published();
+  service_->end_session();
+  EXPECT_FALSE(moves(published()[channel::kTeleop])) << "the robot is stopped";
+  EXPECT_NE(anna->texts("refused").back().find("the session has ended"), std::string::npos);
+  discard_published();
+  drive(*anna);
+  twist(*anna, 0.5);
+  send_text(*bert, R"({"type":"drive","robot":"robot_2"})");
+  EXPECT_NE(bert->texts("refused").back().find("the session has ended"), std::string::npos);
+  twist(*bert, 0.5);
+  const auto after = published();
+  EXPECT_EQ(after.count(channel::kTeleop) + after.count(kAgentTeleop), 0U);
+  EXPECT_TRUE(service_->driving().empty());
+}
+
 TEST_F(TeleopServiceTest, LetsAnInstructorTakeOverAfterAStop) {
   auto anna = open("anna");
   auto ines = open("ines", Role::instructor);
