@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLip = 0.09, kApart = 0.30,
                  kNearby = 1.5;    ///< m, heights below a floor where there is nothing: a small, a wide one
+constexpr double kOver = 10;       ///< m over a shelf, up to the ceiling of a hall
 constexpr double kLayer = 0.05;    ///< m, of the columns: one that holds the lower height counts as lower
 constexpr double kThickest = 0.7;  ///< m, from a ceiling to the floor on it
 constexpr double kStorey = 4;      ///< m^2, of an upper floor that nothing was measured over
@@ -23,6 +24,9 @@ constexpr double kMinArea = 1.0;             ///< m^2, of a floor or a ceiling
 constexpr double kBow = 0.12;                ///< m, height variation of one floor
 constexpr double kPart = 3;                  ///< deduction for a part of a larger level
 constexpr double kBeside = 0.6;              ///< m, a level reaches this far beyond its bounds
+constexpr double kBeam = 0.5;                ///< m wide: catwalks and landings are wider
+constexpr double kBoard = 1.25;              ///< m wide: two shelves back to back
+constexpr double kNoLevel = 8;               ///< deduction for a beam, a slice of a roof or a shelf's board
 
 /// What the eye meets beyond a plate's edge: the first cell outwards with points near its height or lower.
 enum class Beyond : std::uint8_t { nothing, lower, level, higher };
@@ -101,6 +105,9 @@ bool lies_on_larger(const std::vector<HorizontalSurface>& all, std::size_t h) {
   });
 }
 
+/// m, about: of a strip in any direction its width, of a rectangle a little less than its shorter side.
+double width_of(const HorizontalSurface& h) { return h.area / std::max(1e-6, (h.high - h.low).norm()); }
+
 bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
   return (p.array() > h.low.array() - kBeside).all() && (p.array() < h.high.array() + kBeside).all();
 }
@@ -167,14 +174,19 @@ void Levels::find_evidence(const cloud::PointCloud<Map>& cloud) {
     // A pavement is wide and may lie over the street by a step; what is small and does is a crate.
     const double step = segmentation_.horizontals[h].area < kStorey ? kLip : kApart;
     const bool small = lies_on_larger(segmentation_.horizontals, h);
-    double lowest = 0, highest = 0;
+    const bool narrow = width_of(segmentation_.horizontals[h]) < kBoard;
+    double lowest = 0, highest = 0, overlooked = 0;
     for (const std::uint32_t cell : cells[h]) {
       lowest += columns.occupied(cell, z - kNearby, z - step) ? 0 : 1;
-      highest += columns.occupied(cell, z + 0.15, z + kNearby) && !carries_floor(cells, h, cell) ? 0 : 1;
+      const auto is_under = [&](double reach) {
+        return columns.occupied(cell, z + 0.15, z + reach) && !carries_floor(cells, h, cell);
+      };
+      highest += is_under(kNearby) ? 0 : 1;
+      overlooked += narrow && is_under(kOver) ? 1 : 0;
     }
     const double n = std::max(1.0, static_cast<double>(cells[h].size()));
     evidence_[h] = {lowest / n, highest / n, drops_of(columns, cells[h], {z, step, small}),
-                    walled_of(columns, cells[h], z)};
+                    walled_of(columns, cells[h], z), overlooked / n};
   }
 }
 
@@ -262,8 +274,9 @@ std::vector<double> Levels::floors() const {
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
+  const bool beam = has_floor_ && h.z > floor_ + kMinRoomHeight && width_of(h) < kBeam;
   const double raised = 15 * std::max(0.0, evidence_[i].drops - kRaised);
-  return -floor_part_[i] - raised + 8 * (evidence_[i].lowest - 0.6) +
+  return -floor_part_[i] - raised - (beam ? kNoLevel : 0) + 8 * (evidence_[i].lowest - 0.6) +
          std::min(std::log(h.area / kMinArea), 1.5) -
          (evidence_[i].highest > 0.9 && h.z > floor_ + kMinRoomHeight && has_floor_ && h.area < kStorey ? 3
                                                                                                         : 0);
@@ -272,8 +285,10 @@ double Levels::floor_score(std::size_t i) const {
 double Levels::ceiling_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.z < lowest_ + kMinRoomHeight) return -6;
-  return -ceiling_part_[i] + 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kMinArea), 1.5) +
-         (h.faces_down ? 1 : -2);
+  // A ceiling hides what is over it, unless a floor lies on it.
+  const bool board = evidence_[i].overlooked > 0.5;
+  return -ceiling_part_[i] - (board ? kNoLevel : 0) + 6 * (evidence_[i].highest - 0.6) +
+         std::min(std::log(h.area / kMinArea), 1.5) + (h.faces_down ? 1 : -2);
 }
 
 double Levels::over(const Eigen::Vector2d& p, double z_high) const {

@@ -11,10 +11,12 @@ namespace parhelion::semantic {
 
 /// Evidence of one horizontal surface, without its neighbours.
 struct LevelEvidence {
-  double lowest = 0;   ///< fraction of its points with nothing measured below, to 1.5 m
-  double highest = 0;  ///< the same above, but for a floor that lies on it
-  double drops = 0;    ///< fraction of its observed rim beyond which the next surface is lower, to 1.4 m
-  double walled = 0;   ///< fraction of its whole rim at which walls stand on it
+  double lowest = 0;      ///< fraction of its points with nothing measured below, to 1.5 m
+  double highest = 0;     ///< the same above, but for a floor that lies on it
+  double drops = 0;       ///< fraction of its observed rim beyond which the next surface is lower, to 1.4 m
+  double walled = 0;      ///< fraction of its whole rim at which walls stand on it
+  double overlooked = 0;  ///< of a narrow one the fraction of its points over which something was measured,
+                          ///< to 10 m, but for a floor that lies on it
 };
 
 class Levels {

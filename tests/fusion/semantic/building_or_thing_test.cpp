@@ -206,6 +206,56 @@ TEST(BuildingOrThing, AThinPartitionAndAThickWallStayWalls) {
   EXPECT_GT(wall_length(net, {Eigen::Vector2d(5.8, 1), Eigen::Vector2d(6.3, 5)}), 5);
 }
 
+// Boards of shelves are seen from below, and the ceiling over them was measured, too.
+TEST(BuildingOrThing, BoardsOfShelvesAreNoCeiling) {
+  CloudSampler sampler(500, 0.004, 33);
+  sampler.room({0, 0}, {14, 9}, 0, 3.9);
+  for (const double x : {3.0, 6.0, 9.0}) {
+    sampler.slab({x, 2}, {x + 0.9, 7}, 2.05);
+    sampler.wall({x + 0.45, 2}, {x + 0.45, 7}, 0, 2.05);
+  }
+  cloud::PointCloud<Map> cloud = sampler.cloud();
+  for (const double x : {1.5, 5.0, 8.0, 12.0}) cloud.viewpoints.emplace_back(x, 4.5, 1.5);
+  for (const Eigen::Vector3f& p : cloud.points)
+    cloud.scans.push_back(p.x() < 3.2F ? 0 : p.x() < 6.4F ? 1 : p.x() < 9.4F ? 2 : 3);
+  const SemanticNet net = labelled(cloud);
+  for (const ModelEntity& e : net.entities) {
+    if (e.label == EntityLabel::ceiling) {
+      EXPECT_GT(e.T_map_body.translation().z(), 3) << e.name;
+    }
+  }
+}
+
+// Without viewpoints, the slices of a sloped roof and the beams under it are level, and nothing is under
+// them.
+TEST(BuildingOrThing, BeamsAndSlicesOfASlopedRoofAreNoFloors) {
+  CloudSampler sampler(700, 0.004, 34);
+  constexpr double kLong = 11, kWide = 8, kKnee = 1, kRidge = 4;
+  sampler.slab({0, 0}, {kLong, kWide}, 0);
+  for (const double y : {0.0, kWide}) {
+    sampler.wall({0, y}, {kLong, y}, 0, kKnee);
+    sampler.rectangle({0, y, kKnee}, {kLong, 0, 0}, {0, kWide / 2 - y, kRidge - kKnee});
+  }
+  for (const double x : {0.0, kLong}) {
+    for (double y = 0; y < kWide / 2; y += 0.1) {
+      const double top = kKnee + (kRidge - kKnee) * y / (kWide / 2);
+      sampler.wall({x, y}, {x, y + 0.1}, 0, top);
+      sampler.wall({x, kWide - y}, {x, kWide - y - 0.1}, 0, top);
+    }
+  }
+  for (double x = 1; x < kLong; x += 2) {
+    for (const double z : {2.35, 2.5}) sampler.slab({x, 2}, {x + 0.14, 6}, z);
+  }
+  const SemanticNet net = labelled(sampler.cloud());
+  double floors = 0;
+  for (const ModelEntity& e : net.entities) {
+    if (e.label != EntityLabel::floor) continue;
+    EXPECT_LT(e.T_map_body.translation().z(), 0.1) << e.name;
+    floors += e.size.head<2>().prod();
+  }
+  EXPECT_GT(floors, 80);
+}
+
 long steps(const SemanticNet& net) {
   return std::count_if(net.entities.begin(), net.entities.end(),
                        [](const ModelEntity& e) { return e.label == EntityLabel::stairs; });
