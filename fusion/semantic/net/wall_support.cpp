@@ -118,6 +118,13 @@ class Stretches {
 
 }  // namespace
 
+double measured_length(const WallCandidate& wall) {
+  double length = 0;
+  for (int c = 0; c < wall.raster.columns; ++c)
+    length += support_of(wall, c, c + 1) == Support::measured ? wall.raster.column : 0;
+  return length;
+}
+
 std::vector<WallStretch> supported_stretches(const WallCandidate& wall, const std::vector<Opening>& kept) {
   Stretches stretches(wall);
   for (const Opening& opening : kept) stretches.keep(opening);

@@ -14,4 +14,7 @@ namespace parhelion::semantic {
 /// wall.
 std::vector<WallStretch> supported_stretches(const WallCandidate& wall, const std::vector<Opening>& kept);
 
+/// m of its length that is measured over its height, gaps left out.
+double measured_length(const WallCandidate& wall);
+
 }  // namespace parhelion::semantic

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "fusion/semantic/net/wall_storeys.hpp"
 #include "fusion/semantic/net/wall_support.hpp"
@@ -51,26 +52,81 @@ bool is_round_body(const std::vector<const WallCandidate*>& facets) {
   return turn > kTurn && length < kRadius * turn && outside > kMinOutside * length;
 }
 
+/// Where the segments a + s (b - a) and c + t (d - c) cross: s and t; nullopt where they do not.
+std::optional<Eigen::Vector2d> crossing(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                        const Eigen::Vector2d& c, const Eigen::Vector2d& d) {
+  const auto cross = [](const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
+    return u.x() * v.y() - u.y() * v.x();
+  };
+  const Eigen::Vector2d u = b - a, v = d - c;
+  const double det = cross(u, v);
+  if (std::abs(det) < 1e-9) return std::nullopt;
+  const Eigen::Vector2d at(cross(c - a, v) / det, cross(c - a, u) / det);
+  if ((at.array() < 0).any() || (at.array() > 1).any()) return std::nullopt;
+  return at;
+}
+
+/// Whether a straight wall was measured on both sides of a place along it (m).
+bool goes_on(const WallCandidate& wall, double at) {
+  constexpr double kFrom = 0.2, kTo = 0.5, kMeasured = 0.5;  // m, m, of the cells
+  const auto measured = [&](double from, double to) {
+    const double column = wall.raster.column;
+    return wall.raster
+               .fractions(static_cast<int>(from / column), static_cast<int>(to / column), wall.floor + 0.2,
+                          wall.ceiling - 0.1)
+               .measured > kMeasured;
+  };
+  return at > kTo && at < wall.length() - kTo && measured(at - kTo, at - kFrom) &&
+         measured(at + kFrom, at + kTo);
+}
+
+/// Whether the facets of an arc, in sequence, pass through a straight wall: round walls end at others.
+bool passes_through(const std::vector<WallCandidate>& walls,
+                    const std::vector<const WallCandidate*>& facets) {
+  constexpr double kEnd = 0.5, kAlike = 0.35;  // m, from the arc's ends; rad
+  double length = 0;
+  for (const WallCandidate* facet : facets) length += facet->length();
+  double before = 0;
+  for (const WallCandidate* facet : facets) {
+    for (const WallCandidate& straight : walls) {
+      if (straight.curve != kNoCurve || straight.score <= 0) continue;
+      if (std::abs(std::remainder(straight.yaw() - facet->yaw(), EIGEN_PI)) < kAlike) continue;
+      const auto at = crossing(facet->start, facet->end, straight.start, straight.end);
+      if (!at) continue;
+      const double along = before + at->x() * facet->length();
+      if (along > kEnd && along < length - kEnd && goes_on(straight, at->y() * straight.length()))
+        return true;
+    }
+    before += facet->length();
+  }
+  return false;
+}
+
 /// A round wall exists where its facets are measured over their height, and no straight one says the same: an
-/// arc may fit the ends of many things and cross the room between them.
+/// arc may fit the ends of many things and cross the room between them. Without viewpoints gaps between them
+/// count against it.
 void weigh_curves(std::vector<WallCandidate>& walls) {
   constexpr double kSupported = 0.6, kStraight = 0.6, kUnsupported = 20;  // of its length; of the score
   std::map<std::uint32_t, double> supported, straight;
   std::map<std::uint32_t, std::vector<const WallCandidate*>> facets;
   for (const WallCandidate& wall : walls) {
     if (wall.curve == kNoCurve) continue;
-    for (const WallStretch& stretch : supported_stretches(wall, {}))
-      supported[wall.curve] += stretch.to - stretch.from;
+    if (wall.raster.viewpoints_known) {
+      for (const WallStretch& stretch : supported_stretches(wall, {}))
+        supported[wall.curve] += stretch.to - stretch.from;
+    } else {
+      supported[wall.curve] += measured_length(wall);
+    }
     facets[wall.curve].push_back(&wall);
   }
-  std::map<std::uint32_t, bool> body;
+  std::map<std::uint32_t, bool> none;
   for (const auto& [curve, of_curve] : facets) {
     straight[curve] = length_along_straight(walls, of_curve);
-    body[curve] = is_round_body(of_curve);
+    none[curve] = is_round_body(of_curve) || passes_through(walls, of_curve);
   }
   for (WallCandidate& wall : walls) {
     if (wall.curve != kNoCurve && (supported[wall.curve] < kSupported * wall.round_length ||
-                                   straight[wall.curve] > kStraight * wall.round_length || body[wall.curve]))
+                                   straight[wall.curve] > kStraight * wall.round_length || none[wall.curve]))
       wall.score -= kUnsupported;
   }
 }

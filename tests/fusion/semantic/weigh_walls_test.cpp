@@ -77,6 +77,18 @@ TEST(WeighWalls, AnArcThatAStraightWallExplainsIsNone) {
   EXPECT_LT(scores(walls)[0], 0);
 }
 
+TEST(WeighWalls, AnArcThatPassesThroughAStraightWallIsNone) {
+  const auto through = [](double from) {
+    std::vector<WallCandidate> walls = arc({{0.6, 1.2}, {1.5, 1.6}, {2.5, 1.7}, {3.5, 1.6}, {4.4, 1.2}});
+    WallCandidate straight = surface(2, 1, 3);
+    straight.start.y() += from, straight.end.y() += from;
+    walls.push_back(straight);
+    return scores(walls)[0];
+  };
+  EXPECT_LT(through(0), 0);
+  EXPECT_EQ(through(1.65), kScore) << "the straight one ends at it";
+}
+
 TEST(WeighWalls, AnArcStaysThatAStraightWallTouches) {
   std::vector<WallCandidate> walls = arc({{2.0, 0}, {2.0, 1}, {1.7, 2}, {1.1, 2.8}, {0.2, 3.2}});
   walls.push_back(surface(2.05, 1, 2));
