@@ -23,7 +23,7 @@ constexpr double kFromWall = 0.15;                                   ///< m: nea
 bool near_wall(const WallCandidates& walls, const Eigen::Vector2d& p) {
   return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
     // A rejected stub, too, has edges that look like pillars.
-    if (wall.score < 0 && wall.coverage < kSolid) return false;
+    if (wall.score < 0 && (wall.coverage < kSolid || wall.of_pillar)) return false;
     const Eigen::Vector2d along = (wall.end - wall.start).normalized(), d = p - wall.start;
     const double s = along.dot(d);
     return s > -kFromWall && s < wall.length() + kFromWall &&

@@ -40,6 +40,7 @@ struct WallCandidate {
   double observed = 0;            ///< fraction that is measured or seen through
   bool one_sided = false;         ///< floor was measured on at most one side of it
   bool free_standing = false;     ///< a face of a thing that stands free under the ceiling
+  bool of_pillar = false;         ///< as short as a pillar's face, and joins no wall
   WallRaster raster;
   double score = 0;                ///< log odds of a wall against an unknown object
   std::uint32_t curve = kNoCurve;  ///< index of the round wall that it belongs to

@@ -136,19 +136,28 @@ double apart(const WallCandidate& a, const WallCandidate& b) {
   return std::min({distance(a.start, b), distance(a.end, b), distance(b.start, a), distance(b.end, a)});
 }
 
-/// Walls join walls. A short piece that meets no longer one at either end is more likely an object.
+/// Walls join walls. A short piece that meets no longer one at either end is more likely an object; as short
+/// as the face of a pillar, it is one, and so are the other faces.
 void weigh_loners(std::vector<WallCandidate>& walls) {
-  constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
+  constexpr double kShort = 2.0, kFace = 0.9, kJoin = 0.35, kAlike = 0.3;  // m, m, m, rad
+  constexpr double kOfPillar = 6;                                          // of the score
   std::vector<double> penalty;
   for (const WallCandidate& wall : walls) {
+    const double longer = std::max(wall.whole_length(), kFace);
     const bool joins = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
-      return other.whole_length() > wall.whole_length() && other.score > 0 &&
+      return other.whole_length() > longer && other.score > 0 &&
              std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin &&
              !(std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike);
     });
-    penalty.push_back(joins || wall.whole_length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
+    penalty.push_back(joins || wall.whole_length() > kShort ? 0
+                      : wall.whole_length() < kFace         ? kOfPillar
+                      : wall.open > 0.2                     ? 4.5
+                                                            : 3);
   }
-  for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= penalty[w];
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    walls[w].score -= penalty[w];
+    walls[w].of_pillar = penalty[w] == kOfPillar;
+  }
 }
 
 /// Whether `wall` is close behind `front` over most of its length, seen from the same side: between them is

@@ -206,6 +206,20 @@ TEST(BuildingOrThing, AThinPartitionAndAThickWallStayWalls) {
   EXPECT_GT(wall_length(net, {Eigen::Vector2d(5.8, 1), Eigen::Vector2d(6.3, 5)}), 5);
 }
 
+// Each face of the pillar joins a longer one, but none joins a wall.
+TEST(BuildingOrThing, FacesOfAPillarAreNoWalls) {
+  CloudSampler sampler(900, 0.004, 31);
+  sampler.room({0, 0}, {9, 7}, 0, 3);
+  for (const auto& [from, to] : {std::pair<Eigen::Vector2d, Eigen::Vector2d>({4, 3}, {4.72, 3}),
+                                 {{4.72, 3}, {4.72, 3.6}},
+                                 {{4.72, 3.6}, {4, 3.6}},
+                                 {{4, 3.6}, {4, 3}}})
+    sampler.wall(from, to, 0, 3);
+  const SemanticNet net = labelled(sampler.cloud());
+  EXPECT_EQ(wall_length(net, {Eigen::Vector2d(3, 2), Eigen::Vector2d(6, 5)}), 0);
+  EXPECT_GT(wall_length(net, {Eigen::Vector2d(-1, -1), Eigen::Vector2d(10, 8)}), 30);
+}
+
 // Boards of shelves are seen from below, and the ceiling over them was measured, too.
 TEST(BuildingOrThing, BoardsOfShelvesAreNoCeiling) {
   CloudSampler sampler(500, 0.004, 33);
