@@ -1,9 +1,11 @@
 #include "fusion/semantic/net/free_standing.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "fusion/semantic/net/wall_storeys.hpp"
+#include "protocols/nearest_on_segment.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -61,6 +63,71 @@ bool is_free(const PlanPoints& points, const Middle& middle, const WallCandidate
   return fraction(ceiling) > kMinCeiling && fraction(between) < kMaxBetween && fraction(floor) < kMaxFloor;
 }
 
+/// Whether the ceiling over it and the floor go on at both its sides: over a wall whose top was not seen, the
+/// ceiling ends. The next aisle but one counts, as things hide the floor of the nearest.
+bool stands_in_room(const PlanPoints& points, const WallCandidate& wall) {
+  constexpr double kBin = 0.25, kNear = 0.12;                 // m
+  constexpr double kFrom = 0.1, kCeilingTo = 0.5, kTo = 3.0;  // m, beside its plane
+  constexpr double kMinCeiling = 0.5, kMinFloor = 0.25;       // of its length
+  const auto bins = static_cast<std::size_t>(std::ceil(wall.length() / kBin));
+  std::array<std::vector<bool>, 4> seen;  // ceiling, floor on either side
+  seen.fill(std::vector<bool>(bins));
+  const Eigen::Vector2d along = (wall.end - wall.start).normalized(), across(-along.y(), along.x());
+  points.near_segment(wall.start, wall.end, kTo, [&](const PlanPoints::Point& point) {
+    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - wall.start;
+    const double s = along.dot(d), off = across.dot(d), z = static_cast<double>(point.p.z());
+    if (s < 0 || s >= wall.length() || std::abs(off) < kFrom) return;
+    const auto bin = std::min(bins - 1, static_cast<std::size_t>(s / kBin));
+    const std::size_t side = off > 0 ? 1 : 0;
+    if (std::abs(z - wall.ceiling) < kNear && std::abs(off) < kCeilingTo) seen[side][bin] = true;
+    if (std::abs(z - wall.floor) < kNear && std::abs(off) < kTo) seen[2 + side][bin] = true;
+  });
+  const auto fraction = [&](const std::vector<bool>& of) {
+    return static_cast<double>(std::count(of.begin(), of.end(), true)) / static_cast<double>(bins);
+  };
+  return std::min(fraction(seen[0]), fraction(seen[1])) > kMinCeiling &&
+         std::min(fraction(seen[2]), fraction(seen[3])) > kMinFloor;
+}
+
+/// Whether one of its ends meets a wall: another surface across it that is longer than the end of a shelf, or
+/// any that reaches the ceiling.
+bool joins_wall(const std::vector<WallCandidate>& walls, const WallCandidate& wall) {
+  constexpr double kJoin = 0.35, kAlike = 0.3;  // m, rad
+  const auto near = [&](const Eigen::Vector2d& p, const WallCandidate& other) {
+    return (nearest_on_segment(p, other.start, other.end) - p).norm() < kJoin;
+  };
+  return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
+    if (&other == &wall || other.score <= 0 || other.whole_length() < kThickest) return false;
+    const bool beyond = std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) > kAlike;
+    return (beyond || !ends_below_ceiling(other)) && (near(wall.start, other) || near(wall.end, other));
+  });
+}
+
+/// m, up to which it is measured along more than the width of a pillar in line with it.
+double solid_top(const WallCandidate& wall) {
+  constexpr double kBand = 0.1, kUnderCeiling = 0.2, kSolid = 0.3;  // m; of a band's cells
+  for (double z = wall.ceiling - kUnderCeiling; z > wall.floor + kBand; z -= kBand) {
+    if (wall.raster.fractions(0, wall.raster.columns, z - kBand, z).measured > kSolid)
+      return std::min(z, wall.z_high);
+  }
+  return wall.floor;
+}
+
+/// What is no higher than shelves and lockers, ends free under the ceiling and joins no wall.
+std::vector<std::size_t> low_loners(const PlanPoints& points, const std::vector<WallCandidate>& walls) {
+  constexpr double kHighest = 2.5;  // m over the floor
+  std::vector<std::size_t> loners;
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    const WallCandidate& wall = walls[w];
+    if (wall.curve != kNoCurve || wall.score < -kFreeStanding) continue;
+    const double top = solid_top(wall);
+    if (wall.ceiling - top > kFree && top - wall.floor < kHighest && !joins_wall(walls, wall) &&
+        stands_in_room(points, wall))
+      loners.push_back(w);
+  }
+  return loners;
+}
+
 }  // namespace
 
 void weigh_free_standing(const PlanPoints& points, std::vector<WallCandidate>& walls) {
@@ -85,6 +152,10 @@ void weigh_free_standing(const PlanPoints& points, std::vector<WallCandidate>& w
   for (std::size_t w = 0; w < walls.size(); ++w) {
     walls[w].free_standing = free[w];
     walls[w].score -= free[w] ? kFreeStanding : 0;
+  }
+  for (const std::size_t w : low_loners(points, walls)) {
+    walls[w].free_standing = true;
+    walls[w].score -= kFreeStanding;
   }
 }
 

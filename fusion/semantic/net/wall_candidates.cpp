@@ -73,16 +73,17 @@ double visible_from(const Segmentation& segmentation, const WallCandidate& wall)
 
 /// m, the height at which the wall is measured no further along its whole length; its `z_high` if there is
 /// none. Points of the ceiling that lie in the wall's plane, as a person's who walked there while a scanner
-/// turned, do not make it higher.
+/// turned, do not make it higher; nor does, where no rays tell, a pillar in line with low things.
 double top_of_support(const WallCandidate& wall) {
-  constexpr double kBand = 0.1, kUnderCeiling = 0.2;  // m
-  constexpr double kSome = 0.5, kNone = 0.15;         // of a band's cells
-  constexpr int kFewest = 3;                          // bands without support
+  constexpr double kBand = 0.1, kUnderCeiling = 0.2;                // m
+  constexpr double kSome = 0.5, kNone = 0.15, kNoneUnplaced = 0.3;  // of a band's cells
+  constexpr int kFewest = 3;                                        // bands without support
+  const double max_none = wall.raster.viewpoints_known ? kNone : kNoneUnplaced;
   int none = 0;
   for (double z = wall.ceiling - kUnderCeiling - kBand; z > wall.floor; z -= kBand) {
     const double measured = wall.raster.fractions(0, wall.raster.columns, z, z + kBand).measured;
     if (measured > kSome) return none >= kFewest ? std::min(wall.z_high, z + kBand) : wall.z_high;
-    none += measured < kNone ? 1 : 0;
+    none += measured < max_none ? 1 : 0;
   }
   return wall.z_high;
 }

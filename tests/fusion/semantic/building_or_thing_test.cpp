@@ -220,6 +220,27 @@ TEST(BuildingOrThing, FacesOfAPillarAreNoWalls) {
   EXPECT_GT(wall_length(net, {Eigen::Vector2d(-1, -1), Eigen::Vector2d(10, 8)}), 30);
 }
 
+TEST(BuildingOrThing, WhatEndsUnderTheCeilingIsAWallOnlyWhereItJoinsOne) {
+  for (const bool joined : {false, true}) {
+    CloudSampler sampler(500, 0.004, 32);
+    sampler.room({0, 0}, {10, 8}, 0, 3.2);
+    sampler.wall({5, joined ? 0 : 2}, {5, 5}, 0, 2.4);
+    const SemanticNet net = labelled(sampler.cloud());
+    const double length = wall_length(net, {Eigen::Vector2d(4, 1), Eigen::Vector2d(6, 6)});
+    EXPECT_EQ(length > 0, joined) << length;
+  }
+}
+
+// The pillar reaches the ceiling in the plane of the shelf's front.
+TEST(BuildingOrThing, AShelfInLineWithAPillarIsNoWall) {
+  CloudSampler sampler(500, 0.004, 35);
+  sampler.room({0, 0}, {10, 8}, 0, 3.2);
+  sampler.wall({5, 2}, {5, 5}, 0, 2.3);
+  add_post(sampler, {5.2, 5.2}, 0.4, 0, 3.2);
+  const SemanticNet net = labelled(sampler.cloud());
+  EXPECT_EQ(wall_length(net, {Eigen::Vector2d(4, 1), Eigen::Vector2d(6, 6)}), 0);
+}
+
 // Boards of shelves are seen from below, and the ceiling over them was measured, too.
 TEST(BuildingOrThing, BoardsOfShelvesAreNoCeiling) {
   CloudSampler sampler(500, 0.004, 33);
