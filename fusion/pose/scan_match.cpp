@@ -28,7 +28,7 @@ struct NormalEquations {
 };
 
 /// As assign_directions() gives them, in the frame of the points; empty where they are not asked for.
-using Directions = std::span<const Eigen::Vector2d>;
+using Directions = std::span<const ScanDirection>;
 
 /// Symmetric 2 x 2 matrix.
 struct Weight {
@@ -53,13 +53,18 @@ struct Weighed {
   double distance;
 };
 
-/// `along`: unit vector of the line that the point lies on, or zero. nullopt: the point says nothing of this
-/// surface. `noise`: m^2.
+/// `direction`: in the map frame. nullopt: the point says nothing of this surface. `noise`: m^2.
 std::optional<Weighed> weighed(const Surfel& surfel, const Eigen::Vector2d& offset,
-                               const Eigen::Vector2d& along, double noise) {
+                               const ScanDirection& direction, double noise) {
+  const Eigen::Vector2d& along = direction.along;
   const bool on_line = !along.isZero(0);
   if (surfel.flat) {
     if (on_line && std::abs(along.dot(surfel.normal)) > kCrosses) return {};
+    if (direction.grazing) {
+      const Eigen::Vector2d normal(-along.y(), along.x());
+      return Weighed{Weight::along(normal, 1 / (noise + normal.dot(surfel.covariance * normal))),
+                     std::abs(normal.dot(offset))};
+    }
     return Weighed{Weight::along(surfel.normal, 1 / (noise + surfel.thickness * surfel.thickness)),
                    std::abs(surfel.normal.dot(offset))};
   }
@@ -89,10 +94,12 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
     sum.cost += kKnee;
     if (surfel == nullptr) continue;
     const Eigen::Vector2d offset = q - surfel->mean;
-    Eigen::Vector2d along = Eigen::Vector2d::Zero();
-    if (!directions.empty())
-      along = {c * directions[i].x() - s * directions[i].y(), s * directions[i].x() + c * directions[i].y()};
-    const auto found = weighed(*surfel, offset, along, noise);
+    ScanDirection direction;
+    if (!directions.empty()) {
+      const Eigen::Vector2d& own = directions[i].along;
+      direction = {{c * own.x() - s * own.y(), s * own.x() + c * own.y()}, directions[i].grazing};
+    }
+    const auto found = weighed(*surfel, offset, direction, noise);
     if (!found || found->distance > options.gate) continue;
     if (found->distance < options.inlier) {
       ++sum.explained;
@@ -125,7 +132,7 @@ struct DirectedPoints {
 
 /// `directions`: where they are kept.
 DirectedPoints with_directions(std::span<const Eigen::Vector2d> points, const MatchOptions& options,
-                               std::vector<Eigen::Vector2d>& directions) {
+                               std::vector<ScanDirection>& directions) {
   directions.clear();
   if (options.by_direction) assign_directions(points, directions);
   return {points, directions};
@@ -200,7 +207,7 @@ Match best_start(const SurfelMap& map, const DirectedPoints& scan, const Prior& 
 
 Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, const Pose2& start,
             const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options) {
-  thread_local std::vector<Eigen::Vector2d> scratch;
+  thread_local std::vector<ScanDirection> scratch;
   return match(map, with_directions(points_base, options, scratch), start, {expected, prior}, options);
 }
 
@@ -214,7 +221,7 @@ Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
 Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
                          std::span<const Eigen::Vector2d> points_base, std::span<const Eigen::Vector2d> few,
                          const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options) {
-  thread_local std::vector<Eigen::Vector2d> scratch_of_all, scratch_of_few;
+  thread_local std::vector<ScanDirection> scratch_of_all, scratch_of_few;
   const Prior around{expected, prior};
   const DirectedPoints all = with_directions(points_base, options, scratch_of_all);
   const DirectedPoints some = with_directions(few, options, scratch_of_few);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 #include "fusion/pose/scan_match.hpp"
@@ -24,14 +25,14 @@ TEST(ScanDirections, AreThoseOfNoisyWallsAtAnySpacing) {
   for (const double spacing : {0.01, 0.03, 0.1, 0.3}) {
     auto points = line({2, -2}, Eigen::Vector2d(2, -2) + 4 * along, spacing);
     for (Eigen::Vector2d& p : points) p += Eigen::Vector2d(-along.y(), along.x()) * noise(random);
-    std::vector<Eigen::Vector2d> directions;
+    std::vector<ScanDirection> directions;
     assign_directions(points, directions);
     ASSERT_EQ(directions.size(), points.size());
     std::size_t known = 0;
-    for (const Eigen::Vector2d& direction : directions) {
-      if (direction.isZero()) continue;
+    for (const ScanDirection& direction : directions) {
+      if (direction.along.isZero()) continue;
       ++known;
-      EXPECT_GT(std::abs(direction.dot(along)), 0.94) << spacing;
+      EXPECT_GT(std::abs(direction.along.dot(along)), 0.94) << spacing;
     }
     EXPECT_GT(known, points.size() * 6 / 10) << spacing;
   }
@@ -43,16 +44,57 @@ TEST(ScanDirections, CornersEdgesAndSinglePointsHaveNone) {
   for (const Eigen::Vector2d& p : line({1, 0.95}, {1, 0}, 0.05)) points.push_back(p);
   const std::size_t edge = points.size() - 1;
   points.emplace_back(5, 5);
-  std::vector<Eigen::Vector2d> directions;
+  std::vector<ScanDirection> directions;
   assign_directions(points, directions);
-  EXPECT_TRUE(directions.front().isZero());
-  EXPECT_TRUE(directions[corner].isZero());
-  EXPECT_TRUE(directions[edge].isZero());
-  EXPECT_TRUE(directions.back().isZero());
-  EXPECT_GT(std::abs(directions[corner / 2].x()), 0.99);
-  EXPECT_GT(std::abs(directions[(corner + edge) / 2].y()), 0.99);
+  EXPECT_TRUE(directions.front().along.isZero());
+  EXPECT_TRUE(directions[corner].along.isZero());
+  EXPECT_TRUE(directions[edge].along.isZero());
+  EXPECT_TRUE(directions.back().along.isZero());
+  EXPECT_GT(std::abs(directions[corner / 2].along.x()), 0.99);
+  EXPECT_GT(std::abs(directions[(corner + edge) / 2].along.y()), 0.99);
   assign_directions({}, directions);
   EXPECT_TRUE(directions.empty());
+}
+
+/// A scan in the middle of a corridor along x, 2 m wide, that ends `length` m ahead, with noise of 1 cm.
+std::vector<Eigen::Vector2d> corridor_scan(double length, double degrees_per_beam) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<Eigen::Vector2d> points;
+  for (double degrees = -89.75; degrees < 90; degrees += degrees_per_beam) {
+    const double angle = degrees * std::numbers::pi / 180;
+    const double range = std::min(length / std::cos(angle), 1 / std::abs(std::sin(angle))) + noise(random);
+    if (range < 30) points.emplace_back(range * std::cos(angle), range * std::sin(angle));
+  }
+  return points;
+}
+
+TEST(ScanDirections, WallsFarAheadHaveThemWhereBeamsMeetThemMetresApart) {
+  for (const double degrees_per_beam : {0.5, 1.0}) {
+    const auto points = corridor_scan(100, degrees_per_beam);
+    std::vector<ScanDirection> directions;
+    assign_directions(points, directions);
+    int far = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i].x() < 10) continue;
+      ++far;
+      EXPECT_TRUE(directions[i].grazing) << points[i].transpose();
+      EXPECT_GT(std::abs(directions[i].along.x()), 0.99) << points[i].transpose();
+    }
+    EXPECT_GE(far, 6);
+  }
+}
+
+TEST(ScanDirections, TheEndOfACorridorIsNotTakenForItsSides) {
+  for (const double length : {12.0, 18.0, 24.0}) {
+    const auto points = corridor_scan(length, 1);
+    std::vector<ScanDirection> directions;
+    assign_directions(points, directions);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i].x() < length - 0.1 || std::abs(points[i].y()) > 0.8) continue;
+      EXPECT_LT(std::abs(directions[i].along.x()), 0.2) << points[i].transpose();
+    }
+  }
 }
 
 /// A corridor of 12 m along x whose door at x = 0 to 1 stood open when it was mapped: its leaf was seen, and

@@ -133,5 +133,51 @@ TEST(SlamFrontEnd, ATunnelKeepsItsLengthAndStaysStraight) {
   }
 }
 
+struct BareCorridor {
+  double length, half_width;  ///< m
+  double range_max;           ///< m
+  int beams;
+  double field_of_view;  ///< rad
+};
+
+/// From end to end; odometry has this scale.
+test::TrueDrive drive_in(const BareCorridor& corridor, double odometry_scale, double range_sigma = 0.01) {
+  test::TrueDriveOptions options;
+  options.seed = static_cast<std::uint32_t>(corridor.length);
+  options.speed = 0.8;
+  options.scan_period = 0.2;
+  options.odometry_late = options.odometry_jitter = 0;
+  options.odometry_scale = odometry_scale;
+  options.odometry_noise = 0.002;
+  options.range_sigma = range_sigma;
+  RobotDescription robot = test::robot_with_laser();
+  robot.laser->beams = corridor.beams;
+  robot.laser->angle_min = -corridor.field_of_view / 2;
+  robot.laser->angle_increment = corridor.field_of_view / (corridor.beams - 1);
+  robot.laser->beam_interval = 13.3e-3 / corridor.beams;
+  robot.laser->convention.range_max = static_cast<float>(corridor.range_max);
+  test::TrueBuilding building;
+  test::add_box(building.mapped, 0, -corridor.half_width, corridor.length, corridor.half_width);
+  building.now = building.mapped;
+  building.route = {{3, 0}, {corridor.length - 3, 0.1}};
+  return test::true_drive(building, robot, options);
+}
+
+/// Walls far ahead, of which a scan sees single points, do not hold the robot back.
+TEST(SlamFrontEnd, ABareCorridorIsAsLongAsOdometrySays) {
+  using std::numbers::pi;
+  for (const BareCorridor& corridor :
+       {BareCorridor{70, 1.1, 30, 181, pi}, {50, 0.9, 20, 361, pi}, {60, 1.4, 8, 181, pi}}) {
+    const test::TrueDrive drive = drive_in(corridor, 1);
+    const FinalErrors map = final_errors(drive, test::inputs_of(drive));
+    std::printf("%.0f m, %d beams of %.0f m: %.2f m, %zu of %zu in their ellipses\n", corridor.length,
+                corridor.beams, corridor.range_max, map.error, map.held, map.tracking);
+    EXPECT_LT(map.error, 0.6) << corridor.length;
+    EXPECT_EQ(map.tracking, map.scans) << corridor.length;
+    EXPECT_TRUE(map.findings.empty()) << corridor.length;
+    EXPECT_GT(map.held, 0.9 * static_cast<double>(map.tracking)) << corridor.length;
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::pose
