@@ -31,6 +31,9 @@ constexpr double kPredictedSigma = 0.03, kPredictedYawSigma = 0.05;
 constexpr double kAgree = 0.1, kAgreeYaw = 0.05, kAgreeUnexplained = 0.2, kAgreeUnexplainedYaw = 0.1;
 /// rad, and cost by which the scan may contradict that the robot drove on while odometry froze.
 constexpr double kDrivenOnYawSigma = 0.1, kStandingCost = 3;
+/// m, 1 sigma by the points alone: along a direction with more, as along a bare corridor, they do not show
+/// where the robot is. In generated bare corridors it is 0.1 m or more, in offices 0.02 m or less.
+constexpr double kShownSigma = 0.05;
 constexpr double kUnknownSigma = 0.4, kUnknownYawSigma = 0.4;  ///< m, rad: nothing predicts the pose
 /// m, and m/s since the last match: how far from what odometry or the motion so far predicts a wide search
 /// may find the robot. Farther away another place looks alike, as niches of a wall do.
@@ -48,6 +51,15 @@ bool is_contradiction(const Match& with_odometry, const Match& without) {
   }
   return without.explained >= kGood && without.cost + kContradiction < with_odometry.cost &&
          without.cost < kMuchBetter * with_odometry.cost;
+}
+
+/// The points of a match determine where it lies along the line to another place.
+bool is_shown_beside(const Match& found, const Pose2& other) {
+  const Eigen::Vector2d apart = found.T_map_base.position() - other.position();
+  if (apart.norm() < kSame) return true;
+  const Eigen::Vector2d along = apart.normalized();
+  const Eigen::Matrix3d covariance = (found.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
+  return along.dot(covariance.topLeftCorner<2, 2>() * along) < squared(kShownSigma);
 }
 
 bool is_near(const Pose2& a, const Pose2& b, double position, double yaw) {
@@ -177,7 +189,8 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
   // Of odometry that is suspected already, the motion so far need not have announced the scan's place.
   const bool possible = sanity_.is_suspected() || is_announced(free.T_map_base, scans.T_map_base);
-  const bool contradicted = !agrees && possible && is_contradiction(with, free);
+  const bool contradicted =
+      !agrees && possible && is_contradiction(with, free) && is_shown_beside(free, with.T_map_base);
   return {contradicted && !is_leap(scan.stamp, free.T_map_base, odometry.T_map_base)
               ? Followed{free, scans, false}
               : Followed{with, odometry, true},
@@ -332,8 +345,9 @@ void ScanTracking::follow_alone(const ScanPoints& scan, const Pose2& before, con
   const bool same = is_near(chosen.T_map_base, free.T_map_base, kSame, kSameYaw);
   const bool worse = free.explained < kMatchedFraction || free.explained + 0.1 < chosen.explained ||
                      !is_announced(free.T_map_base, predicted);
-  const Pose2 from = previous_ && !worse ? by_scans_alone_ : before;
-  const Pose2 to = same || worse ? chosen.T_map_base : free.T_map_base;
+  const bool shown = is_shown_beside(free, chosen.T_map_base);
+  const Pose2 from = previous_ && !worse && shown ? by_scans_alone_ : before;
+  const Pose2 to = same || worse || !shown ? chosen.T_map_base : free.T_map_base;
   const Pose2 before_to_middle = previous_ ? previous_->to_middle : scan.to_middle;
   const Pose2 step = (from * before_to_middle).inverse() * to * scan.to_middle;
   if (!alone_is_predicted_) learn(moved(twist_to(step), 1 / intervals_until(scan.stamp)));

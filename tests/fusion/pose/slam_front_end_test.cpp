@@ -179,5 +179,16 @@ TEST(SlamFrontEnd, ABareCorridorIsAsLongAsOdometrySays) {
   }
 }
 
+/// The scans fit where the robot began, too, and there a little better, as the map there is older.
+TEST(SlamFrontEnd, ScansThatShowNoMotionAlongACorridorDoNotContradictOdometry) {
+  for (const std::uint32_t length : {88, 89, 90, 91}) {
+    const BareCorridor corridor{static_cast<double>(length), 1.41, 30, 683, 1.5 * std::numbers::pi};
+    const test::TrueDrive drive = drive_in(corridor, 0.97, 0.02);
+    const FinalErrors map = final_errors(drive, test::inputs_of(drive));
+    std::printf("%u m: %.2f m\n", length, map.error);
+    EXPECT_LT(map.error, 4) << length;  // odometry is 2.5 m wrong
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::pose
