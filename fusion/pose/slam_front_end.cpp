@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "fusion/pose/weak_directions.hpp"
+
 namespace parhelion::pose {
 namespace {
 
@@ -125,6 +127,9 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     pose_ = found.expected.T_map_base;
     covariance_ = found.expected.covariance;
   }
+  const Eigen::Matrix2d strong = strong_directions(shown_).topLeftCorner<2, 2>();
+  const Eigen::Vector2d moved = pose_.position() - before.position();
+  unseen_ += moved - strong * moved;
   return found.by_odometry ? step.step : before.inverse() * pose_;
 }
 
@@ -210,6 +215,7 @@ void SlamFrontEnd::found(const Pose2& T_map_base, const ScanPoints& scan) {
                (b.T_map_base.position() - T_map_base.position()).squaredNorm();
       });
   const Eigen::Matrix3d drift = nearest->drift + covariance_;
+  unseen_ = nearest->unseen;
   keep(scan, check_.usually_explained());
   keyframes_.back().drift = drift;
 }
@@ -227,7 +233,8 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
 }
 
 void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {
-  Keyframe keyframe{scan, pose_, {}, Eigen::Matrix3d::Zero(), drift_at(pose_), driven_, scans_, explained};
+  Keyframe keyframe{scan,    pose_,  {},       Eigen::Matrix3d::Zero(), drift_by_matches(pose_), unseen_,
+                    driven_, scans_, explained};
   if (!keyframes_.empty()) {
     keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
     keyframe.step_information = step_information();
@@ -260,11 +267,23 @@ Eigen::Matrix3d SlamFrontEnd::drift_per_metre() const {
 }
 
 /// The drift of the last keyframe, carried on to `pose`.
-Eigen::Matrix3d SlamFrontEnd::drift_at(const Pose2& pose) const {
+Eigen::Matrix3d SlamFrontEnd::drift_by_matches(const Pose2& pose) const {
   if (keyframes_.empty()) return Eigen::Matrix3d::Zero();
   const Keyframe& last = keyframes_.back();
   const double driven = drift_squares_ / drift_directions_ * (driven_ - last.driven);
   return propagated_covariance(last.drift, last.T_map_base, pose, driven * drift_per_metre_);
+}
+
+/// Odometry's scale is one error for the whole way: on the way back it cancels what it did on the way there.
+Eigen::Matrix3d SlamFrontEnd::drift_by_odometry(const Eigen::Vector2d& unseen) const {
+  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();
+  const double scale = robot_.odometry_error_translation;
+  drift.topLeftCorner<2, 2>() = scale * scale * unseen * unseen.transpose();
+  return drift;
+}
+
+Eigen::Matrix3d SlamFrontEnd::drift_at(const Pose2& pose) const {
+  return drift_by_matches(pose) + drift_by_odometry(unseen_);
 }
 
 /// What a loop corrected (x, y, yaw of the robot, map frame) against what was expected of it.
@@ -305,9 +324,13 @@ void SlamFrontEnd::correct(const LoopCorrection& correction) {
   const Eigen::Matrix3d loop_covariance = loop.cwiseAbs2().asDiagonal();
   Eigen::Matrix3d& drift = keyframes_.back().drift;
   learn_drift({pose_.x - before.x, pose_.y - before.y, wrap_angle(pose_.yaw - before.yaw)},
-              drift + loop_covariance);
-  const Eigen::Matrix3d found = keyframes_[correction.revisited].drift + loop_covariance;
-  if (found.trace() < drift.trace()) drift = found;
+              drift + drift_by_odometry(unseen_) + loop_covariance);
+  const Keyframe& revisited = keyframes_[correction.revisited];
+  const Eigen::Matrix3d found = revisited.drift + loop_covariance;
+  if ((found + drift_by_odometry(revisited.unseen)).trace() < (drift + drift_by_odometry(unseen_)).trace()) {
+    drift = found;
+    unseen_ = keyframes_.back().unseen = revisited.unseen;
+  }
   fine_ = SurfelMap(options_.cell);
   coarse_ = SurfelMap(4 * options_.cell);
   in_map_.assign(keyframes_.size(), 0);

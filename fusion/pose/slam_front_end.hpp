@@ -23,10 +23,12 @@ struct Keyframe {
   Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
   /// Of that, in the frame of the previous keyframe: what odometry knows, and what its scan showed.
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw
-  double driven = 0;                                ///< m, path length up to here
-  std::size_t scan_index = 0;                       ///< number of the scan
-  double explained = 1;                             ///< fraction of its points, by the path before it
+  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw;
+  Eigen::Vector2d unseen =
+      Eigen::Vector2d::Zero();  ///< and the way that only odometry measured, m, map frame
+  double driven = 0;            ///< m, path length up to here
+  std::size_t scan_index = 0;   ///< number of the scan
+  double explained = 1;         ///< fraction of its points, by the path before it
 };
 
 /// A loop was closed: the poses of all keyframes, of which the first is fixed, and an old keyframe whose
@@ -87,6 +89,8 @@ class SlamFrontEnd {
   void keep(const ScanPoints& scan, double explained);
   Eigen::Matrix3d step_information() const;  ///< from the last keyframe to here
   Eigen::Matrix3d drift_per_metre() const;
+  Eigen::Matrix3d drift_by_matches(const Pose2& pose) const;
+  Eigen::Matrix3d drift_by_odometry(const Eigen::Vector2d& unseen) const;
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
   void update_local_map();
@@ -103,6 +107,8 @@ class SlamFrontEnd {
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
+  /// m, map frame: the way since the start or the last loop, as far as scans do not show it.
+  Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.

@@ -190,5 +190,20 @@ TEST(SlamFrontEnd, ScansThatShowNoMotionAlongACorridorDoNotContradictOdometry) {
   }
 }
 
+/// Where only odometry tells how far the robot drove, its scale is one error for the whole way.
+TEST(SlamFrontEnd, TheEllipseOfABareCorridorHoldsWhatTheScaleOfOdometryIsWrong) {
+  using std::numbers::pi;
+  for (const BareCorridor& corridor : {BareCorridor{65, 1.2, 10, 541, 1.5 * pi}, {55, 1.0, 6, 360, 2 * pi}}) {
+    for (const double scale : {0.95, 1.05}) {
+      const test::TrueDrive drive = drive_in(corridor, scale);
+      const FinalErrors map = final_errors(drive, test::inputs_of(drive));
+      std::printf("%.0f m, odometry %+.0f %%: %.2f m, %zu of %zu in their ellipses\n", corridor.length,
+                  100 * (scale - 1), map.error, map.held, map.tracking);
+      EXPECT_GT(map.held, 0.9 * static_cast<double>(map.tracking)) << corridor.length << " " << scale;
+      EXPECT_EQ(map.tracking, map.scans) << corridor.length << " " << scale;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::pose
