@@ -241,7 +241,12 @@ std::optional<OdometryFault> by_gain(const MotionComparison& comparison) {
   const double crossed = std::abs(comparison.gain(1, 0));
   if (far(comparison) && crossed > crossed_enough && crossed > significant * comparison.gain_sigma(1, 0))
     return OdometryFault::wheel;
+  // On an even curve both motions are nearly one, and errors of either turn into a gain: the way itself has
+  // to be wrong, too, by half at least of what is tolerated.
+  const double of_path = comparison.path_odometry / std::max(comparison.path_scans, kNoise),
+               of_turn = comparison.turn_odometry / std::max(comparison.turn_scans, kNoise);
   const auto scaled = [&](int i) {
+    if (std::abs((i == 0 ? of_path : of_turn) - 1) < kToleratedScale / 2) return false;
     const double gain = comparison.gain(i, i), off = std::abs(gain - 1);
     const double sigma = comparison.gain_sigma(i, i);
     return gain > 0.25 && off - sigma > kToleratedScale && off > significant * sigma;

@@ -197,6 +197,24 @@ TEST(OdometrySanity, ThatItFrozeIsNamedAtOnceAndOverOnceItAgreesAgain) {
   EXPECT_TRUE(sanity.findings()[0].until);
 }
 
+/// Around an even curve; what odometry says of the way follows the turn in part. Its sums are right.
+TEST(OdometrySanity, OnACurveTheWayHasToBeWrongForAWrongScale) {
+  constexpr double curvature = 0.75;  // rad/m
+  const auto on_a_curve = [](double scale) {
+    std::vector<MotionPair> pairs;
+    for (int i = 0; i < 40; ++i) {
+      const double along = 0.25 + 0.05 * std::sin(i), turn = curvature * along + 0.04 * std::cos(1.7 * i);
+      MotionPair pair{0.2, {}, {along, 0, turn}, true, true};
+      pair.odometry = {scale * (0.6 * along + 0.4 * turn / curvature), 0, scale * turn};
+      pairs.push_back(pair);
+    }
+    return compare(pairs);
+  };
+  EXPECT_LT(on_a_curve(1).gain(0, 0), 0.65);
+  EXPECT_EQ(fault_of(on_a_curve(1)), OdometryFault::none);
+  for (const double scale : {0.5, 1.6}) EXPECT_EQ(fault_of(on_a_curve(scale)), OdometryFault::scale) << scale;
+}
+
 TEST(OdometrySanity, HasNothingToReportOfOdometryThatIsMerelyLateNoisyOrAFewPercentOff) {
   for (const std::uint32_t seed : {1U, 2U, 3U}) {
     test::TrueDriveOptions options;
