@@ -198,7 +198,7 @@ TEST(OdometrySanity, ThatItFrozeIsNamedAtOnceAndOverOnceItAgreesAgain) {
 }
 
 /// Around an even curve; what odometry says of the way follows the turn in part. Its sums are right.
-TEST(OdometrySanity, OnACurveTheWayHasToBeWrongForAWrongScale) {
+TEST(OdometrySanity, OnACurveAWrongScaleShowsInThePathAsWell) {
   constexpr double curvature = 0.75;  // rad/m
   const auto on_a_curve = [](double scale) {
     std::vector<MotionPair> pairs;

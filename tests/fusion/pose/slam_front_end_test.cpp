@@ -164,7 +164,7 @@ test::TrueDrive drive_in(const BareCorridor& corridor, double odometry_scale, do
 }
 
 /// Walls far ahead, of which a scan sees single points, do not hold the robot back.
-TEST(SlamFrontEnd, ABareCorridorIsAsLongAsOdometrySays) {
+TEST(SlamFrontEnd, ABareCorridorHasTheLengthThatOdometryMeasures) {
   using std::numbers::pi;
   for (const BareCorridor& corridor :
        {BareCorridor{70, 1.1, 30, 181, pi}, {50, 0.9, 20, 361, pi}, {60, 1.4, 8, 181, pi}}) {
