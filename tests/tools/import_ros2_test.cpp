@@ -130,7 +130,7 @@ TEST(ImportRos2, WhatIsNoRecordingIsRefusedWithTheFileAndWhatWasExpected) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none.lcm"));
 }
 
-TEST(ImportRos2, WritesTheUrdfThatTheRecordingHasOrSaysThatThereIsNone) {
+TEST(ImportRos2, WritesTheUrdfThatTheRecordingHasOrFails) {
   const TemporaryFolder folder;
   WrittenBag bag = test::small_bag();
   bag.write_database(folder / "none.db3");
