@@ -27,7 +27,7 @@ class JpegCodec {
   JpegCodec& operator=(const JpegCodec&) = delete;
 
   /// Size and format from the header. Error: not a JPEG, an unsupported size or colour space, or so many
-  /// scans that decoding could take minutes.
+  /// scans that decoding could take most of a minute.
   Result<JpegFormat> read_header(const std::vector<std::uint8_t>& jpeg);
   /// To BGR, 3 * width bytes per row. Error: a stream that is truncated or corrupt anywhere.
   Result<JpegFormat> decode(const std::vector<std::uint8_t>& jpeg, std::vector<std::uint8_t>& bgr);

@@ -71,7 +71,8 @@ void add_import(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("import", kDescription);
   command->footer(kFooter);
   ImportOptions& options = arguments->options;
-  command->add_option("IN", options.input, "Recording: a file, or a folder of RGB-D frames")->required();
+  command->add_option("IN", options.input, "Recording: a file, or a folder: of ROS 2, or of RGB-D frames")
+      ->required();
   command->add_option("-o,--output", options.output, "LCM log to write")->required();
   command->add_flag("--force", options.overwrite, "Overwrite OUT");
   command

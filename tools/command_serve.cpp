@@ -268,6 +268,7 @@ Exit run_once(const Arguments& arguments, ServerMemory& memory, ServiceManager& 
   const auto foxglove = open_foxglove_server(arguments, *files, *configuration);
   if (!foxglove) return fail(foxglove.error().message);
   const auto report = runtime::serve(**bus, *configuration, options);
+  if (*station) (*station)->end_driving();
   if (!report) return fail(report.error().message);
   memory.ended = true;
   // A simulated robot ends with its session; a real one is still there.

@@ -100,7 +100,6 @@ station::SessionReport session_report(const runtime::Report& report, const std::
 }
 
 void LiveStation::show_report(const runtime::Report& report) {
-  station_->end_driving();
   station_->set_report(session_report(report, log_));
   reported_ = true;
 }

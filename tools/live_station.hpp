@@ -38,6 +38,8 @@ class LiveStation {
   std::shared_ptr<const runtime::SessionClock> clock() const { return clock_; }
   /// True after an instructor has ended the session.
   bool ended() const { return ended_; }
+  /// Call when the session has ended: nobody drives from a page any more.
+  void end_driving() { station_->end_driving(); }
   /// Call after the session has ended: publishes its report and its review, for which the log is read again.
   void show_report(const runtime::Report& report);
 

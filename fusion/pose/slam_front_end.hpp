@@ -23,12 +23,13 @@ struct Keyframe {
   Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
   /// Of that, in the frame of the previous keyframe: what odometry knows, and what its scan showed.
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();  ///< covariance of its pose in the map: x, y, yaw;
-  Eigen::Vector2d unseen =
-      Eigen::Vector2d::Zero();  ///< and the way that only odometry measured, m, map frame
-  double driven = 0;            ///< m, path length up to here
-  std::size_t scan_index = 0;   ///< number of the scan
-  double explained = 1;         ///< fraction of its points, by the path before it
+  /// Covariance of its pose in the map, by matches: x, y, yaw.
+  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();
+  /// The way up to here that only odometry measured; m, map frame.
+  Eigen::Vector2d unseen = Eigen::Vector2d::Zero();
+  double driven = 0;           ///< m, path length up to here
+  std::size_t scan_index = 0;  ///< number of the scan
+  double explained = 1;        ///< fraction of its points, by the path before it
 };
 
 /// A loop was closed: the poses of all keyframes, of which the first is fixed, and an old keyframe whose

@@ -1,12 +1,14 @@
 // Recordings of ROS 2: databases, MCAP files, folders of several, compressed or damaged.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <zstd.h>
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/mutation_samples.hpp"
 #include "tools/import/bag_source.hpp"
+#include "tools/mcap_records.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -74,6 +76,11 @@ TEST(ImportRos2, TheSameMessagesGiveTheSameLogWhateverTheFormat) {
     expect_same(imported(folder / "in.mcap", folder), expected,
                 "MCAP, compression " + std::to_string(static_cast<int>(each)));
   }
+  bag.write_mcap(folder / "in.mcap", {McapCompression::none, 500, ""}, zstd);
+  expect_same(imported(folder / "in.mcap", folder), expected, "MCAP, compressed messages");
+  const std::string database = text_of(folder / "in.db3");
+  test::write_text(folder / "two.db3.zstd", zstd(database.substr(0, 5000)) + zstd(database.substr(5000)));
+  expect_same(imported(folder / "two.db3.zstd", folder), expected, "a file of two frames");
 }
 
 TEST(ImportRos2, AFolderIsReadInTheOrderOfItsMetadata) {
@@ -95,9 +102,21 @@ TEST(ImportRos2, AFolderIsReadInTheOrderOfItsMetadata) {
   const auto missing = import_recording(test::import_options(split, folder / "none.lcm"), {});
   ASSERT_FALSE(missing.ok());
   EXPECT_THAT(missing.error().message, HasSubstr("metadata.yaml:5: 'drive_1.db3' is missing"));
+  for (const char* itself : {".", "~", "''", "../drive"}) {
+    write_metadata(split, {itself});
+    EXPECT_FALSE(import_recording(test::import_options(split, folder / "none.lcm"), {}).ok()) << itself;
+  }
 }
 
-TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThereAndNothingIsWrittenBesideIt) {
+TEST(ImportRos2, AFolderOfPicturesIsNoRecordingOfRos) {
+  const TemporaryFolder folder;
+  test::small_bag().write_database(folder / "left_here.db3");
+  EXPECT_EQ(recognise_recording(folder / ".").value(), ImportFormat::rosbag);
+  test::write_text(folder / "frame-000000.color.png", "a picture");
+  EXPECT_EQ(recognise_recording(folder / ".").value(), ImportFormat::rgbd);
+}
+
+TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThere) {
   const TemporaryFolder folder;
   const WrittenBag bag = test::small_bag();
   bag.write_mcap(folder / "in.mcap", {McapCompression::none, 500, ""});
@@ -113,7 +132,58 @@ TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThereAndNothingIsWrittenBesideI
   EXPECT_LT(report->kept(), all);
   ASSERT_EQ(report->refusals.size(), 1U);
   EXPECT_THAT(report->refusals[0].why, HasSubstr("cut off"));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "cut"), {}), 1);
+}
+
+TEST(ImportRos2, NothingIsWrittenBesideADatabaseWithAWriteAheadLog) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "drive");
+  const std::filesystem::path path = folder / "drive/in.db3";
+  test::small_bag().write_database(path);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  sqlite3_exec(database, "PRAGMA journal_mode=WAL", nullptr, nullptr, nullptr);
+  sqlite3_close(database);
+  EXPECT_GT(imported(path, folder).size(), 10U);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "drive"), {}), 1);
+}
+
+TEST(ImportRos2, ADatabaseWhoseMessagesAreComputedIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "in.db3";
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  const char* endless =
+      "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);"
+      "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) "
+      "SELECT id, 1 AS topic_id, id AS timestamp, x'00' AS data FROM n";
+  ASSERT_EQ(sqlite3_exec(database, endless, nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  const auto report = import_recording(test::import_options(path, folder / "out.lcm"), {});
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error().message, HasSubstr("no tables 'topics' and 'messages'"));
+}
+
+TEST(ImportRos2, AChunkWithinAChunkIsRefused) {
+  const TemporaryFolder folder;
+  const auto chunk_of = [](const std::string& records) {
+    std::string content(16, '\0');
+    mcap::put(content, static_cast<std::uint64_t>(records.size()));
+    mcap::put(content, std::uint32_t{0});
+    mcap::put_text(content, "");
+    mcap::put(content, static_cast<std::uint64_t>(records.size()));
+    std::string record;
+    mcap::put_record(record, mcap::Opcode::chunk, content + records);
+    return record;
+  };
+  const std::string inner = chunk_of(std::string(5000, '\x0F')), outer = chunk_of(inner + inner);
+  test::write_text(folder / "in.mcap", std::string(mcap::kMagic) + outer);
+  auto bag = open_bag(folder / "in.mcap");
+  ASSERT_TRUE(bag.ok());
+  BagMessage message;
+  const auto refused = (*bag)->next(message);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("byte 8: a record at byte 0 of the chunk"));
+  EXPECT_FALSE((*bag)->next(message).value());
 }
 
 TEST(ImportRos2, WhatIsNoRecordingIsRefusedWithTheFileAndWhatWasExpected) {
@@ -126,7 +196,9 @@ TEST(ImportRos2, WhatIsNoRecordingIsRefusedWithTheFileAndWhatWasExpected) {
   };
   EXPECT_THAT(refusal("a.db3", std::string("SQLite format 3\0 and no more", 30)), HasSubstr("a.db3"));
   EXPECT_THAT(refusal("b.mcap", "\x89MCAP0\r\n"), HasSubstr("no message"));
-  EXPECT_THAT(refusal("c.db3.zstd", zstd("no recording")), HasSubstr("a .bag, .db3 or .mcap file"));
+  const std::string packed = refusal("c.db3.zstd", zstd("no recording"));
+  EXPECT_THAT(packed, HasSubstr("a .bag, .db3 or .mcap file"));
+  EXPECT_THAT(packed, HasSubstr("c.db3.zstd"));
   EXPECT_FALSE(std::filesystem::exists(folder / "none.lcm"));
 }
 

@@ -127,7 +127,8 @@ class WrittenBag {
     sqlite3_finalize(insert);
     sqlite3_close(database);
   }
-  void write_mcap(const std::filesystem::path& path, const tools::McapOptions& options = {}) const {
+  void write_mcap(const std::filesystem::path& path, const tools::McapOptions& options = {},
+                  std::string (*pack)(const std::string&) = nullptr) const {
     auto writer = tools::McapWriter::create(path.string(), options);
     ASSERT_TRUE(writer.ok());
     std::map<std::string, std::uint16_t> channels;
@@ -140,7 +141,8 @@ class WrittenBag {
       written.channel = channels[message.topic];
       written.log_time = static_cast<std::uint64_t>(message.ns);
       written.publish_time = written.log_time;
-      written.data = message.cdr;
+      const std::string bytes = pack == nullptr ? message.cdr : pack(message.cdr);
+      written.data = bytes;
       ASSERT_TRUE(writer->write(written).ok());
     }
     ASSERT_TRUE(writer->finish().ok());

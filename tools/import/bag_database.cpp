@@ -13,8 +13,6 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t kLargestMessage = std::size_t{1} << 30U;
-
 struct Topic {
   std::string name, type;
 };
@@ -62,9 +60,20 @@ struct BagDatabase::State {
     sqlite3_prepare_v2(database, sql, -1, &statement, nullptr);
     return statement;
   }
+  Status check_tables() const;
   Status read_topics();
   Result<bool> give(BagMessage& message);
 };
+
+/// Views could compute without end.
+Status BagDatabase::State::check_tables() const {
+  sqlite3_stmt* count =
+      prepare("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages')");
+  const bool both =
+      count != nullptr && sqlite3_step(count) == SQLITE_ROW && sqlite3_column_int(count, 0) == 2;
+  sqlite3_finalize(count);
+  return both ? Status() : Status(error("not a database of rosbag2: no tables 'topics' and 'messages'"));
+}
 
 Status BagDatabase::State::read_topics() {
   sqlite3_stmt* each = prepare("SELECT id, name, type, serialization_format FROM topics");
@@ -79,21 +88,22 @@ Status BagDatabase::State::read_topics() {
 Result<bool> BagDatabase::State::give(BagMessage& message) {
   const std::int64_t topic = sqlite3_column_int64(rows, 0);
   const auto known = topics.find(topic);
-  ++messages;
-  if (known == topics.end())
-    return Error{path + ": message " + std::to_string(messages) + ": of a topic that is not listed, " +
-                 std::to_string(topic)};
+  const auto fault = [&](const std::string& what) {
+    return Error{path + ": message " + std::to_string(messages + 1) + ": " + what};
+  };
+  const std::int64_t received = sqlite3_column_int64(rows, 1);
+  if (received < 0) return fault("a receive time before 1970");
+  if (known == topics.end()) return fault("of a topic that is not listed, " + std::to_string(topic));
   const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(rows, 2));
   std::span<const std::uint8_t> bytes(data, static_cast<std::size_t>(sqlite3_column_bytes(rows, 2)));
   if (is_zstd(bytes)) {
-    const Status done = inflate_zstd(bytes, kLargestMessage, inflated);
-    if (!done) return Error{path + ": message " + std::to_string(messages) + ": " + done.error().message};
+    if (const Status done = inflate_message(bytes, inflated); !done) return fault(done.error().message);
     bytes = inflated;
   }
   message.topic = known->second.name;
   message.type = known->second.type;
-  message.received = {sqlite3_column_int64(rows, 1)};
-  message.number = messages;
+  message.received = {received};
+  message.number = ++messages;
   message.bytes = {bytes, ros::Encoding::cdr};
   return true;
 }
@@ -105,10 +115,15 @@ Result<std::unique_ptr<BagSource>> BagDatabase::open(const std::filesystem::path
   auto state = std::make_unique<State>();
   state->path = path.string();
   // Immutable: SQLite would otherwise write beside it if it has a write-ahead log.
-  const std::string uri = "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
+  std::error_code failed;
+  const std::string whole = std::filesystem::absolute(path, failed).lexically_normal().string();
+  const std::string uri = "file://" + escaped(whole) + "?immutable=1";
   if (sqlite3_open_v2(uri.c_str(), &state->database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
       SQLITE_OK)
     return state->error("cannot be opened");
+  // Names that a file's views or triggers use run nothing.
+  sqlite3_db_config(state->database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  if (const Status tables = state->check_tables(); !tables) return tables.error();
   std::error_code ignored;
   state->bytes = static_cast<double>(std::filesystem::file_size(path, ignored));
   if (Status topics = state->read_topics(); !topics) return topics.error();

@@ -41,6 +41,12 @@ BagFormat format_of(const fs::path& path) {
   return is_zstd({bytes, head.size()}) ? BagFormat::zstd : BagFormat::none;
 }
 
+/// No folder, of which a recording could be a part of itself.
+bool is_file(const fs::path& path) {
+  std::error_code failed;
+  return fs::is_regular_file(path, failed);
+}
+
 bool has_metadata(const fs::path& folder) {
   std::string first;
   std::ifstream metadata(folder / kMetadata);
@@ -51,17 +57,29 @@ bool has_metadata(const fs::path& folder) {
 std::vector<fs::path> recordings_in(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(folder, failed)) {
-    const std::string name = entry.path().filename().string();
-    const auto is_kind = [&](const char* end) { return name.ends_with(end); };
-    if (is_kind(".db3") || is_kind(".mcap") || is_kind(".db3.zstd") || is_kind(".mcap.zstd"))
-      found.push_back(entry.path());
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const fs::path& path = at->path();
+    const std::string name = path.filename().string();
+    const bool packed = name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd");
+    if (!packed && !name.ends_with(".db3") && !name.ends_with(".mcap")) continue;
+    // Not twice, where somebody inflated it.
+    if (is_file(path) && !(packed && is_file(folder / path.stem()))) found.push_back(path);
   }
   std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
     const std::string first = a.string(), second = b.string();
     return std::pair(first.size(), first) < std::pair(second.size(), second);
   });
   return found;
+}
+
+/// A folder of pictures, beside which somebody may have put a recording.
+bool has_pictures(const fs::path& folder) {
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    if (name.ends_with(".png") || name.ends_with(".jpg") || name == "rgb" || name == "depth") return true;
+  }
+  return false;
 }
 
 /// The files that metadata.yaml lists, in its order.
@@ -80,8 +98,8 @@ Result<std::vector<fs::path>> listed_in(const fs::path& folder) {
   for (const yaml::Node& file : files->items) {
     // The first versions wrote the folder's name, too.
     fs::path path = folder / file.text;
-    if (!fs::exists(path)) path = folder / fs::path(file.text).filename();
-    if (!fs::exists(path))
+    if (!is_file(path)) path = folder / fs::path(file.text).filename();
+    if (!is_file(path))
       return Error{metadata.string() + ":" + std::to_string(file.line) + ": '" + file.text +
                    "' is missing; import the files that are there one by one"};
     listed.push_back(path);
@@ -94,8 +112,9 @@ class Scratch {
  public:
   Scratch() {
     std::error_code failed;
-    std::string name = (fs::temp_directory_path(failed) / "parhelion-import-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) folder_ = name;
+    const fs::path temporary = fs::temp_directory_path(failed);
+    std::string name = (temporary / "parhelion-import-XXXXXX").string();
+    if (!failed && mkdtemp(name.data()) != nullptr) folder_ = name;
   }
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
@@ -103,6 +122,7 @@ class Scratch {
     std::error_code ignored;
     if (!folder_.empty()) fs::remove_all(folder_, ignored);
   }
+  /// Empty: it could not be made.
   const fs::path& folder() const { return folder_; }
 
  private:
@@ -114,20 +134,36 @@ class InflatedBag final : public BagSource {
  public:
   static Result<std::unique_ptr<BagSource>> open(const fs::path& path) {
     auto inflated = std::make_unique<InflatedBag>();
+    inflated->path_ = path.string();
+    if (inflated->scratch_.folder().empty())
+      return Error{path.string() + ": no temporary folder in which it could be inflated: set TMPDIR"};
     const fs::path file = inflated->scratch_.folder() / path.stem();
     if (const Status done = inflate_zstd_file(path, file); !done) return done.error();
     auto inside =
         format_of(file) == BagFormat::zstd ? Error{path.string() + ": compressed twice"} : open_bag(file);
-    if (!inside) return inside.error();
+    if (!inside) return inflated->renamed(inside.error());
     inflated->inside_ = std::move(*inside);
     return std::unique_ptr<BagSource>(std::move(inflated));
   }
-  Result<bool> next(BagMessage& message) override { return inside_->next(message); }
+  Result<bool> next(BagMessage& message) override {
+    auto more = inside_->next(message);
+    if (!more) return renamed(more.error());
+    return more;
+  }
   std::uint64_t messages() const override { return inside_->messages(); }
   double done() const override { return inside_->done(); }
   double total() const override { return inside_->total(); }
 
  private:
+  /// With the file that people know.
+  Error renamed(Error error) const {
+    const std::string scratch = (scratch_.folder() / fs::path(path_).stem()).string();
+    if (const auto at = error.message.find(scratch); at != std::string::npos)
+      error.message.replace(at, scratch.size(), path_);
+    return error;
+  }
+
+  std::string path_;
   Scratch scratch_;
   std::unique_ptr<BagSource> inside_;
 };
@@ -180,7 +216,8 @@ class SplitBag final : public BagSource {
 
 bool is_bag(const std::filesystem::path& path) {
   std::error_code failed;
-  if (fs::is_directory(path, failed)) return has_metadata(path) || !recordings_in(path).empty();
+  if (fs::is_directory(path, failed))
+    return has_metadata(path) || (!recordings_in(path).empty() && !has_pictures(path));
   return format_of(path) != BagFormat::none;
 }
 

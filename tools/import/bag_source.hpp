@@ -39,7 +39,8 @@ class BagSource {
 };
 
 /// A ROS 1 bag; or of ROS 2 a folder with metadata.yaml, a .db3 or .mcap file, or either compressed with
-/// zstd. Error: not readable, or a file that metadata.yaml lists is missing.
+/// zstd. The files of a folder are read one after the other. Error: not readable, or a file that
+/// metadata.yaml lists is missing.
 Result<std::unique_ptr<BagSource>> open_bag(const std::filesystem::path& path);
 
 /// By content: what open_bag() reads. A folder is one if it has rosbag2's metadata.yaml, or recordings.

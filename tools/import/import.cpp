@@ -198,7 +198,10 @@ Status check_channels(const ImportOptions& options, ImportFormat format) {
 
 }  // namespace
 
-Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress) {
+Result<ImportReport> import_recording(const ImportOptions& given, const ImportProgress& progress) {
+  ImportOptions options = given;
+  // Names are made of the folder's: "drive/" has none at its end.
+  if (!options.input.has_filename()) options.input = options.input.parent_path();
   const auto format = recognise_recording(options.input);
   if (!format) return format.error();
   if (const Status channels = check_channels(options, *format); !channels) return channels.error();

@@ -74,9 +74,10 @@ struct McapReader::State {
   std::map<std::uint16_t, Channel> channels;
   std::vector<std::uint8_t> content;  ///< of the last record of the file
   std::vector<std::uint8_t> chunk;
-  std::size_t at = 0;                ///< in chunk
-  std::uint64_t chunk_position = 0;  ///< in the file
-  std::optional<Error> pending;      ///< reported after what was read before the damage
+  std::vector<std::uint8_t> inflated;  ///< the last message, if it was compressed by itself
+  std::size_t at = 0;                  ///< in chunk
+  std::uint64_t chunk_position = 0;    ///< in the file
+  std::optional<Error> pending;        ///< reported after what was read before the damage
   std::uint64_t messages = 0;
   bool ended = false;
 
@@ -127,9 +128,10 @@ void McapReader::State::open_chunk(Bytes record, std::uint64_t where) {
     return;
   }
   const auto count = static_cast<std::uint32_t>(inflated);
-  const Status done = compression == "zstd"
-                          ? inflate_zstd(records, count, chunk)
-                          : inflate_chunk(compression.empty() ? "none" : compression, records, count, chunk);
+  Status done = compression == "zstd"
+                    ? inflate_zstd(records, count, chunk)
+                    : inflate_chunk(compression.empty() ? "none" : compression, records, count, chunk);
+  if (done && chunk.size() != count) done = Error{"it holds other than the announced number of bytes"};
   if (!done) pending = damage(where, "a chunk cannot be read whole: " + done.error().message);
 }
 
@@ -162,17 +164,25 @@ bool McapReader::State::take(const Record& record, std::uint64_t where, BagMessa
   fields.take(sizeof(std::uint32_t));  // number in its channel
   const auto received = fields.number<std::uint64_t>();
   fields.take(sizeof(std::uint64_t));  // time of publication
-  ++messages;
   if (!fields.ok() || channel == channels.end()) {
-    pending = damage(where, "a message that is too short, or of a channel that is not described");
+    if (!pending)
+      pending = damage(where, "a message that is too short, or of a channel that is not described");
     return false;
+  }
+  Bytes bytes = fields.rest();
+  if (is_zstd(bytes)) {
+    if (const Status done = inflate_message(bytes, inflated); !done) {
+      if (!pending) pending = damage(where, "a message: " + done.error().message);
+      return false;
+    }
+    bytes = inflated;
   }
   message.topic = channel->second.topic;
   message.type = channel->second.type;
   constexpr std::uint64_t last = std::numeric_limits<std::int64_t>::max();
   message.received = {static_cast<std::int64_t>(std::min(received, last))};
-  message.number = messages;
-  message.bytes = {fields.rest(), channel->second.encoding};
+  message.number = ++messages;
+  message.bytes = {bytes, channel->second.encoding};
   return true;
 }
 
@@ -199,8 +209,10 @@ Result<bool> McapReader::next(BagMessage& message) {
     if (s.at < s.chunk.size()) {
       const std::size_t where = s.at;
       const auto record = s.record_of_chunk();
-      if (record && s.take(*record, s.chunk_position, message)) return true;
-      if (!record) {
+      // A chunk within a chunk would replace the bytes that it is read from.
+      const bool valid = record && record->opcode != Opcode::chunk;
+      if (valid && s.take(*record, s.chunk_position, message)) return true;
+      if (!valid) {
         s.at = s.chunk.size();
         if (!s.pending)
           s.pending =

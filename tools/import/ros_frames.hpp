@@ -15,8 +15,8 @@ namespace parhelion::tools {
 class RosFrames {
  public:
   struct Edge {
-    Eigen::Isometry3d
-        first;  ///< pose of the child in its parent, as first published; of a static one as last
+    /// Of the child in its parent: as first published, or, if it is static, as last published.
+    Eigen::Isometry3d first;
     std::uint64_t count = 0;
     bool moves = false;         ///< by more than 1 mm or 0.1 degrees
     bool contradicted = false;  ///< static, but published with poses that differ as much

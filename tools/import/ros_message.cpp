@@ -64,7 +64,9 @@ class Cursor {
   Header header() {
     Header header;
     if (!cdr_) number<std::uint32_t>();
-    const std::int64_t seconds = number<std::uint32_t>(), ns = number<std::uint32_t>();
+    // Signed in ROS 2.
+    const std::int64_t seconds = cdr_ ? std::int64_t{number<std::int32_t>()} : number<std::uint32_t>();
+    const std::int64_t ns = number<std::uint32_t>();
     header.stamp = {seconds * 1'000'000'000 + ns};
     header.frame = frame();
     return header;

@@ -166,8 +166,8 @@ Status each_message(const ImportOptions& options, const ImportProgress& progress
   }
 }
 
-/// The URDF is a file of its own, as `robot new` takes it.
-Status write_urdf(const ImportOptions& options, const BagSurvey& survey, std::vector<std::string>& notes) {
+/// The URDF is a file of its own, as `robot new` takes it. Error: there is none, or it cannot be written.
+Status check_urdf(const ImportOptions& options, const BagSurvey& survey, std::vector<std::string>& notes) {
   if (options.urdf.empty()) {
     if (!survey.urdf.empty())
       notes.emplace_back(
@@ -176,7 +176,7 @@ Status write_urdf(const ImportOptions& options, const BagSurvey& survey, std::ve
   }
   if (survey.urdf.empty())
     return Error{options.input.string() + ": no URDF on a topic robot_description (std_msgs/String)"};
-  return write_text(options.urdf.string(), survey.urdf, options.overwrite);
+  return check_writable(options.urdf, options.overwrite);
 }
 
 std::string list_topics(const BagSurvey& survey) {
@@ -214,7 +214,7 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
                     survey.topics.at(*choice->reference).frame + "'");
   }
   if (choice->odometry) notes.push_back("ODOMETRY is " + *choice->odometry);
-  if (const Status written = write_urdf(options, survey, notes); !written) return written.error();
+  if (const Status possible = check_urdf(options, survey, notes); !possible) return possible.error();
   auto writer =
       RecordingWriter::create(options, options.input.filename().string() + ", message ", "messages");
   if (!writer) return writer.error();
@@ -225,7 +225,10 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
       each_message(options, progress, 0.5, Copy(*writer, *choice),
                    [&](Place place, const std::string& what) { writer->refuse(place, what); });
   if (!copied) return copied.error();
-  return writer->finish();
+  auto finished = writer->finish();
+  if (!finished || options.urdf.empty()) return finished;
+  const Status written = write_text(options.urdf.string(), survey.urdf, options.overwrite);
+  return written ? std::move(finished) : Result<ImportReport>(written.error());
 }
 
 }  // namespace parhelion::tools

@@ -31,7 +31,7 @@ Status inflate_zstd(std::span<const std::uint8_t> bytes, std::size_t limit, std:
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
   const std::size_t step = ZSTD_DStreamOutSize();
   std::size_t expects = 1;  // 0: the frame has ended
-  while (expects != 0) {
+  while (expects != 0 || in.pos < in.size) {
     const std::size_t before = out.size();
     if (before > limit) return Error{"it holds more than the " + std::to_string(limit) + " bytes expected"};
     out.resize(before + step);
@@ -45,10 +45,19 @@ Status inflate_zstd(std::span<const std::uint8_t> bytes, std::size_t limit, std:
   return {};
 }
 
+Status inflate_message(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
+  constexpr std::size_t largest = std::size_t{1} << 30U;
+  return inflate_zstd(bytes, largest, out);
+}
+
 Status inflate_zstd_file(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::ifstream in(from, std::ios::binary);
   std::ofstream out(to, std::ios::binary);
   if (!in) return Error{from.string() + ": cannot be opened: " + std::strerror(errno)};
+  std::error_code ignored;
+  constexpr std::uintmax_t kept_free = std::uintmax_t{1} << 30U;
+  const std::uintmax_t available = std::filesystem::space(to.parent_path(), ignored).available;
+  std::uintmax_t written_bytes = 0;
   const Stream stream(ZSTD_createDStream());
   std::vector<char> read(ZSTD_DStreamInSize()), written(ZSTD_DStreamOutSize());
   std::size_t expects = 0;
@@ -58,6 +67,10 @@ Status inflate_zstd_file(const std::filesystem::path& from, const std::filesyste
       ZSTD_outBuffer room{written.data(), written.size(), 0};
       expects = ZSTD_decompressStream(stream.get(), &room, &bytes);
       if (ZSTD_isError(expects) != 0) return Error{from.string() + ": " + kDamaged};
+      written_bytes += room.pos;
+      if (written_bytes + kept_free > available)
+        return Error{from.string() + ": too large to be inflated in " + to.parent_path().string() +
+                     ": inflate it elsewhere (zstd -d), or set TMPDIR"};
       out.write(written.data(), static_cast<std::streamsize>(room.pos));
     }
   }
