@@ -36,119 +36,125 @@ std::string escaped(const std::string& path) {
   return text;
 }
 
-}  // namespace
-
-struct BagDatabase::State {
-  std::string path;
-  sqlite3* database = nullptr;
-  sqlite3_stmt* rows = nullptr;
-  std::map<std::int64_t, Topic> topics;
-  std::vector<std::uint8_t> inflated;
-  std::uint64_t messages = 0;
-  double bytes = 0, share = 0;  ///< of the file, and of it for a message
-  bool ended = false;
-
-  ~State() {
-    sqlite3_finalize(rows);
-    sqlite3_close(database);
+class BagDatabase final : public BagSource {
+ public:
+  explicit BagDatabase(std::string name) : path_(std::move(name)) {}
+  BagDatabase(const BagDatabase&) = delete;
+  BagDatabase& operator=(const BagDatabase&) = delete;
+  ~BagDatabase() override {
+    sqlite3_finalize(rows_);
+    sqlite3_close(database_);
   }
+
+  Status open();
+  Result<bool> next(BagMessage& message) override;
+  std::uint64_t messages() const override { return count_; }
+  double done() const override { return bytes_per_message_ * static_cast<double>(count_); }
+  double total() const override { return bytes_; }
+
+ private:
   Error error(const std::string& what) const {
-    return Error{path + ": " + what + ": " + sqlite3_errmsg(database)};
+    return Error{path_ + ": " + what + ": " + sqlite3_errmsg(database_)};
   }
   sqlite3_stmt* prepare(const char* sql) const {
     sqlite3_stmt* statement = nullptr;
-    sqlite3_prepare_v2(database, sql, -1, &statement, nullptr);
+    sqlite3_prepare_v2(database_, sql, -1, &statement, nullptr);
     return statement;
   }
   Status check_tables() const;
   Status read_topics();
   Result<bool> give(BagMessage& message);
+
+  const std::string path_;
+  sqlite3* database_ = nullptr;
+  sqlite3_stmt* rows_ = nullptr;
+  std::map<std::int64_t, Topic> topics_;
+  std::vector<std::uint8_t> inflated_;
+  std::uint64_t count_ = 0;                   ///< messages read so far
+  double bytes_ = 0, bytes_per_message_ = 0;  ///< of the file
+  bool ended_ = false;
 };
 
 /// Views could compute without end.
-Status BagDatabase::State::check_tables() const {
-  sqlite3_stmt* count =
+Status BagDatabase::check_tables() const {
+  sqlite3_stmt* found =
       prepare("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages')");
   const bool both =
-      count != nullptr && sqlite3_step(count) == SQLITE_ROW && sqlite3_column_int(count, 0) == 2;
-  sqlite3_finalize(count);
+      found != nullptr && sqlite3_step(found) == SQLITE_ROW && sqlite3_column_int(found, 0) == 2;
+  sqlite3_finalize(found);
   return both ? Status() : Status(error("not a database of rosbag2: no tables 'topics' and 'messages'"));
 }
 
-Status BagDatabase::State::read_topics() {
+Status BagDatabase::read_topics() {
   sqlite3_stmt* each = prepare("SELECT id, name, type, serialization_format FROM topics");
   if (each == nullptr) return error("not a database of rosbag2");
   while (sqlite3_step(each) == SQLITE_ROW) {
-    topics[sqlite3_column_int64(each, 0)] = {text_of(each, 1), ros2_type(text_of(each, 2), text_of(each, 3))};
+    topics_[sqlite3_column_int64(each, 0)] = {text_of(each, 1),
+                                              ros2_type(text_of(each, 2), text_of(each, 3))};
   }
   const bool read = sqlite3_finalize(each) == SQLITE_OK;
   return read ? Status() : error("its topics cannot be read");
 }
 
-Result<bool> BagDatabase::State::give(BagMessage& message) {
-  const std::int64_t topic = sqlite3_column_int64(rows, 0);
-  const auto known = topics.find(topic);
+Result<bool> BagDatabase::give(BagMessage& message) {
+  const std::int64_t topic = sqlite3_column_int64(rows_, 0);
+  const auto known = topics_.find(topic);
   const auto fault = [&](const std::string& what) {
-    return Error{path + ": message " + std::to_string(messages + 1) + ": " + what};
+    return Error{path_ + ": message " + std::to_string(count_ + 1) + ": " + what};
   };
-  const std::int64_t received = sqlite3_column_int64(rows, 1);
+  const std::int64_t received = sqlite3_column_int64(rows_, 1);
   if (received < 0) return fault("a receive time before 1970");
-  if (known == topics.end()) return fault("of a topic that is not listed, " + std::to_string(topic));
-  const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(rows, 2));
-  std::span<const std::uint8_t> bytes(data, static_cast<std::size_t>(sqlite3_column_bytes(rows, 2)));
-  if (is_zstd(bytes)) {
-    if (const Status done = inflate_message(bytes, inflated); !done) return fault(done.error().message);
-    bytes = inflated;
+  if (known == topics_.end()) return fault("of a topic that is not listed, " + std::to_string(topic));
+  const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(rows_, 2));
+  std::span<const std::uint8_t> blob(data, static_cast<std::size_t>(sqlite3_column_bytes(rows_, 2)));
+  if (is_zstd(blob)) {
+    if (const Status done = inflate_message(blob, inflated_); !done) return fault(done.error().message);
+    blob = inflated_;
   }
   message.topic = known->second.name;
   message.type = known->second.type;
   message.received = {received};
-  message.number = ++messages;
-  message.bytes = {bytes, ros::Encoding::cdr};
+  message.number = ++count_;
+  message.bytes = {blob, ros::Encoding::cdr};
   return true;
 }
 
-BagDatabase::BagDatabase(std::unique_ptr<State> state) : state_(std::move(state)) {}
-BagDatabase::~BagDatabase() = default;
-
-Result<std::unique_ptr<BagSource>> BagDatabase::open(const std::filesystem::path& path) {
-  auto state = std::make_unique<State>();
-  state->path = path.string();
+Status BagDatabase::open() {
   // Immutable: SQLite would otherwise write beside it if it has a write-ahead log.
   std::error_code failed;
-  const std::string whole = std::filesystem::absolute(path, failed).lexically_normal().string();
+  const std::string whole = std::filesystem::absolute(path_, failed).lexically_normal().string();
   const std::string uri = "file://" + escaped(whole) + "?immutable=1";
-  if (sqlite3_open_v2(uri.c_str(), &state->database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
-      SQLITE_OK)
-    return state->error("cannot be opened");
-  // Names that a file's views or triggers use run nothing.
-  sqlite3_db_config(state->database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  if (const Status tables = state->check_tables(); !tables) return tables.error();
-  std::error_code ignored;
-  state->bytes = static_cast<double>(std::filesystem::file_size(path, ignored));
-  if (Status topics = state->read_topics(); !topics) return topics.error();
-  if (sqlite3_stmt* count = state->prepare("SELECT count(*) FROM messages"); count != nullptr) {
-    if (sqlite3_step(count) == SQLITE_ROW)
-      state->share = state->bytes / std::max(1.0, sqlite3_column_double(count, 0));
-    sqlite3_finalize(count);
+  if (sqlite3_open_v2(uri.c_str(), &database_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) != SQLITE_OK)
+    return error("cannot be opened");
+  // What a strange file defines runs no function with side effects.
+  sqlite3_db_config(database_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  if (Status tables = check_tables(); !tables) return tables;
+  if (Status read = read_topics(); !read) return read;
+  bytes_ = static_cast<double>(std::filesystem::file_size(path_, failed));
+  if (sqlite3_stmt* all = prepare("SELECT count(*) FROM messages"); all != nullptr) {
+    if (sqlite3_step(all) == SQLITE_ROW)
+      bytes_per_message_ = bytes_ / std::max(1.0, sqlite3_column_double(all, 0));
+    sqlite3_finalize(all);
   }
-  state->rows = state->prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp, id");
-  if (state->rows == nullptr) return state->error("not a database of rosbag2");
-  return std::unique_ptr<BagSource>(new BagDatabase(std::move(state)));
+  rows_ = prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp, id");
+  return rows_ == nullptr ? Status(error("not a database of rosbag2")) : Status();
 }
 
 Result<bool> BagDatabase::next(BagMessage& message) {
-  State& s = *state_;
-  if (s.ended) return false;
-  const int code = sqlite3_step(s.rows);
-  if (code == SQLITE_ROW) return s.give(message);
-  s.ended = true;
+  if (ended_) return false;
+  const int code = sqlite3_step(rows_);
+  if (code == SQLITE_ROW) return give(message);
+  ended_ = true;
   if (code == SQLITE_DONE) return false;
-  return s.error("damaged behind message " + std::to_string(s.messages) + "; nothing more is read");
+  return error("damaged behind message " + std::to_string(count_) + "; nothing more is read");
 }
 
-std::uint64_t BagDatabase::messages() const { return state_->messages; }
-double BagDatabase::done() const { return state_->share * static_cast<double>(state_->messages); }
-double BagDatabase::total() const { return state_->bytes; }
+}  // namespace
+
+Result<std::unique_ptr<BagSource>> open_bag_database(const std::filesystem::path& path) {
+  auto bag = std::make_unique<BagDatabase>(path.string());
+  if (const Status opened = bag->open(); !opened) return opened.error();
+  return std::unique_ptr<BagSource>(std::move(bag));
+}
 
 }  // namespace parhelion::tools

@@ -8,22 +8,8 @@
 
 namespace parhelion::tools {
 
-class BagDatabase final : public BagSource {
- public:
-  /// The file is not changed, and what is beside it is not read. Error: no such database.
-  static Result<std::unique_ptr<BagSource>> open(const std::filesystem::path& path);
-  ~BagDatabase() override;
-
-  /// Reading ends with the first error.
-  Result<bool> next(BagMessage& message) override;
-  std::uint64_t messages() const override;
-  double done() const override;
-  double total() const override;
-
- private:
-  struct State;
-  explicit BagDatabase(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
-};
+/// The file is not changed, and what is beside it is not read. Reading ends with the first error of SQLite.
+/// Error: no such database.
+Result<std::unique_ptr<BagSource>> open_bag_database(const std::filesystem::path& path);
 
 }  // namespace parhelion::tools

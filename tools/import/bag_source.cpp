@@ -235,9 +235,9 @@ Result<std::unique_ptr<BagSource>> open_bag(const std::filesystem::path& path) {
       return std::unique_ptr<BagSource>(std::make_unique<BagReader>(std::move(*bag)));
     }
     case BagFormat::database:
-      return BagDatabase::open(path);
+      return open_bag_database(path);
     case BagFormat::mcap:
-      return McapReader::open(path);
+      return open_mcap(path);
     case BagFormat::zstd:
       return InflatedBag::open(path);
     case BagFormat::none:

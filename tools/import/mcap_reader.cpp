@@ -64,92 +64,101 @@ struct Record {
   Bytes content;
 };
 
-}  // namespace
+class McapReader final : public BagSource {
+ public:
+  explicit McapReader(std::string name) : path_(std::move(name)) {}
 
-struct McapReader::State {
-  std::string path;
-  std::ifstream file;
-  std::uint64_t size = 0, position = 0;  ///< of the next record
-  std::map<std::uint16_t, std::string> schemas;
-  std::map<std::uint16_t, Channel> channels;
-  std::vector<std::uint8_t> content;  ///< of the last record of the file
-  std::vector<std::uint8_t> chunk;
-  std::vector<std::uint8_t> inflated;  ///< the last message, if it was compressed by itself
-  std::size_t at = 0;                  ///< in chunk
-  std::uint64_t chunk_position = 0;    ///< in the file
-  std::optional<Error> pending;        ///< reported after what was read before the damage
-  std::uint64_t messages = 0;
-  bool ended = false;
+  Status open();
+  Result<bool> next(BagMessage& message) override;
+  std::uint64_t messages() const override { return count_; }
+  double done() const override { return static_cast<double>(position_); }
+  double total() const override { return static_cast<double>(size_); }
 
+ private:
   Error damage(std::uint64_t where, const std::string& what) const {
-    return Error{path + ": byte " + std::to_string(where) + ": " + what};
+    return Error{path_ + ": byte " + std::to_string(where) + ": " + what};
   }
   std::optional<Record> record_of_file();
   std::optional<Record> record_of_chunk();
   void open_chunk(Bytes record, std::uint64_t where);
+  bool take_of_chunk(BagMessage& message);
   bool take(const Record& record, std::uint64_t where, BagMessage& message);
+
+  const std::string path_;
+  std::ifstream file_;
+  std::uint64_t size_ = 0, position_ = 0;  ///< of the next record
+  std::map<std::uint16_t, std::string> schemas_;
+  std::map<std::uint16_t, Channel> channels_;
+  std::vector<std::uint8_t> content_;  ///< of the last record of the file
+  std::vector<std::uint8_t> chunk_;
+  std::vector<std::uint8_t> inflated_;  ///< the last message, if it was compressed by itself
+  std::size_t at_ = 0;                  ///< in chunk
+  std::uint64_t chunk_position_ = 0;    ///< in the file
+  std::optional<Error> pending_;        ///< reported after what was read before the damage
+  std::uint64_t count_ = 0;             ///< messages read so far
+  bool ended_ = false;
 };
 
-std::optional<Record> McapReader::State::record_of_file() {
+std::optional<Record> McapReader::record_of_file() {
   std::uint8_t head[kRecordHead];
-  if (!file.read(reinterpret_cast<char*>(head), sizeof head)) return std::nullopt;
+  if (!file_.read(reinterpret_cast<char*>(head), sizeof head)) return std::nullopt;
   Fields fields(Bytes(head).subspan(1));
   const auto length = fields.number<std::uint64_t>();
-  if (length > size - position - kRecordHead) return std::nullopt;
-  content.resize(static_cast<std::size_t>(length));
-  if (!file.read(reinterpret_cast<char*>(content.data()), static_cast<std::streamsize>(length)))
+  if (length > size_ - position_ - kRecordHead) return std::nullopt;
+  content_.resize(static_cast<std::size_t>(length));
+  if (!file_.read(reinterpret_cast<char*>(content_.data()), static_cast<std::streamsize>(length)))
     return std::nullopt;
-  position += kRecordHead + length;
-  return Record{Opcode{head[0]}, content};
+  position_ += kRecordHead + length;
+  return Record{Opcode{head[0]}, content_};
 }
 
-std::optional<Record> McapReader::State::record_of_chunk() {
-  Fields fields(Bytes(chunk).subspan(at));
+std::optional<Record> McapReader::record_of_chunk() {
+  Fields fields(Bytes(chunk_).subspan(at_));
   const Opcode opcode{fields.number<std::uint8_t>()};
   const Bytes found = fields.take(fields.number<std::uint64_t>());
   if (!fields.ok()) return std::nullopt;
-  at += kRecordHead + found.size();
+  at_ += kRecordHead + found.size();
   return Record{opcode, found};
 }
 
 /// Its records, as far as they can be inflated.
-void McapReader::State::open_chunk(Bytes record, std::uint64_t where) {
+void McapReader::open_chunk(Bytes record, std::uint64_t where) {
   Fields fields(record);
   fields.take(2 * sizeof(std::uint64_t));  // of the times of its messages
-  const auto inflated = fields.number<std::uint64_t>();
+  const auto announced = fields.number<std::uint64_t>();
   fields.take(sizeof(std::uint32_t));  // the checksum: a damaged record is said by its message
   const std::string compression = fields.text();
   const Bytes records = fields.take(fields.number<std::uint64_t>());
-  chunk.clear();
-  at = 0;
-  chunk_position = where;
-  if (!fields.ok() || inflated > kLargestChunk) {
-    pending = damage(where, "a chunk cannot be read; it is skipped");
+  chunk_.clear();
+  at_ = 0;
+  chunk_position_ = where;
+  if (!fields.ok() || announced > kLargestChunk) {
+    pending_ = damage(where, "a chunk cannot be read; it is skipped");
     return;
   }
-  const auto count = static_cast<std::uint32_t>(inflated);
+  const auto bytes = static_cast<std::uint32_t>(announced);
   Status done = compression == "zstd"
-                    ? inflate_zstd(records, count, chunk)
-                    : inflate_chunk(compression.empty() ? "none" : compression, records, count, chunk);
-  if (done && chunk.size() != count) done = Error{"it holds other than the announced number of bytes"};
-  if (!done) pending = damage(where, "a chunk cannot be read whole: " + done.error().message);
+                    ? inflate_zstd(records, bytes, chunk_)
+                    : inflate_chunk(compression.empty() ? "none" : compression, records, bytes, chunk_);
+  if (done && chunk_.size() != bytes) done = Error{"it holds other than the announced number of bytes"};
+  if (!done) pending_ = damage(where, "a chunk cannot be read whole: " + done.error().message);
 }
 
 /// True: it is a message.
-bool McapReader::State::take(const Record& record, std::uint64_t where, BagMessage& message) {
+bool McapReader::take(const Record& record, std::uint64_t where, BagMessage& message) {
   Fields fields(record.content);
   switch (record.opcode) {
     case Opcode::schema: {
       const auto id = fields.number<std::uint16_t>();
-      schemas[id] = fields.text();
+      schemas_[id] = fields.text();
       return false;
     }
     case Opcode::channel: {
       const auto id = fields.number<std::uint16_t>(), schema = fields.number<std::uint16_t>();
       const std::string topic = fields.text(), encoding = fields.text();
       const bool ros1 = encoding == "ros1";
-      channels[id] = {topic, ros2_type(schemas[schema], ros1 ? "cdr" : encoding),
-                      ros1 ? ros::Encoding::ros1 : ros::Encoding::cdr};
+      channels_[id] = {topic, ros2_type(schemas_[schema], ros1 ? "cdr" : encoding),
+                       ros1 ? ros::Encoding::ros1 : ros::Encoding::cdr};
       return false;
     }
     case Opcode::chunk:
@@ -160,90 +169,88 @@ bool McapReader::State::take(const Record& record, std::uint64_t where, BagMessa
     default:
       return false;
   }
-  const auto channel = channels.find(fields.number<std::uint16_t>());
+  const auto channel = channels_.find(fields.number<std::uint16_t>());
   fields.take(sizeof(std::uint32_t));  // number in its channel
   const auto received = fields.number<std::uint64_t>();
   fields.take(sizeof(std::uint64_t));  // time of publication
-  if (!fields.ok() || channel == channels.end()) {
-    if (!pending)
-      pending = damage(where, "a message that is too short, or of a channel that is not described");
+  if (!fields.ok() || channel == channels_.end()) {
+    if (!pending_)
+      pending_ = damage(where, "a message that is too short, or of a channel that is not described");
     return false;
   }
   Bytes bytes = fields.rest();
   if (is_zstd(bytes)) {
-    if (const Status done = inflate_message(bytes, inflated); !done) {
-      if (!pending) pending = damage(where, "a message: " + done.error().message);
+    if (const Status done = inflate_message(bytes, inflated_); !done) {
+      if (!pending_) pending_ = damage(where, "a message: " + done.error().message);
       return false;
     }
-    bytes = inflated;
+    bytes = inflated_;
   }
   message.topic = channel->second.topic;
   message.type = channel->second.type;
   constexpr std::uint64_t last = std::numeric_limits<std::int64_t>::max();
   message.received = {static_cast<std::int64_t>(std::min(received, last))};
-  message.number = ++messages;
+  message.number = ++count_;
   message.bytes = {bytes, channel->second.encoding};
   return true;
 }
 
-McapReader::McapReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
-McapReader::~McapReader() = default;
-
-Result<std::unique_ptr<BagSource>> McapReader::open(const std::filesystem::path& path) {
-  auto state = std::make_unique<State>();
-  state->path = path.string();
-  state->file.open(path, std::ios::binary);
-  if (!state->file) return Error{state->path + ": cannot be opened: " + std::strerror(errno)};
+Status McapReader::open() {
+  file_.open(path_, std::ios::binary);
+  if (!file_) return Error{path_ + ": cannot be opened: " + std::strerror(errno)};
   std::error_code ignored;
-  state->size = std::filesystem::file_size(path, ignored);
+  size_ = std::filesystem::file_size(path_, ignored);
   std::string head(mcap::kMagic.size(), '\0');
-  if (!state->file.read(head.data(), static_cast<std::streamsize>(head.size())) || head != mcap::kMagic)
-    return Error{state->path + ": byte 0: an MCAP file is expected"};
-  state->position = head.size();
-  return std::unique_ptr<BagSource>(new McapReader(std::move(state)));
+  if (!file_.read(head.data(), static_cast<std::streamsize>(head.size())) || head != mcap::kMagic)
+    return Error{path_ + ": byte 0: an MCAP file is expected"};
+  position_ = head.size();
+  return {};
+}
+
+/// True: the next record of the chunk is a message.
+bool McapReader::take_of_chunk(BagMessage& message) {
+  const std::size_t where = at_;
+  const auto record = record_of_chunk();
+  // A chunk within a chunk would replace the bytes that it is read from.
+  if (record && record->opcode != Opcode::chunk) return take(*record, chunk_position_, message);
+  at_ = chunk_.size();
+  if (!pending_)
+    pending_ = damage(chunk_position_,
+                      "a record at byte " + std::to_string(where) +
+                          " of the chunk that starts here cannot be read; the rest of it is skipped");
+  return false;
 }
 
 Result<bool> McapReader::next(BagMessage& message) {
-  State& s = *state_;
   for (;;) {
-    if (s.at < s.chunk.size()) {
-      const std::size_t where = s.at;
-      const auto record = s.record_of_chunk();
-      // A chunk within a chunk would replace the bytes that it is read from.
-      const bool valid = record && record->opcode != Opcode::chunk;
-      if (valid && s.take(*record, s.chunk_position, message)) return true;
-      if (!valid) {
-        s.at = s.chunk.size();
-        if (!s.pending)
-          s.pending =
-              s.damage(s.chunk_position,
-                       "a record at byte " + std::to_string(where) +
-                           " of the chunk that starts here cannot be read; the rest of it is skipped");
-      }
-      if (s.at < s.chunk.size()) continue;
+    while (at_ < chunk_.size())
+      if (take_of_chunk(message)) return true;
+    if (pending_) {
+      Error fault = std::move(*pending_);
+      pending_.reset();
+      return fault;
     }
-    if (s.pending) {
-      Error damage = std::move(*s.pending);
-      s.pending.reset();
-      return damage;
-    }
-    if (s.ended || s.position >= s.size) return false;
-    const std::uint64_t where = s.position;
-    const auto record = s.record_of_file();
+    if (ended_ || position_ >= size_) return false;
+    const std::uint64_t where = position_;
+    const auto record = record_of_file();
     if (!record) {
-      s.ended = true;
-      return s.damage(where, "a record cannot be read: the recording is cut off or damaged here");
+      ended_ = true;
+      return damage(where, "a record cannot be read: the recording is cut off or damaged here");
     }
     if (record->opcode == Opcode::data_end || record->opcode == Opcode::footer) {
-      s.ended = true;  // a summary of what came before follows
+      ended_ = true;  // a summary of what came before follows
       return false;
     }
-    if (s.take(*record, where, message)) return true;
+    if (take(*record, where, message)) return true;
   }
 }
 
-std::uint64_t McapReader::messages() const { return state_->messages; }
-double McapReader::done() const { return static_cast<double>(state_->position); }
-double McapReader::total() const { return static_cast<double>(state_->size); }
+}  // namespace
+
+Result<std::unique_ptr<BagSource>> open_mcap(const std::filesystem::path& path) {
+  auto bag = std::make_unique<McapReader>(path.string());
+  if (const Status opened = bag->open(); !opened) return opened.error();
+  return std::unique_ptr<BagSource>(std::move(bag));
+}
 
 }  // namespace parhelion::tools
