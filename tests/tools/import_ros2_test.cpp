@@ -147,6 +147,34 @@ TEST(ImportRos2, NothingIsWrittenBesideADatabaseWithAWriteAheadLog) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "drive"), {}), 1);
 }
 
+/// As a recorder leaves it that is killed: all messages are in the log only.
+void write_unmerged(const WrittenBag& bag, const std::filesystem::path& folder,
+                    const std::filesystem::path& path) {
+  const std::filesystem::path live = folder / "live.db3", rows = folder / "rows.db3";
+  bag.write_database(rows);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(live.c_str(), &database), SQLITE_OK);
+  const std::string copy = "PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0; ATTACH '" + rows.string() +
+                           "' AS rows; CREATE TABLE topics AS SELECT * FROM rows.topics; "
+                           "CREATE TABLE messages AS SELECT * FROM rows.messages";
+  ASSERT_EQ(sqlite3_exec(database, copy.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  std::filesystem::copy_file(live, path);
+  std::filesystem::copy_file(live.string() + "-wal", path.string() + "-wal");
+  sqlite3_close(database);
+}
+
+TEST(ImportRos2, TheWriteAheadLogOfAKilledRecorderIsRead) {
+  const TemporaryFolder folder;
+  const WrittenBag bag = test::small_bag();
+  bag.write(folder / "in.bag");
+  const auto expected = imported(folder / "in.bag", folder);
+  write_unmerged(bag, folder / ".", folder / "in.db3");
+  const std::string database = text_of(folder / "in.db3"), log = text_of(folder / "in.db3-wal");
+  expect_same(imported(folder / "in.db3", folder), expected, "with its log");
+  EXPECT_EQ(text_of(folder / "in.db3"), database);
+  EXPECT_EQ(text_of(folder / "in.db3-wal"), log);
+}
+
 TEST(ImportRos2, ADatabaseWhoseMessagesAreComputedIsRefused) {
   const TemporaryFolder folder;
   const std::string path = folder / "in.db3";

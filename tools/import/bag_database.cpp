@@ -82,7 +82,9 @@ Status BagDatabase::check_tables() const {
   const bool both =
       found != nullptr && sqlite3_step(found) == SQLITE_ROW && sqlite3_column_int(found, 0) == 2;
   sqlite3_finalize(found);
-  return both ? Status() : Status(error("not a database of rosbag2: no tables 'topics' and 'messages'"));
+  return both ? Status()
+              : Status(error("not a database of rosbag2: no tables 'topics' and 'messages' (if a file " +
+                             path_ + "-wal belongs to it, it must be in the same folder)"));
 }
 
 Status BagDatabase::read_topics() {
@@ -120,10 +122,13 @@ Result<bool> BagDatabase::give(BagMessage& message) {
 }
 
 Status BagDatabase::open() {
-  // Immutable: SQLite would otherwise write beside it if it has a write-ahead log.
   std::error_code failed;
   const std::string whole = std::filesystem::absolute(path_, failed).lexically_normal().string();
-  const std::string uri = "file://" + escaped(whole) + "?immutable=1";
+  // A recorder that was killed leaves its last messages in a write-ahead log. To read it SQLite writes an
+  // index beside it (-shm). Without a log the database is immutable, so that nothing is written.
+  const auto log_bytes = std::filesystem::file_size(whole + "-wal", failed);
+  const bool has_log = !failed && log_bytes > 0;
+  const std::string uri = "file://" + escaped(whole) + (has_log ? "" : "?immutable=1");
   if (sqlite3_open_v2(uri.c_str(), &database_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) != SQLITE_OK)
     return error("cannot be opened");
   // What a strange file defines runs no function with side effects.
