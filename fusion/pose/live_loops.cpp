@@ -18,6 +18,13 @@ constexpr std::size_t kEnoughScans = 3;      ///< that agree
 constexpr double kSmallWindow = 0.5;         ///< m, within which a match needs no search
 constexpr std::size_t kBuilt = 16;           ///< submaps that are kept: each takes up to 20 MB outdoors
 
+/// T_from_to of two keyframes, as the front end tracked it.
+Pose2 tracked_motion(const std::vector<Keyframe>& keyframes, std::size_t from, std::size_t to) {
+  Pose2 motion;
+  for (std::size_t k = from + 1; k <= to; ++k) motion = motion * keyframes[k].step;
+  return motion;
+}
+
 }  // namespace
 
 std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& keyframes, SensorTime stamp) {
@@ -28,6 +35,14 @@ std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& key
     if (auto correction = close(keyframes)) return correction;
   }
   return std::nullopt;
+}
+
+void LiveLoops::take_over(const std::vector<Keyframe>& keyframes, std::size_t first) {
+  if (poses_.empty()) return;
+  for (std::size_t k = first; k < poses_.size(); ++k) poses_[k] = keyframes[k].T_map_base;
+  for (std::size_t n = chain_.size(); n-- > 0 && nodes_[n + 1] >= first;)
+    chain_[n].T_from_to = tracked_motion(keyframes, nodes_[n], nodes_[n + 1]);
+  since_node_ = tracked_motion(keyframes, nodes_.back(), poses_.size() - 1);
 }
 
 void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {

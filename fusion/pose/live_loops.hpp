@@ -27,6 +27,8 @@ class LiveLoops {
   /// After each scan, with its stamp. `keyframes`: all, with their current poses; only the last may be new.
   /// Where a loop was closed: how they are to be corrected.
   std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes, SensorTime stamp);
+  /// The steps and poses of keyframes from `first` on have changed; between two updates.
+  void take_over(const std::vector<Keyframe>& keyframes, std::size_t first);
 
  private:
   struct Query {

@@ -75,8 +75,11 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const Sca
                           turned_ - turned_at_keyframe_ >= options_.keyframe_angle;
     // Odometry that can be trusted leads over places where scans have little in common with the map.
     const double enough = tracking_.fault() == OdometryFault::none ? 0.5 * kMinExplained : kMinExplained;
-    if (moved_on && estimate.explained >= enough && !check_.is_suspected())
-      keep(scan, estimate.explained), estimate.keyframe = true;
+    if (moved_on && estimate.explained >= enough && !check_.is_suspected()) {
+      keep(scan, estimate.explained);
+      straighten();
+      estimate.keyframe = true;
+    }
   }
   ++scans_;
   estimate.T_map_base = pose_;
@@ -218,6 +221,7 @@ void SlamFrontEnd::found(const Pose2& T_map_base, const ScanPoints& scan) {
   unseen_ = nearest->unseen;
   keep(scan, check_.usually_explained());
   keyframes_.back().drift = drift;
+  heading_.restart(keyframes_);
 }
 
 SlamState SlamFrontEnd::state(SensorTime stamp) const {
@@ -233,8 +237,8 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
 }
 
 void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {
-  Keyframe keyframe{scan,    pose_,  {},       Eigen::Matrix3d::Zero(), drift_by_matches(pose_), unseen_,
-                    driven_, scans_, explained};
+  Keyframe keyframe{scan,    pose_,  {},        Eigen::Matrix3d::Zero(), drift_by_matches(pose_), unseen_,
+                    driven_, scans_, explained, wall_pieces(scan.points)};
   if (!keyframes_.empty()) {
     keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
     keyframe.step_information = step_information();
@@ -300,6 +304,22 @@ void SlamFrontEnd::put(std::size_t keyframe, double weight) {
   in_map_[keyframe] = weight > 0 ? 1 : 0;
 }
 
+/// Takes the drift of the heading, as walls show it, out of the end of the path.
+void SlamFrontEnd::straighten() {
+  if (const auto correction = heading_.check(keyframes_)) {
+    std::vector<std::size_t> moved;
+    for (std::size_t k = correction->first; k < keyframes_.size(); ++k)
+      if (in_map_[k] != 0) moved.push_back(k);
+    for (const std::size_t k : moved) put(k, -1);
+    bend(keyframes_, *correction);
+    for (const std::size_t k : moved) put(k, 1);
+    pose_ = keyframes_.back().T_map_base;
+    tracking_.continue_from(pose_);
+    bent_from_ = correction->first;
+  }
+  heading_.learn(keyframes_);
+}
+
 /// The recent path; and, while they fit, old keyframes around the robot.
 void SlamFrontEnd::update_local_map() {
   const bool joined = driven_ < joined_until_;
@@ -336,6 +356,7 @@ void SlamFrontEnd::correct(const LoopCorrection& correction) {
   in_map_.assign(keyframes_.size(), 0);
   joined_until_ = driven_ + options_.joined;
   update_local_map();
+  heading_.restart(keyframes_);
   tracking_.continue_from(pose_);
 }
 

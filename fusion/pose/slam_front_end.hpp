@@ -3,34 +3,21 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fusion/pose/companions.hpp"
 #include "fusion/pose/displacement_check.hpp"
+#include "fusion/pose/heading_drift.hpp"
+#include "fusion/pose/keyframe.hpp"
 #include "fusion/pose/pose_doubt.hpp"
 #include "fusion/pose/scan_match.hpp"
-#include "fusion/pose/scan_points.hpp"
 #include "fusion/pose/scan_tracking.hpp"
 #include "fusion/pose/surfel_map.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {
-
-struct Keyframe {
-  ScanPoints scan;
-  Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
-  Pose2 step;        ///< motion since the previous keyframe as the front end tracked it
-  /// Of that, in the frame of the previous keyframe: what odometry knows, and what its scan showed.
-  Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
-  /// Covariance of its pose in the map, by matches: x, y, yaw.
-  Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();
-  /// The way up to here that only odometry measured; m, map frame.
-  Eigen::Vector2d unseen = Eigen::Vector2d::Zero();
-  double driven = 0;           ///< m, path length up to here
-  std::size_t scan_index = 0;  ///< number of the scan
-  double explained = 1;        ///< fraction of its points, by the path before it
-};
 
 /// A loop was closed: the poses of all keyframes, of which the first is fixed, and an old keyframe whose
 /// place the robot is back at.
@@ -70,6 +57,8 @@ class SlamFrontEnd {
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   /// Moves the keyframes, the robot with the last, and from here on matches to the old surroundings, too.
   void correct(const LoopCorrection& correction);
+  /// The first keyframe whose pose has changed since the last call, as the path was bent with its walls.
+  std::optional<std::size_t> take_bent() { return std::exchange(bent_from_, std::nullopt); }
   /// The robot was picked up: it is lost, and nothing is added to the map, until it is found.
   bool is_displaced() const { return displaced_; }
   /// Fraction of the points of a scan.
@@ -94,6 +83,7 @@ class SlamFrontEnd {
   Eigen::Matrix3d drift_by_odometry(const Eigen::Vector2d& unseen) const;
   Eigen::Matrix3d drift_at(const Pose2& pose) const;
   void learn_drift(const Eigen::Vector3d& correction, const Eigen::Matrix3d& expected);
+  void straighten();
   void update_local_map();
   void put(std::size_t keyframe, double weight);
 
@@ -104,7 +94,9 @@ class SlamFrontEnd {
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
   std::vector<char> in_map_;  ///< per keyframe
-  double joined_until_ = 0;   ///< m of path, up to which old surroundings fit to the new ones
+  HeadingDrift heading_;
+  std::optional<std::size_t> bent_from_;  ///< first keyframe
+  double joined_until_ = 0;               ///< m of path, up to which old surroundings fit to the new ones
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed

@@ -1,0 +1,110 @@
+#include "fusion/pose/heading_drift.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/fusion/pose/room.hpp"
+
+namespace parhelion::pose {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kStep = 0.2;  // m, between keyframes
+
+/// A drive with two turns through a building whose walls are at right angles but for errors of `walls`, rad
+/// (1 sigma). The heading of the map drifts by `rate` rad/m, and up to `expected` rad/sqrt(m) are expected of
+/// it.
+struct Drive {
+  std::vector<Keyframe> keyframes;
+  std::vector<double> true_yaw;
+  std::size_t corrections = 0;
+
+  Drive(double rate, double expected, double walls, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> off(0, walls), noise(0, 0.1 * kDegree);
+    HeadingDrift heading;
+    std::vector<double> seen(4);
+    for (int i = 0; i < 500; ++i) {
+      if (i % 25 == 0)  // each 5 m other walls
+        for (std::size_t w = 0; w < 4; ++w)
+          seen[w] = static_cast<double>(w % 2) * std::numbers::pi / 2 + off(random);
+      const double yaw = (i / 150) * std::numbers::pi / 2;
+      Keyframe keyframe;
+      keyframe.driven = kStep * i;
+      keyframe.drift(2, 2) = expected * expected * keyframe.driven;
+      if (i > 0) {
+        keyframe.step = {kStep, 0, wrap_angle(yaw - true_yaw.back()) + rate * kStep};
+        keyframe.T_map_base = keyframes.back().T_map_base * keyframe.step;
+      }
+      for (const double wall : seen) keyframe.walls.push_back({wall - yaw + noise(random), 3});
+      keyframes.push_back(keyframe);
+      true_yaw.push_back(yaw);
+      if (const auto correction = heading.check(keyframes)) {
+        bend(keyframes, *correction);
+        ++corrections;
+      }
+      heading.learn(keyframes);
+    }
+  }
+
+  double largest_error() const {
+    double largest = 0;
+    for (std::size_t k = 0; k < keyframes.size(); ++k)
+      largest = std::max(largest, std::abs(wrap_angle(keyframes[k].T_map_base.yaw - true_yaw[k])));
+    return largest;
+  }
+};
+
+TEST(HeadingDrift, IsTakenOutOfAPathAmongWallsAtRightAngles) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const double rate : {-0.04, 0.04}) {
+      const Drive drive(rate * kDegree, 0.07 * kDegree, 0.3 * kDegree, seed);
+      EXPECT_GT(drive.corrections, 15U);
+      // 4 degrees without correction.
+      EXPECT_LT(drive.largest_error(), 1.2 * kDegree) << seed << ", " << rate;
+    }
+  }
+}
+
+TEST(HeadingDrift, APathWithoutDriftIsHardlyBentByWallsThatAreNotParallel) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Drive drive(0, 0.03 * kDegree, 1.5 * kDegree, seed);
+    EXPECT_LT(drive.largest_error(), 1.0 * kDegree) << seed;
+  }
+}
+
+TEST(HeadingDrift, ABentPathHasTheStepsOfItsPoses) {
+  Drive drive(0, 0, 0.1 * kDegree, 1);
+  const std::vector<Keyframe> before = drive.keyframes;
+  bend(drive.keyframes, {480, 0.1});
+  for (std::size_t k = 1; k < before.size(); ++k) {
+    const Pose2 step = drive.keyframes[k - 1].T_map_base.inverse() * drive.keyframes[k].T_map_base;
+    EXPECT_NEAR(step.x, drive.keyframes[k].step.x, 1e-9);
+    EXPECT_NEAR(wrap_angle(step.yaw - drive.keyframes[k].step.yaw), 0, 1e-9);
+    if (k < 480) {
+      EXPECT_EQ(drive.keyframes[k].T_map_base.yaw, before[k].T_map_base.yaw);
+    }
+  }
+  EXPECT_NEAR(wrap_angle(drive.keyframes.back().T_map_base.yaw - before.back().T_map_base.yaw), 0.1, 1e-9);
+}
+
+TEST(HeadingDrift, ATurnThatIsFarLargerThanTheExpectedDriftIsAnotherDirectionOfWalls) {
+  HeadingDrift heading;
+  std::vector<Keyframe> keyframes;
+  for (int i = 0; i < 200; ++i) {
+    Keyframe keyframe;
+    keyframe.driven = kStep * i;
+    keyframe.drift(2, 2) = 1e-8 * keyframe.driven;
+    const double direction = i < 100 ? 0 : 2.5 * kDegree;
+    keyframe.walls = {{direction, 4}, {direction, 4}};
+    keyframes.push_back(keyframe);
+    const auto correction = heading.check(keyframes);
+    EXPECT_FALSE(correction && std::abs(correction->turn) > 0.1 * kDegree) << i;
+    if (correction) bend(keyframes, *correction);
+    heading.learn(keyframes);
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::pose
