@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -84,27 +85,35 @@ bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
   constexpr double kLowest = 0.3, kHighest = 2.5;                 // m, of a scanner over its floor
   constexpr std::size_t kMaxPoints = 300'000, kMaxViewpoints = 50;
   if (cloud.viewpoints.size() < kFewest) return false;
-  std::array<std::vector<double>, 2> heights;  // along y, along z
+  std::vector<Eigen::Vector3f> points;
   const std::size_t stride = 1 + cloud.size() / kMaxPoints;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) points.push_back(cloud.points[i]);
+  std::array<std::vector<double>, 2> heights;  // along y, along z
+  const auto spread = [&](std::size_t axis) {
+    return std::minmax_element(heights[axis].begin(), heights[axis].end());
+  };
   const std::size_t next = 1 + cloud.viewpoints.size() / kMaxViewpoints;
   for (std::size_t v = 0; v < cloud.viewpoints.size(); v += next) {
-    const Eigen::Vector3d& viewpoint = cloud.viewpoints[v];
-    for (const Eigen::Index axis : {1, 2}) {
-      std::vector<double> below;
-      for (std::size_t i = 0; i < cloud.size(); i += stride) {
-        Eigen::Vector3d d = viewpoint - cloud.points[i].cast<double>();
-        const double height = std::exchange(d[axis], 0);
-        // Along z only down to the storey's floor; what lies below that says nothing.
-        if (height > 0 && (axis == 1 || height < kHighest) && d.norm() < kBeside) below.push_back(height);
-      }
-      if (below.size() >= 20) heights[static_cast<std::size_t>(axis) - 1].push_back(quantile(below, 0.95));
+    std::array<std::vector<double>, 2> below;
+    for (const Eigen::Vector3f& p : points) {
+      const double x = cloud.viewpoints[v].x() - static_cast<double>(p.x());
+      if (!(std::abs(x) < kBeside)) continue;  // far along both axes: most points
+      const double y = cloud.viewpoints[v].y() - static_cast<double>(p.y()),
+                   z = cloud.viewpoints[v].z() - static_cast<double>(p.z());
+      if (y > 0 && std::sqrt(x * x + z * z) < kBeside) below[0].push_back(y);
+      // Along z only down to the storey's floor; what lies below that says nothing.
+      if (z > 0 && z < kHighest && std::sqrt(x * x + y * y) < kBeside) below[1].push_back(z);
     }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (below[axis].size() >= 20) heights[axis].push_back(quantile(below[axis], 0.95));
+    }
+    if (heights[0].empty()) continue;
+    const auto [low, high] = spread(0);  // more scanners only widen it
+    if (*low <= kLowest || *high >= kHighest || *high - *low >= kSame) return false;
   }
   if (heights[0].size() < kFewest || heights[1].size() < kFewest) return false;
-  const auto [y_low, y_high] = std::minmax_element(heights[0].begin(), heights[0].end());
-  const auto [z_low, z_high] = std::minmax_element(heights[1].begin(), heights[1].end());
-  return *y_low > kLowest && *y_high < kHighest && (*y_high - *y_low) < kSame &&
-         (*z_high - *z_low) > kDifferent;
+  const auto [low, high] = spread(1);
+  return *high - *low > kDifferent;
 }
 
 template <class Column>
