@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fusion/cloud/floor_index.hpp"
+#include "fusion/cloud/parallel.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -20,6 +21,7 @@ constexpr double kFront = 0.80;            ///< m, maximum depth of furniture in
 constexpr double kFaceFrom = 0.15;         ///< m over the raster's foot: height range of a door's leaf
 constexpr double kFaceTo = 1.8;
 constexpr std::size_t kFacePoints = 8;
+constexpr std::size_t kChunk = 8192;  ///< points, of the work of one thread
 
 void count(std::vector<std::uint16_t>& cells, std::size_t i) {
   if (cells[i] < std::numeric_limits<std::uint16_t>::max()) ++cells[i];
@@ -31,25 +33,28 @@ PlanPoints::PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough) 
   for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
   const std::size_t max_points = std::max(enough, cloud.size() / 4);
   const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + max_points - 1) / max_points);
-  Eigen::AlignedBox2d bounds;
-  for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>().cast<double>());
+  Eigen::AlignedBox2f bounds;
+  for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>());
   if (cloud.empty()) return;
-  low_ = bounds.min();
-  cells_ = cell_of(bounds.max()).array() + 1;
-  const auto cell = [&](const Eigen::Vector3f& p) {
-    const Eigen::Vector2i c = cell_of(p.head<2>().cast<double>());
-    return static_cast<std::size_t>(c.y()) * static_cast<std::size_t>(cells_.x()) +
-           static_cast<std::size_t>(c.x());
-  };
+  low_ = bounds.min().cast<double>();
+  cells_ = cell_of(bounds.max().cast<double>()).array() + 1;
+  std::vector<std::uint32_t> cell((cloud.size() + stride - 1) / stride);  // of each point kept
+  cloud::for_each_chunk(cell.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Eigen::Vector2i c = cell_of(cloud.points[k * stride].head<2>().cast<double>());
+      cell[k] = static_cast<std::uint32_t>(c.y()) * static_cast<std::uint32_t>(cells_.x()) +
+                static_cast<std::uint32_t>(c.x());
+    }
+  });
   start_.assign(static_cast<std::size_t>(cells_.x()) * static_cast<std::size_t>(cells_.y()) + 1, 0);
-  for (std::size_t i = 0; i < cloud.size(); i += stride) ++start_[cell(cloud.points[i]) + 1];
+  for (const std::uint32_t c : cell) ++start_[c + std::size_t{1}];
   for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
   points_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  for (std::size_t i = 0; i < cloud.size(); i += stride) {
-    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
-    points_[next[cell(cloud.points[i])]++] = {
-        cloud.points[i], scan < viewpoints_.size() ? static_cast<std::int32_t>(scan) : -1};
+  for (std::size_t k = 0; k < cell.size(); ++k) {
+    const std::size_t i = k * stride, scan = cloud.scans.empty() ? 0 : cloud.scans[i];
+    points_[next[cell[k]]++] = {cloud.points[i],
+                                scan < viewpoints_.size() ? static_cast<std::int32_t>(scan) : -1};
   }
   any_unplaced_ = std::any_of(points_.begin(), points_.end(), [](const Point& p) { return p.viewpoint < 0; });
   sort_by_direction();
@@ -66,11 +71,15 @@ void PlanPoints::sort_by_direction() {
   if (viewpoints_.empty()) return;
   std::vector<std::uint32_t> fan(points_.size());
   fan_start_.assign(viewpoints_.size() * kDirections + 1, 0);
+  cloud::for_each_chunk(points_.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (points_[i].viewpoint < 0) continue;
+      fan[i] = static_cast<std::uint32_t>(static_cast<std::size_t>(points_[i].viewpoint) * kDirections +
+                                          direction_of(points_[i]));
+    }
+  });
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].viewpoint < 0) continue;
-    fan[i] = static_cast<std::uint32_t>(static_cast<std::size_t>(points_[i].viewpoint) * kDirections +
-                                        direction_of(points_[i]));
-    ++fan_start_[fan[i] + 1];
+    if (points_[i].viewpoint >= 0) ++fan_start_[fan[i] + std::size_t{1}];
   }
   for (std::size_t i = 1; i < fan_start_.size(); ++i) fan_start_[i] += fan_start_[i - 1];
   by_view_.resize(fan_start_.back());
