@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -60,7 +61,7 @@ class PlanRenderer {
         canvas_(plan.width, view, palette::kTitleBar, PlanLegend::kHeight),
         labels_(canvas_) {}
 
-  bool paint(const std::string& path) {
+  const PlanCanvas& paint() {
     paint_unobserved();
     paint_floors();
     paint_meshes();
@@ -76,7 +77,7 @@ class PlanRenderer {
     paint_title();
     paint_axes();
     legend_.paint(canvas_);
-    return canvas_.write(path);
+    return canvas_;
   }
 
  private:
@@ -280,9 +281,9 @@ class PlanRenderer {
   PlanLegend legend_;
 };
 
-}  // namespace
-
-Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path) {
+/// Draws the plan and calls use(canvas).
+Status paint(const SemanticModel& model, const ModelPlan& plan,
+             const std::function<Status(const PlanCanvas&)>& use) {
   if (plan.width < 400 || plan.width > 10'000)
     return Error{"plan: expected 400 <= width <= 10000 pixels, found " + std::to_string(plan.width)};
   const MainPart shown = main_part(model);
@@ -290,8 +291,27 @@ Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const 
   if (view.isEmpty()) return Error{"plan: the model has nothing to draw"};
   if (!view.min().allFinite() || !view.max().allFinite())
     return Error{"plan: the model's coordinates are not finite"};
-  if (!PlanRenderer(shown, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
-  return {};
+  return use(PlanRenderer(shown, plan, view).paint());
+}
+
+}  // namespace
+
+Result<ModelPlanPixels> draw_model_plan(const SemanticModel& model, const ModelPlan& plan) {
+  ModelPlanPixels pixels;
+  const Status painted = paint(model, plan, [&](const PlanCanvas& canvas) -> Status {
+    const cv::Mat picture = canvas.picture();
+    pixels.width = picture.cols, pixels.height = picture.rows;
+    pixels.bgr.assign(picture.data, picture.data + picture.total() * picture.elemSize());
+    return {};
+  });
+  if (!painted) return painted.error();
+  return pixels;
+}
+
+Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path) {
+  return paint(model, plan, [&](const PlanCanvas& canvas) {
+    return canvas.write(path) ? Status() : Status(Error{path + ": the picture cannot be written"});
+  });
 }
 
 }  // namespace parhelion::semantic

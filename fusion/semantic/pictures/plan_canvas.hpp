@@ -47,7 +47,9 @@ class PlanCanvas {
             bool halo = false);
   double text_width(const std::string& words, double size) const;
 
-  /// Writes the picture at its own size; false where it cannot be written.
+  /// What is drawn, at the picture's own size: BGR, 8 bits.
+  cv::Mat picture() const;
+  /// Writes it as PNG; false where it cannot be written.
   bool write(const std::string& path) const;
 
  private:
