@@ -50,15 +50,20 @@ void fit_plane(Patch& patch) {
 std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<Patch> patches;
   cloud::VoxelIndex number;
+  Eigen::Vector3i last = Eigen::Vector3i::Constant(-1);  // cube; points in sequence often share it
+  std::uint32_t index = cloud::VoxelIndex::kNone;
   const std::size_t step = std::max<std::size_t>(1, points.size() / kEnoughPoints);
   for (std::size_t i = 0; i < points.size(); i += step) {
     const Eigen::Vector3d p = points[i].cast<double>();
     if (!(p.cwiseAbs().maxCoeff() < kReach)) continue;
-    const Eigen::Vector3i cube = ((p.array() + kReach) / kPatchSide).floor().cast<int>();
-    std::uint32_t& index = number[cube];
-    if (index == cloud::VoxelIndex::kNone) {
-      index = static_cast<std::uint32_t>(patches.size());
-      patches.emplace_back();
+    const Eigen::Vector3i cube = ((p.array() + kReach) / kPatchSide).cast<int>();  // positive
+    if (cube != last) {
+      std::uint32_t& of_cube = number[cube];
+      if (of_cube == cloud::VoxelIndex::kNone) {
+        of_cube = static_cast<std::uint32_t>(patches.size());
+        patches.emplace_back();
+      }
+      last = cube, index = of_cube;
     }
     Patch& patch = patches[index];
     if (patch.count == 0) patch.mean = p;  // sums are relative to the first point, to keep squares small

@@ -49,13 +49,16 @@ PairTable pair_table() {
 void OccupiedCubes::add(const Eigen::Array3i& cube) {
   const Eigen::Array3i from_origin = cube + kOrigin;
   const Eigen::Vector3i at(from_origin.x() >> 2, from_origin.y() >> 2, from_origin.z() >> 2);
-  std::uint32_t& number = number_of_[at];
-  if (number == cloud::VoxelIndex::kNone) {
-    number = static_cast<std::uint32_t>(blocks_.size());
-    blocks_.push_back({at, 0});
+  if (blocks_.empty() || (blocks_[last_].at != at.array()).any()) {
+    std::uint32_t& number = number_of_[at];
+    if (number == cloud::VoxelIndex::kNone) {
+      number = static_cast<std::uint32_t>(blocks_.size());
+      blocks_.push_back({at, 0});
+    }
+    last_ = number;
   }
   const int within = (from_origin.x() & 3) + kSide * ((from_origin.y() & 3) + kSide * (from_origin.z() & 3));
-  blocks_[number].cubes |= std::uint64_t{1} << within;
+  blocks_[last_].cubes |= std::uint64_t{1} << within;
 }
 
 std::size_t OccupiedCubes::count() const {

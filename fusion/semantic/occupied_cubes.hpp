@@ -24,6 +24,7 @@ class OccupiedCubes {
   };
   cloud::VoxelIndex number_of_;
   std::vector<Block> blocks_;
+  std::uint32_t last_ = 0;  ///< block of the last cube: cubes in sequence often share it
 };
 
 }  // namespace parhelion::semantic

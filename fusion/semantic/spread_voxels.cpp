@@ -132,9 +132,13 @@ struct Candidates {
     constexpr double kRounding = 1e-5;  // of the squares, more than a float's
     const auto largest = static_cast<float>((1 + kRounding) * reach2);
     const std::size_t n = x.size();
+    // Plain pointers: loops with checked accesses are not vectorized.
+    const float *const at_x = x.data(), *const at_y = y.data(), *const at_z = z.data();
+    const float px = p.x(), py = p.y(), pz = p.z();
+    float* const square = squares.data();
     for (std::size_t i = 0; i < n; ++i) {
-      const float dx = x[i] - p.x(), dy = y[i] - p.y(), dz = z[i] - p.z();
-      squares[i] = dx * dx + dy * dy + dz * dz;
+      const float dx = at_x[i] - px, dy = at_y[i] - py, dz = at_z[i] - pz;
+      square[i] = dx * dx + dy * dy + dz * dz;
     }
     // Free of branches: which are near cannot be predicted.
     std::size_t count = 0;
@@ -246,8 +250,11 @@ std::vector<double> nearest_distances(const std::vector<Eigen::Vector3f>& points
     }
   }
   std::vector<double> squares(queries.size(), std::numeric_limits<double>::infinity());
+  Eigen::Array3i last = Eigen::Array3i::Constant(std::numeric_limits<int>::min());
+  std::uint32_t cube = cloud::VoxelIndex::kNone;
   for (const Eigen::Vector3f& p : points) {
-    const std::uint32_t cube = numbers.find(place_of(p));
+    const Eigen::Array3i place = place_of(p);
+    if ((place != last).any()) last = place, cube = numbers.find(place);  // points in sequence often share it
     if (cube == cloud::VoxelIndex::kNone) continue;
     for (const std::uint32_t q : queries_about[cube]) {
       const double square = (p - queries[q]).cast<double>().squaredNorm();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/voxel_index.hpp"
 #include "protocols/model.hpp"
@@ -30,21 +31,27 @@ struct Slice {
 std::vector<Slice> slices_of(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels) {
   std::vector<Slice> slices;
   cloud::VoxelIndex number;
+  Eigen::Vector3i last = Eigen::Vector3i::Zero();  // cube; points in sequence often share it
+  std::uint32_t index = 0;
   const std::size_t stride = 1 + cloud.size() / kSamples;
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
     const bool floor = labels[i] == static_cast<std::uint8_t>(EntityLabel::floor);
     if (!floor && labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown)) continue;
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
     if (!(p.cwiseAbs().maxCoeff() < kReach)) continue;
-    const Eigen::Vector3d scaled(p.x() / GroundLayers::kCell, p.y() / GroundLayers::kCell, p.z() / kSlice);
-    const Eigen::Vector3i cube = scaled.array().floor().cast<int>();
+    const Eigen::Vector3i cube(cloud::floor_index(p.x() / GroundLayers::kCell),
+                               cloud::floor_index(p.y() / GroundLayers::kCell),
+                               cloud::floor_index(p.z() / kSlice));
     // Negative indices are not allowed; a site is smaller than this shift.
     constexpr int shift = 1 << (cloud::VoxelIndex::kBits - 1);
     if (cube.cwiseAbs().maxCoeff() >= shift) continue;
-    std::uint32_t& index = number[cube.array() + shift];
-    if (index == cloud::VoxelIndex::kNone) {
-      index = static_cast<std::uint32_t>(slices.size());
-      slices.push_back({cube.x(), cube.y(), cube.z(), {}, 0});
+    if (slices.empty() || cube != last) {
+      std::uint32_t& of_cube = number[cube.array() + shift];
+      if (of_cube == cloud::VoxelIndex::kNone) {
+        of_cube = static_cast<std::uint32_t>(slices.size());
+        slices.push_back({cube.x(), cube.y(), cube.z(), {}, 0});
+      }
+      last = cube, index = of_cube;
     }
     slices[index].sums.add(p);
     slices[index].floor += floor ? 1 : 0;
