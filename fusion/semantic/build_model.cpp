@@ -256,8 +256,10 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   const std::size_t meshed = std::min(found.objects.size(), kMaxMeshes);
   std::optional<Result<UnknownMesh>> meshing;
   std::vector<ModelObject> kerbs;
+  const auto floor = ground_floor(built.model);
   tbb::parallel_invoke(
       [&] { meshing = unknown_mesh(built.cloud, built.cloud.labels, options.mesh, found.object_of, meshed); },
+      [&] { built.heights = site_heights(built.cloud, floor, largest_ceiling(built.model)); },
       [&] {
         kerbs = find_kerbs(built.cloud, built.cloud.labels, built.model.entities, spread ? spread->voxel : 0);
       });
@@ -277,9 +279,7 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
                           " to limit its size");
   if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
   begin("finish", 4);
-  const auto floor = ground_floor(built.model);
   built.floor = floor.value_or(0);
-  built.heights = site_heights(built.cloud, floor, largest_ceiling(built.model));
   if (const std::string& stages = options.segmentation.stages; !stages.empty()) {
     if (Status written = write_heights(built.cloud, built.model.T_map_cloud, built.heights, stages); !written)
       return written.error();

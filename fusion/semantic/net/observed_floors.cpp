@@ -1,5 +1,7 @@
 #include "fusion/semantic/net/observed_floors.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -46,7 +48,7 @@ CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double
   grid.height = std::max(1, static_cast<int>(std::ceil(floor.size.y() / cell)));
   grid.cells.assign(grid.index(0, grid.height), Cell::unknown);
   const int samples = std::max(1, static_cast<int>(std::lround(cell / evidence.cube())));
-  for (int y = 0; y < grid.height; ++y) {
+  tbb::parallel_for(0, grid.height, [&](int y) {
     for (int x = 0; x < grid.width; ++x) {
       int seen = 0, open = 0;
       for (int k = 0; k < samples * samples; ++k) {
@@ -60,7 +62,7 @@ CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double
       if (2 * seen >= samples * samples) result = Cell::occupied;
       if (2 * open >= samples * samples) result = Cell::free;
     }
-  }
+  });
   return grid;
 }
 

@@ -1,8 +1,11 @@
 #include "fusion/semantic/objects/split_groups.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "fusion/semantic/objects/split_corners.hpp"
@@ -170,8 +173,8 @@ std::vector<Cubes> split_groups(const ObjectGrid& grid, const std::vector<Object
   for (std::uint32_t g = 0; g < groups.size(); ++g) {
     for (const std::uint32_t c : groups[g]) group_of[c] = g;
   }
-  std::vector<Cubes> parts;
-  for (std::uint32_t g = 0; g < groups.size(); ++g) {
+  std::vector<std::vector<Cubes>> parts_of(groups.size());
+  tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(groups.size()), [&](std::uint32_t g) {
     const std::vector<Seat> seats = seats_in(grid, plates, group_of, g);
     const bool wide = plan_of(grid, groups[g]).sizes().maxCoeff() > kWide;
     std::vector<Cubes> by_seat =
@@ -179,10 +182,13 @@ std::vector<Cubes> split_groups(const ObjectGrid& grid, const std::vector<Object
     for (Cubes& part : by_seat) {
       Heights heights(grid, part);
       for (Cubes& row : heights.differ() ? heights.split(part) : std::vector<Cubes>{part}) {
-        for (Cubes& piece : split_corners(grid, std::move(row))) parts.push_back(std::move(piece));
+        for (Cubes& piece : split_corners(grid, std::move(row))) parts_of[g].push_back(std::move(piece));
       }
     }
-  }
+  });
+  std::vector<Cubes> parts;
+  for (std::vector<Cubes>& of_group : parts_of)
+    std::move(of_group.begin(), of_group.end(), std::back_inserter(parts));
   return parts;
 }
 

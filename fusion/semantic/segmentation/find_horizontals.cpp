@@ -1,6 +1,7 @@
 // Horizontal surfaces: lines in the tiles' OXZ and OYZ pictures propose heights; in each cell of the plan the
 // points confirm or reject them; touching cells at one height form a surface.
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
@@ -192,7 +193,7 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   std::vector<Plate> plates;
   for (const auto& of_tile : of_tiles) plates.insert(plates.end(), of_tile.begin(), of_tile.end());
   of_tiles.clear();
-  std::sort(plates.begin(), plates.end(), by_place);
+  tbb::parallel_sort(plates.begin(), plates.end(), by_place);  // no two are equal
 
   const std::vector<std::uint32_t> part = join_plates(plates, site.cell());
   std::vector<std::uint32_t> by_part(plates.size());
