@@ -102,16 +102,28 @@ void PlanCanvas::draw_cells(const std::vector<Colour>& colours, int columns, dou
 
 void PlanCanvas::fill(const std::vector<std::vector<Eigen::Vector2d>>& polygons, Colour colour,
                       double opacity) {
-  cv::Mat layer = opacity < 1 ? image_.clone() : image_;
+  constexpr int kEdge = 2;  // pixels beyond a polygon that its smoothed edge may touch
+  std::vector<std::vector<cv::Point>> drawn;
+  cv::Rect around;
   for (const auto& polygon : polygons) {
     std::vector<cv::Point> corners;
     for (const Eigen::Vector2d& p : polygon) corners.push_back(fine(pixel(p)));
-    if (corners.size() > 2) {
-      cv::fillPoly(layer, std::vector<std::vector<cv::Point>>{corners}, bgr(colour), cv::LINE_AA,
-                   kFractionBits);
-    }
+    if (corners.size() < 3) continue;
+    around |= cv::boundingRect(corners);
+    drawn.push_back(std::move(corners));
   }
-  if (opacity < 1) cv::addWeighted(layer, opacity, image_, 1 - opacity, 0, image_);
+  // Only this part is mixed: a canvas has tens of megabytes, and most layers are small.
+  const cv::Point low((around.x >> kFractionBits) - kEdge, (around.y >> kFractionBits) - kEdge),
+      high((around.br().x >> kFractionBits) + 1 + kEdge, (around.br().y >> kFractionBits) + 1 + kEdge);
+  const cv::Rect part = cv::Rect(low, high) & cv::Rect({}, image_.size());
+  if (drawn.empty() || part.empty()) return;
+  cv::Mat under = image_(part), layer = opacity < 1 ? under.clone() : under;
+  for (std::vector<cv::Point>& corners : drawn) {
+    for (cv::Point& corner : corners) corner -= part.tl() * (1 << kFractionBits);
+    cv::fillPoly(layer, std::vector<std::vector<cv::Point>>{corners}, bgr(colour), cv::LINE_AA,
+                 kFractionBits);
+  }
+  if (opacity < 1) cv::addWeighted(layer, opacity, under, 1 - opacity, 0, under);
 }
 
 void PlanCanvas::line(const std::vector<Eigen::Vector2d>& points, Colour colour, double width, bool closed) {

@@ -52,6 +52,16 @@ TEST(ModelPlan, ShowsWallsAndDoorsInTheirColours) {
   EXPECT_EQ(pixels_near(drawn(without), door), 0U) << "what is deleted is not drawn";
 }
 
+TEST(ModelPlan, GivesThePixelsThatItWrites) {
+  const cv::Mat written = drawn(model_of_a_room());
+  auto pixels = draw_model_plan(model_of_a_room(), {"Room", "a test", 1000});
+  ASSERT_TRUE(pixels.ok());
+  const cv::Mat given(pixels->height, pixels->width, CV_8UC3, pixels->bgr.data());
+  ASSERT_EQ(given.size(), written.size());
+  EXPECT_EQ(cv::norm(given, written, cv::NORM_INF), 0);
+  EXPECT_EQ(draw_model_plan({}, {}).error().message, "plan: the model has nothing to draw");
+}
+
 std::vector<std::string> names_in(const SemanticModel& model) {
   std::vector<std::string> all;
   for (const ModelEntity& entity : model.entities) all.push_back(entity.name);
