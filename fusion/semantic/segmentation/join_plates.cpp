@@ -21,13 +21,14 @@ std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   return i;
 }
 
-/// Whether two cells of one surface may differ so much: by 2.5 sigma of their means and the floor's
-/// unevenness.
-bool of_one_height(const Plate& a, const Plate& b) {
-  const auto step = static_cast<double>(std::abs(b.z - a.z));
-  if (step <= kSameHeight) return true;  // most, without the root
+/// m, maximum difference of two cells of one surface: 2.5 sigma of their means plus the floor's unevenness.
+double height_step(const Plate& a, const Plate& b) {
   const double sigma = kPointNoise * std::sqrt(1.0 / a.points + 1.0 / b.points);
-  return step <= std::min(kMaxHeightStep, kSameHeight + 2.5 * sigma);
+  return std::min(kMaxHeightStep, kSameHeight + 2.5 * sigma);
+}
+
+bool of_one_height(const Plate& a, const Plate& b) {
+  return static_cast<double>(std::abs(b.z - a.z)) <= height_step(a, b);
 }
 
 /// Whether the plate contains more of the points around its height than a wall's slice does by chance. Such
