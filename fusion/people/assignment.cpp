@@ -154,7 +154,8 @@ void Assignment::solve_exactly(std::size_t first, std::size_t last, double unass
   Costs costs;
   costs.rows = group_rows_.size();
   costs.columns = group_columns_.size() + costs.rows;
-  costs.cost.fill(kImpossible);
+  for (std::size_t row = 0; row < costs.rows; ++row)
+    std::fill_n(&costs.at(row, 0), costs.columns, kImpossible);
   for (std::size_t k = first; k < last; ++k) {
     double& cost =
         costs.at(index_in(group_rows_, candidates_[k].row), index_in(group_columns_, candidates_[k].column));

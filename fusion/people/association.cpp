@@ -78,6 +78,7 @@ void Association::Nearest::add(std::uint32_t candidate, double at) {
 
 void Association::reserve(std::size_t tracks, std::size_t segments, std::size_t parts) {
   parts_.reserve(parts);
+  centers_.reserve(segments);
   segment_.reserve(2 * tracks);
   for (std::vector<Nearest>* rivals : {&person_, &person_sigmas_, &thing_}) rivals->reserve(segments);
 }
@@ -86,6 +87,8 @@ std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
                                                 std::span<const Segment> segments,
                                                 std::span<const SegmentEvidence> evidence, double dt) {
   parts_.clear();
+  centers_.clear();
+  for (const Segment& segment : segments) centers_.push_back(segment.center);
   person_.assign(segments.size(), {});
   person_sigmas_.assign(segments.size(), Nearest(9));
   thing_.assign(segments.size(), {});
@@ -105,9 +108,10 @@ std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
 
 void Association::add_pairs(std::uint32_t index, const Track& track, std::span<const Segment> segments) {
   const std::array<Expected, 2> expected{expect(track, 0), expect(track, 1)};
+  const Eigen::Vector2d place = track.position();
   for (std::uint32_t s = 0; s < segments.size(); ++s) {
+    if ((centers_[s] - place).squaredNorm() > kMaxLegOffset * kMaxLegOffset) continue;
     const Segment& segment = segments[s];
-    if ((segment.center - track.position()).squaredNorm() > kMaxLegOffset * kMaxLegOffset) continue;
     for (const std::uint32_t slot : {0U, 1U}) {
       const Expected& here = expected[slot];
       const Eigen::Vector2d off = segment.center - here.place;

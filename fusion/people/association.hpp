@@ -101,6 +101,7 @@ class Association {
                         const SegmentEvidence& evidence) const;
 
   std::vector<PossiblePart> parts_;
+  std::vector<Eigen::Vector2d> centers_;                 // m, map, of each segment
   std::vector<Nearest> person_, thing_, person_sigmas_;  // of each segment
   std::vector<Nearest> segment_;                         // of each slot
 };

@@ -21,6 +21,7 @@ constexpr double kUnassigned = 0.5;
 PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), segmented_(options.segments) {
   tracks_.reserve(options.max_tracks);
   lost_.reserve(options.max_tracks);
+  places_.reserve(options.max_tracks);
   movers_.reserve(options.max_tracks);
   segment_of_slot_.reserve(2 * options.max_tracks);
   // Enough for all but the largest scans, whose first one sets the size.
@@ -172,11 +173,16 @@ bool PeopleTracker::near_person(const Eigen::Vector2d& place) const {
 
 /// Two tracks that stay close to each other are the legs of one person.
 void PeopleTracker::merge_companions() {
+  constexpr double reach = kCompanionDistance + 1e-6;
+  places_.clear();
+  for (const Track& track : tracks_) places_.push_back(track.position());
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     Track& track = tracks_[i];
     track.companion = 0;
-    for (std::size_t j = 0; j < tracks_.size() && track.companion == 0; ++j)
-      if (i != j && belongs_to(track, tracks_[j])) track.companion = tracks_[j].id;
+    for (std::size_t j = 0; j < tracks_.size() && track.companion == 0; ++j) {
+      if (i == j || (places_[j] - places_[i]).squaredNorm() > reach * reach) continue;
+      if (belongs_to(track, tracks_[j])) track.companion = tracks_[j].id;
+    }
     track.companion_time = std::max(track.companion_time + (track.companion != 0 ? dt_ : -dt_), 0.0);
   }
   std::erase_if(tracks_, [](const Track& track) {
@@ -227,7 +233,9 @@ void PeopleTracker::recognise() {
   std::erase_if(tracks_, [](const Track& track) { return track.id == 0; });
   std::erase_if(lost_,
                 [&](const Track& track) { return track.id == 0 || newest_ - track.seen > kLostMemory; });
-  std::sort(tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return a.id < b.id; });
+  const auto older = [](const Track& a, const Track& b) { return a.id < b.id; };
+  if (!std::is_sorted(tracks_.begin(), tracks_.end(), older))
+    std::sort(tracks_.begin(), tracks_.end(), older);
 }
 
 /// Of the persons who are not seen now, the one who `found` most probably is, or nullptr.

@@ -83,6 +83,7 @@ class PeopleTracker {
   std::vector<std::int32_t> segment_of_slot_;  // two for each track
   std::vector<Track> tracks_;                  // ascending id
   std::vector<Track> lost_;                    // ended ones of persons
+  std::vector<Eigen::Vector2d> places_;        // m, map, of each track
   std::vector<Mover> movers_;
   SimulationTime newest_;
   double dt_ = 0;  // s between the newest scans

@@ -4,8 +4,19 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 namespace parhelion::people {
+namespace {
+
+/// The same as std::remainder, which is slow: here most angles are within three half turns.
+double within_half_turn(double angle) {
+  constexpr double turn = 2 * std::numbers::pi;
+  if (!(std::abs(angle) < 1.5 * turn)) return std::remainder(angle, turn);
+  return std::abs(angle) <= std::numbers::pi ? angle : angle - std::copysign(turn, angle);
+}
+
+}  // namespace
 
 PlaceEvidence SeenFree::at(const Eigen::Vector2d& place, double radius, double sigma,
                            SimulationTime now) const {
@@ -40,9 +51,8 @@ SeenFree::Look SeenFree::look(const PastScan& past, const Eigen::Vector2d& place
   const double half_width = radius + options_.margin + sigma;
   if (!(distance > half_width)) return Look::unknown;
   const double step = past.angle_increment;
-  const double bearing = std::remainder(
-      std::atan2(p.y(), p.x()) - past.angle_min - step * static_cast<double>(past.free_to.size()) / 2,
-      2 * std::numbers::pi);
+  const double bearing = within_half_turn(std::atan2(p.y(), p.x()) - past.angle_min -
+                                          step * static_cast<double>(past.free_to.size()) / 2);
   const double middle = bearing / step + static_cast<double>(past.free_to.size()) / 2;
   const double reach = std::asin(half_width / distance) / std::abs(step) + 0.5;
   const double first = std::ceil(middle - reach), last = std::floor(middle + reach);
@@ -50,14 +60,17 @@ SeenFree::Look SeenFree::look(const PastScan& past, const Eigen::Vector2d& place
     return Look::unknown;
   float nearest = std::numeric_limits<float>::infinity();
   int known = 0, unknown = 0;
-  bool occupied = false;
-  for (auto i = static_cast<std::size_t>(first); i <= static_cast<std::size_t>(last); ++i) {
-    ++(past.free_to[i] < 0 ? unknown : known);
-    if (past.free_to[i] < 0) continue;
-    nearest = std::min(nearest, past.free_to[i]);
-    occupied = occupied || std::abs(past.free_to[i] - distance) < radius + options_.depth + sigma;
+  const double depth = radius + options_.depth + sigma;
+  const auto from = static_cast<std::size_t>(first), to = static_cast<std::size_t>(last) + 1;
+  for (const float free_to : std::span(past.free_to).subspan(from, to - from)) {
+    if (free_to < 0) {
+      ++unknown;
+      continue;
+    }
+    if (std::abs(double{free_to} - distance) < depth) return Look::occupied;
+    ++known;
+    nearest = std::min(nearest, free_to);
   }
-  if (occupied) return Look::occupied;
   const bool through = known >= unknown && nearest > distance + options_.behind + sigma;
   return through ? Look::free : Look::unknown;
 }

@@ -44,6 +44,7 @@ std::span<const Segment> SegmentedScan::find(const LaserSweep& sweep) {
   segments_.reserve(beams);
   returns_.reserve(beams);
   wide_.reserve(2 * beams);
+  centers_.reserve(beams);
   if (beams == 0 || !sweep.motion.T_map_laser_start.finite() || !sweep.motion.T_map_laser_end.finite())
     return segments_;
   rays_.set(sweep.motion, scan::beam_set(sweep.scan, sweep.beam_time.first(beams)));
@@ -54,13 +55,15 @@ std::span<const Segment> SegmentedScan::find(const LaserSweep& sweep) {
 }
 
 void SegmentedScan::collect_returns(const LaserSweep& sweep) {
+  const double margin =
+      options_.margin + options_.sigmas * std::hypot(sweep.sigma, sweep.description.noise_sigma);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     const double range = sweep.scan.ranges[i];
     if (sweep.description.convention.classify(sweep.scan.ranges[i]) != BeamKind::hit) continue;
     const Eigen::Vector3d p = rays_.origin(i) + range * rays_.direction(i);
     // A laser that points down sees the floor, which need not be in the model.
     if (rays_.direction(i).z() < -1e-6 && p.z() < options_.floor_margin + 0.01 * range) continue;
-    if (building(sweep, i, range)) continue;
+    if (building(sweep, i, range, margin)) continue;
     returns_.push_back({p.head<2>(), range, static_cast<std::uint32_t>(i)});
   }
   // A full turn starts at a gap, so that no segment is cut.
@@ -73,11 +76,10 @@ void SegmentedScan::collect_returns(const LaserSweep& sweep) {
   }
 }
 
-bool SegmentedScan::building(const LaserSweep& sweep, std::size_t beam, double range) const {
+/// `margin`: m, of what is the building although nearer.
+bool SegmentedScan::building(const LaserSweep& sweep, std::size_t beam, double range, double margin) const {
   const std::size_t modelled = std::min(sweep.building.size(), rays_.size());
   if (beam >= modelled) return false;
-  const double margin =
-      options_.margin + options_.sigmas * std::hypot(sweep.sigma, sweep.description.noise_sigma);
   if (range >= sweep.building[beam].range - margin) return true;
   // Modelled surfaces nearer than the margin lie within asin(margin / range) of the beam's bearing.
   const double angle = margin < range ? std::asin(margin / range) : std::numbers::pi;
@@ -148,18 +150,21 @@ void SegmentedScan::close(const LaserSweep& sweep, std::size_t first, std::size_
 }
 
 void SegmentedScan::add_neighbours() {
-  for (Segment& segment : segments_) {
+  centers_.clear();
+  for (const Segment& segment : segments_) centers_.push_back(segment.center);
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    Segment& segment = segments_[i];
     double nearest = kNeighbourhood, second = kNeighbourhood, width = 0, straight = 1;
     int within = 0;
-    for (const Segment& other : segments_) {
-      const double squared = (other.center - segment.center).squaredNorm();
-      if (&other == &segment || squared >= kNeighbourhood * kNeighbourhood) continue;
+    for (std::size_t j = 0; j < segments_.size(); ++j) {
+      const double squared = (centers_[j] - centers_[i]).squaredNorm();
+      if (i == j || squared >= kNeighbourhood * kNeighbourhood) continue;
       const double distance = std::sqrt(squared);
       within += distance < 1 ? 1 : 0;
       second = std::min(second, std::max(distance, nearest));
       if (distance < nearest) {
         nearest = distance;
-        width = other.width;
+        width = segments_[j].width;
       }
     }
     for (const Eigen::Vector2d& end : wide_)

@@ -78,7 +78,7 @@ class SegmentedScan {
 
  private:
   void collect_returns(const LaserSweep& sweep);
-  bool building(const LaserSweep& sweep, std::size_t beam, double range) const;
+  bool building(const LaserSweep& sweep, std::size_t beam, double range, double margin) const;
   void split(const LaserSweep& sweep);
   void close(const LaserSweep& sweep, std::size_t first, std::size_t last);
   void add_neighbours();
@@ -87,7 +87,8 @@ class SegmentedScan {
   scan::SweepRays rays_;
   std::vector<Return> returns_;
   std::vector<Segment> segments_;
-  std::vector<Eigen::Vector2d> wide_;  ///< ends of segments that are too wide
+  std::vector<Eigen::Vector2d> wide_;     ///< ends of segments that are too wide
+  std::vector<Eigen::Vector2d> centers_;  ///< of the segments
 };
 
 }  // namespace parhelion::people
