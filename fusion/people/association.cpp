@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -194,6 +195,29 @@ double pair_log_odds(const Trees& trees, const PossiblePart& part) {
   const float sum = evaluate({trees.start, trees.trees.first(first)}, part.features);
   if (sum < kHopeless) return double{sum};
   return double{evaluate({sum, trees.trees.subspan(first)}, part.features)};
+}
+
+void PairLogOdds::reserve(std::size_t parts) {
+  log_odds_.reserve(parts);
+  wanted_.reserve(parts);
+}
+
+std::span<const float> PairLogOdds::find(const Trees& trees, std::span<const PossiblePart> parts) {
+  const std::size_t first = std::min(trees.trees.size(), kFirstTrees);
+  log_odds_.assign(parts.size(), trees.start);
+  wanted_.resize(parts.size());
+  std::iota(wanted_.begin(), wanted_.end(), 0U);
+  add(trees.trees.first(first), parts);
+  std::erase_if(wanted_, [&](std::uint32_t i) { return log_odds_[i] < kHopeless; });
+  add(trees.trees.subspan(first), parts);
+  return log_odds_;
+}
+
+/// To those that are wanted.
+void PairLogOdds::add(std::span<const Tree> trees, std::span<const PossiblePart> parts) {
+  add_to_each<kPairFeatures>(
+      trees, wanted_.size(), [&](std::size_t i) -> const PairFeatures& { return parts[wanted_[i]].features; },
+      [&](std::size_t i) -> float& { return log_odds_[wanted_[i]]; });
 }
 
 }  // namespace parhelion::people

@@ -72,6 +72,20 @@ struct PossiblePart {
 /// That the segment is part of the track; of hopeless pairs an estimate by a part of the trees.
 double pair_log_odds(const Trees& trees, const PossiblePart& part);
 
+/// pair_log_odds() of many pairs, four at a time. Memory is reused from scan to scan.
+class PairLogOdds {
+ public:
+  void reserve(std::size_t parts);
+  /// Of each pair, the same bits as pair_log_odds(). Valid until the next call.
+  std::span<const float> find(const Trees& trees, std::span<const PossiblePart> parts);
+
+ private:
+  void add(std::span<const Tree> trees, std::span<const PossiblePart> parts);
+
+  std::vector<float> log_odds_;
+  std::vector<std::uint32_t> wanted_;  // indices of pairs
+};
+
 /// Memory is reused from scan to scan.
 class Association {
  public:

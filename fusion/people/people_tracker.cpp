@@ -26,9 +26,11 @@ PeopleTracker::PeopleTracker(const PeopleOptions& options) : options_(options), 
   segment_of_slot_.reserve(2 * options.max_tracks);
   // Enough for all but the largest scans, whose first one sets the size.
   evidence_.reserve(options.max_tracks);
+  log_odds_.reserve(options.max_tracks);
   taken_.reserve(options.max_tracks);
   candidates_.reserve(kCandidates);
   association_.reserve(options.max_tracks, options.max_tracks, kCandidates);
+  pair_log_odds_.reserve(kCandidates);
   assignment_.reserve(2 * options.max_tracks, options.max_tracks, kCandidates);
 }
 
@@ -57,18 +59,26 @@ std::span<const Mover> PeopleTracker::update(const LaserSweep& sweep) {
 
 void PeopleTracker::collect_evidence(const LaserSweep& sweep) {
   evidence_.clear();
-  for (const Segment& segment : found_) {
-    evidence_.push_back({evaluate(options_.segment, segment.features),
-                         seen_free_[sweep.laser].at(segment.center, std::min(segment.radius, 0.25),
-                                                    sweep.sigma, sweep.stamp)});
+  log_odds_.assign(found_.size(), options_.segment.start);
+  add_to_each<kSegmentFeatures>(
+      options_.segment.trees, found_.size(),
+      [&](std::size_t i) -> const SegmentFeatures& { return found_[i].features; },
+      [&](std::size_t i) -> float& { return log_odds_[i]; });
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    const Segment& segment = found_[i];
+    evidence_.push_back(
+        {double{log_odds_[i]}, seen_free_[sweep.laser].at(segment.center, std::min(segment.radius, 0.25),
+                                                          sweep.sigma, sweep.stamp)});
   }
 }
 
 void PeopleTracker::assign() {
   candidates_.clear();
   parts_ = association_.find(tracks_, found_, evidence_, dt_);
-  for (const PossiblePart& part : parts_) {
-    const double cost = -pair_log_odds(options_.pair, part);
+  const std::span<const float> log_odds = pair_log_odds_.find(options_.pair, parts_);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const PossiblePart& part = parts_[i];
+    const double cost = -double{log_odds[i]};
     if (cost < kUnassigned) candidates_.push_back({2 * part.track + part.slot, part.segment, cost});
   }
   const auto slots = assignment_.solve(2 * tracks_.size(), found_.size(), candidates_, kUnassigned);
@@ -204,9 +214,15 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
   double moved_tracks = 0;
   for (const Track& track : tracks_) moved_tracks += double{track.feature(TrackFeature::has_moved)};
   const bool pose_is_wrong = things_move();
-  for (Track& track : tracks_) {
-    observe_others(track, moved_tracks, tracks_.size());
-    const double log_odds = double{evaluate(options_.track, track.features)};
+  for (Track& track : tracks_) observe_others(track, moved_tracks, tracks_.size());
+  log_odds_.assign(tracks_.size(), options_.track.start);
+  add_to_each<kTrackFeatures>(
+      options_.track.trees, tracks_.size(),
+      [&](std::size_t i) -> const TrackFeatures& { return tracks_[i].features; },
+      [&](std::size_t i) -> float& { return log_odds_[i]; });
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    const double log_odds = double{log_odds_[i]};
     const double share = track.scans < 2 ? 1 : dt_ / (kLogOddsAveraging + dt_);
     track.log_odds += (log_odds - track.log_odds) * share;
     track.robot = std::any_of(sweep.robots.begin(), sweep.robots.end(), [&](const KnownRobot& robot) {

@@ -75,9 +75,11 @@ class PeopleTracker {
   std::vector<SeenFree> seen_free_;  // for each laser
   std::span<const Segment> found_;
   std::vector<SegmentEvidence> evidence_;  // for each segment
+  std::vector<float> log_odds_;            // of each segment, or track
   std::vector<char> taken_;                // for each segment
   Association association_;
   std::span<const PossiblePart> parts_;
+  PairLogOdds pair_log_odds_;
   Assignment assignment_;
   std::vector<Candidate> candidates_;
   std::vector<std::int32_t> segment_of_slot_;  // two for each track

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fusion/people/track_rules.hpp"
+#include "tests/fusion/people/synthetic_crowd.hpp"
 
 namespace parhelion::people {
 namespace {
@@ -123,6 +124,25 @@ TEST(TracksOfOnePerson, two_persons_who_stand_close_by_stay_two) {
   part.person = false;
   part.confirmed = {};
   EXPECT_TRUE(belongs_to(part, older));
+}
+
+/// Pairs at random, of which some are hopeless.
+TEST(PairLogOdds, are_those_of_each_pair) {
+  test::Random random(1);
+  std::vector<PossiblePart> parts(203);
+  for (PossiblePart& part : parts)
+    for (float& value : part.features) value = static_cast<float>(random.normal());
+  const Trees trees = pair_trees();
+  PairLogOdds many;
+  const auto log_odds = many.find(trees, parts);
+  ASSERT_EQ(log_odds.size(), parts.size());
+  int hopeless = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    EXPECT_EQ(double{log_odds[i]}, pair_log_odds(trees, parts[i]));
+    hopeless += log_odds[i] < -4 ? 1 : 0;
+  }
+  EXPECT_GT(hopeless, 0);
+  EXPECT_LT(hopeless, static_cast<int>(parts.size()));
 }
 
 }  // namespace
