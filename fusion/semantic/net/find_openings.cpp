@@ -39,14 +39,34 @@ double density_beside(const WallRaster& raster, int c0, int c1, double low, doub
   return cells > 0 ? static_cast<double>(left.points + right.points) / cells : 0;
 }
 
+/// Whether most of the rays towards a row of an opening were stopped before the wall. How many there were is
+/// known from the wall beside it: rays that left the site through the opening met nothing. What other rays
+/// met in or behind the opening, or passed through, is not hidden.
+bool is_hidden(const WallRaster& raster, int c0, int c1, double low, double high) {
+  constexpr int kBeside = 6;  // columns
+  const WallRaster::Fractions row = raster.fractions(c0, c1, low, high),
+                              left = raster.fractions(c0 - kBeside, c0, low, high),
+                              right = raster.fractions(c1, c1 + kBeside, low, high);
+  const auto rays = [](const WallRaster::Fractions& f) {
+    return static_cast<double>(f.points) + static_cast<double>(f.crossed) + static_cast<double>(f.hidden);
+  };
+  const int cells = left.cells + right.cells;
+  const double expected = cells > 0 ? row.cells * (rays(left) + rays(right)) / cells : 0;
+  return row.hidden >= 10 && row.hidden > 0.5 * expected && row.hidden > 2 * (rays(row) - row.hidden);
+}
+
 /// Height up to which the opening's columns are measured, or hidden by objects in front of them. An object
-/// that hides the whole opening, such as a leaf ajar, gives no sill.
-double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
+/// that hides the whole opening, such as a leaf ajar, gives no sill, nor does one before a floor that goes on
+/// into the opening (`sill_floor`: along this fraction of it).
+double sill_of(const WallRaster& raster, int c0, int c1, double floor, double sill_floor) {
   const double beside = density_beside(raster, c0, c1, floor + 0.2, floor + kMaxFurniture);
   double z = floor + 0.1;
   for (; z < floor + 1.6; z += raster.row) {
     const WallRaster::Fractions row = raster.fractions(c0, c1, z, z + raster.row);
-    if (row.measured <= 0.5 && !(beside > 0 && row.hidden > 0.5 * beside * row.cells)) break;
+    const bool hidden = raster.viewpoints_known
+                            ? sill_floor < 0.6 && is_hidden(raster, c0, c1, z, z + raster.row)
+                            : beside > 0 && row.hidden > 0.5 * beside * row.cells;
+    if (row.measured <= 0.5 && !hidden) break;
   }
   return z > floor + 0.25 && z < floor + 1.3 ? z - raster.row : floor;
 }
@@ -170,14 +190,14 @@ Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std
   opening.from = (c0 - 1) * raster.column;
   opening.to = (c1 + 1) * raster.column;
   opening.head = head_of(raster, c0, c1, wall.floor, wall.ceiling);
-  opening.sill = sill_of(raster, c0, c1, wall.floor);
+  opening.sill_floor = floor_through(points, wall, c0, c1);
+  opening.sill = sill_of(raster, c0, c1, wall.floor, opening.sill_floor);
   opening.lintel = raster.fractions(c0, c1, opening.head, wall.ceiling - 0.1).measured;
   const double from = std::max(low, opening.sill), to = std::min(high, opening.head);
   const WallRaster::Fractions body = raster.fractions(c0, c1, from, to);
   opening.closed = body.behind;
   opening.seen_through = body.rays >= 10 && body.behind < 0.35;
   opening.empty = empty_fraction(raster, c0, c1, from, to);
-  opening.sill_floor = floor_through(points, wall, c0, c1);
   double sum = 0;
   int n = 0;
   for (int k = c0; k < c1; ++k) {
@@ -254,6 +274,13 @@ std::vector<Opening> find_openings(const PlanPoints& points, const WallCandidate
   const auto add = [&](double from, double to, bool windows) {
     for (const auto& [c, end] : gaps(solid_columns(wall, from, to))) {
       Opening opening = measure_opening(points, wall, index, c, end, low, high);
+      // What stands on the sill must not narrow a window.
+      if (opening.sill >= wall.floor + 0.4) {
+        for (const auto& [wide_c, wide_end] : gaps(solid_columns(wall, opening.sill + 0.2, high))) {
+          if (wide_c <= c && wide_end >= end && wide_end - wide_c > end - c)
+            opening = measure_opening(points, wall, index, wide_c, wide_end, low, high);
+        }
+      }
       score_opening(opening, wall, options);
       const auto overlaps = [&](const Opening& other) {
         return std::min(opening.to, other.to) > std::max(opening.from, other.from);

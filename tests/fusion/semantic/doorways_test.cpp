@@ -6,6 +6,7 @@
 
 #include "fusion/semantic/net/semantic_net.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
+#include "tests/synthetic_site.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -153,6 +154,40 @@ TEST(Doorways, OfAnUpperStoreyAreFoundInAWallThroughAllStoreys) {
   std::sort(feet.begin(), feet.end());
   ASSERT_EQ(feet.size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(feet[k], 3.0 * static_cast<double>(k), 0.1);
+}
+
+/// A room whose counter hides what is under a hole in its wall, from all places; a house stands opposite.
+/// From the next room no ray gets there at all.
+cloud::PointCloud<Map> room_with_counter(double counter, double sill) {
+  SemanticModel site;
+  const auto add = [&](EntityLabel label, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    site.entities.push_back(test::model_box("box " + std::to_string(site.entities.size()), label,
+                                            0.5 * (low + high), high - low));
+  };
+  using L = EntityLabel;
+  add(L::floor, {-0.2, -4.2, -0.2}, {6.2, 4.4, 0}), add(L::ceiling, {-0.2, -4.2, 2.7}, {6.2, 4.4, 2.9});
+  add(L::wall, {0, -4.1, 0}, {6, -4, 2.7}), add(L::wall, {-0.1, -4, 0}, {0, 0, 2.7});
+  add(L::wall, {6, -4, 0}, {6.1, 0, 2.7});
+  add(L::wall, {0, -0.1, 0}, {6, 0, 2.7}), add(L::wall, {-0.1, 0, 0}, {0, 4, 2.7});
+  add(L::wall, {6, 0, 0}, {6.1, 4, 2.7}), add(L::wall, {0, 4, 0}, {2.4, 4.2, 2.7});
+  add(L::wall, {3.6, 4, 0}, {6, 4.2, 2.7}), add(L::wall, {2.4, 4, 2.05}, {3.6, 4.2, 2.7});
+  if (sill > 0) add(L::wall, {2.4, 4, 0}, {3.6, 4.2, sill});
+  if (counter > 0) add(L::unknown, {1.6, 3.3, 0}, {4.4, 3.98, counter});
+  add(L::wall, {-6, 9, -3}, {12, 9.2, 6});
+  auto scan = test::scan_of(
+      site, {{2.2, 1.2, 1.4}, {3.8, 1.0, 1.5}, {2.5, -1, 1.4}, {3.5, -1, 1.4}, {3, -2, 1.4}}, 0.012);
+  const auto level_frame = level(scan);
+  if (!level_frame) throw std::runtime_error(level_frame.error().message);
+  return cloud::transformed(*level_frame, scan);
+}
+
+TEST(Doorways, AWindowWhoseSillACounterHidesIsNone) {
+  for (const double counter : {0.85, 1.0}) {
+    const SemanticNet net = net_of(room_with_counter(counter, 0.8));
+    EXPECT_EQ(number_of(net, EntityLabel::door), 0) << counter;
+    EXPECT_EQ(number_of(net, EntityLabel::window), 1) << counter;
+  }
+  EXPECT_EQ(number_of(net_of(room_with_counter(0, 0)), EntityLabel::door), 1);
 }
 
 }  // namespace
