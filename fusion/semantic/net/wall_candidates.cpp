@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 #include "fusion/semantic/net/free_standing.hpp"
 #include "fusion/semantic/net/hanging_wall.hpp"
@@ -269,6 +270,37 @@ std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segme
   return openings;
 }
 
+/// A door's leaf that is flush with one face of a wall is recessed from the other. Each face gets those of
+/// the other that it has no opening for: only one of the two is labelled wall.
+void copy_leaves(WallCandidates& found) {
+  constexpr double kLeafSeen = 0.35;  // of the opening
+  const std::size_t n = found.openings.size();
+  for (std::size_t w = 0; w < found.walls.size(); ++w) {
+    const WallCandidate& front = found.walls[w];
+    for (std::size_t o = 0; o < n; ++o) {
+      const Opening& leaf = found.openings[o];
+      if (leaf.wall == w || leaf.door_score <= 0 || leaf.closed <= kLeafSeen) continue;
+      const WallCandidate& back = found.walls[leaf.wall];
+      const auto other = back_face(front, back);
+      if (!other) continue;
+      const auto along = [&](double at) {
+        return front.raster.along.dot(back.raster.start + at * back.raster.along - front.raster.start);
+      };
+      Opening same = leaf;
+      same.wall = w;
+      std::tie(same.from, same.to) = std::minmax({along(leaf.from), along(leaf.to)});
+      if (same.from < 0 || same.to > front.length()) continue;
+      const double side = front.raster.away.dot(back.raster.away) < 0 ? -1 : 1;
+      same.recess = other->depth + side * leaf.recess;
+      const auto overlaps = [&](const Opening& opening) {
+        return opening.wall == w && std::min(same.to, opening.to) > std::max(same.from, opening.from);
+      };
+      if (std::none_of(found.openings.begin(), found.openings.end(), overlaps))
+        found.openings.push_back(same);
+    }
+  }
+}
+
 }  // namespace
 
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
@@ -289,6 +321,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.openings.insert(found.openings.end(), of_wall.begin(), of_wall.end());
   weigh_free_standing(points, found.walls);
   weigh_walls(found.walls);
+  copy_leaves(found);
   return found;
 }
 

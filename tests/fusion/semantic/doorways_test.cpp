@@ -190,5 +190,28 @@ TEST(Doorways, AWindowWhoseSillACounterHidesIsNone) {
   EXPECT_EQ(number_of(net_of(room_with_counter(0, 0)), EntityLabel::door), 1);
 }
 
+TEST(Doorways, ALeafThatIsFlushWithTheFaceThatIsDrawnIsFoundFromTheOtherFace) {
+  for (const bool flush_with_longer : {true, false}) {
+    CloudSampler sampler(600, 0.003, 71);
+    sampler.room({0, 0}, {flush_with_longer ? 6.0 : 12.0, 3}, 0, 2.6);
+    sampler.room({0, 3.12}, {flush_with_longer ? 12.0 : 6.0, 6}, 0, 2.6);
+    cloud::PointCloud<Map> cloud = sampler.cloud();
+    // From the first room the leaf is in a recess of 11 cm; the other room sees an even face.
+    std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+      return std::abs(p.y() - 3) < 0.02F && p.x() > 2 && p.x() < 2.9F && p.z() > 0.02F && p.z() < 2.05F;
+    });
+    CloudSampler leaf(600, 0.003, 72);
+    leaf.wall({2, 3.11}, {2.9, 3.11}, 0.01, 2.05);
+    leaf.slab({2, 3}, {2.9, 3.11}, 0);
+    const std::size_t first = cloud.points.size();
+    cloud.points.insert(cloud.points.end(), leaf.cloud().points.begin(), leaf.cloud().points.end());
+    cloud.viewpoints = {{3, 1, 1.5}, {3, 5, 1.5}};
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      cloud.scans.push_back(i >= first || cloud.points[i].y() < 3.06F ? 0 : 1);
+    const SemanticNet net = net_of(cloud);
+    EXPECT_EQ(number_of(net, EntityLabel::door), 1) << flush_with_longer;
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
