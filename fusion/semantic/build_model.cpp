@@ -12,6 +12,7 @@
 
 #include "fusion/semantic/net/drop_doubles.hpp"
 #include "fusion/semantic/net/find_ramps.hpp"
+#include "fusion/semantic/net/inclined_ceilings.hpp"
 #include "fusion/semantic/net/net_graph.hpp"
 #include "fusion/semantic/net/observed_floors.hpp"
 #include "fusion/semantic/net/sagging_floors.hpp"
@@ -235,6 +236,7 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   if (!net) return net.error();
   FoundRamps found_ramps = find_ramps(surfaces_of, net->labels, spread ? spread->voxel : 0);
   add_landings(*segmentation, found_ramps, *net);
+  add_inclined_ceilings(surfaces_of, *net);
   std::move(found_ramps.ramps.begin(), found_ramps.ramps.end(), std::back_inserter(net->entities));
   if (spread) net->labels = labels_of_parents(*spread, net->labels, built.cloud.size());
   built.net = std::move(*net);

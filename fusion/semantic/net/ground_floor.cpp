@@ -30,7 +30,8 @@ std::optional<double> ground_floor(const SemanticModel& model) {
 std::optional<double> largest_ceiling(const SemanticModel& model) {
   const ModelEntity* largest = nullptr;
   for (const ModelEntity& e : model.entities) {
-    if (e.label != EntityLabel::ceiling || e.deleted) continue;
+    const bool is_level = e.T_map_body.rotation()(2, 2) > 0.9999;
+    if (e.label != EntityLabel::ceiling || e.deleted || !is_level) continue;
     if (largest == nullptr || e.size.x() * e.size.y() > largest->size.x() * largest->size.y()) largest = &e;
   }
   if (largest == nullptr) return std::nullopt;
