@@ -10,6 +10,12 @@
 
 namespace parhelion::pose {
 
+/// The part of a motion that only odometry measured, m: as it was tracked, and as odometry reported it,
+/// without a scale that was learned.
+struct WeakWay {
+  Eigen::Vector2d tracked = Eigen::Vector2d::Zero(), reported = Eigen::Vector2d::Zero();
+};
+
 struct Keyframe {
   ScanPoints scan;
   Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
@@ -18,12 +24,14 @@ struct Keyframe {
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
   /// Covariance of its pose in the map, by matches: x, y, yaw.
   Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();
-  /// The way up to here that only odometry measured; m, map frame.
+  /// What the scale of odometry may be wrong, 1 sigma, over the way up to here that only odometry measured;
+  /// m, map frame.
   Eigen::Vector2d unseen = Eigen::Vector2d::Zero();
-  double driven = 0;                  ///< m, path length up to here
-  std::size_t scan_index = 0;         ///< number of the scan
-  double explained = 1;               ///< fraction of its points, by the path before it
-  std::vector<WallPiece> walls = {};  ///< that its scan saw
+  WeakWay weak_way;              ///< of `step`, in the frame of the previous keyframe
+  double driven = 0;             ///< m, path length up to here
+  std::size_t scan_index = 0;    ///< number of the scan
+  double explained = 1;          ///< fraction of its points, by the path before it
+  std::vector<WallPiece> walls;  ///< that its scan saw
 };
 
 }  // namespace parhelion::pose

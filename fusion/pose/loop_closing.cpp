@@ -11,9 +11,18 @@ class LoopCloser {
  public:
   LoopCloser(const std::vector<Keyframe>& keyframes, const LoopClosingOptions& options)
       : keyframes_(keyframes), options_(options) {
-    for (const Keyframe& keyframe : keyframes) poses_.push_back(keyframe.T_map_base);
-    for (std::size_t i = 1; i < keyframes.size(); ++i)
-      chain_.push_back({i - 1, i, keyframes[i].step, keyframes[i].step_information, false});
+    if (!keyframes.empty()) poses_.push_back(keyframes.front().T_map_base);
+    for (std::size_t i = 1; i < keyframes.size(); ++i) {
+      const WeakWay& way = keyframes[i].weak_way;
+      const Eigen::Vector2d longer =
+          options.odometry_weight * (options.odometry_scale * way.reported - way.tracked);
+      const auto rescaled = [&](const Pose2& step) {
+        return Pose2{step.x + longer.x(), step.y + longer.y(), step.yaw};
+      };
+      chain_.push_back({i - 1, i, rescaled(keyframes[i].step), keyframes[i].step_information, false});
+      poses_.push_back(poses_.back() *
+                       rescaled(keyframes[i - 1].T_map_base.inverse() * keyframes[i].T_map_base));
+    }
   }
 
   std::vector<Pose2> run(const std::function<void(double)>& progress) {

@@ -81,6 +81,7 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp, Durati
     for (Twist2* twist : {&result.twist, &result.sweep.twist, &result.sweep.acceleration})
       *twist = {along * twist->vx, across * twist->vy, twist->wz};
   }
+  result.reported = result.step;
   return result;
 }
 

@@ -15,6 +15,7 @@ class ScanOdometry {
  public:
   struct Step {
     Pose2 step;         ///< of the base since the previous scan; identity at the first
+    Pose2 reported;     ///< `step` before a scale that scans have shown was applied to it
     Twist2 twist;       ///< at the scan
     SweepMotion sweep;  ///< at that twist; during a long sweep as odometry went meanwhile, if it has arrived
     bool known = true;  ///< false: odometry has no sample for that instant, `step` is identity

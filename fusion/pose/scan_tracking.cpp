@@ -375,7 +375,7 @@ void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::St
   ScanStep step;
   step.stamp = scan.stamp;
   step.seconds = (scan.stamp - previous_->stamp).seconds();
-  step.odometry = odometry.step;
+  step.odometry = odometry.reported;
   step.odometry_known = odometry.known;
   step.scans = by_scans_alone_.inverse() * free.T_map_base;
   step.repeated = scan.ranges_hash == previous_->ranges_hash;

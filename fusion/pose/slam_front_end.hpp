@@ -10,6 +10,7 @@
 #include "fusion/pose/displacement_check.hpp"
 #include "fusion/pose/heading_drift.hpp"
 #include "fusion/pose/keyframe.hpp"
+#include "fusion/pose/odometry_scale.hpp"
 #include "fusion/pose/pose_doubt.hpp"
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_tracking.hpp"
@@ -49,11 +50,15 @@ class SlamFrontEnd {
 
   SlamFrontEnd(const RobotDescription& robot, const Options& options);
 
-  void add(const Odometry& odometry) { tracking_.add(odometry); }
-  /// `step`: odometry since the previous scan; the first scan is at `start`.
-  Estimate add(const ScanPoints& whole_scan, const ScanOdometry::Step& step);
+  void add(const Odometry& odometry) {
+    tracking_.add(odometry);
+    scale_.add(odometry);
+  }
+  /// `reported`: odometry since the previous scan; the first scan is at `start`.
+  Estimate add(const ScanPoints& whole_scan, const ScanOdometry::Step& reported);
   void set_start(const Pose2& start) { pose_ = start; }
   const ScanTracking& tracking() const { return tracking_; }
+  const OdometryScale& scale() const { return scale_; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   /// Moves the keyframes, the robot with the last, and from here on matches to the old surroundings, too.
   void correct(const LoopCorrection& correction);
@@ -67,8 +72,10 @@ class SlamFrontEnd {
   void found(const Pose2& T_map_base, const ScanPoints& scan);
 
  private:
+  void learn_scale(SensorTime stamp);
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
+  void add_weak_way(const Pose2& before, const ScanTracking::Followed& found, const ScanOdometry::Step& step);
   void watch(const ScanPoints& scan, const Pose2& before, const ScanOdometry::Step& step, Estimate& estimate);
   void wait(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   void step_aside(const Match& beside, SensorTime stamp, Estimate& estimate);
@@ -90,6 +97,7 @@ class SlamFrontEnd {
   RobotDescription robot_;
   Options options_;
   ScanTracking tracking_;
+  OdometryScale scale_;
   Companions companions_;
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
@@ -100,8 +108,9 @@ class SlamFrontEnd {
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
-  /// m, map frame: the way since the start or the last loop, as far as scans do not show it.
+  /// As Keyframe::unseen, since the start or the last loop.
   Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
+  WeakWay weak_way_;                                           ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.

@@ -94,7 +94,11 @@ class Mapper final : public Slam {
 
   void close_loops() {
     if (finished_) return;
-    final_ = closed_loops(front_end_.keyframes(), {}, options_.progress);
+    LoopClosingOptions options;
+    options.odometry_scale = front_end_.scale().scale();
+    // A fault changes the scale on the way.
+    options.odometry_weight = odometry_findings().empty() ? front_end_.scale().weight() : 0;
+    final_ = closed_loops(front_end_.keyframes(), options, options_.progress);
     grid_.reset();
     finished_ = true;
   }

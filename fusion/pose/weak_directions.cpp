@@ -8,9 +8,6 @@
 namespace parhelion::pose {
 namespace {
 
-/// m, formal 1 sigma of one scan: directions with less are determined by surfaces. Chosen on the buildings of
-/// tests/fusion/pose/repeating_building.hpp (seeds 31 to 38, four new cupboards in each room) and on UAL.
-constexpr double kDetermined = 0.02;
 constexpr double kLever = 5;         ///< m: rotations are compared as distances there
 constexpr double kNewAfter = 1;      ///< m, rad
 constexpr double kAlwaysNew = 0.02;  ///< people walk while the robot stands
@@ -23,13 +20,13 @@ double new_fraction(const Pose2& step) {
   return std::clamp((step.position().norm() + std::abs(step.yaw)) / kNewAfter, kAlwaysNew, 1.0);
 }
 
-Eigen::Matrix3d strong_directions(const Eigen::Matrix3d& information) {
+Eigen::Matrix3d strong_directions(const Eigen::Matrix3d& information, double sigma) {
   const Eigen::DiagonalMatrix<double, 3> scale(1, 1, kLever), inverse_scale(1, 1, 1 / kLever);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
   axes.computeDirect(inverse_scale * information * inverse_scale);
   Eigen::Vector3d strength;  // 1 where surfaces determine the direction, 0 where they do not
   for (int i = 0; i < 3; ++i) {
-    const double determined = squared(std::max(0.0, axes.eigenvalues()[i]) * squared(kDetermined));
+    const double determined = squared(std::max(0.0, axes.eigenvalues()[i]) * squared(sigma));
     strength[i] = determined / (determined + 1);
   }
   return inverse_scale * axes.eigenvectors() * strength.asDiagonal() * axes.eigenvectors().transpose() *

@@ -15,8 +15,9 @@ namespace parhelion::pose {
 namespace {
 
 struct FinalErrors {
-  double error = 0;      ///< m, largest, of positions relative to the first pose
-  double yaw_error = 0;  ///< rad, the same
+  double error = 0;         ///< m, largest, of positions relative to the first pose
+  double yaw_error = 0;     ///< rad, the same
+  double causal_error = 0;  ///< m, as `error`, of the poses that were published while mapping
   std::size_t tracking = 0, scans = 0;
   std::size_t held = 0;  ///< of `tracking`, while mapping: the error lies in the 95 % ellipse
   std::vector<OdometryFinding> findings;
@@ -33,6 +34,8 @@ FinalErrors final_errors(const test::TrueDrive& drive, const std::vector<test::D
       ++result.scans;
       const Pose2 truth = drive.at(estimate->stamp);
       if (!T_true_first) T_true_first = truth * planar(estimate->T_map_base).inverse();
+      const Eigen::Vector2d causal = (*T_true_first * planar(estimate->T_map_base)).position();
+      result.causal_error = std::max(result.causal_error, (truth.position() - causal).norm());
       if (estimate->state != SlamState::tracking) continue;
       ++result.tracking;
       const auto error = test::planar_error(planar(estimate->T_map_base), T_true_first->inverse() * truth);
@@ -202,6 +205,82 @@ TEST(SlamFrontEnd, TheEllipseOfABareCorridorHoldsWhatTheScaleOfOdometryIsWrong) 
       EXPECT_GT(map.held, 0.9 * static_cast<double>(map.tracking)) << corridor.length << " " << scale;
       EXPECT_EQ(map.tracking, map.scans) << corridor.length << " " << scale;
     }
+  }
+}
+
+/// A furnished room, a bare corridor of 40 m, and another room: the scans in the room show odometry's scale.
+test::TrueBuilding rooms_at_the_ends(std::uint32_t seed) {
+  constexpr double half = 1.1, length = 40, room = 8, wall = 4;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> along(0.8, room - 0.8), across(half + 0.6, wall - 0.5), turned(0, 3);
+  test::TrueBuilding building;
+  std::vector<test::Segment>& walls = building.mapped;
+  for (const double side : {-1.0, 1.0}) {
+    walls.push_back({{0, side * half}, {length, side * half}});
+    for (const double begin : {-room, length}) {
+      walls.push_back({{begin, side * wall}, {begin + room, side * wall}});
+      for (int i = 0; i < 3; ++i)
+        test::add_turned_box(walls, {begin + along(random), side * across(random)}, {0.6, 0.4},
+                             turned(random));
+    }
+    for (const double door : {0.0, length}) walls.push_back({{door, side * half}, {door, side * wall}});
+  }
+  for (const double end : {-room, length + room}) walls.push_back({{end, -wall}, {end, wall}});
+  building.now = building.mapped;
+  building.route = {{-6.5, 0.1}, {length + 6, -0.1}};
+  return building;
+}
+
+TEST(SlamFrontEnd, LearnsTheScaleOfOdometryInARoomForTheCorridorBehindIt) {
+  RobotDescription robot = test::robot_with_laser();
+  robot.laser->convention.range_max = 12;
+  for (const std::uint32_t seed : {1, 2, 3}) {
+    for (const double scale : {0.94, 1.06}) {
+      test::TrueDriveOptions options;
+      options.seed = seed;
+      options.speed = 0.7;
+      options.scan_period = 0.2;
+      options.odometry_late = options.odometry_jitter = 0;
+      options.odometry_scale = scale;
+      options.odometry_noise = 0.002;
+      options.range_sigma = 0.01;
+      const test::TrueDrive drive = test::true_drive(rooms_at_the_ends(seed), robot, options);
+      const FinalErrors map = final_errors(drive, test::inputs_of(drive));
+      std::printf("seed %u, odometry %+.0f %%: %.2f m causal, %.2f m final, %zu of %zu in their ellipses\n",
+                  seed, 100 * (scale - 1), map.causal_error, map.error, map.held, map.tracking);
+      // Odometry is 3 m wrong.
+      EXPECT_LT(map.causal_error, 0.6) << seed << " " << scale;
+      EXPECT_LT(map.error, 0.6) << seed << " " << scale;
+      EXPECT_GT(map.held, 0.9 * static_cast<double>(map.tracking)) << seed << " " << scale;
+      EXPECT_TRUE(map.findings.empty()) << seed << " " << scale;
+    }
+  }
+}
+
+/// The first of a ring's corridors was driven before any corner showed the scale.
+TEST(SlamFrontEnd, TheFinalMapGivesTheScaleToTheWayBeforeItWasKnown) {
+  RobotDescription robot = test::robot_with_laser();
+  robot.laser->convention.range_max = 10;
+  for (const double scale : {0.93, 1.07}) {
+    test::TrueDriveOptions options;
+    options.speed = 0.8;
+    options.scan_period = 0.2;
+    options.odometry_late = options.odometry_jitter = 0;
+    options.odometry_scale = scale;
+    options.odometry_noise = 0.002;
+    options.range_sigma = 0.01;
+    constexpr double half = 1.2, x = 36, y = 18;
+    test::TrueBuilding building;
+    test::add_box(building.mapped, -half, -half, x + half, y + half);
+    test::add_box(building.mapped, half, half, x - half, y - half);
+    building.now = building.mapped;
+    building.route = {{3, 0}, {x, 0}, {x, y}, {0, y}};
+    const test::TrueDrive drive = test::true_drive(building, robot, options);
+    const FinalErrors map = final_errors(drive, test::inputs_of(drive));
+    std::printf("odometry %+.0f %%: %.2f m causal, %.2f m final\n", 100 * (scale - 1), map.causal_error,
+                map.error);
+    EXPECT_LT(map.error, 0.6) << scale;  // odometry is 2.3 m wrong at the first corner
+    EXPECT_TRUE(map.findings.empty()) << scale;
   }
 }
 
