@@ -18,15 +18,10 @@ namespace {
 std::string contents(const SemanticModel& model) {
   std::map<EntityLabel, std::size_t> count;
   std::map<std::string, bool> flights;
-  double ceiling = 0;
   for (const ModelEntity& e : model.entities) {
     if (e.deleted) continue;
     ++count[e.label];
     if (e.label == EntityLabel::stairs) flights[e.part_of.empty() ? e.name : e.part_of] = true;
-    if (e.label == EntityLabel::ceiling) {
-      const double z = e.T_map_body.translation().z() - e.size.z() / 2;
-      ceiling = count[e.label] == 1 ? z : std::max(ceiling, z);
-    }
   }
   std::string words;
   const auto add = [&](std::size_t n, const char* one, const char* many) {
@@ -39,7 +34,7 @@ std::string contents(const SemanticModel& model) {
   add(flights.size(), "flight of stairs", "flights of stairs");
   add(count[EntityLabel::unknown], "unknown box", "unknown boxes");
   if (const auto floor = semantic::ground_floor(model)) words += "; floor " + length_text(*floor);
-  if (count[EntityLabel::ceiling] > 0) words += ", ceiling " + length_text(ceiling);
+  if (const auto ceiling = semantic::largest_ceiling(model)) words += ", ceiling " + length_text(*ceiling);
   return words;
 }
 

@@ -7,9 +7,9 @@ namespace {
 
 constexpr double kLength = 4;        ///< m of path that is looked at together
 constexpr int kFewestKeyframes = 4;  ///< whose walls say the same
-/// Drift of the heading against what matches make expect of it, 1 sigma. Real lasers have errors that are
-/// alike from scan to scan. Chosen on Intel, with fewer beams, noise and steps of the range, and on generated
-/// houses whose walls are not parallel.
+/// How much larger the drift of the heading is than the keyframes' covariance says, 1 sigma. Real lasers have
+/// errors that are alike from scan to scan. Chosen on Intel, with fewer beams, noise and steps of the range,
+/// and on generated houses whose walls are not parallel.
 constexpr double kOfExpected = 1.5;
 constexpr double kImpossible = 3;  ///< sigma, of a turn: another direction of walls
 

@@ -22,7 +22,7 @@ class HeadingDrift {
   /// Looks at the path since the last time, once it is long enough. nullopt: walls show no drift. Keyframes
   /// are to be bent before the next call.
   std::optional<Correction> check(const std::vector<Keyframe>& keyframes);
-  /// The walls of keyframes since the last time, as they are now.
+  /// Adds the walls of the keyframes since the last call, at their current poses.
   void learn(const std::vector<Keyframe>& keyframes);
   /// All poses were corrected by a loop.
   void restart(const std::vector<Keyframe>& keyframes);

@@ -24,8 +24,8 @@ struct Keyframe {
   Eigen::Matrix3d step_information = Eigen::Matrix3d::Zero();
   /// Covariance of its pose in the map, by matches: x, y, yaw.
   Eigen::Matrix3d drift = Eigen::Matrix3d::Zero();
-  /// What the scale of odometry may be wrong, 1 sigma, over the way up to here that only odometry measured;
-  /// m, map frame.
+  /// Error of the pose by that of odometry's scale, 1 sigma, over the way that only odometry measured; m, map
+  /// frame.
   Eigen::Vector2d unseen = Eigen::Vector2d::Zero();
   WeakWay weak_way;              ///< of `step`, in the frame of the previous keyframe
   double driven = 0;             ///< m, path length up to here

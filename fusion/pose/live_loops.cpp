@@ -37,7 +37,9 @@ std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& key
   return std::nullopt;
 }
 
-void LiveLoops::take_over(const std::vector<Keyframe>& keyframes, std::size_t first) {
+/// A comparison that is running goes on: bends of a fraction of a degree are small against the places it
+/// compares.
+void LiveLoops::poses_changed(const std::vector<Keyframe>& keyframes, std::size_t first) {
   if (poses_.empty()) return;
   for (std::size_t k = first; k < poses_.size(); ++k) poses_[k] = keyframes[k].T_map_base;
   for (std::size_t n = chain_.size(); n-- > 0 && nodes_[n + 1] >= first;)

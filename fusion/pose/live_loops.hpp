@@ -28,7 +28,7 @@ class LiveLoops {
   /// Where a loop was closed: how they are to be corrected.
   std::optional<LoopCorrection> update(const std::vector<Keyframe>& keyframes, SensorTime stamp);
   /// The steps and poses of keyframes from `first` on have changed; between two updates.
-  void take_over(const std::vector<Keyframe>& keyframes, std::size_t first);
+  void poses_changed(const std::vector<Keyframe>& keyframes, std::size_t first);
 
  private:
   struct Query {

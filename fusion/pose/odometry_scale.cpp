@@ -18,7 +18,10 @@ void OdometryScale::add(SensorTime stamp, const Pose2& T_map_base, const Eigen::
   calibration_.add(stamp, T_map_base, (information + regular * Eigen::Matrix3d::Identity()).inverse());
 }
 
-double OdometryScale::sigma() const { return std::min(described_sigma_, calibration_.sigma()[1]); }
+double OdometryScale::sigma() const {
+  const double learned = calibration_.sigma()[1];
+  return learned < first_sigma_ ? std::min(described_sigma_, learned) : described_sigma_;
+}
 
 double OdometryScale::way_sigma() const {
   return std::min(described_sigma_, std::hypot(sigma(), kTrackedWay));

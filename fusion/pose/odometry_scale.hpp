@@ -14,7 +14,7 @@ class OdometryScale {
  public:
   /// `sigma`: error of the way as a fraction, 1 sigma, from the robot's description. It holds until scans
   /// have shown more.
-  explicit OdometryScale(double sigma) : described_sigma_(sigma) {}
+  explicit OdometryScale(double sigma) : described_sigma_(sigma), first_sigma_(calibration_.sigma()[1]) {}
 
   void add(const Odometry& odometry) { calibration_.add(odometry); }
   /// `T_map_base` at a scan, and the information that its points gave about x, y, yaw (map frame).
@@ -34,8 +34,9 @@ class OdometryScale {
   ScanOdometry::Step applied(const ScanOdometry::Step& reported) const;
 
  private:
-  double described_sigma_;
   OnlineOdometryCalibration calibration_;
+  double described_sigma_;
+  double first_sigma_;  ///< of the calibration, before it has seen anything
 };
 
 }  // namespace parhelion::pose

@@ -184,6 +184,7 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
     exact_since_.reset();
     pose_ = before * step.step;
     covariance_ = diagonal(kAwaySigma, kAwayYawSigma);
+    shown_.setZero();
     tracking_.picked_up(scan.stamp);
   }
 }
@@ -193,6 +194,7 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
 void SlamFrontEnd::step_aside(const Match& beside, SensorTime stamp, Estimate& estimate) {
   pose_ = beside.T_map_base;
   covariance_ = diagonal(kFoundSigma, kFoundYawSigma);
+  shown_.setZero();
   matched_ = stamp;
   estimate.explained = beside.explained;
   tracking_.continue_from(pose_);
@@ -355,6 +357,7 @@ void SlamFrontEnd::straighten() {
     for (const std::size_t k : moved) put(k, 1);
     pose_ = keyframes_.back().T_map_base;
     tracking_.continue_from(pose_);
+    scale_.forget_motion();
     bent_from_ = correction->first;
   }
   heading_.learn(keyframes_);

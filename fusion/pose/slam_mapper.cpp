@@ -34,7 +34,7 @@ class Mapper final : public Slam {
     if (const auto found = find_again(points, *step)) tracked.T_map_base = *found;
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;
-    if (const auto first = front_end_.take_bent()) loops_.take_over(front_end_.keyframes(), *first);
+    if (const auto first = front_end_.take_bent()) loops_.poses_changed(front_end_.keyframes(), *first);
     if (const auto corrected = loops_.update(front_end_.keyframes(), scan.stamp))
       front_end_.correct(*corrected);
     PoseEstimate estimate =

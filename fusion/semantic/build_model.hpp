@@ -63,7 +63,10 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
 /// largest; nullopt where the model has no floor.
 std::optional<double> ground_floor(const SemanticModel& model);
 
-/// Height of the underside of the largest ceiling; nullopt where the model has none.
+/// Whether its z axis is vertical: a roof's underside may be inclined.
+bool is_level(const ModelEntity& entity);
+
+/// Height of the underside of the largest level ceiling; nullopt where the model has none.
 std::optional<double> largest_ceiling(const SemanticModel& model);
 
 }  // namespace parhelion::semantic

@@ -27,11 +27,12 @@ std::optional<double> ground_floor(const SemanticModel& model) {
   return height;
 }
 
+bool is_level(const ModelEntity& entity) { return entity.T_map_body.rotation()(2, 2) > 0.9999; }
+
 std::optional<double> largest_ceiling(const SemanticModel& model) {
   const ModelEntity* largest = nullptr;
   for (const ModelEntity& e : model.entities) {
-    const bool is_level = e.T_map_body.rotation()(2, 2) > 0.9999;
-    if (e.label != EntityLabel::ceiling || e.deleted || !is_level) continue;
+    if (e.label != EntityLabel::ceiling || e.deleted || !is_level(e)) continue;
     if (largest == nullptr || e.size.x() * e.size.y() > largest->size.x() * largest->size.y()) largest = &e;
   }
   if (largest == nullptr) return std::nullopt;

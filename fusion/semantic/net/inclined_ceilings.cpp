@@ -31,7 +31,8 @@ constexpr double kFilled = 0.8;                       // of a rectangle that is 
 constexpr double kFromBelow = 0.6;                    // of a region's points or squares
 constexpr int kFewest = 3, kFewOfCube = 8;            // points of a cell or a square; of a cube
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
-constexpr std::size_t kSamples = 3'000'000;  // points used to find the planes
+constexpr std::size_t kSamples = 3'000'000;  // points that are measured against planes, of a dense cloud,
+constexpr std::size_t kSamplesOfCube = 32;   // but so many of each cube, however large the site is
 
 using Label = EntityLabel;
 
@@ -115,15 +116,14 @@ std::map<Pair, std::vector<std::uint32_t>> squares_of(const std::vector<Region>&
 class Finder {
  public:
   Finder(const cloud::PointCloud<Map>& cloud, const SemanticNet& net) : cloud_(cloud), net_(net) {
-    stride_ = 1 + cloud.size() / kSamples;
-    low_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
+    for (const Eigen::Vector3f& p : cloud.points) low_ = low_.cwiseMin(p.cast<double>());
     std::vector<double> heights;
-    for (std::size_t i = 0; i < cloud.size(); i += stride_) {
-      low_ = low_.cwiseMin(cloud.points[i].cast<double>());
+    for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / kSamples)
       heights.push_back(static_cast<double>(cloud.points[i].z()));
-    }
     floor_ = quantile(heights, 0.005);
-    fill_cubes();
+    const std::size_t candidates = fill_cubes();
+    const std::size_t of_cube = candidates / (kSamplesOfCube * std::max<std::size_t>(1, cubes_.size()));
+    stride_ = 1 + std::min(cloud.size() / kSamples, of_cube);
   }
 
   std::vector<Region> find() {
@@ -139,9 +139,11 @@ class Finder {
   }
 
  private:
-  void fill_cubes() {
+  /// The number of points in them.
+  std::size_t fill_cubes() {
     cloud::VoxelIndex number;
-    for (std::size_t i = 0; i < cloud_.size(); i += stride_) {
+    std::size_t candidates = 0;
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
       if (!may_be_ceiling(net_.labels[i])) continue;
       const Eigen::Vector3d p = cloud_.points[i].cast<double>();
       const Eigen::Vector3i at = ((p - low_) / kCube).array().floor().cast<int>() + 1;
@@ -154,10 +156,11 @@ class Finder {
       }
       Cube& cube = cubes_[index];
       const Eigen::Vector3d d = p - cube.mean;
-      cube.sum += d, cube.squares += d * d.transpose(), ++cube.count;
+      cube.sum += d, cube.squares += d * d.transpose(), ++cube.count, ++candidates;
     }
     for (Cube& cube : cubes_) fit(cube);
     number_ = std::move(number);
+    return candidates;
   }
   static void fit(Cube& cube) {
     const Eigen::Vector3d shift = cube.sum / cube.count;
@@ -282,7 +285,7 @@ class Finder {
   const cloud::PointCloud<Map>& cloud_;
   const SemanticNet& net_;
   std::size_t stride_ = 1;
-  Eigen::Vector3d low_;
+  Eigen::Vector3d low_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
   double floor_ = 0;  ///< m, where no floor is known: the lower end of the cloud
   std::vector<Cube> cubes_;
   cloud::VoxelIndex number_;

@@ -4,15 +4,17 @@
 #include <cmath>
 #include <numbers>
 
+#include "fusion/semantic/build_model.hpp"
+
 namespace parhelion::semantic {
 
 OpenGround::OpenGround(const std::vector<ModelEntity>& entities) {
   constexpr double kWide = 120;  // m^2
   double grounds = 0;
-  bool ceiling = false;
+  bool ceiling = false;  // a level one: a shed's roof or the underside of stairs stands in the open
   for (const ModelEntity& e : entities) {
     if (is_ground(e.label)) grounds += e.size.head<2>().prod();
-    ceiling = ceiling || e.label == EntityLabel::ceiling;
+    ceiling = ceiling || (e.label == EntityLabel::ceiling && is_level(e));
     if (e.label != EntityLabel::wall) continue;
     const Eigen::Vector3d half(0.5 * e.size.x(), 0, 0);
     walls_.push_back({(e.T_map_body * Eigen::Vector3d(-half)).head<2>(), (e.T_map_body * half).head<2>()});

@@ -4,7 +4,9 @@
 
 #include <random>
 
-#include "tests/fusion/pose/room.hpp"
+#include "fusion/pose/slam.hpp"
+#include "tests/fusion/pose/corridors.hpp"
+#include "tests/fusion/pose/corrupted_odometry.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -71,6 +73,54 @@ TEST(HeadingDrift, APathWithoutDriftIsHardlyBentByWallsThatAreNotParallel) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Drive drive(0, 0.03 * kDegree, 1.5 * kDegree, seed);
     EXPECT_LT(drive.largest_error(), 1.0 * kDegree) << seed;
+  }
+}
+
+/// Around a ring of corridors, with ranges that are up to 2 cm off, by the beam's angle.
+test::TrueDrive biased_drive(std::uint32_t seed) {
+  constexpr double kBias = 0.02;  // m
+  test::CorridorOptions corridors;
+  corridors.xs = {0, 40}, corridors.ys = {0, 25};
+  corridors.clutter = 0;
+  corridors.seed = seed;
+  test::TrueBuilding building = test::corridor_building(corridors);
+  building.route = {{2, 0}, {40, 0}, {40, 25}, {0, 25}, {0, 5}};
+  RobotDescription robot = test::robot_with_laser();
+  LaserDescription& laser = *robot.laser;
+  laser.beams = 360;
+  laser.angle_min = -std::numbers::pi;
+  laser.angle_increment = std::numbers::pi / 180;
+  laser.beam_interval = 0;
+  laser.convention.range_max = 6;
+  test::TrueDrive drive =
+      test::true_drive(building, robot, {.seed = seed, .scan_period = 0.2, .odometry_late = 0});
+  for (test::TrueScan& scan : drive.scans) {
+    for (std::size_t i = 0; i < scan.scan.ranges.size(); ++i) {
+      float& range = scan.scan.ranges[i];
+      if (laser.convention.classify(range) == BeamKind::hit)
+        range += static_cast<float>(kBias * std::sin(static_cast<double>(i) * std::numbers::pi / 180));
+    }
+  }
+  return drive;
+}
+
+TEST(HeadingDrift, IsSmallerInTheMapOfALaserThatIsOff) {
+  for (const std::uint32_t seed : {11U, 12U}) {
+    const test::TrueDrive drive = biased_drive(seed);
+    const auto slam = make_mapper(drive.robot, {});
+    ASSERT_TRUE(slam.ok());
+    double off = 0;
+    std::optional<double> first;
+    for (const test::DriveInput& input : test::inputs_of(drive)) {
+      if (!input.scan) (*slam)->add(input.odometry);
+      const auto estimate = input.scan ? (*slam)->add(*input.scan) : std::nullopt;
+      if (!estimate) continue;
+      const double yaw = wrap_angle(planar(estimate->T_map_base).yaw - drive.at(estimate->stamp).yaw);
+      if (!first) first = yaw;
+      off = std::max(off, std::abs(wrap_angle(yaw - *first)));
+    }
+    std::printf("seed %u: the heading is up to %.2f degrees off\n", seed, off / kDegree);
+    EXPECT_LT(off, 7 * kDegree) << "9.3 degrees without the directions of walls";
   }
 }
 
