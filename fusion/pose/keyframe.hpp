@@ -12,7 +12,7 @@ namespace parhelion::pose {
 
 /// The part of a motion that only odometry measured, m: as it was tracked, and as odometry reported it,
 /// without a scale that was learned.
-struct WeakWay {
+struct WeakMotion {
   Eigen::Vector2d tracked = Eigen::Vector2d::Zero(), reported = Eigen::Vector2d::Zero();
 };
 
@@ -27,7 +27,7 @@ struct Keyframe {
   /// Error of the pose by that of odometry's scale, 1 sigma, over the way that only odometry measured; m, map
   /// frame.
   Eigen::Vector2d unseen = Eigen::Vector2d::Zero();
-  WeakWay weak_way;              ///< of `step`, in the frame of the previous keyframe
+  WeakMotion weak_motion;        ///< of `step`, in the frame of the previous keyframe
   double driven = 0;             ///< m, path length up to here
   std::size_t scan_index = 0;    ///< number of the scan
   double explained = 1;          ///< fraction of its points, by the path before it

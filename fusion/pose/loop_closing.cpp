@@ -13,11 +13,11 @@ class LoopCloser {
       : keyframes_(keyframes), options_(options) {
     if (!keyframes.empty()) poses_.push_back(keyframes.front().T_map_base);
     for (std::size_t i = 1; i < keyframes.size(); ++i) {
-      const WeakWay& way = keyframes[i].weak_way;
-      const Eigen::Vector2d longer =
-          options.odometry_weight * (options.odometry_scale * way.reported - way.tracked);
+      const WeakMotion& weak = keyframes[i].weak_motion;
+      const Eigen::Vector2d correction =
+          options.odometry_weight * (options.odometry_scale * weak.reported - weak.tracked);
       const auto rescaled = [&](const Pose2& step) {
-        return Pose2{step.x + longer.x(), step.y + longer.y(), step.yaw};
+        return Pose2{step.x + correction.x(), step.y + correction.y(), step.yaw};
       };
       chain_.push_back({i - 1, i, rescaled(keyframes[i].step), keyframes[i].step_information, false});
       poses_.push_back(poses_.back() *

@@ -9,7 +9,7 @@ namespace {
 
 /// Of the way along a bare corridor as matches track it, 1 sigma: the newest scans pull the robot along with
 /// the map, and their noise back. Chosen on generated corridors.
-constexpr double kTrackedWay = 0.02;
+constexpr double kTrackedSigma = 0.02;
 
 }  // namespace
 
@@ -23,12 +23,12 @@ double OdometryScale::sigma() const {
   return learned < first_sigma_ ? std::min(described_sigma_, learned) : described_sigma_;
 }
 
-double OdometryScale::way_sigma() const {
-  return std::min(described_sigma_, std::hypot(sigma(), kTrackedWay));
+double OdometryScale::tracked_sigma() const {
+  return std::min(described_sigma_, std::hypot(sigma(), kTrackedSigma));
 }
 
 double OdometryScale::weight() const {
-  const double ratio = sigma() / kTrackedWay;
+  const double ratio = sigma() / kTrackedSigma;
   return 1 / (1 + ratio * ratio);
 }
 

@@ -27,7 +27,7 @@ class OdometryScale {
   double sigma() const;  ///< 1 sigma, of scale(); at most what the description states
   /// 1 sigma, as a fraction, of a way that scans do not show, as it is tracked: with what matches add to it;
   /// at most what the description states.
-  double way_sigma() const;
+  double tracked_sigma() const;
   /// Of the way by odometry, 0 to 1, in the mean of that and the tracked one, by the variances of both.
   double weight() const;
   /// The step with the scale applied.

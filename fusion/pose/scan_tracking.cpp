@@ -188,7 +188,7 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   const bool same = is_near(with.T_map_base, scans.T_map_base, kSame, kSameYaw);
   if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
   // Of odometry that is suspected already, the motion so far need not have announced the scan's place.
-  const bool possible = sanity_.is_suspected() || is_announced(free.T_map_base, scans.T_map_base);
+  const bool possible = sanity_.is_suspected() || is_announced(free.T_map_base, scans.T_map_base, scan.stamp);
   const bool contradicted =
       !agrees && possible && is_contradiction(with, free) && is_shown_beside(free, with.T_map_base);
   return {contradicted && !is_leap(scan.stamp, free.T_map_base, odometry.T_map_base)
@@ -312,14 +312,15 @@ void ScanTracking::learn_interval(SensorTime stamp) {
 }
 
 /// A ramp in front of the robot looks like a wall that comes along: what neither odometry nor the motion so
-/// far has announced is no evidence.
-bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted) const {
+/// far has announced is no evidence. Over a gap of several intervals the motion may change as often.
+bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted, SensorTime stamp) const {
   if (!motion_.known) return true;
   const Pose2 off = predicted.inverse() * found;
-  return off.position().norm() < kAnnounced + motion_.step.position().norm() / 2 +
+  const double longer = std::max(1.0, intervals_until(stamp));
+  return off.position().norm() < kAnnounced + longer * motion_.step.position().norm() / 2 +
                                      kUsualErrors * std::sqrt(motion_.position_variance) &&
-         std::abs(off.yaw) <
-             kAnnouncedYaw + std::abs(motion_.step.yaw) / 2 + kUsualErrors * std::sqrt(motion_.yaw_variance);
+         std::abs(off.yaw) < kAnnouncedYaw + longer * std::abs(motion_.step.yaw) / 2 +
+                                 kUsualErrors * std::sqrt(motion_.yaw_variance);
 }
 
 /// Farther from where odometry predicts it than a robot gets since the previous scan, whatever odometry says:
@@ -344,7 +345,7 @@ void ScanTracking::follow_alone(const ScanPoints& scan, const Pose2& before, con
   }
   const bool same = is_near(chosen.T_map_base, free.T_map_base, kSame, kSameYaw);
   const bool worse = free.explained < kMatchedFraction || free.explained + 0.1 < chosen.explained ||
-                     !is_announced(free.T_map_base, predicted);
+                     !is_announced(free.T_map_base, predicted, scan.stamp);
   const bool shown = is_shown_beside(free, chosen.T_map_base);
   const Pose2 from = previous_ && !worse && shown ? by_scans_alone_ : before;
   const Pose2 to = same || worse || !shown ? chosen.T_map_base : free.T_map_base;

@@ -107,7 +107,7 @@ class ScanTracking {
   void check_odometry(const ScanPoints& scan, const ScanOdometry::Step& step, const Match& free);
   bool moves_smoothly() const;
   bool is_leap(SensorTime stamp, const Pose2& found, const Pose2& odometry) const;
-  bool is_announced(const Pose2& found, const Pose2& predicted) const;
+  bool is_announced(const Pose2& found, const Pose2& predicted, SensorTime stamp) const;
   void follow_alone(const ScanPoints& scan, const Pose2& before, const Pose2& predicted, const Match& chosen,
                     const Match& free);
   void go_on_from(const Pose2& T_map_base, const Pose2& step);

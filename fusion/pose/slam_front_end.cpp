@@ -146,22 +146,22 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     pose_ = found.expected.T_map_base;
     covariance_ = found.expected.covariance;
   }
-  add_weak_way(before, found, step);
+  add_weak_motion(before, found, step);
   return found.by_odometry ? step.step : before.inverse() * pose_;
 }
 
 /// The way that scans do not show.
-void SlamFrontEnd::add_weak_way(const Pose2& before, const ScanTracking::Followed& found,
-                                const ScanOdometry::Step& step) {
+void SlamFrontEnd::add_weak_motion(const Pose2& before, const ScanTracking::Followed& found,
+                                   const ScanOdometry::Step& step) {
   const auto weak = [&](double sigma) -> Eigen::Matrix2d {
     return Eigen::Matrix2d::Identity() - strong_directions(shown_, sigma).topLeftCorner<2, 2>();
   };
   const Eigen::Vector2d moved = pose_.position() - before.position();
-  unseen_ += scale_.way_sigma() * (weak(kShownWell) * moved);
+  unseen_ += scale_.tracked_sigma() * (weak(kShownWell) * moved);
   if (!found.by_odometry) return;
   const Eigen::Matrix2d hidden = weak(kHardlyShown);
-  weak_way_.tracked += hidden * moved;
-  weak_way_.reported += hidden * ((before * step.reported).position() - before.position());
+  weak_motion_.tracked += hidden * moved;
+  weak_motion_.reported += hidden * ((before * step.reported).position() - before.position());
 }
 
 /// Whether the robot is picked up.
@@ -234,7 +234,7 @@ void SlamFrontEnd::go_on(const Pose2& T_map_base, SensorTime stamp) {
   check_.forget();
   companions_.forget();
   scale_.forget_motion();
-  weak_way_ = {};
+  weak_motion_ = {};
   tracking_.found_again(stamp);
 }
 
@@ -282,10 +282,10 @@ void SlamFrontEnd::keep(const ScanPoints& scan, double explained) {
   if (!keyframes_.empty()) {
     keyframe.step = keyframes_.back().T_map_base.inverse() * pose_;
     const Eigen::Rotation2Dd R_from_map(-keyframes_.back().T_map_base.yaw);
-    keyframe.weak_way = {R_from_map * weak_way_.tracked, R_from_map * weak_way_.reported};
+    keyframe.weak_motion = {R_from_map * weak_motion_.tracked, R_from_map * weak_motion_.reported};
     keyframe.step_information = step_information();
   }
-  weak_way_ = {};
+  weak_motion_ = {};
   drift_per_metre_ = drift_per_metre();
   driven_at_keyframe_ = driven_;
   turned_at_keyframe_ = turned_;

@@ -75,7 +75,8 @@ class SlamFrontEnd {
   void learn_scale(SensorTime stamp);
   std::optional<Match> search_surroundings(const ScanPoints& scan, const Pose2& around) const;
   Pose2 track(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
-  void add_weak_way(const Pose2& before, const ScanTracking::Followed& found, const ScanOdometry::Step& step);
+  void add_weak_motion(const Pose2& before, const ScanTracking::Followed& found,
+                       const ScanOdometry::Step& step);
   void watch(const ScanPoints& scan, const Pose2& before, const ScanOdometry::Step& step, Estimate& estimate);
   void wait(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   void step_aside(const Match& beside, SensorTime stamp, Estimate& estimate);
@@ -110,7 +111,7 @@ class SlamFrontEnd {
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
   /// As Keyframe::unseen, since the start or the last loop.
   Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
-  WeakWay weak_way_;                                           ///< since the last keyframe, map frame
+  WeakMotion weak_motion_;                                     ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.

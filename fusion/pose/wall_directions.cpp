@@ -8,20 +8,20 @@ namespace parhelion::pose {
 namespace {
 
 constexpr double kRightAngle = std::numbers::pi / 2, kDegree = std::numbers::pi / 180;
-constexpr double kGap = 0.5;              ///< m, between two points of a piece, at most
-constexpr double kBeside = 0.06;          ///< m, of a point beside the line of the points before it, at most
-constexpr double kLineFrom = 0.2;         ///< m, of points that have a line
-constexpr double kShortest = 1.0;         ///< m, of a piece
-constexpr std::size_t kFewest = 6;        ///< points of a piece
-constexpr double kLongest = 5;            ///< m that a piece counts for, at most
-constexpr int kReach = 6, kHalf = 2;      ///< bins: from a piece to its direction, and half the width of one
-constexpr double kRecurring = 25;         ///< m, of pieces that make a direction,
-constexpr double kRecurringShare = 0.15;  ///< and of all
-constexpr double kEnough = 2, kEnoughShare = 0.6;  ///< m, and of all, of a scan's pieces that have one
-constexpr double kCompared = 2;                    ///< m, of pieces between which angles are measured
-constexpr double kLargestAngle = 7 * kDegree;      ///< beyond: another direction
-constexpr double kLargestError = 2 * kDegree;      ///< that an angle counts for, as furniture has any
-constexpr double kLeastVariance = 0.2 * kDegree * 0.2 * kDegree;
+constexpr double kGap = 0.5;          ///< m, between two points of a piece, at most
+constexpr double kBeside = 0.06;      ///< m, of a point beside the line of the points before it, at most
+constexpr double kLineFrom = 0.2;     ///< m, of points that have a line
+constexpr double kShortest = 1.0;     ///< m, of a piece
+constexpr std::size_t kFewest = 6;    ///< points of a piece
+constexpr double kLongest = 5;        ///< m that a piece counts for, at most
+constexpr int kReach = 6, kHalf = 2;  ///< bins: from a piece to its direction, and half the width of one
+constexpr double kRecurring = 25;     ///< m, of pieces that make a direction,
+constexpr double kRecurringFraction = 0.15;           ///< and of all
+constexpr double kEnough = 2, kEnoughFraction = 0.6;  ///< m, and of all, of a scan's pieces that have one
+constexpr double kCompared = 2;                       ///< m, of pieces between which angles are measured
+constexpr double kLargestAngle = 7 * kDegree;         ///< beyond: another direction
+constexpr double kLargestError = 2 * kDegree;         ///< that an angle counts for, as furniture has any
+constexpr double kMinVariance = 0.2 * kDegree * 0.2 * kDegree;
 
 /// Between -45 and 45 degrees.
 double within_right_angle(double angle) { return angle - kRightAngle * std::round(angle / kRightAngle); }
@@ -92,7 +92,7 @@ void WallDirections::add(std::span<const WallPiece> pieces, double yaw) {
 
 /// Both walls of an angle are off.
 double WallDirections::variance() const {
-  return kLeastVariance + (compared_ > 0 ? squared_angles_ / compared_ / 2 : 0);
+  return kMinVariance + (compared_ > 0 ? squared_angles_ / compared_ / 2 : 0);
 }
 
 double WallDirections::sum_around(int bin) const {
@@ -109,7 +109,7 @@ std::optional<double> WallDirections::recurring(double direction) const {
   for (int i = at - kReach; i <= at + kReach; ++i)
     if (sum_around(i) > sum_around(middle)) middle = i;
   const double length = sum_around(middle);
-  if (length < std::max(kRecurring, kRecurringShare * total_)) return std::nullopt;
+  if (length < std::max(kRecurring, kRecurringFraction * total_)) return std::nullopt;
   double moment = 0;
   for (int i = middle - kHalf; i <= middle + kHalf; ++i)
     moment += (i + 0.5) * length_[static_cast<std::size_t>(i) % kBins];
@@ -125,7 +125,7 @@ std::optional<double> WallDirections::turned(std::span<const WallPiece> pieces, 
     enough += piece.length;
     sum += piece.length * within_right_angle(piece.direction + yaw - *direction);
   }
-  if (enough < std::max(kEnough, kEnoughShare * all)) return std::nullopt;
+  if (enough < std::max(kEnough, kEnoughFraction * all)) return std::nullopt;
   return sum / enough;
 }
 

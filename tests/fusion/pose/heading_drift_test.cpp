@@ -11,20 +11,20 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kOneDegree = std::numbers::pi / 180;
 constexpr double kStep = 0.2;  // m, between keyframes
 
 /// A drive with two turns through a building whose walls are at right angles but for errors of `walls`, rad
 /// (1 sigma). The heading of the map drifts by `rate` rad/m, and up to `expected` rad/sqrt(m) are expected of
 /// it.
-struct Drive {
+struct DriftingDrive {
   std::vector<Keyframe> keyframes;
   std::vector<double> true_yaw;
   std::size_t corrections = 0;
 
-  Drive(double rate, double expected, double walls, unsigned seed) {
+  DriftingDrive(double rate, double expected, double walls, unsigned seed) {
     std::mt19937 random(seed);
-    std::normal_distribution<double> off(0, walls), noise(0, 0.1 * kDegree);
+    std::normal_distribution<double> off(0, walls), noise(0, 0.1 * kOneDegree);
     HeadingDrift heading;
     std::vector<double> seen(4);
     for (int i = 0; i < 500; ++i) {
@@ -61,18 +61,18 @@ struct Drive {
 TEST(HeadingDrift, IsTakenOutOfAPathAmongWallsAtRightAngles) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     for (const double rate : {-0.04, 0.04}) {
-      const Drive drive(rate * kDegree, 0.07 * kDegree, 0.3 * kDegree, seed);
+      const DriftingDrive drive(rate * kOneDegree, 0.07 * kOneDegree, 0.3 * kOneDegree, seed);
       EXPECT_GT(drive.corrections, 15U);
       // 4 degrees without correction.
-      EXPECT_LT(drive.largest_error(), 1.2 * kDegree) << seed << ", " << rate;
+      EXPECT_LT(drive.largest_error(), 1.2 * kOneDegree) << seed << ", " << rate;
     }
   }
 }
 
 TEST(HeadingDrift, APathWithoutDriftIsHardlyBentByWallsThatAreNotParallel) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const Drive drive(0, 0.03 * kDegree, 1.5 * kDegree, seed);
-    EXPECT_LT(drive.largest_error(), 1.0 * kDegree) << seed;
+    const DriftingDrive drive(0, 0.03 * kOneDegree, 1.5 * kOneDegree, seed);
+    EXPECT_LT(drive.largest_error(), 1.0 * kOneDegree) << seed;
   }
 }
 
@@ -119,13 +119,13 @@ TEST(HeadingDrift, IsSmallerInTheMapOfALaserThatIsOff) {
       if (!first) first = yaw;
       off = std::max(off, std::abs(wrap_angle(yaw - *first)));
     }
-    std::printf("seed %u: the heading is up to %.2f degrees off\n", seed, off / kDegree);
-    EXPECT_LT(off, 7 * kDegree) << "9.3 degrees without the directions of walls";
+    std::printf("seed %u: the heading is up to %.2f degrees off\n", seed, off / kOneDegree);
+    EXPECT_LT(off, 7 * kOneDegree) << "9.3 degrees without the directions of walls";
   }
 }
 
 TEST(HeadingDrift, ABentPathHasTheStepsOfItsPoses) {
-  Drive drive(0, 0, 0.1 * kDegree, 1);
+  DriftingDrive drive(0, 0, 0.1 * kOneDegree, 1);
   const std::vector<Keyframe> before = drive.keyframes;
   bend(drive.keyframes, {480, 0.1});
   for (std::size_t k = 1; k < before.size(); ++k) {
@@ -146,11 +146,11 @@ TEST(HeadingDrift, ATurnThatIsFarLargerThanTheExpectedDriftIsAnotherDirectionOfW
     Keyframe keyframe;
     keyframe.driven = kStep * i;
     keyframe.drift(2, 2) = 1e-8 * keyframe.driven;
-    const double direction = i < 100 ? 0 : 2.5 * kDegree;
+    const double direction = i < 100 ? 0 : 2.5 * kOneDegree;
     keyframe.walls = {{direction, 4}, {direction, 4}};
     keyframes.push_back(keyframe);
     const auto correction = heading.check(keyframes);
-    EXPECT_FALSE(correction && std::abs(correction->turn) > 0.1 * kDegree) << i;
+    EXPECT_FALSE(correction && std::abs(correction->turn) > 0.1 * kOneDegree) << i;
     if (correction) bend(keyframes, *correction);
     heading.learn(keyframes);
   }

@@ -258,7 +258,7 @@ TEST(SlamFrontEnd, LearnsTheScaleOfOdometryInARoomForTheCorridorBehindIt) {
 }
 
 /// The first of a ring's corridors was driven before any corner showed the scale.
-TEST(SlamFrontEnd, TheFinalMapGivesTheScaleToTheWayBeforeItWasKnown) {
+TEST(SlamFrontEnd, TheFinalMapGivesTheScaleToMotionBeforeItWasKnown) {
   RobotDescription robot = test::robot_with_laser();
   robot.laser->convention.range_max = 10;
   for (const double scale : {0.93, 1.07}) {
