@@ -346,7 +346,8 @@ void SlamFrontEnd::put(std::size_t keyframe, double weight) {
   in_map_[keyframe] = weight > 0 ? 1 : 0;
 }
 
-/// Takes the drift of the heading, as walls show it, out of the end of the path.
+/// Takes the drift of the heading, as walls show it, out of the end of the path. The scale of odometry goes
+/// on over that: forgetting a motion every 4 m would cost it more than bends of a fraction of a degree do.
 void SlamFrontEnd::straighten() {
   if (const auto correction = heading_.check(keyframes_)) {
     std::vector<std::size_t> moved;
@@ -357,7 +358,6 @@ void SlamFrontEnd::straighten() {
     for (const std::size_t k : moved) put(k, 1);
     pose_ = keyframes_.back().T_map_base;
     tracking_.continue_from(pose_);
-    scale_.forget_motion();
     bent_from_ = correction->first;
   }
   heading_.learn(keyframes_);
