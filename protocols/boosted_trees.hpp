@@ -45,6 +45,7 @@ class FourSamples {
   /// Adds to the log-odds of each what the trees give for it, in the order of the trees: to the bit what
   /// evaluate() gives for one sample.
   void add(std::span<const Tree> trees, std::array<float, kCount>& log_odds) const {
+    static_assert(Tree::kDepth == 3, "one bit of a leaf for each level");
     Four sum = {log_odds[0], log_odds[1], log_odds[2], log_odds[3]};
     for (const Tree& tree : trees) {
       const FourBits leaf = ((values_[tree.feature[0]] > tree.threshold[0]) & 1) |
