@@ -78,7 +78,7 @@ enum class EventKind : std::uint8_t {
   fault_started,      ///< object: the fault; value: its amount; text: the side of a dead wheel
   fault_ended,        ///< the same
   near_miss,          ///< passed without contact; text: "gap" or "time"; value: the smallest gap in m, or the
-                      ///< smallest time to a collision in s (server/simulation/near_miss.hpp)
+                      ///< smallest time to a collision in s (server/simulation/bodies/near_miss.hpp)
   agent_hidden,       ///< the subject's sensors do not show object: its returns would be too uncertain
   agent_shown,        ///< the subject's sensors show object again
   odometry_changed,   ///< scans show another time offset or scale of odometry than at the last such event;

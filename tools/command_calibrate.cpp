@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "tools/calibration_log.hpp"
+#include "tools/calibration/calibration_log.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/text_file.hpp"

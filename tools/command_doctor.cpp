@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "tools/command.hpp"
-#include "tools/machine_checks.hpp"
-#include "tools/service_checks.hpp"
+#include "tools/service/machine_checks.hpp"
+#include "tools/service/service_checks.hpp"
 
 namespace parhelion::tools {
 namespace {

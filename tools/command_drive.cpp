@@ -10,7 +10,7 @@
 #include "server/station/console/terminal.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
-#include "tools/keyboard_console.hpp"
+#include "tools/consoles/keyboard_console.hpp"
 #include "tools/stop_signal.hpp"
 
 namespace parhelion::tools {

@@ -8,7 +8,7 @@
 #include "server/station/console/operator_console.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
-#include "tools/joystick_console.hpp"
+#include "tools/consoles/joystick_console.hpp"
 #include "tools/stop_signal.hpp"
 
 namespace parhelion::tools {

@@ -1,4 +1,4 @@
-#include "tools/map_commands.hpp"
+#include "tools/map/map_commands.hpp"
 
 namespace parhelion::tools {
 

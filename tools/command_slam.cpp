@@ -12,7 +12,7 @@
 #include "tools/command.hpp"
 #include "tools/place_argument.hpp"
 #include "tools/progress.hpp"
-#include "tools/slam_log.hpp"
+#include "tools/slam/slam_log.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <variant>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
@@ -18,7 +18,7 @@
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "server/runtime/session_files.hpp"
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 #include "server/tick/check_limits.hpp"
 #include "server/tick/check_waypoints.hpp"
 #include "tools/robot/plausible_size.hpp"

@@ -8,7 +8,7 @@
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfels.hpp"
-#include "fusion/pose/pose_graph3.hpp"
+#include "fusion/pose/mapping/pose_graph3.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "fusion/pose/frozen_map.hpp"
-#include "fusion/pose/scan_tracking.hpp"
+#include "fusion/pose/maps/frozen_map.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/tracking/scan_tracking.hpp"
 
 namespace parhelion::pose {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/pose/slam_front_end.hpp"
+#include "fusion/pose/mapping/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {

@@ -5,13 +5,13 @@
 #include <optional>
 #include <string>
 
-#include "fusion/pose/odometry_correction.hpp"
-#include "fusion/pose/odometry_drift.hpp"
-#include "fusion/pose/odometry_track.hpp"
-#include "fusion/pose/online_odometry_calibration.hpp"
-#include "fusion/pose/ring.hpp"
-#include "fusion/pose/scan_motion.hpp"
+#include "fusion/pose/odometry/odometry_correction.hpp"
+#include "fusion/pose/odometry/odometry_drift.hpp"
+#include "fusion/pose/odometry/online_odometry_calibration.hpp"
+#include "fusion/pose/odometry/scan_motion.hpp"
 #include "fusion/pose/scan_refinement.hpp"
+#include "fusion/pose/tracks/odometry_track.hpp"
+#include "fusion/pose/tracks/ring.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 

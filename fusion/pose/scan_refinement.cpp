@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/pose/scan_match.hpp"
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/matching/scan_match.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 
 namespace parhelion::pose {
 namespace {

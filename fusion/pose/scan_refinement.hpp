@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "fusion/pose/attitude_track.hpp"
-#include "fusion/pose/map_accuracy.hpp"
-#include "fusion/pose/match_consistency.hpp"
-#include "fusion/pose/matching_map.hpp"
-#include "fusion/pose/scan_match.hpp"
-#include "fusion/pose/scan_motion.hpp"
+#include "fusion/pose/maps/matching_map.hpp"
+#include "fusion/pose/matching/map_accuracy.hpp"
+#include "fusion/pose/matching/match_consistency.hpp"
+#include "fusion/pose/matching/scan_match.hpp"
+#include "fusion/pose/odometry/scan_motion.hpp"
+#include "fusion/pose/tracks/attitude_track.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"

@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/odometry_sanity.hpp"
-#include "fusion/pose/sweep_motion.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
+#include "fusion/pose/matching/sweep_motion.hpp"
+#include "fusion/pose/odometry/odometry_sanity.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
@@ -18,25 +19,6 @@
 #include "protocols/status.hpp"
 
 namespace parhelion::pose {
-
-/// Occupancy grid. Row 0 is at the lowest y.
-struct GridMap {
-  std::string id;                     ///< SHA-256 of the cells, hex: the map id of models and poses
-  double resolution = 0.05;           ///< m
-  double x_min = 0, y_min = 0;        ///< m, map frame, corner of cell (0, 0)
-  int width = 0, height = 0;          ///< cells
-  std::vector<float> occupied;        ///< probability 0..1, 0.5 unknown
-  std::vector<Eigen::Vector3d> path;  ///< x, y, yaw driven while mapping, for pictures; may be empty
-};
-
-/// SHA-256, hex, over the geometry and the cells in map_server's trinary format (occupied, free, unknown):
-/// the same before saving and after loading.
-std::string grid_map_id(const GridMap& map);
-
-/// Write and read ROS map YAML + PGM (map_server's trinary format). `prefix`.yaml and `prefix`.pgm are
-/// overwritten. Errors name file and line or byte.
-Status save_ros_map(const GridMap& map, const std::string& prefix);
-Result<GridMap> load_ros_map(const std::string& yaml_path);
 
 enum class SlamEngine : std::uint8_t {
   parhelion,          ///< maps with loop closing, and localizes

@@ -2,17 +2,17 @@
 #include <numbers>
 
 #include "fusion/pose/estimate.hpp"
-#include "fusion/pose/frozen_map.hpp"
-#include "fusion/pose/localizer_search.hpp"
-#include "fusion/pose/odometry_belief.hpp"
+#include "fusion/pose/maps/frozen_map.hpp"
+#include "fusion/pose/matching/weak_directions.hpp"
+#include "fusion/pose/odometry/odometry_belief.hpp"
+#include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/own_slam.hpp"
-#include "fusion/pose/pose_doubt.hpp"
-#include "fusion/pose/scan_odometry.hpp"
-#include "fusion/pose/scan_tracking.hpp"
+#include "fusion/pose/search/localizer_search.hpp"
+#include "fusion/pose/search/wide_search.hpp"
 #include "fusion/pose/slam.hpp"
-#include "fusion/pose/slip_check.hpp"
-#include "fusion/pose/weak_directions.hpp"
-#include "fusion/pose/wide_search.hpp"
+#include "fusion/pose/tracking/pose_doubt.hpp"
+#include "fusion/pose/tracking/scan_tracking.hpp"
+#include "fusion/pose/tracking/slip_check.hpp"
 
 namespace parhelion::pose {
 namespace {

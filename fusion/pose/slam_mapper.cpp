@@ -1,11 +1,11 @@
 #include "fusion/pose/estimate.hpp"
-#include "fusion/pose/keyframe_search.hpp"
-#include "fusion/pose/live_loops.hpp"
-#include "fusion/pose/loop_closing.hpp"
+#include "fusion/pose/mapping/keyframe_search.hpp"
+#include "fusion/pose/mapping/live_loops.hpp"
+#include "fusion/pose/mapping/loop_closing.hpp"
+#include "fusion/pose/mapping/slam_front_end.hpp"
+#include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/own_slam.hpp"
-#include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
-#include "fusion/pose/slam_front_end.hpp"
 
 namespace parhelion::pose {
 namespace {

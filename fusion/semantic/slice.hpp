@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fusion/cloud/point_cloud.hpp"
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::semantic {

@@ -7,7 +7,8 @@
 #include <string>
 
 #include "protocols/world.hpp"
-#include "server/simulation/simulation.hpp"
+#include "server/simulation/bodies/bodies.hpp"
+#include "server/simulation/world/simulation_options.hpp"
 
 namespace parhelion::runtime {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/robots/base_body.hpp"
 #include "server/training/briefing.hpp"
 
 namespace parhelion::runtime {

@@ -8,7 +8,7 @@
 #include "server/runtime/check_hazards.hpp"
 #include "server/runtime/fixed_texture.hpp"
 #include "server/runtime/session_state.hpp"
-#include "server/simulation/movable_objects.hpp"
+#include "server/simulation/bodies/movable_objects.hpp"
 #include "server/tick/check_reach.hpp"
 #include "server/tick/state.hpp"
 

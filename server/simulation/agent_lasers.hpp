@@ -5,7 +5,7 @@
 
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
-#include "server/simulation/agents.hpp"
+#include "server/simulation/bodies/agents.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "protocols/joints.hpp"
-#include "server/simulation/agents.hpp"
-#include "server/simulation/physics.hpp"
-#include "server/simulation/real_robot.hpp"
+#include "server/simulation/bodies/agents.hpp"
+#include "server/simulation/bodies/real_robot.hpp"
+#include "server/simulation/physics/physics.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/robots/base_body.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/agents.hpp"
-#include "server/simulation/physics.hpp"
-#include "server/simulation/real_robot.hpp"
+#include "server/simulation/bodies/agents.hpp"
+#include "server/simulation/bodies/real_robot.hpp"
+#include "server/simulation/physics/physics.hpp"
 
 namespace parhelion::simulation {
 

@@ -1,7 +1,7 @@
 // Distance that a footprint can travel along an arc until it touches an agent.
 #pragma once
 
-#include "server/simulation/agents.hpp"
+#include "server/simulation/bodies/agents.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {

@@ -6,13 +6,14 @@
 
 #include "protocols/driving_timing.hpp"
 #include "protocols/hash.hpp"
-#include "server/simulation/admission.hpp"
 #include "server/simulation/agent_lasers.hpp"
-#include "server/simulation/base_body.hpp"
-#include "server/simulation/free_place.hpp"
-#include "server/simulation/movable_objects.hpp"
+#include "server/simulation/behaviour/admission.hpp"
+#include "server/simulation/behaviour/wandering.hpp"
+#include "server/simulation/bodies/bodies.hpp"
+#include "server/simulation/bodies/movable_objects.hpp"
 #include "server/simulation/parts.hpp"
-#include "server/simulation/wandering.hpp"
+#include "server/simulation/robots/base_body.hpp"
+#include "server/simulation/world/free_place.hpp"
 
 namespace parhelion::simulation {
 

@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "protocols/convex_hull.hpp"
-#include "server/simulation/bodies.hpp"
-#include "server/simulation/doors.hpp"
-#include "server/simulation/movable_objects.hpp"
-#include "server/simulation/real_people.hpp"
-#include "server/simulation/robot_layout.hpp"
+#include "server/simulation/bodies/bodies.hpp"
+#include "server/simulation/bodies/movable_objects.hpp"
+#include "server/simulation/bodies/real_people.hpp"
+#include "server/simulation/building/doors.hpp"
+#include "server/simulation/robots/robot_layout.hpp"
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {

@@ -16,7 +16,7 @@
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/scene.hpp"
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 
 namespace parhelion::simulation {
 

@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/agent_motion.hpp"
-#include "server/simulation/behaviour.hpp"
-#include "server/simulation/contacts.hpp"
-#include "server/simulation/grippers.hpp"
-#include "server/simulation/hazards.hpp"
-#include "server/simulation/pose_conflicts.hpp"
-#include "server/simulation/predictor.hpp"
+#include "server/simulation/behaviour/agent_motion.hpp"
+#include "server/simulation/behaviour/behaviour.hpp"
+#include "server/simulation/events/contacts.hpp"
+#include "server/simulation/events/grippers.hpp"
+#include "server/simulation/events/hazards.hpp"
+#include "server/simulation/events/pose_conflicts.hpp"
+#include "server/simulation/events/predictor.hpp"
 #include "server/simulation/recorder.hpp"
 #include "server/simulation/simulation.hpp"
-#include "server/simulation/surroundings.hpp"
-#include "server/simulation/unconstrained_motion.hpp"
+#include "server/simulation/world/surroundings.hpp"
+#include "server/simulation/world/unconstrained_motion.hpp"
 
 namespace parhelion::simulation {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/robots/base_body.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -6,11 +6,11 @@
 
 #include "protocols/scene.hpp"
 #include "protocols/world.hpp"
-#include "server/simulation/agents.hpp"
-#include "server/simulation/environment.hpp"
+#include "server/simulation/bodies/agents.hpp"
+#include "server/simulation/bodies/real_robot.hpp"
+#include "server/simulation/bodies/step_clock.hpp"
 #include "server/simulation/history.hpp"
-#include "server/simulation/real_robot.hpp"
-#include "server/simulation/step_clock.hpp"
+#include "server/simulation/world/environment.hpp"
 
 namespace parhelion::simulation {
 

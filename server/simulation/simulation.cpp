@@ -6,14 +6,14 @@
 #include <string_view>
 #include <utility>
 
-#include "server/simulation/admission.hpp"
 #include "server/simulation/agent_lasers.hpp"
 #include "server/simulation/arm_limit.hpp"
 #include "server/simulation/arm_travel.hpp"
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/behaviour/admission.hpp"
 #include "server/simulation/clearance.hpp"
+#include "server/simulation/events/robot_supply_watch.hpp"
 #include "server/simulation/parts.hpp"
-#include "server/simulation/robot_supply_watch.hpp"
+#include "server/simulation/robots/base_body.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -23,75 +23,13 @@
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
 #include "protocols/zone.hpp"
-#include "server/simulation/robot_model.hpp"
-#include "server/simulation/robot_motion.hpp"
+#include "server/simulation/bodies/real_state.hpp"
+#include "server/simulation/robots/robot_motion.hpp"
+#include "server/simulation/world/simulation_options.hpp"
 
 namespace parhelion::simulation {
 
 class Building;
-
-/// The real robot's known state at a step; absent: its body is suspended (no contacts).
-struct RealRobotState {
-  Transform<Map, Base> T_map_base;
-  bool attitude_known = false;  ///< roll and pitch are measured
-  Twist2 twist;                 ///< body frame, from odometry, never differenced from corrections
-  double sigma = 0;             ///< m, 1 sigma of its position: the margin of distance queries
-  bool relocalized = false;     ///< teleport: no velocity, contacts suspended for this step
-  /// False while injection is degraded: contacts are flagged undetectable and agents nearby freeze. When it
-  /// becomes true again, an agent inside the stopping distance is moved to the nearest free place outside
-  /// (event agent_moved).
-  bool injection_live = true;
-};
-
-/// One entry for each real robot, in the order of the robot descriptions.
-using RealRobotStates = std::span<const std::optional<RealRobotState>>;
-
-/// A short-lived real obstacle that the model does not explain (such as a person): a disc in the map.
-struct RealObstacle {
-  Eigen::Vector2d center;
-  double radius = 0.2;
-};
-
-/// A real person whom sensors follow: identity and motion are known, unlike those of an obstacle.
-struct RealPerson {
-  std::uint32_t id = 0;
-  Eigen::Vector2d position;                            ///< m, map, at `stamp`
-  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< m/s, map
-  double radius = 0.25;                                ///< m
-  SimulationTime stamp;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity() * 0.0025;  ///< m^2, map, of the position
-  SimulationTime seen = {};  ///< instant of the last scan that showed the person
-};
-
-/// Name of a real person's body, and in events: "real person 7". No agent can have it.
-std::string name_of(const RealPerson& person);
-
-/// Whether the real robot's sensors show an agent now. A withheld agent freezes near the robot and its
-/// contacts with the robot are undetectable; a returning one is also kept outside the stopping distance
-/// (event agent_moved) until it is shown.
-enum class AgentShown : std::uint8_t { shown, withheld, returning };
-
-struct SimulationOptions {
-  double rate = 240;  ///< Hz
-  Duration history = seconds(2.0);
-  std::uint64_t seed = 1;
-  std::size_t max_agents = 1000;
-  BodyId building_bodies = 0;  ///< ids reserved for the bodies of later buildings (set_building)
-  /// The library of articulated robots: AgentDefinition::model names one of them.
-  std::vector<std::shared_ptr<const RobotModel>> robot_models;
-  /// The reference implementation: agents without possible contacts go through the solver like the others.
-  /// Equal up to rounding.
-  bool solve_all = false;
-  std::vector<Zone> zones;  ///< entering and leaving them are events
-  std::vector<Hazard> hazards;
-  std::optional<Radio> radio;      ///< none: simulated robots always have radio contact
-  std::optional<Battery> battery;  ///< none: never empty
-  int level = 3;  ///< at levels 1 and 2 physics moves all doors, at level 3 only virtual ones
-  /// Movable objects of the site, as take_movable() returns them: free bodies with their own names, there
-  /// from the start and at rest until touched.
-  std::vector<ModelObject> objects;
-  std::vector<DoorSettings> doors;  ///< for some of the building's doors; other names are ignored
-};
 
 /// Request for an agent's laser scan: the server casts it (fusion/scan) and returns it with give_scan.
 struct LaserRequest {
@@ -276,8 +214,5 @@ class Simulation {
   explicit Simulation(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };
-
-/// The bodies of an agent in its own frame: visible to lasers and cameras.
-std::vector<BodyDefinition> agent_bodies(const AgentDefinition& agent, BodyId first_id);
 
 }  // namespace parhelion::simulation

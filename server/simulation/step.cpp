@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "server/simulation/agent_lasers.hpp"
-#include "server/simulation/door_events.hpp"
-#include "server/simulation/free_place.hpp"
+#include "server/simulation/events/door_events.hpp"
+#include "server/simulation/events/supervision.hpp"
 #include "server/simulation/parts.hpp"
-#include "server/simulation/supervision.hpp"
+#include "server/simulation/world/free_place.hpp"
 
 namespace parhelion::simulation {
 

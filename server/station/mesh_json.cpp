@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocols/coarse_mesh.hpp"
-#include "server/simulation/movable_objects.hpp"
+#include "server/simulation/bodies/movable_objects.hpp"
 
 namespace parhelion::station {
 namespace {

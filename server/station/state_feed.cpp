@@ -5,7 +5,7 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/robots/base_body.hpp"
 #include "server/station/depth_frames.hpp"
 #include "server/tick/instructor_input.hpp"
 

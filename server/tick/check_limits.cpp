@@ -6,7 +6,7 @@
 
 #include "protocols/convex_hull.hpp"
 #include "protocols/length_text.hpp"
-#include "server/simulation/planar.hpp"
+#include "server/simulation/building/planar.hpp"
 
 namespace parhelion::tick {
 namespace {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <set>
 
-#include "server/simulation/building.hpp"
-#include "server/simulation/route_grid.hpp"
+#include "server/simulation/building/building.hpp"
+#include "server/simulation/building/route_grid.hpp"
 
 namespace parhelion::tick {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "server/simulation/building.hpp"
-#include "server/simulation/place_text.hpp"
-#include "server/simulation/route_grid.hpp"
+#include "server/simulation/building/building.hpp"
+#include "server/simulation/building/route_grid.hpp"
+#include "server/simulation/world/place_text.hpp"
 
 namespace parhelion::tick {
 namespace {

@@ -9,14 +9,14 @@
 #include <string_view>
 #include <vector>
 
-#include "fusion/pose/matching_map.hpp"
+#include "fusion/pose/maps/matching_map.hpp"
 #include "protocols/model.hpp"
 #include "protocols/model_objects.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
 #include "protocols/telemetry.hpp"
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 
 namespace parhelion::tick {
 

@@ -7,7 +7,7 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/nearest_name.hpp"
-#include "server/simulation/robot_twin.hpp"
+#include "server/simulation/robots/robot_twin.hpp"
 
 namespace parhelion::tick {
 namespace {

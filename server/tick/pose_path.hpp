@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "fusion/pose/attitude_track.hpp"
-#include "fusion/pose/joint_track.hpp"
 #include "fusion/pose/pose_track.hpp"
 #include "fusion/pose/scan_refinement.hpp"
+#include "fusion/pose/tracks/attitude_track.hpp"
+#include "fusion/pose/tracks/joint_track.hpp"
 #include "protocols/bus/bus.hpp"
 #include "protocols/joints.hpp"
 #include "server/simulation/simulation.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fusion/pose/joint_track.hpp"
+#include "fusion/pose/tracks/joint_track.hpp"
 
 namespace parhelion::tick {
 

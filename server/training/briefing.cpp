@@ -32,7 +32,7 @@ std::string duration_text(const Condition& condition) {
   return condition.duration > 0 ? " for " + time_text(condition.duration) : "";
 }
 
-/// Text of a near miss by distance or by time (server/simulation/near_miss.hpp).
+/// Text of a near miss by distance or by time (server/simulation/bodies/near_miss.hpp).
 std::string near_miss_text(const Condition& condition) {
   const std::string whom = condition.object.empty() ? "anything" : condition.object;
   const bool by_gap = condition.text == "gap", by_time = condition.text == "time";

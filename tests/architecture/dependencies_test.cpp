@@ -1,6 +1,6 @@
 // Checks the dependency rules: reads every #include of the repository and fails on one that the table of
-// modules (modules.txt) does not allow, on a third-party header outside the module that owns it, and on
-// threads, clocks and files in the tick.
+// modules (modules.txt) or of the folders inside a module (layers.txt) does not allow, on a third-party
+// header outside the module that owns it, and on threads, clocks and files in the tick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,13 +24,13 @@ using Modules = std::map<std::string, std::set<std::string>>;  // module -> all 
 const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"Eigen/", {""}},
     {"lcm/", {"protocols/bus/"}},
-    {"yaml-cpp/", {"protocols/yaml/", "fusion/pose/map_file.cpp"}},
+    {"yaml-cpp/", {"protocols/yaml/", "fusion/pose/maps/grid_map.cpp"}},
     {"valijson/", {"protocols/yaml/", "server/station/client_messages.cpp"}},
     {"nlohmann/", {"protocols/yaml/", "server/", "tools/"}},
     {"assimp/", {"protocols/"}},
     {"openssl/", {"protocols/sha256.cpp", "server/station/"}},
     {"sodium.h", {"protocols/authentication/"}},
-    {"mrpt/", {"fusion/pose/", "tools/import/"}},
+    {"mrpt/", {"fusion/pose/mrpt/", "tools/import/"}},
     {"embree3/", {"fusion/scan/"}},
     {"tbb/", {"fusion/"}},
     {"oneapi/", {"fusion/"}},
@@ -46,10 +46,10 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kOwners = {
     {"lz4", {"tools/import/", "tools/export/"}},
     {"zstd.h", {"tools/export/", "tools/import/"}},
     {"argon2.h", {"server/station/http/"}},
-    {"bt", {"server/simulation/"}},
-    {"Bullet", {"server/simulation/"}},
-    {"LinearMath/", {"server/simulation/"}},
-    {"tinyxml2.h", {"server/simulation/"}},
+    {"bt", {"server/simulation/physics/"}},
+    {"Bullet", {"server/simulation/physics/"}},
+    {"LinearMath/", {"server/simulation/physics/"}},
+    {"tinyxml2.h", {"server/simulation/robots/"}},
     {"assimp/", {"protocols/mesh_file.cpp"}},
     {"sqlite3.h", {"server/training/", "tools/import/"}},
     {"boost/", {"server/station/"}},
@@ -208,6 +208,41 @@ std::vector<std::string> violations(const Sources& sources) {
   return found;
 }
 
+/// Parses layers.txt: module -> its folders, from the bottom up.
+std::map<std::string, std::vector<std::string>> read_layers() {
+  std::ifstream in(fs::path(PARHELION_SOURCE_DIR) / "tests/architecture/layers.txt");
+  std::map<std::string, std::vector<std::string>> layers;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string module, folder;
+    if (!std::getline(words, module, ':')) continue;
+    while (words >> folder) layers[module].push_back(folder);
+  }
+  return layers;
+}
+
+/// Files in a folder of layers.txt that include a file of their module from a higher folder, or from one that
+/// is not named there.
+std::vector<std::string> upward_includes(const Sources& sources) {
+  std::vector<std::string> found;
+  for (const auto& [module, folders] : read_layers()) {
+    const auto layer_of = [&](const std::string& path) {
+      const auto in_it = [&](const auto& folder) { return path.starts_with(module + "/" + folder + "/"); };
+      return std::find_if(folders.begin(), folders.end(), in_it);
+    };
+    for (const auto& [path, text] : sources) {
+      const auto own = layer_of(path);
+      if (own == folders.end()) continue;
+      for (const Include& include : includes_of(text)) {
+        if (!include.name.starts_with(module + "/") || layer_of(include.name) <= own) continue;
+        found.push_back(path + ":" + std::to_string(include.line) + ": " + *own + " must not include " +
+                        include.name);
+      }
+    }
+  }
+  return found;
+}
+
 /// Places where the tick's sources, or their includes within the repository, use threads, locks, clocks,
 /// sockets or files.
 std::vector<std::string> impurities(const Sources& sources) {
@@ -261,6 +296,28 @@ TEST(Dependencies, FollowTheDependencyTable) {
   const Sources sources = read_cpp();
   EXPECT_GT(sources.size(), 500U) << "the sources were not found in " << PARHELION_SOURCE_DIR;
   for (const std::string& violation : violations(sources)) ADD_FAILURE() << violation;
+}
+
+TEST(Dependencies, FollowTheLayersInsideAModule) {
+  const Sources sources = read_cpp();
+  for (const auto& [module, folders] : read_layers()) {
+    for (const std::string& folder : folders)
+      EXPECT_TRUE(fs::is_directory(fs::path(PARHELION_SOURCE_DIR) / module / folder))
+          << module << " " << folder;
+  }
+  for (const std::string& include : upward_includes(sources)) ADD_FAILURE() << include;
+}
+
+TEST(Dependencies, AnIncludeFromAHigherLayerIsDetected) {
+  const Sources sources = {
+      {"fusion/pose/maps/a.hpp",
+       "#include \"fusion/pose/matching/b.hpp\"\n#include \"fusion/pose/mapping/b.hpp\"\n"},
+      {"fusion/pose/matching/a.hpp", "#include \"fusion/pose/slam.hpp\"\n#include \"protocols/a.hpp\"\n"},
+      {"fusion/pose/slam.cpp", "#include \"fusion/pose/mapping/b.hpp\"\n"}};
+  EXPECT_EQ(upward_includes(sources),
+            (std::vector<std::string>{
+                "fusion/pose/maps/a.hpp:2: maps must not include fusion/pose/mapping/b.hpp",
+                "fusion/pose/matching/a.hpp:1: matching must not include fusion/pose/slam.hpp"}));
 }
 
 TEST(Dependencies, ArePrintedForEachModule) {
@@ -359,16 +416,17 @@ TEST(Dependencies, ThirdPartyLibrariesAreUsedOnlyByTheirOwners) {
   EXPECT_TRUE(
       violations({{"server/tick/a.cpp", "#include <vector>\n#include <sys/stat.h>\n#include <Eigen/Core>"}})
           .empty());
-  const Sources leaking = {{"server/simulation/world.hpp", "#include <btBulletDynamicsCommon.h>"},
-                           {"server/simulation/world.cpp", "#include \"server/simulation/world.hpp\""},
-                           {"server/tick/tick.hpp", "#include \"server/simulation/world.hpp\""},
-                           {"tools/serve.cpp", "#include \"server/tick/tick.hpp\""}};
-  EXPECT_EQ(
-      violations(leaking),
-      (std::vector<std::string>{
-          "server/simulation/world.hpp: names a third party, and another module sees it: "
-          "server/tick/tick.hpp",
-          "server/simulation/world.hpp: names a third party, and another module sees it: tools/serve.cpp"}));
+  const Sources leaking = {
+      {"server/simulation/physics/world.hpp", "#include <btBulletDynamicsCommon.h>"},
+      {"server/simulation/physics/world.cpp", "#include \"server/simulation/physics/world.hpp\""},
+      {"server/tick/tick.hpp", "#include \"server/simulation/physics/world.hpp\""},
+      {"tools/serve.cpp", "#include \"server/tick/tick.hpp\""}};
+  EXPECT_EQ(violations(leaking),
+            (std::vector<std::string>{
+                "server/simulation/physics/world.hpp: names a third party, and another module sees it: "
+                "server/tick/tick.hpp",
+                "server/simulation/physics/world.hpp: names a third party, and another module sees it: "
+                "tools/serve.cpp"}));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/quantile.hpp"

@@ -19,7 +19,7 @@
 #include "render/textured_camera.hpp"
 #include "tests/bench/place_by_depth.hpp"
 #include "tests/picture_quality.hpp"
-#include "tools/image_frames.hpp"
+#include "tools/map/image_frames.hpp"
 
 namespace {
 

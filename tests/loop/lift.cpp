@@ -11,8 +11,8 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/runtime/thread_pool.hpp"
-#include "server/simulation/handling.hpp"
-#include "server/simulation/real_grip.hpp"
+#include "server/simulation/bodies/handling.hpp"
+#include "server/simulation/bodies/real_grip.hpp"
 #include "server/tick/tick.hpp"
 #include "tests/loop/site.hpp"
 

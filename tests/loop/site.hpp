@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/model.hpp"
 #include "protocols/pose2.hpp"
 

@@ -7,8 +7,8 @@
 #include "tests/recordings.hpp"
 #include "tests/tools/console_loop.hpp"
 #include "tests/tools/site_drive.hpp"
-#include "tools/joystick_console.hpp"
-#include "tools/keyboard_console.hpp"
+#include "tools/consoles/joystick_console.hpp"
+#include "tools/consoles/keyboard_console.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -1,5 +1,5 @@
 // The exported model, read back according to the glTF 2.0 specification.
-#include "tools/gltf.hpp"
+#include "tools/map/gltf.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <random>
 
-#include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/maps/mapped_scan.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/long_run.hpp"
 #include "tests/temporary_folder.hpp"

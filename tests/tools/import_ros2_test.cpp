@@ -7,8 +7,8 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/mutation_samples.hpp"
+#include "tools/export/mcap_records.hpp"
 #include "tools/import/bag_source.hpp"
-#include "tools/mcap_records.hpp"
 
 namespace parhelion::tools {
 namespace {

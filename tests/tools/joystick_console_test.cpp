@@ -1,7 +1,7 @@
 // SDL's own virtual joystick drives the simulated robot of a level 1 session.
 // Otherwise SDL renames main.
 #define SDL_MAIN_HANDLED
-#include "tools/joystick_console.hpp"
+#include "tools/consoles/joystick_console.hpp"
 
 #include <SDL2/SDL.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Results of `parhelion doctor` for deficient machines.
-#include "tools/machine_checks.hpp"
+#include "tools/service/machine_checks.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fusion/cloud/write_cloud.hpp"
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "fusion/scan/ray_caster.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "render/compositor.hpp"

@@ -13,9 +13,9 @@
 #include "tests/server/tick/graded_log.hpp"
 #include "tests/tools/mutation_samples.hpp"
 #include "tools/export/export_mcap.hpp"
-#include "tools/scan_guess.hpp"
-#include "tools/scan_sources.hpp"
-#include "tools/slam_log.hpp"
+#include "tools/map/scan_guess.hpp"
+#include "tools/map/scan_sources.hpp"
+#include "tools/slam/slam_log.hpp"
 #include "tools/topic_text.hpp"
 
 namespace parhelion::tools {

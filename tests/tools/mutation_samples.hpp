@@ -16,8 +16,8 @@
 
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/cloud/write_cloud.hpp"
-#include "fusion/pose/frozen_map.hpp"
-#include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/maps/frozen_map.hpp"
+#include "fusion/pose/maps/mapped_scan.hpp"
 #include "tests/mutation.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/written_bag.hpp"

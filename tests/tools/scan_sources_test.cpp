@@ -1,5 +1,5 @@
 // 3D scans from folders, logs and guesses of the user.
-#include "tools/scan_sources.hpp"
+#include "tools/map/scan_sources.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/process.hpp"
 #include "tests/tools/robot_log.hpp"
-#include "tools/scan_guess.hpp"
+#include "tools/map/scan_guess.hpp"
 
 namespace parhelion::tools {
 namespace {

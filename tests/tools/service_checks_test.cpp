@@ -1,5 +1,5 @@
 // Results of `parhelion doctor` for deficient services.
-#include "tools/service_checks.hpp"
+#include "tools/service/service_checks.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "tests/tools/serve_fixture.hpp"
-#include "tools/service_manager.hpp"
+#include "tools/service/service_manager.hpp"
 
 namespace parhelion::tools {
 namespace {

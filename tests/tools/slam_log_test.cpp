@@ -1,4 +1,4 @@
-#include "tools/slam_log.hpp"
+#include "tools/slam/slam_log.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include "tests/long_run.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
-#include "tools/slam_log.hpp"
+#include "tools/slam/slam_log.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -15,7 +15,7 @@
 #include "tools/demo/stand_in_camera.hpp"
 #include "tools/demo/witness.hpp"
 #include "tools/import/import.hpp"
-#include "tools/slam_log.hpp"
+#include "tools/slam/slam_log.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {

@@ -1,7 +1,7 @@
 // A driving task for users of the demo's page: a virtual robot beside the recorded one.
 #pragma once
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/scenario.hpp"
 
 namespace parhelion::tools {

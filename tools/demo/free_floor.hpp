@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 
 namespace parhelion::tools {
 

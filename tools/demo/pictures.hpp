@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 #include "tools/demo/witness.hpp"

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/agent.hpp"
 #include "protocols/status.hpp"
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/mcap_records.hpp"
+#include "tools/export/mcap_records.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "protocols/yaml/document.hpp"
+#include "tools/export/mcap_records.hpp"
 #include "tools/import/bag_database.hpp"
 #include "tools/import/mcap_reader.hpp"
 #include "tools/import/rosbag_reader.hpp"
 #include "tools/import/zstd_data.hpp"
-#include "tools/mcap_records.hpp"
 
 namespace parhelion::tools {
 namespace {

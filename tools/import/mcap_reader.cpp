@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "tools/export/mcap_records.hpp"
 #include "tools/import/bag_chunk.hpp"
 #include "tools/import/ros2_names.hpp"
 #include "tools/import/zstd_data.hpp"
-#include "tools/mcap_records.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "protocols/convex_hull.hpp"
 #include "protocols/yaml/document.hpp"
-#include "server/simulation/urdf.hpp"
-#include "server/simulation/urdf_meshes.hpp"
+#include "server/simulation/robots/urdf.hpp"
+#include "server/simulation/robots/urdf_meshes.hpp"
 
 namespace parhelion::tools {
 namespace {

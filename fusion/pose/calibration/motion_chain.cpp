@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "fusion/pose/odometry_correction.hpp"
+#include "fusion/pose/odometry/odometry_correction.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::pose {

@@ -2,7 +2,7 @@
 
 #include "fusion/pose/calibration/chain_equations.hpp"
 #include "fusion/pose/calibration/motion_chain.hpp"
-#include "fusion/pose/odometry_correction.hpp"
+#include "fusion/pose/odometry/odometry_correction.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::pose {

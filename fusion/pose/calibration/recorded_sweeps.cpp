@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fusion/pose/odometry_correction.hpp"
+#include "fusion/pose/odometry/odometry_correction.hpp"
 
 namespace parhelion::pose {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "fusion/pose/calibration/drive_motion.hpp"
 #include "fusion/pose/calibration/motion_calibration.hpp"
-#include "fusion/pose/sweep_motion.hpp"
+#include "fusion/pose/matching/sweep_motion.hpp"
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {

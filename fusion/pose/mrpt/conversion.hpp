@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/maps/mapped_scan.hpp"
 
 namespace parhelion::pose {
 

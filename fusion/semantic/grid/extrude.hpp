@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 #include "fusion/semantic/pictures/plan_picture.hpp"
 
 namespace parhelion::semantic {

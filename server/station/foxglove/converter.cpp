@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "fusion/pose/joint_track.hpp"
+#include "fusion/pose/tracks/joint_track.hpp"
 #include "protocols/channels.hpp"
 
 namespace parhelion::station::foxglove {

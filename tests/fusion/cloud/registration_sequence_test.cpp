@@ -6,7 +6,7 @@
 
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/cloud/registration.hpp"
-#include "fusion/pose/pose_graph3.hpp"
+#include "fusion/pose/mapping/pose_graph3.hpp"
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 #include "tests/recordings.hpp"
 

@@ -1,9 +1,9 @@
 // Roll and pitch from an inertial sensor, and encoders of a camera head, at any instant.
-#include "fusion/pose/attitude_track.hpp"
+#include "fusion/pose/tracks/attitude_track.hpp"
 
 #include <gtest/gtest.h>
 
-#include "fusion/pose/joint_track.hpp"
+#include "fusion/pose/tracks/joint_track.hpp"
 #include "protocols/pose.hpp"
 
 namespace parhelion::pose {

@@ -3,7 +3,7 @@
 
 #include "fusion/pose/calibration/motion_calibration.hpp"
 #include "fusion/pose/calibration/recorded_sweeps.hpp"
-#include "fusion/pose/odometry_correction.hpp"
+#include "fusion/pose/odometry/odometry_correction.hpp"
 #include "fusion/pose/slam.hpp"
 #include "tests/fusion/pose/calibration_drive.hpp"
 

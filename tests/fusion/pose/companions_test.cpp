@@ -1,5 +1,5 @@
 // People who walk along with a robot are no evidence of where it is.
-#include "fusion/pose/companions.hpp"
+#include "fusion/pose/mapping/companions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // The search of a whole map: the same result as an exhaustive one, in slices whose work is bounded.
-#include "fusion/pose/correlative_search.hpp"
+#include "fusion/pose/search/correlative_search.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "fusion/pose/localizer_search.hpp"
+#include "fusion/pose/search/localizer_search.hpp"
 #include "tests/fusion/pose/room.hpp"
 
 namespace parhelion::pose {

@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "fusion/pose/odometry_comparison.hpp"
-#include "fusion/pose/odometry_sanity.hpp"
+#include "fusion/pose/odometry/odometry_comparison.hpp"
+#include "fusion/pose/odometry/odometry_sanity.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/scan.hpp"

@@ -1,5 +1,5 @@
 // When a robot that makes a map counts as picked up.
-#include "fusion/pose/displacement_check.hpp"
+#include "fusion/pose/mapping/displacement_check.hpp"
 
 #include <gtest/gtest.h>
 

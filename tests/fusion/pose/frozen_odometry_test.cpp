@@ -1,5 +1,5 @@
 // Odometry that stops while the robot drives on along a corridor.
-#include "fusion/pose/frozen_odometry.hpp"
+#include "fusion/pose/odometry/frozen_odometry.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "fusion/pose/heading_drift.hpp"
+#include "fusion/pose/mapping/heading_drift.hpp"
 
 #include <gtest/gtest.h>
 

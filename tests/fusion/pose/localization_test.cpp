@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <memory>
 
-#include "fusion/pose/localizer_search.hpp"
 #include "fusion/pose/own_slam.hpp"
+#include "fusion/pose/search/localizer_search.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/fusion/pose/kidnapped_drive.hpp"
 #include "tests/long_run.hpp"

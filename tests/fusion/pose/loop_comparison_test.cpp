@@ -1,4 +1,4 @@
-#include "fusion/pose/loop_comparison.hpp"
+#include "fusion/pose/mapping/loop_comparison.hpp"
 
 #include <gtest/gtest.h>
 

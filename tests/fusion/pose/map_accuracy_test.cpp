@@ -1,10 +1,10 @@
 // What a map's own errors leave of a match, on maps whose scans were placed with known errors.
-#include "fusion/pose/map_accuracy.hpp"
+#include "fusion/pose/matching/map_accuracy.hpp"
 
 #include <gtest/gtest.h>
 
-#include "fusion/pose/scan_match.hpp"
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/matching/scan_match.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "tests/allocations.hpp"
 #include "tests/fusion/pose/true_drive.hpp"
 

@@ -1,11 +1,11 @@
 // The factor between formal and true covariance of a match, against errors that are known.
-#include "fusion/pose/match_consistency.hpp"
+#include "fusion/pose/matching/match_consistency.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "tests/allocations.hpp"
 #include "tests/fusion/pose/true_drive.hpp"
 

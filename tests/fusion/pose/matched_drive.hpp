@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "fusion/pose/matching/scan_points.hpp"
 #include "fusion/pose/pose_track.hpp"
-#include "fusion/pose/scan_points.hpp"
 #include "fusion/pose/scan_refinement.hpp"
 #include "tests/fusion/pose/true_drive.hpp"
 

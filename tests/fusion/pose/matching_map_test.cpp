@@ -1,12 +1,12 @@
 // A map as bytes: the same surfaces, and no damage that a reader does not notice or survive.
-#include "fusion/pose/matching_map.hpp"
+#include "fusion/pose/maps/matching_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "fusion/pose/mapped_scan.hpp"
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/maps/mapped_scan.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "tests/fusion/pose/room.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -1,12 +1,12 @@
 // The parts of SLAM against their reference implementations, and on a known building.
 #include <gtest/gtest.h>
 
-#include "fusion/pose/correlative.hpp"
-#include "fusion/pose/odometry_track.hpp"
-#include "fusion/pose/pose_graph.hpp"
-#include "fusion/pose/scan_match.hpp"
-#include "fusion/pose/scan_odometry.hpp"
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/mapping/pose_graph.hpp"
+#include "fusion/pose/matching/correlative.hpp"
+#include "fusion/pose/matching/scan_match.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
+#include "fusion/pose/odometry/scan_odometry.hpp"
+#include "fusion/pose/tracks/odometry_track.hpp"
 #include "protocols/nearest_on_segment.hpp"
 #include "tests/fusion/pose/room.hpp"
 

@@ -1,5 +1,5 @@
 // Odometry that cannot be trusted: faults are named, and the map is as good as scans alone allow.
-#include "fusion/pose/odometry_sanity.hpp"
+#include "fusion/pose/odometry/odometry_sanity.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Odometry's time offset and scale while the robot drives, against what the generated drive was given.
-#include "fusion/pose/online_odometry_calibration.hpp"
+#include "fusion/pose/odometry/online_odometry_calibration.hpp"
 
 #include <gtest/gtest.h>
 

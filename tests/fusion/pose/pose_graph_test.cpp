@@ -1,4 +1,4 @@
-#include "fusion/pose/pose_graph.hpp"
+#include "fusion/pose/mapping/pose_graph.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SLAM on a robot that drives over a ramp.
 #include <gtest/gtest.h>
 
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "fusion/pose/slam.hpp"
 #include "protocols/quantile.hpp"
 #include "tests/fusion/pose/room.hpp"

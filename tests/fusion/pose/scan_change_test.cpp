@@ -1,5 +1,5 @@
 // What has changed between two scans.
-#include "fusion/pose/scan_change.hpp"
+#include "fusion/pose/matching/scan_change.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Directions of the surfaces that a scan saw, and what matching makes of them.
-#include "fusion/pose/scan_directions.hpp"
+#include "fusion/pose/matching/scan_directions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <random>
 
-#include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/matching/scan_match.hpp"
 
 namespace parhelion::pose {
 namespace {

@@ -1,4 +1,4 @@
-#include "fusion/pose/scan_motion.hpp"
+#include "fusion/pose/odometry/scan_motion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
+#include "fusion/pose/matching/scan_points.hpp"
 #include "fusion/pose/pose_track.hpp"
-#include "fusion/pose/scan_points.hpp"
 #include "tests/allocations.hpp"
 #include "tests/fusion/pose/room.hpp"
 

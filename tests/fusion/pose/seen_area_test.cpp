@@ -1,4 +1,4 @@
-#include "fusion/pose/seen_area.hpp"
+#include "fusion/pose/maps/seen_area.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Maps of drives whose truth is known, where a single step that goes wrong ruins all that follows: a laser
 // that sweeps all the time, and tunnels.
-#include "fusion/pose/slam_front_end.hpp"
+#include "fusion/pose/mapping/slam_front_end.hpp"
 
 #include <gtest/gtest.h>
 

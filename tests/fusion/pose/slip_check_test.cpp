@@ -1,5 +1,5 @@
 // A robot that slipped along a corridor is suspected; one whose laser people cover is not.
-#include "fusion/pose/slip_check.hpp"
+#include "fusion/pose/tracking/slip_check.hpp"
 
 #include <gtest/gtest.h>
 

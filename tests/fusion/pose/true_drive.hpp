@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/maps/mapped_scan.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"

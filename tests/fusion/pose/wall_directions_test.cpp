@@ -1,4 +1,4 @@
-#include "fusion/pose/wall_directions.hpp"
+#include "fusion/pose/mapping/wall_directions.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,13 +1,13 @@
 // Along a corridor: matches that all err the same way, and odometry that is believed as far as it has been
 // right.
-#include "fusion/pose/weak_directions.hpp"
+#include "fusion/pose/matching/weak_directions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 
-#include "fusion/pose/odometry_belief.hpp"
+#include "fusion/pose/odometry/odometry_belief.hpp"
 
 namespace parhelion::pose {
 namespace {

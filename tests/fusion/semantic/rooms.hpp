@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "fusion/pose/slam.hpp"
+#include "fusion/pose/maps/grid_map.hpp"
 
 namespace parhelion::test {
 

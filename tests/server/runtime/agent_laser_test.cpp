@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "server/runtime/thread_pool.hpp"
-#include "server/simulation/base_body.hpp"
-#include "server/simulation/bodies.hpp"
+#include "server/simulation/bodies/bodies.hpp"
+#include "server/simulation/robots/base_body.hpp"
 #include "server/tick/bodies_in_sweep.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 

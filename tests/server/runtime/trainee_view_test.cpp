@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "server/simulation/simulation.hpp"
+#include "server/simulation/bodies/bodies.hpp"
 #include "tests/model_box.hpp"
 #include "tests/server/tick/synthetic.hpp"
 

@@ -1,9 +1,9 @@
-#include "server/simulation/bodies.hpp"
+#include "server/simulation/bodies/bodies.hpp"
 
 #include <algorithm>
 #include <functional>
 
-#include "server/simulation/gait.hpp"
+#include "server/simulation/bodies/gait.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::simulation {

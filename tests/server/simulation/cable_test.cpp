@@ -1,7 +1,8 @@
 // A cable: it hangs over an edge, is dragged, does not stretch, and comes to rest.
-#include "server/simulation/cable.hpp"
+#include "server/simulation/bodies/cable.hpp"
 
 #include "robots_world.hpp"
+#include "server/simulation/bodies/bodies.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -1,6 +1,6 @@
 #include <random>
 
-#include "server/simulation/planar.hpp"
+#include "server/simulation/building/planar.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::simulation {

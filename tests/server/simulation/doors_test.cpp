@@ -2,7 +2,7 @@
 // physics.
 #include <gmock/gmock.h>
 
-#include "server/simulation/model_net.hpp"
+#include "server/simulation/building/model_net.hpp"
 #include "tests/degree.hpp"
 #include "worlds.hpp"
 

@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-#include "server/simulation/planar.hpp"
+#include "server/simulation/building/planar.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::simulation {

@@ -1,5 +1,5 @@
 // Agents that go to a goal, follow, flee, block the path and step aside.
-#include "server/simulation/planar.hpp"
+#include "server/simulation/building/planar.hpp"
 #include "server/simulation/virtual_contact.hpp"
 #include "worlds.hpp"
 

@@ -1,5 +1,5 @@
 // Gripper events: each with known answers, then with the crawler's arm by JOINT_CMD.
-#include "server/simulation/handling.hpp"
+#include "server/simulation/bodies/handling.hpp"
 
 #include <map>
 

@@ -1,11 +1,11 @@
 // Triggered devices, readings of sources, radio and battery, against closed formulas.
-#include "server/simulation/hazards.hpp"
+#include "server/simulation/events/hazards.hpp"
 
 #include "robots_world.hpp"
-#include "server/simulation/bodies.hpp"
-#include "server/simulation/building.hpp"
-#include "server/simulation/doors.hpp"
-#include "server/simulation/robot_supply.hpp"
+#include "server/simulation/bodies/bodies.hpp"
+#include "server/simulation/building/building.hpp"
+#include "server/simulation/building/doors.hpp"
+#include "server/simulation/robots/robot_supply.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/simulation/physics.hpp"
+#include "server/simulation/physics/physics.hpp"
 
 namespace parhelion::simulation {
 namespace {

@@ -1,5 +1,5 @@
 // A model's meshes, and removed entities: for bodies, the real robot and placement they behave like boxes.
-#include "server/simulation/mesh_parts.hpp"
+#include "server/simulation/building/mesh_pieces.hpp"
 #include "tests/box_mesh.hpp"
 #include "worlds.hpp"
 
@@ -71,8 +71,8 @@ TEST(ModelMeshes, RefusePlacementInsideButNotBelowATable) {
 TEST(ModelMeshes, PartsCoverTheMeshAndAddLessThanACell) {
   ModelEntity box = model_box("b", EntityLabel::unknown, {0.13, -2.41, 0.77}, {1.3, 0.7, 0.9}, 0.4);
   const ModelMesh mesh = box_mesh(box);
-  const auto parts = mesh_parts(mesh);
-  ASSERT_FALSE(parts.empty());
+  const auto pieces = mesh_pieces(mesh);
+  ASSERT_FALSE(pieces.empty());
   for (const auto& triangle : mesh.triangles) {
     for (int i = 0; i <= 20; ++i) {
       for (int j = 0; i + j <= 20; ++j) {
@@ -80,17 +80,17 @@ TEST(ModelMeshes, PartsCoverTheMeshAndAddLessThanACell) {
                               b = mesh.vertices[triangle[1]].cast<double>(),
                               c = mesh.vertices[triangle[2]].cast<double>();
         const Eigen::Vector3d p = a + (b - a) * i / 20.0 + (c - a) * j / 20.0;
-        EXPECT_TRUE(std::any_of(parts.begin(), parts.end(), [&](const MeshPart& part) {
-          return part.bottom <= p.z() + 1e-9 && part.top >= p.z() - 1e-9 &&
-                 signed_distance(make_disc(p.head<2>(), 0), part.footprint) < 2e-6;
+        EXPECT_TRUE(std::any_of(pieces.begin(), pieces.end(), [&](const MeshPiece& piece) {
+          return piece.bottom <= p.z() + 1e-9 && piece.top >= p.z() - 1e-9 &&
+                 signed_distance(make_disc(p.head<2>(), 0), piece.footprint) < 2e-6;
         })) << p.transpose();
       }
     }
   }
-  for (const MeshPart& part : parts) {
-    EXPECT_LE(part.top - part.bottom, kMeshCell + 1e-9);
-    for (const Eigen::Vector2d& v : part.footprint.vertices) {
-      const Eigen::Vector3d local = box.T_map_body.inverse() * Eigen::Vector3d(v.x(), v.y(), part.bottom);
+  for (const MeshPiece& piece : pieces) {
+    EXPECT_LE(piece.top - piece.bottom, kMeshCell + 1e-9);
+    for (const Eigen::Vector2d& v : piece.footprint.vertices) {
+      const Eigen::Vector3d local = box.T_map_body.inverse() * Eigen::Vector3d(v.x(), v.y(), piece.bottom);
       EXPECT_LE(std::abs(local.x()), box.size.x() / 2 + 2e-6);
       EXPECT_LE(std::abs(local.y()), box.size.y() / 2 + 2e-6);
     }
@@ -99,7 +99,7 @@ TEST(ModelMeshes, PartsCoverTheMeshAndAddLessThanACell) {
 
 TEST(ModelMeshes, AHugeTriangleIsCutIntoFewPieces) {
   const ModelMesh mesh{"plain", {{-5e5F, -5e5F, 0}, {5e5F, -5e5F, 1}, {0, 5e5F, 2}}, {{0, 1, 2}}};
-  EXPECT_LT(mesh_parts(mesh, 10'000).size(), 10'000U);
+  EXPECT_LT(mesh_pieces(mesh, 10'000).size(), 10'000U);
 }
 
 TEST(NonSolidEntities, FreeSpaceAndDeletedEntitiesStopNoRobot) {

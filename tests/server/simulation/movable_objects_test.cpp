@@ -1,5 +1,5 @@
 // Movable objects of a site's model: which become bodies, where they rest, and that robots push them.
-#include "server/simulation/movable_objects.hpp"
+#include "server/simulation/bodies/movable_objects.hpp"
 
 #include "robots_world.hpp"
 #include "tests/site_objects.hpp"

@@ -1,5 +1,5 @@
 // Near misses: reported once no contact is possible any more, with the geometrically correct distance.
-#include "server/simulation/near_miss.hpp"
+#include "server/simulation/bodies/near_miss.hpp"
 
 #include <algorithm>
 

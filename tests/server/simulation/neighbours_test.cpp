@@ -1,4 +1,4 @@
-#include "server/simulation/neighbours.hpp"
+#include "server/simulation/world/neighbours.hpp"
 
 #include <gtest/gtest.h>
 

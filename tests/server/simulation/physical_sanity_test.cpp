@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "server/simulation/physics.hpp"
+#include "server/simulation/physics/physics.hpp"
 #include "tests/degree.hpp"
 #include "tests/server/simulation/worlds.hpp"
 

@@ -1,4 +1,4 @@
-#include "server/simulation/physics.hpp"
+#include "server/simulation/physics/physics.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "server/simulation/planar.hpp"
+#include "server/simulation/building/planar.hpp"
 
 #include <gtest/gtest.h>
 

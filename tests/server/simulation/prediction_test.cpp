@@ -1,5 +1,5 @@
 // Warnings come at the time given by geometry, and only then.
-#include "server/simulation/prediction.hpp"
+#include "server/simulation/bodies/prediction.hpp"
 
 #include "robots_world.hpp"
 // After gtest.

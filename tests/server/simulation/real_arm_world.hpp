@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "server/simulation/planar.hpp"
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/building/planar.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::test {

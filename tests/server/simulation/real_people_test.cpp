@@ -1,5 +1,5 @@
 // Real people whom sensors follow: agents keep clear of them, robots brake before them, contacts are events.
-#include "server/simulation/real_people.hpp"
+#include "server/simulation/bodies/real_people.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

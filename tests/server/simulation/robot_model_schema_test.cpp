@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "protocols/yaml/document.hpp"
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 #include "tests/schema_defaults.hpp"
 
 namespace parhelion::simulation {

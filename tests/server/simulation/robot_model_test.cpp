@@ -1,5 +1,5 @@
 // Invalid robot models: each is refused with name and line.
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 
 #include <gmock/gmock.h>
 

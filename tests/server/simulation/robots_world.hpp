@@ -4,7 +4,7 @@
 #include <map>
 #include <memory>
 
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::test {

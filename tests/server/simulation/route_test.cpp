@@ -7,7 +7,7 @@
 #include <queue>
 #include <set>
 
-#include "server/simulation/route_search.hpp"
+#include "server/simulation/building/route_search.hpp"
 #include "tests/model_box.hpp"
 
 namespace parhelion::simulation {

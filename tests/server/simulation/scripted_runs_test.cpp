@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/simulation/near_miss.hpp"
+#include "server/simulation/bodies/near_miss.hpp"
 #include "tests/degree.hpp"
 
 namespace parhelion::simulation {

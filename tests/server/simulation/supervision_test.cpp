@@ -1,7 +1,7 @@
 #include <numbers>
 
-#include "server/simulation/contacts.hpp"
-#include "server/simulation/watches.hpp"
+#include "server/simulation/bodies/watches.hpp"
+#include "server/simulation/events/contacts.hpp"
 #include "worlds.hpp"
 
 namespace parhelion::simulation {

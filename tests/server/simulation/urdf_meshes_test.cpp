@@ -1,5 +1,5 @@
 // Meshes in a URDF: found, embedded, and used for drawing and collision.
-#include "server/simulation/urdf_meshes.hpp"
+#include "server/simulation/robots/urdf_meshes.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/simulation/robot_model.hpp"
-#include "server/simulation/urdf.hpp"
+#include "server/simulation/robots/robot_model.hpp"
+#include "server/simulation/robots/urdf.hpp"
 #include "tests/file_bytes.hpp"
 #include "tests/shape_mesh.hpp"
 #include "tests/temporary_folder.hpp"

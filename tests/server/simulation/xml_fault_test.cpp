@@ -1,9 +1,9 @@
 // Faults of XML are named with the line where they are, in plain words.
-#include "server/simulation/xml_fault.hpp"
+#include "server/simulation/robots/xml_fault.hpp"
 
 #include <gmock/gmock.h>
 
-#include "server/simulation/urdf.hpp"
+#include "server/simulation/robots/urdf.hpp"
 
 namespace parhelion::simulation {
 namespace {

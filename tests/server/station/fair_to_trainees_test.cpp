@@ -17,7 +17,7 @@
 #include "server/runtime/loop.hpp"
 #include "server/runtime/session_clock.hpp"
 #include "server/runtime/session_files.hpp"
-#include "server/simulation/base_body.hpp"
+#include "server/simulation/robots/base_body.hpp"
 #include "server/station/base_station.hpp"
 #include "tests/file_bytes.hpp"
 #include "tests/server/station/http/raw_client.hpp"

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "server/simulation/simulation.hpp"
+#include "server/simulation/bodies/bodies.hpp"
 #include "server/station/operator_name.hpp"
 #include "tests/number_at.hpp"
 #include "tests/server/station/feed_fixture.hpp"

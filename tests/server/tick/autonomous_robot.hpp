@@ -10,7 +10,7 @@
 
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
-#include "server/simulation/route_search.hpp"
+#include "server/simulation/building/route_search.hpp"
 
 namespace parhelion::test {
 

@@ -1,7 +1,7 @@
 // The tick matches a real robot's scans to the session's map, and says so.
 #include <gtest/gtest.h>
 
-#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
 
 namespace parhelion::tick {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robots/robot_model.hpp"
 
 namespace parhelion::test {
 

@@ -5,7 +5,7 @@
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/calibration/logged_drive.hpp"
-#include "tools/calibration_log.hpp"
+#include "tools/calibration/calibration_log.hpp"
 
 namespace parhelion::tools {
 namespace {

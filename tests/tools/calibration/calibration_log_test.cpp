@@ -1,5 +1,5 @@
 // `parhelion calibrate` over a log of a drive whose errors are known.
-#include "tools/calibration_log.hpp"
+#include "tools/calibration/calibration_log.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/calibration/logged_drive.hpp"
 #include "tests/tools/process.hpp"
-#include "tools/calibration_verdict.hpp"
+#include "tools/calibration/calibration_verdict.hpp"
 
 namespace parhelion::tools {
 namespace {

@@ -1,5 +1,5 @@
 // Turns between images of a camera that drives through a room, and the time offset of its stamps.
-#include "tools/image_turns.hpp"
+#include "tools/calibration/image_turns.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Camera and depth images of a log with their poses, for `map texture`.
-#include "tools/image_frames.hpp"
+#include "tools/map/image_frames.hpp"
 
 #include <gtest/gtest.h>
 

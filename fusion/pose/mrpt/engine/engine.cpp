@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "fusion/pose/estimate.hpp"
+#include "fusion/pose/matching/scan_points.hpp"
 #include "fusion/pose/mrpt/conversion.hpp"
-#include "fusion/pose/scan_points.hpp"
 
 namespace parhelion::pose {
 namespace {

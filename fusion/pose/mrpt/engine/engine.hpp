@@ -10,9 +10,9 @@
 
 #include <optional>
 
-#include "fusion/pose/attitude_track.hpp"
-#include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/tracks/attitude_track.hpp"
 
 namespace parhelion::pose {
 

@@ -4,7 +4,7 @@
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
-#include "fusion/pose/frozen_map.hpp"
+#include "fusion/pose/maps/frozen_map.hpp"
 #include "fusion/pose/mrpt/engine/configuration.hpp"
 #include "fusion/pose/mrpt/engine/engine.hpp"
 #include "fusion/pose/mrpt/engine/module.hpp"

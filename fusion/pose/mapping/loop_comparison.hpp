@@ -1,0 +1,56 @@
+// Where in an old part of the map the scans along some metres of path fit, if there is just one such place.
+// Along a corridor a single scan fits at many: doors repeat, and what counts is what does not fit.
+#pragma once
+
+#include <vector>
+
+#include "fusion/pose/mapping/loop_search.hpp"
+
+namespace parhelion::pose {
+
+class LoopComparison {
+ public:
+  /// `index`: of the submap. `scans`: keyframes in the order of the path; with fewer than three nothing is
+  /// found. `window`: m, the error of their expected poses.
+  LoopComparison(std::size_t index, std::vector<std::size_t> scans, double window);
+
+  /// A part of the work, some milliseconds. True: that was the last. Until then keyframes must keep their
+  /// poses.
+  bool step(const LoopSearch& search, Submap& submap);
+  /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well.
+  std::vector<Closure> closures(const LoopSearch& search, Submap& submap) const;
+
+  std::size_t submap() const { return index_; }
+
+ private:
+  /// A correction that the scans may have in common.
+  struct Hypothesis {
+    Pose2 correction;
+    std::size_t scans = 0;  ///< that it explains
+    double explained = 0;   ///< mean of all scans, of ScanFit::explained
+    double cost = 0;        ///< of all scans, and of the correction
+  };
+  /// One scan, matched to the surroundings.
+  struct ScanFit {
+    Pose2 correction;
+    double cost = 0;
+    double explained = 0;  ///< fraction of the points that lie where the map was seen; 0: too few do
+  };
+  void search_places(const LoopSearch& search, const Submap& submap);
+  ScanFit fit(const LoopSearch& search, const Submap& submap, std::size_t keyframe,
+              const Pose2& correction) const;
+  void judge(const LoopSearch& search, const Submap& submap, Hypothesis& hypothesis) const;
+  bool is_enough(const LoopSearch& search, const Hypothesis& best) const;
+  /// m, by how far a correction moves the scans.
+  double moved(const LoopSearch& search, const Pose2& correction) const;
+  bool is_same(const LoopSearch& search, const Pose2& a, const Pose2& b, double distance) const;
+
+  std::size_t index_;
+  std::vector<std::size_t> scans_;
+  std::size_t middle_;  ///< keyframe
+  double window_;
+  std::vector<Hypothesis> hypotheses_;
+  std::size_t judged_ = 0;
+};
+
+}  // namespace parhelion::pose
