@@ -243,9 +243,9 @@ std::string summarize(const ScanInfo& info) {
 }
 
 std::string summarize(const LoopDecision& decision) {
-  constexpr std::array<const char*, 8> kinds = {"guard_fired",    "steps_skipped",  "frame_dropped",
-                                                "scans_left_out", "ended",          "foreign_message",
-                                                "stale_command",  "refused_message"};
+  constexpr std::array<const char*, 9> kinds = {"guard_fired",    "steps_skipped",   "frame_dropped",
+                                                "scans_left_out", "ended",           "foreign_message",
+                                                "stale_command",  "refused_message", "late_command"};
   return format("%s %lld", kinds.at(static_cast<std::size_t>(decision.kind)),
                 static_cast<long long>(decision.count));
 }

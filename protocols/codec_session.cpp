@@ -66,9 +66,10 @@ void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision) {
   wire::Reader reader(channel, "loop_t", loop_t::getHash(), bytes);
   decision.stamp = reader.utime();
-  decision.kind = reader.enumeration("kind", LoopDecision::Kind::refused_message);
+  decision.kind = reader.enumeration("kind", LoopDecision::Kind::late_command);
   decision.count = reader.number<std::int64_t>("count");
-  reader.check_range("count", decision.count, 0, INT64_MAX);
+  if (decision.kind != LoopDecision::Kind::late_command)
+    reader.check_range("count", decision.count, 0, INT64_MAX);
   return reader.status();
 }
 

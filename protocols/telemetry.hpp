@@ -57,13 +57,15 @@ struct LoopDecision {
     ended = 4,            ///< no more input; the physics has reached this time
     foreign_message = 5,  ///< another publisher on one of the server's own channels
     stale_command = 6,    ///< TELEOP or JOINT_CMD that was too old when the server took it: not in the log
-    refused_message = 7   ///< by its signature: the first of its kind on its channel
+    refused_message = 7,  ///< by its signature: the first of its kind on its channel
+    late_command = 8      ///< an instructor's, refused because the server is behind: not in the log
   };
   SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
   /// Steps skipped (all before the newest that is due at the arrival), scans left out, 0 at the end; for
   /// foreign_message and refused_message see server/tick/foreign_publisher.hpp; for stale_command its age in
-  /// ms; else the sequence number of the scan or frame, from 1.
+  /// ms; for late_command the bits of its request number; else the sequence number of the scan or frame, from
+  /// 1.
   std::int64_t count = 0;
 };
 

@@ -6,6 +6,7 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/codec.hpp"
+#include "server/tick/instructor_input.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -34,7 +35,7 @@ Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, Guards guards, InboxLim
       guards_(std::move(guards)),
       limits_(limits),
       sent_(sent),
-      queues_(guards_.size() == 1 ? 1 : guards_.size() + 1),
+      queues_(guards_.size() + 1),
       clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
       thread_([this] { run(); }) {}
 
@@ -84,15 +85,25 @@ void Inbox::push(Message message) {
   {
     const std::lock_guard lock(mutex_);
     Queue& queue = queue_of(kind, arrived.message.channel, arrived.robot);
-    if (!make_room(queue, kind, arrived)) return;
-    if (may_be_dropped(kind)) {
-      ++queue.others;
-    } else {
-      queue.bytes += arrived.message.payload.size();
-    }
-    queue.waiting.push_back(std::move(arrived));
+    if (make_room(queue, kind, arrived)) enqueue(queue, kind, std::move(arrived));
   }
   changed_.notify_one();  // the loop, after the lock is released
+}
+
+/// Emergency stops go behind those that wait, before everything else.
+void Inbox::enqueue(Queue& queue, tick::InputKind kind, Arrived arrived) {
+  if (may_be_dropped(kind)) {
+    ++queue.others;
+  } else {
+    queue.bytes += arrived.message.payload.size();
+  }
+  if (kind == tick::InputKind::command) ++queue.commands;
+  auto place = queue.waiting.end();
+  if (kind == tick::InputKind::emergency_stop)
+    place = std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
+      return channels_.kind(waiting.message.channel) != tick::InputKind::emergency_stop;
+    });
+  queue.waiting.insert(place, std::move(arrived));
 }
 
 void Inbox::note_foreign(const Message& message) {
@@ -108,6 +119,10 @@ bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived
   if (may_be_dropped(kind)) {
     if (queue.others >= limits_.others) drop(queue, oldest(queue, may_be_dropped));
     return true;
+  }
+  if (kind == tick::InputKind::command && queue.commands >= limits_.commands) {
+    refuse_command(arrived.message);
+    return false;
   }
   while (queue.bytes > 0 && queue.bytes + arrived.message.payload.size() > limits_.bytes) {
     const auto scan = oldest(queue, is_scan);
@@ -139,11 +154,35 @@ void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
 }
 
 void Inbox::forget(Queue& queue, const Arrived& leaving) {
-  if (may_be_dropped(channels_.kind(leaving.message.channel))) {
+  const tick::InputKind kind = channels_.kind(leaving.message.channel);
+  if (may_be_dropped(kind)) {
     --queue.others;
   } else {
     queue.bytes -= leaving.message.payload.size();
   }
+  if (kind == tick::InputKind::command) --queue.commands;
+}
+
+Arrived Inbox::pop(Queue& queue) {
+  Arrived arrived = std::move(queue.waiting.front());
+  forget(queue, arrived);
+  queue.waiting.pop_front();
+  arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
+  return arrived;
+}
+
+bool Inbox::is_late(const Arrived& arrived) const {
+  return channels_.kind(arrived.message.channel) == tick::InputKind::command &&
+         arrived.age > limits_.command_age;
+}
+
+/// Without a request number there is nobody to reply to.
+void Inbox::refuse_command(const Message& message) {
+  ++dropped_;
+  InstructorCommand command;
+  (void)tick::read_command(channels_, message, command);  // of an unreadable one, what could be read
+  const std::uint64_t request = request_of(command);
+  if (request != 0 && refused_commands_.size() < kMaxRefusals) refused_commands_.push_back(request);
 }
 
 /// The queue whose turn it is, of those with inputs; nullptr: there is none.
@@ -158,19 +197,22 @@ Inbox::Queue* Inbox::next_queue() {
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {
   std::unique_lock lock(mutex_);
-  Queue* queue = nullptr;
-  while ((queue = next_queue()) == nullptr) {
-    const Duration left = deadline - steady_now();
-    if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
-    changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
+  while (true) {
+    Queue* queue = nullptr;
+    while ((queue = next_queue()) == nullptr) {
+      const Duration left = deadline - steady_now();
+      if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
+      changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
+    }
+    Arrived arrived = pop(*queue);
+    if (is_late(arrived)) {
+      refuse_command(arrived.message);
+      continue;
+    }
+    lock.unlock();
+    arrived.message.arrival = stamp();
+    return arrived;
   }
-  Arrived arrived = std::move(queue->waiting.front());
-  forget(*queue, arrived);
-  queue->waiting.pop_front();
-  lock.unlock();
-  arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
-  arrived.message.arrival = stamp();
-  return arrived;
 }
 
 void Inbox::wake() {
@@ -187,6 +229,11 @@ ArrivalTime Inbox::stamp() {
   return last_;
 }
 
+ArrivalTime Inbox::next_stamp() {
+  last_ = last_ + microseconds(1);
+  return last_;
+}
+
 std::uint64_t Inbox::dropped() const {
   const std::lock_guard lock(mutex_);
   return dropped_ + bus_.dropped();
@@ -195,6 +242,11 @@ std::uint64_t Inbox::dropped() const {
 std::uint64_t Inbox::take_given_up() {
   const std::lock_guard lock(mutex_);
   return std::exchange(given_up_, 0);
+}
+
+std::vector<std::uint64_t> Inbox::take_refused_commands() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(refused_commands_, {});
 }
 
 std::vector<std::int64_t> Inbox::take_foreign(WallTime now) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/guard.hpp"
 #include "server/runtime/sent_messages.hpp"
 #include "server/runtime/session_clock.hpp"
@@ -32,18 +33,27 @@ struct Arrived {
 
 using Guards = std::vector<std::vector<Guard*>>;
 
-/// Limits of a robot's queue. Scans and commands are limited by size: enough for an hour of ten scans of 361
-/// beams a second.
+/// Limits of a queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams a
+/// second.
 struct InboxLimits {
   std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
   std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
+  std::size_t commands = 1000;                ///< of instructors, waiting: a scenario's whole crowd
+  /// Longest wait of an instructor's command. `inject` waits as long for a reply: what was reported as failed
+  /// must not happen later.
+  Duration command_age = driving_timing::kMaxCommandAge;
 };
 
 /// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
-/// takes them. Each of several robots has a queue, and so has the session; they take turns, so that a robot
-/// that sends too much delays itself. The queues are bounded, and dropped inputs are counted. Beyond `bytes`
-/// the oldest scan is given up to the guard, which publishes it raw; if no scan is queued, the newest command
-/// is dropped, before it was acknowledged.
+/// takes them. Each robot has a queue, and so has the session, with the instructors' commands; they take
+/// turns, so that a robot that sends too much delays itself, and a loop that cannot keep up with a robot's
+/// inputs still executes commands. Emergency stops, and their releases, precede all else in their queue, in
+/// the order in which they came.
+///
+/// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given up to the
+/// guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it was
+/// acknowledged. An instructor's command that comes when `commands` wait, or that has waited longer than
+/// `command_age`, is refused; an emergency stop never is.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
@@ -65,8 +75,14 @@ class Inbox {
   /// A stamp for a decision of the loop, or for a timer tick: later than all stamps before it.
   ArrivalTime stamp();
   std::uint64_t dropped() const;
+  /// A stamp right after the last one, for decisions that belong together: no time passes between them.
+  ArrivalTime next_stamp();
   /// Scans given up to the guard since the last call: they are missing in the session log.
   std::uint64_t take_given_up();
+  /// Request numbers of instructors' commands that were refused since the last call, in order: at most
+  /// kMaxRefusals, further ones are only counted as dropped.
+  std::vector<std::uint64_t> take_refused_commands();
+  static constexpr std::size_t kMaxRefusals = 256;
   /// Channels (see SentMessages::foreign()) with messages of other publishers since the last call, ascending;
   /// each at most once a minute. Messages do not identify their sender.
   std::vector<std::int64_t> take_foreign(WallTime now);
@@ -78,11 +94,15 @@ class Inbox {
   void note_foreign(const Message& message);
   struct Queue {
     std::deque<Arrived> waiting;
-    std::size_t others = 0, bytes = 0;  // as in InboxLimits
+    std::size_t others = 0, bytes = 0, commands = 0;  // as in InboxLimits
   };
   Queue& queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot);
   Queue* next_queue();
+  void enqueue(Queue& queue, tick::InputKind kind, Arrived arrived);
   bool make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived);
+  Arrived pop(Queue& queue);
+  bool is_late(const Arrived& arrived) const;
+  void refuse_command(const Message& message);
   void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
   void forget(Queue& queue, const Arrived& leaving);
   std::deque<Arrived>::iterator oldest(Queue& queue, bool (*wanted)(tick::InputKind));
@@ -94,9 +114,10 @@ class Inbox {
   const SentMessages* sent_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Queue> queues_;  // by robot; of several robots the last is the session's
+  std::vector<Queue> queues_;  // by robot; the last is the session's
   std::size_t turn_ = 0;       // index of the queue that is next
   std::uint64_t dropped_ = 0, given_up_ = 0;
+  std::vector<std::uint64_t> refused_commands_;
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel
   std::string fault_;

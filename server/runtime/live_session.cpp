@@ -184,6 +184,7 @@ std::string LiveSession::run_until_stopped() {
       step_on_time();
     }
     note_given_up();
+    refuse_late_commands();
     take_answers();
     take_models();
     report_lost_log();
@@ -201,6 +202,7 @@ void LiveSession::end() {
     take_answers();
   }
   note_given_up();
+  refuse_late_commands();
   decide_now(LoopDecision::Kind::ended, 0);
   outputs_.clear();
   tick::finish(configuration_, *state_, outputs_);
@@ -325,6 +327,19 @@ bool LiveSession::skip_late_steps(ArrivalTime now) {
 void LiveSession::note_given_up() {
   const std::uint64_t count = inbox_.take_given_up();
   if (count > 0) decide_now(LoopDecision::Kind::scans_left_out, count);
+}
+
+/// Replies to commands that the inbox refused. All at one time: a loop that is behind would otherwise do a
+/// physics step for each.
+void LiveSession::refuse_late_commands() {
+  const std::vector<std::uint64_t> requests = inbox_.take_refused_commands();
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    if (i == 0) {
+      decide_now(LoopDecision::Kind::late_command, requests[i]);
+    } else {
+      decide(LoopDecision::Kind::late_command, requests[i], inbox_.next_stamp());
+    }
+  }
 }
 
 void LiveSession::decide_now(LoopDecision::Kind kind, std::uint64_t count) {

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "protocols/channels.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/tick/emergency_stop.hpp"
 #include "server/tick/instructor_input.hpp"
 #include "server/tick/sensor_path.hpp"
@@ -152,6 +153,18 @@ void handle_instructor_command(const TickContext& context, const Message& input,
     answer.position = position_of(command);
   }
   if (!done.ok()) answer.text = done.error().message;
+  publish_event(context, answer);
+}
+
+void refuse_late_command(const TickContext& context, std::uint64_t request) {
+  Event answer;
+  answer.stamp = context.now;
+  answer.kind = EventKind::command_refused;
+  answer.request = request;
+  answer.text =
+      "the server cannot keep up: too many commands were waiting, or this one waited for longer than " +
+      std::to_string(driving_timing::kMaxCommandAge.ns / 1'000'000'000) +
+      " s; nothing was changed. Remove agents, or send fewer commands, then repeat it";
   publish_event(context, answer);
 }
 

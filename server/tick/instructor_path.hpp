@@ -36,6 +36,9 @@ struct InstructorPath {
 
 void handle_instructor_command(const TickContext& context, const Message& input, const InstructorPath& path);
 
+/// The reply to a command that was refused before it was read, as the server is behind.
+void refuse_late_command(const TickContext& context, std::uint64_t request);
+
 /// Applies the command. Error: the reason why not.
 Status apply_agent_command(const TickContext& context, const AgentCommand& command, const AgentPath& path);
 

@@ -51,6 +51,8 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
       return report_refused_message(context, decision.count);
     case Kind::stale_command:
       return refuse_stale_command(context, milliseconds(decision.count));
+    case Kind::late_command:
+      return refuse_late_command(context, count);
     case Kind::ended:
       if (state.grading) close_grading(context, *state.grading);
       return;

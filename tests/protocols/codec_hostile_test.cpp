@@ -333,7 +333,7 @@ TEST(Describe, AScanInfoCountsBeamsAndAgents) {
 }
 
 TEST(Describe, EachDecisionOfTheLoopHasAName) {
-  for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::refused_message); ++kind) {
+  for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::late_command); ++kind) {
     std::vector<std::uint8_t> bytes;
     encode(LoopDecision{test::kSampleStamp, static_cast<LoopDecision::Kind>(kind), 3}, bytes);
     EXPECT_NE(describe("LOOP", bytes).find(" 3"), std::string::npos) << describe("LOOP", bytes);

@@ -533,7 +533,7 @@ RC_GTEST_PROP(CodecReference, ScanInfo, ()) {
 }
 
 RC_GTEST_PROP(CodecReference, LoopDecision, ()) {
-  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::refused_message),
+  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::late_command),
                         *rc::gen::inRange<std::int64_t>(0, INT64_MAX)};
   LoopDecision back;
   const auto reference = through_liblcm<loop_t>(decision, back);

@@ -126,13 +126,101 @@ TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
   Inbox inbox(*server_, channels_, {{&guard_}}, limits);
   for (int i = 0; i < 25; ++i) send("MR_SPAWN", static_cast<std::uint8_t>(i));
   send_scan(77);
-  const auto taken = take_all(inbox);
-  ASSERT_EQ(taken.size(), 11U);
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_EQ(taken[static_cast<std::size_t>(i)].message.payload[0], i);
+  int commands = 0, scans = 0;
+  for (const Arrived& taken : take_all(inbox)) {
+    const bool is_scan = taken.message.channel == "SCAN";
+    scans += is_scan;
+    if (!is_scan) {
+      EXPECT_EQ(taken.message.payload[0], commands++);
+    }
   }
-  EXPECT_EQ(taken[10].message.channel, "SCAN") << "it is kept whatever the commands take";
+  EXPECT_EQ(commands, 10);
+  EXPECT_EQ(scans, 1) << "it is kept whatever the commands take";
   EXPECT_EQ(inbox.dropped(), 15U);
+}
+
+/// Whatever waits. A release that came before a stop must not follow it.
+TEST_F(InboxTest, InboxTakesEmergencyStopsFirstAndInOrder) {
+  Inbox inbox(*server_, channels_, {{&guard_}});
+  for (std::uint8_t i = 0; i < 50; ++i) {
+    send_scan(i);
+    send("TELEOP", i);
+    send("MR_SPAWN", i);
+    if (i % 10 == 9) send("MR_EMERGENCY_STOP", i);
+  }
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 155U);
+  std::vector<int> stops;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].message.channel != "MR_EMERGENCY_STOP") continue;
+    stops.push_back(all[i].message.payload[0]);
+    last = i;
+  }
+  EXPECT_EQ(stops, (std::vector<int>{9, 19, 29, 39, 49}));
+  EXPECT_LT(last, 10U) << "at most one input of the robot between two";
+}
+
+TEST_F(InboxTest, InboxTakesACommandInTurnWithTheInputsOfARobotThatSendsTooMuch) {
+  Inbox inbox(*server_, channels_, {{&guard_}});
+  for (int i = 0; i < 1000; ++i) send("TELEOP");
+  send("MR_SPAWN", 7);
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 1001U);
+  EXPECT_TRUE(all[0].message.channel == "MR_SPAWN" || all[1].message.channel == "MR_SPAWN");
+}
+
+class InboxRefusalTest : public InboxTest {
+ protected:
+  void send_spawn(std::uint64_t request) {
+    AgentSpawn spawn;
+    spawn.request = request;
+    spawn.agent.name = "box_1";
+    std::vector<std::uint8_t> bytes;
+    encode(spawn, bytes);
+    ASSERT_TRUE(robot_->publish("MR_SPAWN", bytes).ok());
+  }
+};
+
+TEST_F(InboxRefusalTest, InboxRefusesCommandsBeyondItsLimitByTheirRequests) {
+  InboxLimits limits;
+  limits.commands = 20;
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
+  for (std::uint64_t i = 1; i <= 50; ++i) send_spawn(i);
+  send("MR_EMERGENCY_STOP");
+  send_scan(1);
+  const auto all = take_all(inbox);
+  EXPECT_EQ(all.size(), 22U) << "stop and scan are not limited by commands";
+  const auto refused = inbox.take_refused_commands();
+  ASSERT_EQ(refused.size(), 30U);
+  for (std::size_t i = 0; i < refused.size(); ++i) EXPECT_EQ(refused[i], 21 + i) << "the newest, in order";
+  EXPECT_EQ(inbox.dropped(), 30U);
+  EXPECT_TRUE(inbox.take_refused_commands().empty()) << "reported once";
+}
+
+TEST_F(InboxRefusalTest, InboxRemembersALimitedNumberOfRefusals) {
+  InboxLimits limits;
+  limits.commands = 1;
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
+  const std::uint64_t count = 2 * Inbox::kMaxRefusals;
+  for (std::uint64_t i = 1; i <= count; ++i) send_spawn(i);
+  EXPECT_EQ(take_all(inbox).size(), 1U);
+  EXPECT_EQ(inbox.take_refused_commands().size(), Inbox::kMaxRefusals);
+  EXPECT_EQ(inbox.dropped(), count - 1) << "all are counted";
+}
+
+/// Its sender was told that there is no reply: it must not happen later. A stop must.
+TEST_F(InboxRefusalTest, InboxRefusesCommandsThatWaitedTooLongButNoStop) {
+  InboxLimits limits;
+  limits.command_age = milliseconds(50);
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
+  for (std::uint64_t i = 1; i <= 3; ++i) send_spawn(i);
+  send("MR_EMERGENCY_STOP");
+  send("TELEOP");
+  std::this_thread::sleep_for(std::chrono::milliseconds(120));  // the loop is behind
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{1, 2, 3}));
 }
 
 TEST_F(InboxTest, InboxPassesOnlyScansToTheGuard) {

@@ -1,6 +1,7 @@
 // Delays of the live server: by its own thread, its timer, its disk. The guard publishes meanwhile, the log
 // records it, and replays to the same bytes.
 #include <algorithm>
+#include <map>
 
 #include "tests/server/runtime/loop_fixture.hpp"
 #include "tests/slow_disk.hpp"
@@ -69,6 +70,54 @@ TEST_F(LoopDelayTest, LoopBehindWithAStaleCommandSkipsStepsBeforeIt) {
   }
   EXPECT_EQ(stale, 1);
   EXPECT_GT(skipped_before, 100) << "of 240 that a second has";
+  expect_same_bytes_again(**report_);
+}
+
+/// Each sender gets a reply, no agent appears late, and the stop that came last is executed.
+TEST_F(LoopDelayTest, LoopThatIsBehindRefusesCommandsAndStillStopsTheRobot) {
+  options_.inbox.commands = 5;
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
+  const auto log = test::drive(1.5);
+  play(log, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  shut_gate();
+  constexpr std::uint64_t kSent = 12;
+  std::vector<std::uint8_t> payload;
+  for (std::uint64_t i = 1; i <= kSent; ++i) {
+    AgentSpawn spawn;
+    spawn.request = i;
+    spawn.agent = agent("box_" + std::to_string(i), AgentKind::box, 10.0 + static_cast<double>(i), 10);
+    encode(spawn, payload);
+    ASSERT_TRUE(robot_->publish(channel::kMrSpawn, payload).ok());
+  }
+  EmergencyStopCommand engage;
+  engage.request = kSent + 1;
+  encode(engage, payload);
+  ASSERT_TRUE(robot_->publish(channel::kMrEmergencyStop, payload).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the inbox receives them
+  open_gate();
+  std::vector<std::uint64_t> replied;
+  std::map<std::uint64_t, Event> replies;
+  while (replies.size() < kSent + 1) {
+    Message message;
+    const auto received = robot_->receive(message, seconds(20));
+    ASSERT_TRUE(received.ok() && *received) << replies.size() << " replies";
+    Event event;
+    if (message.channel != channel::kMrEvents || !decode(message.channel, message.payload, event)) continue;
+    const bool is_reply =
+        event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused;
+    if (!is_reply || event.request == 0 || !replies.emplace(event.request, event).second) continue;
+    replied.push_back(event.request);
+  }
+  stop();
+  EXPECT_LE(std::find(replied.begin(), replied.end(), kSent + 1) - replied.begin(), 8)
+      << "the stop, behind the command in work and the refusals";
+  EXPECT_EQ(replies[kSent + 1].kind, EventKind::command_accepted);
+  for (std::uint64_t i = 1; i <= kSent; ++i) {
+    const bool refused = i > 5;
+    EXPECT_EQ(replies[i].kind, refused ? EventKind::command_refused : EventKind::command_accepted) << i;
+    EXPECT_EQ(replies[i].text.find("cannot keep up") != std::string::npos, refused) << replies[i].text;
+  }
   expect_same_bytes_again(**report_);
 }
 
