@@ -121,6 +121,42 @@ void repeat_a_command(FaultBed& bed) {
   }
 }
 
+/// More people that walk than the machine can simulate, then an emergency stop: it must not wait for them.
+void flood_with_people(FaultBed& bed) {
+  constexpr int kSeconds = 10, kPerSecond = 3000;
+  auto bus = open_network_bus(bed.server.url());
+  if (!bus || !(*bus)->subscribe(channel::kMrEvents, 10'000)) throw std::runtime_error("no bus");
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> place(-30, 30);
+  const WallTime begun = runtime::steady_now();
+  for (int i = 1; i <= kSeconds * kPerSecond; ++i) {
+    AgentSpawn spawn;
+    spawn.request = static_cast<std::uint64_t>(i);
+    spawn.agent = agent("p" + std::to_string(i), AgentKind::person, place(random), place(random),
+                        BehaviourKind::wander);
+    const Message sent = message(channel::kMrSpawn, 0, spawn);
+    (void)(*bus)->publish(sent.channel, sent.payload);
+    const WallTime due = begun + seconds(i / static_cast<double>(kPerSecond));
+    if (runtime::steady_now() < due) wait(due - runtime::steady_now());
+  }
+  EmergencyStopCommand stop;
+  stop.request = 1'000'000;
+  const Message sent = message(channel::kMrEmergencyStop, 0, stop);
+  const WallTime engaged = runtime::steady_now();
+  (void)(*bus)->publish(sent.channel, sent.payload);
+  Message received;
+  Event event;
+  while (runtime::steady_now() < engaged + seconds(2.0)) {
+    const auto any = (*bus)->receive(received, milliseconds(100));
+    if (!any || !*any || !decode(received.channel, received.payload, event)) continue;
+    if (event.request != stop.request) continue;
+    std::fprintf(stderr, "the emergency stop was executed after %.0f ms\n",
+                 (runtime::steady_now() - engaged).seconds() * 1e3);
+    return;
+  }
+  throw std::runtime_error("the emergency stop was not executed within 2 s");
+}
+
 }  // namespace
 
 std::vector<Fault> all_faults() {
@@ -169,6 +205,7 @@ std::vector<Fault> all_faults() {
            },
        .is_noise = true},
       {"one TELEOP repeated for 3 s", repeat_a_command},
+      {"30,000 people spawned in 10 s, then an emergency stop", flood_with_people},
       {.name = "two servers on the bus",
        .inject =
            [](FaultBed& bed) {
