@@ -57,44 +57,56 @@ std::string condition_event_text(const Condition& condition) {
   return text;
 }
 
-std::string parts_text(const Condition& condition, const char* between) {
+/// "reach the yard", a task; "reaching the yard", what points are deducted for.
+enum class Form { task, cause };
+
+std::string text_in(Form form, const Condition& condition);
+
+std::string parts_text(Form form, const Condition& condition, const char* between) {
   std::string text;
-  for (const Condition& part : condition.parts) text += (text.empty() ? "" : between) + condition_text(part);
+  for (const Condition& part : condition.parts) text += (text.empty() ? "" : between) + text_in(form, part);
   return condition.parts.size() > 1 ? "(" + text + ")" : text;
 }
 
-std::string own_text(const Condition& condition) {
+std::string own_text(Form form, const Condition& condition) {
+  const auto verb = [form](const char* task, const char* cause) {
+    return std::string(form == Form::task ? task : cause);
+  };
   switch (condition.kind) {
     case Kind::event:
       return condition_event_text(condition);
     case Kind::reach:
-      return "reach " + condition.target;
+      return verb("reach ", "reaching ") + condition.target;
     case Kind::pass:
-      return "pass through " + condition.target;
+      return verb("pass through ", "passing through ") + condition.target;
     case Kind::climb:
-      return "climb " + condition.target;
+      return verb("climb ", "climbing ") + condition.target;
     case Kind::near:
-      return "be" + distance_text(condition) + " of " + condition.target + duration_text(condition);
+      return (condition.duration > 0 ? verb("stay", "staying") : verb("come", "coming")) +
+             distance_text(condition) + " of " + condition.target + duration_text(condition);
     case Kind::still:
-      return "hold still" + duration_text(condition);
+      return verb("stand still", "standing still") + duration_text(condition);
     case Kind::inspect:
-      return "keep " + condition.target + " in the camera's view" + distance_text(condition) +
-             duration_text(condition);
+      return verb("keep ", "keeping ") + condition.target + " in the camera's view" +
+             distance_text(condition) + duration_text(condition);
     case Kind::follow:
-      return "follow " + condition.target + distance_text(condition) + duration_text(condition);
+      return verb("follow ", "following ") + condition.target + distance_text(condition) +
+             duration_text(condition);
     case Kind::avoid:
-      return (condition.distance > 0 ? number("stay %g m away from ", condition.distance)
-                                     : std::string("do not touch ")) +
+      return (condition.distance > 0
+                  ? verb("stay ", "staying ") + number("%g m away from ", condition.distance)
+                  : verb("do not touch ", "not touching ")) +
              condition.target + duration_text(condition);
     case Kind::report:
-      return "find and report " + condition.target +
+      return verb("find and report ", "finding and reporting ") + condition.target +
              (condition.distance > 0 ? number(", its place to %g m", condition.distance) : "");
     case Kind::grip:
-      return "grip " + condition.target;
+      return verb("grip ", "gripping ") + condition.target;
     case Kind::lift:
-      return "lift " + condition.target;
+      return verb("lift ", "lifting ") + condition.target;
     case Kind::place:
-      return "place " + condition.target + (condition.into.empty() ? "" : " in " + condition.into);
+      return verb("place ", "placing ") + condition.target +
+             (condition.into.empty() ? "" : " in " + condition.into);
     case Kind::pitch:
       return "pitch of " + angle_text(condition.amount) + " or more" + duration_text(condition);
     case Kind::roll:
@@ -104,13 +116,20 @@ std::string own_text(const Condition& condition) {
     case Kind::speed:
       return number("speed of %g m/s or more", condition.amount) + duration_text(condition);
     case Kind::all:
-      return parts_text(condition, " and ");
+      return parts_text(form, condition, " and ");
     case Kind::any:
-      return parts_text(condition, " or ");
+      return parts_text(form, condition, " or ");
     case Kind::then:
-      return parts_text(condition, ", then ");
+      return parts_text(form, condition, ", then ");
   }
   return "";
+}
+
+std::string text_in(Form form, const Condition& condition) {
+  std::string text = own_text(form, condition);
+  if (condition.within) text += ", within " + time_text(*condition.within);
+  for (const Condition& never : condition.never) text += ", without " + text_in(Form::cause, never);
+  return text;
 }
 
 std::string task_text(const Task& task, std::size_t place) {
@@ -119,7 +138,7 @@ std::string task_text(const Task& task, std::size_t place) {
   if (task.limit) text += ", at most " + time_text(*task.limit);
   if (!task.text.empty()) text += "\n     " + task.text;
   text += "\n     done:   " + condition_text(task.done) + "\n";
-  for (const Condition& failed : task.failed) text += "     failed: " + condition_text(failed) + "\n";
+  for (const Condition& failed : task.failed) text += "     failed: " + cause_text(failed) + "\n";
   return text;
 }
 
@@ -129,7 +148,7 @@ std::string penalty_text(const Penalty& penalty) {
   if (penalty.points > 0 && penalty.per_impulse > 0) text += " and";
   if (penalty.per_impulse > 0) text += " " + points_text(penalty.per_impulse) + " for each N s";
   if (penalty.max) text += number(", at most %g in all", *penalty.max);
-  return text + ", for " + condition_text(penalty.when) + "\n";
+  return text + ", for " + cause_text(penalty.when) + "\n";
 }
 
 std::string scale_text(const Training& training) {
@@ -153,12 +172,9 @@ std::string robots_text(const std::vector<std::string>& robots) {
 
 }  // namespace
 
-std::string condition_text(const Condition& condition) {
-  std::string text = own_text(condition);
-  if (condition.within) text += ", within " + time_text(*condition.within);
-  for (const Condition& never : condition.never) text += ", without " + condition_text(never);
-  return text;
-}
+std::string condition_text(const Condition& condition) { return text_in(Form::task, condition); }
+
+std::string cause_text(const Condition& condition) { return text_in(Form::cause, condition); }
 
 std::string briefing(const Scenario& scenario, const std::vector<std::string>& robots) {
   if (!scenario.training) return "";

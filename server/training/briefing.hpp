@@ -8,8 +8,12 @@
 
 namespace parhelion::training {
 
-/// As text: "pass door 1 without contact_started of door 1, within 20 s".
+/// As what is to be done: "pass through door 1, within 20 s, without touching door 1".
 std::string condition_text(const Condition& condition);
+
+/// As what something is given or deducted for: "passing through door 1, within 20 s, without touching door
+/// 1".
+std::string cause_text(const Condition& condition);
 
 /// The task, the robot, the time, each task with its points, the scale, each penalty, and the values drawn
 /// from ranges. Faults are not mentioned: the trainee is to notice them. `robots`: names of those that are

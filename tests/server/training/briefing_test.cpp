@@ -44,7 +44,7 @@ Tasks, one after the other:
      Mind the frame.
      done:   pass through door 1, within 50 s, without touching door 1 with 0.5 N s or more
   2. crate: 40 points
-     done:   (grip crate, then (place crate in box or be within 1 m of dock for 3 s))
+     done:   (grip crate, then (place crate in box or stay within 1 m of dock for 3 s))
      failed: dropping anything, 2 times
 Points: 60 for all tasks, less penalties; passed with 60 % or more.
   grade A from 90 %
@@ -63,6 +63,32 @@ TEST(Briefing, EveryConditionHasAText) {
     condition.duration = 1;
     condition.parts.emplace_back();
     EXPECT_FALSE(condition_text(condition).empty()) << kind;
+    EXPECT_FALSE(cause_text(condition).empty()) << kind;
+  }
+}
+
+/// "points for come within 0.8 m of guide, without reach the yard" is no English.
+TEST(Briefing, NamesACauseByWhatTheTraineeDoes) {
+  Condition near;
+  near.kind = Condition::Kind::near;
+  near.target = "guide";
+  near.distance = 0.8;
+  Condition reach;
+  reach.kind = Condition::Kind::reach;
+  reach.target = "yard";
+  Condition any;
+  any.kind = Condition::Kind::any;
+  any.parts = {near, reach};
+  EXPECT_EQ(condition_text(any), "(come within 0.8 m of guide or reach yard)");
+  EXPECT_EQ(cause_text(any), "(coming within 0.8 m of guide or reaching yard)");
+  near.never = {reach};
+  near.duration = 3;
+  EXPECT_EQ(condition_text(near), "stay within 0.8 m of guide for 3 s, without reaching yard");
+  for (int kind = 0; kind <= static_cast<int>(Condition::Kind::place); ++kind) {
+    Condition condition;
+    condition.kind = static_cast<Condition::Kind>(kind);
+    condition.target = "it";
+    EXPECT_THAT(cause_text(condition), testing::MatchesRegex("(not )?[a-z]+ing .*")) << kind;
   }
 }
 
