@@ -178,8 +178,17 @@ Error Problems::error() const {
   return {message};
 }
 
+Status check_text(std::string_view text, const std::string& origin) {
+  if (text.find('\0') == std::string_view::npos) return {};
+  return Error{origin +
+               (text.starts_with("\xED\xA1\xDA\x01")
+                    ? ": an LCM log, expected a YAML file; `play`, `replay` and `topic --log` read logs"
+                    : ": a binary file, expected a YAML file")};
+}
+
 Result<Node> read_document(const std::string& text, const std::string& origin) {
   if (text.size() > kMaxBytes) return error_at(origin, 1, "larger than 32 MiB: not a configuration file");
+  if (const Status is_text = check_text(text, origin); !is_text) return is_text.error();
   if (const auto bad = find_invalid_utf8(text)) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*bad), '\n');
     return error_at(origin, static_cast<int>(line),

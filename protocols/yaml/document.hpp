@@ -47,6 +47,9 @@ class Problems {
   std::vector<Problem> problems_;
 };
 
+/// Error: a zero byte, which no text has. Names an LCM log as what it is.
+Status check_text(std::string_view text, const std::string& origin);
+
 /// Reads one document. Rejected, with the line: invalid YAML or UTF-8, anchors and aliases, tags (except
 /// !!binary), a duplicate key, a second document, more than 32 MiB or 500,000 values, nesting deeper than 32.
 Result<Node> read_document(const std::string& text, const std::string& origin);

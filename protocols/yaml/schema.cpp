@@ -223,6 +223,10 @@ class Checker {
     }
     if (schema.contains("minLength") && node.text.empty())
       problems_.add(node.line, "'" + name + "' is empty");
+    if (schema.contains("pattern") &&
+        !std::regex_search(node.text, std::regex(schema["pattern"].get<std::string>())))
+      problems_.add(node.line, "'" + name + "': expected " + schema.at("expected").get<std::string>() +
+                                   ", found '" + printable(node.text) + "'");
     return node.text;
   }
 
@@ -362,6 +366,7 @@ void check(Node& root, std::string_view name, Problems& problems) {
 Result<Node> read_document_for(const std::string& text, const std::string& origin, std::string_view schema) {
   const Json& known = schema_named(schema).text;
   const auto names = keys_of(known.at("properties"));
+  if (const Status is_text = check_text(text, origin); !is_text) return is_text.error();
   if (!is_meant_for(text, names)) {
     return Error{origin + ": is not a file of the kind '" + known.at("title").get<std::string>() +
                  "': expected keys such as " +

@@ -53,7 +53,9 @@ TEST(HostileYaml, InvalidUtf8IsRefusedWithItsPlace) {
     EXPECT_THAT(error_of_any("level: 3\nname: a" + bytes + "\n"),
                 ::testing::HasSubstr("s.yaml:2: not UTF-8 text (byte 16"));
   }
-  EXPECT_NE(error_of_any(std::string("name: a\0b", 9)), "");
+  EXPECT_THAT(error_of_any(std::string("name: a\0b", 9)), ::testing::HasSubstr("s.yaml: a binary file"));
+  EXPECT_THAT(error_of_any(std::string("\xED\xA1\xDA\x01\0\0\0\0", 8)),
+              ::testing::HasSubstr("s.yaml: an LCM log, expected a YAML file"));
   EXPECT_NE(error_of_any("name: a\x04\nlevel: 9"), "") << "yaml-cpp takes 0x04 for the end of the file";
 }
 

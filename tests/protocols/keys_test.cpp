@@ -80,6 +80,17 @@ TEST_F(KeysTest, ErrorsShowNoSecret) {
   }
 }
 
+TEST_F(KeysTest, ABadNameIsRefusedWithWhatIsExpected) {
+  std::string text = to_yaml(some_keys());
+  text.replace(text.find("rover"), 5, "a b");
+  const auto read = parse_keys(text, "test.keys");
+  ASSERT_FALSE(read);
+  EXPECT_NE(
+      read.error().message.find("'name': expected 1 to 63 letters, digits, '_', '.' and '-', found 'a b'"),
+      std::string::npos)
+      << read.error().message;
+}
+
 TEST_F(KeysTest, EachRoleHasChannelsAndNoSenderButTheServerMayCommandTheRobot) {
   for (const std::string& role : sender_roles()) {
     const auto channels = channels_of_role(role);
