@@ -20,9 +20,9 @@ RosBytes transform(const std::string& parent, const std::string& child, std::ini
   return bytes;
 }
 
-RosBytes scan(float time_increment, std::uint32_t seconds = 100) {
+RosBytes scan(float time_increment, std::uint32_t seconds = 100, const std::string& frame = "laser") {
   RosBytes bytes;
-  bytes.header(seconds, 1000, "laser");
+  bytes.header(seconds, 1000, frame);
   for (const float value : {-1.0F, 1.0F, 0.5F, time_increment, 0.1F, 0.2F, 30.0F}) bytes.add(value);
   bytes.array<float>({1, 2, 3, 4, 5}).array<float>({10, 20, 30, 40, 50});
   return bytes;
@@ -113,6 +113,99 @@ TEST(ImportRosbagCamera, AScanTopicWithoutAReadableScanIsRefusedMessageByMessage
   EXPECT_EQ(report->refused, 1U);
   EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("/scan: no readable scan")));
   EXPECT_FALSE(ImportedLog(folder / "broken.lcm").robot().laser.has_value());
+}
+
+/// A recording of 3D lasers only, of both ROS, and one beside a scan: the user reads what to do.
+TEST(ImportRosbagCamera, CloudsAreRefusedWithWhatToDo) {
+  TemporaryFolder folder;
+  WrittenBag bag;
+  RosBytes nothing;
+  nothing.header(100, 0, "velodyne");
+  bag.add("/points", "sensor_msgs/PointCloud2", 100, nothing);
+  bag.add("/packets", "velodyne_msgs/VelodyneScan", 100, nothing);
+  bag.write(folder / "clouds.bag");
+  bag.write_database(folder / "clouds.db3");
+  for (const char* name : {"clouds.bag", "clouds.db3"}) {
+    const auto refused = import_recording(test::import_options(folder / name, folder / "clouds.lcm"), {});
+    ASSERT_FALSE(refused.ok());
+    for (const char* part : {"/points (sensor_msgs/PointCloud2)", "/points, /packets: clouds and packets",
+                             "pointcloud_to_laserscan", "parhelion map register"})
+      EXPECT_THAT(refused.error().message, ::testing::HasSubstr(part));
+  }
+  bag.add("/scan", "sensor_msgs/LaserScan", 101, scan(0, 101));
+  bag.write(folder / "both.bag");
+  const auto report = import_recording(test::import_options(folder / "both.bag", folder / "both.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("pointcloud_to_laserscan")));
+  EXPECT_THAT(report->notes, ::testing::Contains(::testing::StartsWith("no ODOMETRY")));
+  EXPECT_THAT(report->notes, ::testing::Not(::testing::Contains(::testing::StartsWith("no SCAN"))));
+}
+
+/// Both ROS: the scans of each laser on a channel of its own, and each with its mounting in the description.
+TEST(ImportRosbagCamera, AFurtherLaserIsImportedByName) {
+  TemporaryFolder folder;
+  WrittenBag bag;
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
+          transform("base_link", "laser", {0.2, 0, 0.3, 0, 0, 0, 1}));
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
+          transform("base_link", "back", {-0.3, 0, 0.4, 0, 0, 1, 0}));
+  for (std::uint32_t second = 101; second < 104; ++second) {
+    bag.add("/front/scan", "sensor_msgs/LaserScan", second, scan(0, second));
+    bag.add("/back/scan", "sensor_msgs/LaserScan", second, scan(0, second, "back"));
+  }
+  bag.add("/back/scan", "sensor_msgs/LaserScan", 104, scan(0, 104, "back"));
+  bag.write(folder / "two.bag");
+  bag.write_database(folder / "two.db3");
+  for (const char* name : {"two.bag", "two.db3"}) {
+    auto options = test::import_options(folder / name, folder / (std::string(name) + ".lcm"));
+    const auto ambiguous = import_recording(options, {});
+    ASSERT_FALSE(ambiguous.ok());
+    EXPECT_THAT(ambiguous.error().message, ::testing::HasSubstr("SCAN=/back/scan,SCAN_rear=/front/scan"));
+    options.topics["SCAN_rear"] = "/back/scan";
+    const auto report = import_recording(options, {});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const ImportedLog log(options.output);
+    EXPECT_EQ(log.all<Scan>("SCAN").size(), 3U);
+    EXPECT_EQ(log.all<Scan>("SCAN_rear").size(), 4U);
+    const RobotDescription robot = log.robot();
+    ASSERT_TRUE(robot.laser);
+    EXPECT_NEAR(robot.laser->T_base_laser.translation().x(), 0.2, 1e-9);
+    ASSERT_EQ(robot.further_lasers.size(), 1U);
+    EXPECT_EQ(robot.further_lasers[0].name, "rear");
+    EXPECT_NEAR(robot.further_lasers[0].laser.T_base_laser.translation().x(), -0.3, 1e-9);
+  }
+  auto alone = test::import_options(folder / "two.bag", folder / "alone.lcm");
+  alone.topics = {{"SCAN", "none"}, {"SCAN_rear", "/back/scan"}};
+  const auto refused = import_recording(alone, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("there is no first laser"));
+  alone.topics = {{"SCAN_a b", "/back/scan"}};
+  EXPECT_FALSE(import_recording(alone, {}).ok()) << "no name of a channel";
+}
+
+TEST(ImportRosbagCamera, ARecordingWithoutAScanHasANote) {
+  TemporaryFolder folder;
+  bag_with_camera().write(folder / "camera.bag");
+  const auto report =
+      import_recording(test::import_options(folder / "camera.bag", folder / "camera.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_THAT(report->notes, ::testing::Contains(::testing::StartsWith("no SCAN")));
+}
+
+TEST(ImportRecording, AnLcmLogAndAPacketCaptureAreRefusedWithWhatToDo) {
+  TemporaryFolder folder;
+  const auto refusal = [&](const std::string& name) {
+    const auto report = import_recording(test::import_options(folder / name, folder / "out.lcm"), {});
+    return report.ok() ? std::string("accepted") : report.error().message;
+  };
+  test::write_text(folder / "drive.lcm", std::string("\xED\xA1\xDA\x01\0\0\0\0", 8) + std::string(64, '\0'));
+  EXPECT_THAT(refusal("drive.lcm"), ::testing::HasSubstr("an LCM log already"));
+  test::write_text(folder / "lidar.pcap",
+                   std::string("\xD4\xC3\xB2\xA1\x02\0\x04\0", 8) + std::string(64, '\0'));
+  test::write_text(folder / "lidar.pcapng",
+                   std::string("\x0A\x0D\x0D\x0A\x1C\0\0\0", 8) + std::string(64, '\0'));
+  EXPECT_THAT(refusal("lidar.pcap"), ::testing::HasSubstr("packet capture"));
+  EXPECT_THAT(refusal("lidar.pcapng"), ::testing::HasSubstr("packet capture"));
 }
 
 TEST(ImportRosbagCamera, DepthIsConvertedToMillimetresAndKeepsHoles) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "tools/import/bag_source.hpp"
 #include "tools/import/importers.hpp"
@@ -82,7 +83,8 @@ std::vector<std::string> findings(const ImportReport& report) {
                       "; kept in file order");
     }
     if (channel.gaps > 0) {
-      lines.push_back(channel.channel + ": " + grouped(channel.gaps) + " gaps, the longest " +
+      lines.push_back(channel.channel + ": " + grouped(channel.gaps) +
+                      (channel.gaps == 1 ? " gap, of " : " gaps, the longest ") +
                       seconds_text(channel.gap_max) + " before " + channel.gap_max_place);
     }
     if (channel.beams.size() > 1) {
@@ -129,6 +131,11 @@ Result<std::optional<std::string>> choose_topic(const ImportOptions& options, co
                "); choose one, or " + channel + "=none:" + list()};
 }
 
+bool is_further_scan(const std::string& channel) {
+  const std::string start = std::string(channel::kScan) + "_";
+  return channel.starts_with(start) && sensor_name_fault(channel.substr(start.size())).empty();
+}
+
 Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std::string> candidates,
                                   const std::string& what) {
   LaserTopics chosen;
@@ -144,6 +151,19 @@ Result<LaserTopics> choose_lasers(const ImportOptions& options, std::vector<std:
   return chosen;
 }
 
+namespace {
+
+/// pcap in either byte order, with stamps of us or ns, and pcapng.
+bool is_packet_capture(std::string_view head) {
+  for (const std::string_view magic :
+       {"\xD4\xC3\xB2\xA1", "\xA1\xB2\xC3\xD4", "\x4D\x3C\xB2\xA1", "\xA1\xB2\x3C\x4D", "\x0A\x0D\x0D\x0A"}) {
+    if (head.starts_with(magic)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   std::error_code failed;
   if (std::filesystem::is_directory(path, failed))
@@ -157,6 +177,15 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
   if (head->starts_with("#ROSBAG")) return Error{path.string() + ": a ROS bag of another version than 2.0"};
   if (starts_with_object(*head)) return ImportFormat::rawlog;
   if (!head->empty() && is_text(*head)) return ImportFormat::carmen;
+  if (head->starts_with("\xED\xA1\xDA\x01"))
+    return Error{path.string() +
+                 ": this is an LCM log already: use it as it is. `parhelion topic list --log FILE` shows its "
+                 "channels; `slam --scan-channel` and `channels` of a scenario take other names"};
+  if (is_packet_capture(*head))
+    return Error{
+        path.string() +
+        ": a packet capture (pcap) is not imported. Its driver in ROS, such as velodyne_driver, makes "
+        "messages of it: for SCAN record a sensor_msgs/LaserScan of them (velodyne_laserscan)"};
   return Error{path.string() +
                ": not a recording that is known: an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS bag "
                "(.bag, .db3, .mcap, or ROS 2's folder) or a folder of RGB-D frames is expected"};
@@ -187,9 +216,11 @@ Status check_channels(const ImportOptions& options, ImportFormat format) {
   const std::vector<std::string> known = channels_of(format);
   for (const auto& [channel, topic] : options.topics) {
     // What a format never has can be left out of it.
+    if (format == ImportFormat::rosbag && is_further_scan(channel)) continue;
     if (has(known, channel) || (topic == "none" && has(channels_of(ImportFormat::rosbag), channel))) continue;
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+    if (format == ImportFormat::rosbag) list += ", SCAN_<name>";
     return Error{options.input.string() + ": --topics " + channel + "=" + topic +
                  ": no channel that a recording of this format has; expected one of " + list};
   }

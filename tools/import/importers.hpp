@@ -21,6 +21,9 @@ Result<std::optional<std::string>> choose_topic(const ImportOptions& options, co
                                                 const std::vector<std::string>& candidates,
                                                 const std::string& what);
 
+/// SCAN_<name>: a laser after the first.
+bool is_further_scan(const std::string& channel);
+
 struct LaserTopics {
   std::optional<std::string> scan, lines;
 };

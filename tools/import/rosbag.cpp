@@ -32,7 +32,11 @@ class Copy {
 
   Status operator()(const BagMessage& message) {
     writer_.count_read();
-    if (message.topic == choice_.scan || message.topic == choice_.lines) return put_scan(message);
+    if (message.topic == choice_.scan) return put_scan(message, channel::kScan);
+    if (message.topic == choice_.lines) return put_scan(message, channel::kLines);
+    if (const auto further = choice_.further_scans.find(message.topic);
+        further != choice_.further_scans.end())
+      return put_scan(message, std::string(channel::kScan) + "_" + further->second);
     if (choice_.odometry_edge && is_tf(message.type)) return put_tf(message);
     if (message.topic == choice_.odometry) return put_odometry(message);
     if (message.topic == choice_.camera || message.topic == choice_.depth) return put_image(message);
@@ -48,7 +52,7 @@ class Copy {
 
  private:
   template <class T>
-  Status put(const char* channel, T item, const BagMessage& message) {
+  Status put(std::string_view channel, T item, const BagMessage& message) {
     if (item.stamp.ns == 0) item.stamp = {message.received.ns};
     return writer_.put(channel, item, message.number, arrival_of(message, item.stamp));
   }
@@ -57,10 +61,10 @@ class Copy {
     return {};
   }
 
-  Status put_scan(const BagMessage& message) {
+  Status put_scan(const BagMessage& message, std::string_view channel) {
     const auto scan = ros::read_laser_scan(message.bytes);
     if (!scan) return refuse(message, scan.error());
-    return put(message.topic == choice_.lines ? channel::kLines : channel::kScan, to_scan(*scan), message);
+    return put(channel, to_scan(*scan), message);
   }
 
   Status put_odometry(const BagMessage& message) {
@@ -186,6 +190,37 @@ std::string list_topics(const BagSurvey& survey) {
   return text;
 }
 
+/// What to do with topics of 3D lasers, which are not imported; empty: there is none.
+std::string advice_for_clouds(const BagSurvey& survey) {
+  std::string names, packets;
+  for (const auto& [name, topic] : survey.topics) {
+    const bool cloud = topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/PointCloud";
+    if (cloud) names += (names.empty() ? "" : ", ") + name;
+    // Packets as a 3D laser sends them, such as velodyne_msgs/VelodyneScan.
+    if (topic.type.ends_with("/VelodyneScan") || topic.type.find("/PacketMsg") != std::string::npos)
+      packets += (packets.empty() ? "" : ", ") + name;
+  }
+  if (names.empty() && packets.empty()) return {};
+  return (packets.empty()
+              ? names + ": clouds"
+              : (names.empty() ? "" : names + ", ") + packets + ": clouds and packets of 3D lasers") +
+         " are not imported. For SCAN, make a LaserScan of them in ROS (pointcloud_to_laserscan) and record "
+         "it; "
+         "for a model of the site, write them as .pcd files (pcl_ros) for `parhelion map register`";
+}
+
+/// What the server or SLAM will lack.
+void note_missing(const BagChoice& choice, std::vector<std::string>& notes) {
+  if (!choice.scan)
+    notes.emplace_back(
+        "no SCAN: there is no sensor_msgs/LaserScan, so `slam`, `serve` and `replay` have nothing to work "
+        "on");
+  if (choice.scan && !choice.odometry)
+    notes.emplace_back(
+        "no ODOMETRY: there is neither nav_msgs/Odometry nor a tf from odom to the base; `slam` needs it. "
+        "With a pose from elsewhere, `replay` needs none");
+}
+
 }  // namespace
 
 Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportProgress& progress) {
@@ -199,12 +234,14 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
   const auto choice = choose_topics(options, survey);
   if (!choice) return choice.error();
   const bool any = choice->scan || choice->lines || choice->camera || choice->depth || choice->odometry ||
-                   choice->reference;
+                   choice->reference || !choice->further_scans.empty();
+  const std::string clouds = advice_for_clouds(survey);
   if (!any || !survey.first_stamp.get()) {
+    const std::string clouds_below = clouds.empty() ? "" : "\n" + clouds;
     return Error{options.input.string() +
                  ": no topic that could be imported: LaserScan, Odometry or tf, Image, "
                  "CompressedImage or PoseStamped is expected; " +
-                 (first_damage.empty() ? "there is:" + list_topics(survey) : first_damage)};
+                 (first_damage.empty() ? "there is:" + list_topics(survey) : first_damage) + clouds_below};
   }
   std::vector<std::string> notes;
   const auto robot = describe(options, survey, *choice, notes);
@@ -214,6 +251,8 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
                     survey.topics.at(*choice->reference).frame + "'");
   }
   if (choice->odometry) notes.push_back("ODOMETRY is " + *choice->odometry);
+  note_missing(*choice, notes);
+  if (!clouds.empty()) notes.push_back(clouds);
   if (const Status possible = check_urdf(options, survey, notes); !possible) return possible.error();
   auto writer =
       RecordingWriter::create(options, options.input.filename().string() + ", message ", "messages");

@@ -103,6 +103,19 @@ Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, Ba
   return {};
 }
 
+/// Topics for SCAN_<name>, which are taken out of `candidates`.
+Status choose_further_scans(const ImportOptions& options, std::vector<std::string>& candidates,
+                            BagChoice& choice) {
+  for (const auto& [channel, topic] : options.topics) {
+    if (!is_further_scan(channel) || topic == "none") continue;
+    const auto chosen = choose_topic(options, channel, candidates, kLaserScan);
+    if (!chosen) return chosen.error();
+    choice.further_scans[topic] = channel.substr(std::string(channel::kScan).size() + 1);
+    std::erase(candidates, topic);
+  }
+  return {};
+}
+
 /// An ambiguous topic that was not requested is left out instead of refusing the bag.
 Result<std::optional<std::string>> choose_extra(const ImportOptions& options, const std::string& channel,
                                                 const std::vector<std::string>& candidates,
@@ -266,8 +279,17 @@ Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& s
     to = *from;
     return {};
   };
-  const auto lasers = choose_lasers(options, survey.of_type(kLaserScan), kLaserScan);
-  if (!lasers) return lasers.error();
+  std::vector<std::string> scans = survey.of_type(kLaserScan);
+  if (const Status further = choose_further_scans(options, scans, choice); !further) return further.error();
+  const bool several = scans.size() > 1 && options.topics.count(channel::kScan) == 0;
+  const auto lasers = choose_lasers(options, scans, kLaserScan);
+  if (!lasers) {
+    const std::string both = several
+                                 ? "\nA further laser becomes SCAN_<name>, as by --topics 'SCAN=" + scans[0] +
+                                       ",SCAN_rear=" + scans[1] + "'"
+                                 : "";
+    return Error{lasers.error().message + both};
+  }
   choice.scan = lasers->scan;
   choice.lines = lasers->lines;
   Status done = choose_odometry(options, survey, choice);
@@ -332,7 +354,16 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
   if (!laser) return laser.error();
   auto lines = describe_laser(options, survey, base, choice.lines, notes);
   if (!lines) return lines.error();
+  if (!choice.further_scans.empty() && !*laser)
+    return Error{options.input.string() + ": --topics SCAN_" + choice.further_scans.begin()->second +
+                 ": there is no first laser; give it as SCAN"};
   RobotDescription robot = describe_robot(options, std::move(*laser), notes);
+  for (const auto& [topic, name] : choice.further_scans) {
+    auto further = describe_laser(options, survey, base, topic, notes);
+    if (!further) return further.error();
+    if (*further) robot.further_lasers.push_back({name, std::move(**further)});
+    notes.push_back("SCAN_" + name + " is " + topic);
+  }
   if (*lines) robot.line_laser = LineLaserDescription{std::move(**lines), {}};
   auto camera = describe_camera<CameraDescription>(survey, base, choice.camera, choice.camera_info, notes);
   auto depth = describe_camera<DepthCameraDescription>(survey, base, choice.depth, choice.depth_info, notes);

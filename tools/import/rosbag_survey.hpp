@@ -40,6 +40,8 @@ struct BagChoice {
   std::optional<std::string> scan, lines, odometry, camera, camera_info, depth, depth_info, reference, teleop,
       imu, joints;
   std::optional<RosFrames::Key> odometry_edge;  ///< if odometry comes from tf
+  /// Lasers after the first, by topic: the names in their channels, SCAN_<name>. Only those asked for.
+  std::map<std::string, std::string> further_scans;
 };
 
 Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& survey);
