@@ -71,8 +71,8 @@ Exit run(const Arguments& arguments) {
     ++bad;
     std::fprintf(stderr, "parhelion batch: %s\n", row.error.c_str());
   }
-  std::fprintf(stderr, "%zu sessions graded, %zu passed, %zu could not be graded\n", rows.size() - bad,
-               passed, bad);
+  std::fprintf(stderr, "%zu %s graded, %zu passed, %zu could not be graded\n", rows.size() - bad,
+               rows.size() - bad == 1 ? "session" : "sessions", passed, bad);
   return bad == 0 ? Exit::done : Exit::failed;
 }
 

@@ -11,8 +11,9 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kDescription =
-    "Odometry scale, mounting of the laser, time offsets of odometry, inertial sensor and camera, and the "
-    "laser's own noise from a drive, written into the robot description";
+    "Measure odometry scale, mounting of the laser, time offsets of odometry, inertial sensor and camera, "
+    "and the "
+    "laser's own noise from a drive, and write them into the robot description";
 constexpr const char* kFooter =
     "Examples:\n"
     "  parhelion calibrate drive.lcm -o robot.yaml --picture calibration.png\n"

@@ -6,7 +6,7 @@
 namespace parhelion::tools {
 
 void add_completion(CLI::App& app, Exit&) {
-  CLI::App* command = app.add_subcommand("completion", "Prints a script that completes commands in a shell");
+  CLI::App* command = app.add_subcommand("completion", "Print a script that completes commands in a shell");
   auto shell = std::make_shared<std::string>("bash");
   command->add_option("shell", *shell, "Which shell")->check(CLI::IsMember({"bash"}))->capture_default_str();
   command->footer("Example: source <(parhelion completion bash)      (in ~/.bashrc, for every shell)");

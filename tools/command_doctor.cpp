@@ -59,7 +59,7 @@ void add_doctor(CLI::App& app, Exit& exit) {
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("doctor", "Checks this machine: network, graphics, disk, recordings, service");
+      app.add_subcommand("doctor", "Check this machine: network, graphics, disk, recordings, service");
   command->footer("Example:\n  parhelion doctor\n\nExit code 1 if something essential is missing (FAIL).");
   command->add_option("--url", arguments->url,
                       "LCM url ($LCM_DEFAULT_URL, else the service's, else this machine only)");

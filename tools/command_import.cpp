@@ -10,7 +10,8 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kDescription =
-    "Recording of another system to an LCM log: MRPT rawlog, CARMEN log (also .gz, .bz2), ROS bag (.bag; "
+    "Convert a recording of another system to an LCM log: MRPT rawlog, CARMEN log (also .gz, .bz2), ROS bag "
+    "(.bag; "
     ".db3 and .mcap of ROS 2, or their folder), folder of RGB-D frames (7-Scenes, TUM)";
 constexpr const char* kFooter =
     "Examples:\n  parhelion import drive.bag -o drive.lcm --topics SCAN=/front/scan,REFERENCE_POSE=/truth\n"

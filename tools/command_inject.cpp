@@ -91,7 +91,7 @@ Exit run(const InjectArguments& arguments) {
 void add_inject(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("inject",
                                          "Add, move, remove or command virtual agents on a running server, "
-                                         "open doors, begin scripts and faults, report a find, "
+                                         "open doors, start scripts and faults, report an object, "
                                          "stop a robot");
   auto arguments = std::make_shared<InjectArguments>();
   command->add_option("action", arguments->action, "Action")

@@ -73,7 +73,8 @@ Exit make(const Arguments& arguments) {
   if (const Status written = write(*server, arguments.server); !written) return fail(written.error().message);
   if (const Status written = write(*keys, output); !written) return fail(written.error().message);
   std::printf(
-      "%s: for the server: parhelion serve --keys %s\n%s: for '%s'; take it there by a safe way, mode 600\n",
+      "%s: for the server: parhelion serve --keys %s\n%s: for '%s'; copy it there over a secure connection, "
+      "with mode 600\n",
       arguments.server.c_str(), arguments.server.c_str(), output.c_str(), arguments.name.c_str());
   return Exit::done;
 }
@@ -105,7 +106,8 @@ Exit remove(const Arguments& arguments) {
 }  // namespace
 
 void add_key(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("key", "Keys of a bus with authentication");
+  CLI::App* command =
+      app.add_subcommand("key", "Make, list and remove the keys of a bus with authentication");
   command->require_subcommand(1);
   auto arguments = std::make_shared<Arguments>();
   const auto add_server = [arguments](CLI::App& verb) {

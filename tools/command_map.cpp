@@ -3,7 +3,7 @@
 namespace parhelion::tools {
 
 void add_map(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("map", "Models of a site");
+  CLI::App* command = app.add_subcommand("map", "Make and show models of a site");
   command->footer(
       "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png\n  parhelion map extrude "
       "site.yaml -o model.yaml --picture model.png");

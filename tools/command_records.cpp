@@ -221,7 +221,7 @@ CLI::App* add_part(CLI::App& command, Exit& exit, const std::shared_ptr<Argument
 }
 
 void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
-  CLI::App* part = add_part(command, exit, arguments, "add", "A new trainee; prints the pseudonym",
+  CLI::App* part = add_part(command, exit, arguments, "add", "Add a trainee; prints the pseudonym",
                             "add \"Anna Schmidt\"", add);
   part->add_option("name", arguments->trainee, "Name of the person; only stored in the records")->required();
   part->add_option("--mbox-sha1sum", arguments->mbox_sha1sum,
@@ -235,7 +235,7 @@ void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>
       add_part(command, exit, arguments, "list", "List the trainees, or the sessions of one", "list", list);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
   part->add_flag("--json", arguments->json, "JSON output with everything, names included");
-  part = add_part(command, exit, arguments, "next", "The next task for a trainee, and the reason",
+  part = add_part(command, exit, arguments, "next", "Choose the next task for a trainee, with the reason",
                   "next \"Anna Schmidt\" --course server/scenarios/programmes/course.yaml", next);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
   part->add_option("--course", arguments->course, "Programmes whose tasks list the skills that they train")
@@ -252,8 +252,9 @@ std::string check_home_page(const std::string& text) {
 }
 
 void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
-  CLI::App* part = add_part(command, exit, arguments, "export", "Records as JSON, CSV or xAPI statements",
-                            "export --format xapi -o statements.json", export_to);
+  CLI::App* part =
+      add_part(command, exit, arguments, "export", "Export records as JSON, CSV or xAPI statements",
+               "export --format xapi -o statements.json", export_to);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
   part->add_option("--format", arguments->format,
                    "json (everything), csv or xapi (a line or statement a session)")
@@ -276,7 +277,8 @@ void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments
 }  // namespace
 
 void add_records(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("records", "Trainees, their sessions and scores");
+  CLI::App* command =
+      app.add_subcommand("records", "Keep the records of trainees: their sessions and scores");
   command->require_subcommand(1);
   command->footer(
       "Example: parhelion records add \"Anna Schmidt\" && parhelion records grade \"Anna Schmidt\" "

@@ -107,7 +107,7 @@ Exit run(const Arguments& arguments) {
 
 void add_report(CLI::App& app, Exit& exit) {
   CLI::App* command =
-      app.add_subcommand("report", "After-action review of a session: one page for a browser");
+      app.add_subcommand("report", "Write the after-action review of a session: one page for a browser");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("-o,--output", arguments->output, "Page to write; - for standard output");

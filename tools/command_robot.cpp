@@ -106,9 +106,10 @@ Exit run_check(const Arguments& arguments) {
 void add_robot(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* robot =
-      app.add_subcommand("robot", "Robot descriptions: make one from a URDF and a log, check one");
+      app.add_subcommand("robot", "Make a robot description from a URDF and a log, or check one");
   robot->require_subcommand(1);
-  CLI::App* make = robot->add_subcommand("new", "Robot description from a URDF, and a log of its sensors");
+  CLI::App* make =
+      robot->add_subcommand("new", "Make a robot description from a URDF and a log of the robot's sensors");
   make->footer(kNewFooter);
   make->add_option("--urdf", arguments->urdf, "URDF of the robot; its meshes give the outline")->required();
   make->add_option("--log", arguments->log,
@@ -125,7 +126,7 @@ void add_robot(CLI::App& app, Exit& exit) {
   make->add_flag("--yes", arguments->yes, "Ask nothing, take likely values");
   make->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
   make->callback([arguments, &exit] { exit = run_new(*arguments); });
-  CLI::App* check = robot->add_subcommand("check", "What a log contradicts in a robot description");
+  CLI::App* check = robot->add_subcommand("check", "List what a log contradicts in a robot description");
   check->footer(kCheckFooter);
   check->add_option("DESCRIPTION", arguments->description, "Robot description (YAML)")->required();
   check->add_option("--log", arguments->log, "LCM log of the robot's sensors, a minute with turns")

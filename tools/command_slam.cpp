@@ -19,7 +19,7 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kDescription =
-    "SCAN and ODOMETRY in, POSE_COV and POSE out: localizes in MAP, or builds one. Live on the bus, or over "
+    "Localize in a map, or build one: SCAN and ODOMETRY in, POSE_COV and POSE out. Live on the bus, or over "
     "a log with --log";
 constexpr const char* kFooter =
     "Examples:\n"

@@ -103,7 +103,7 @@ Status rank(const Arguments& arguments) {
 }  // namespace
 
 void add_ranking(CLI::App& records, Exit& exit) {
-  CLI::App* command = records.add_subcommand("ranking", "Ranking in a course or in one programme");
+  CLI::App* command = records.add_subcommand("ranking", "Show the ranking in a course or in one programme");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("--database", arguments->database, kRecordsHelp);
   auto* which = command->add_option_group("which")->require_option(1);

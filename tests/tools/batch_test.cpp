@@ -22,7 +22,7 @@ TEST(Batch, ALogThatNeedsTooMuchMemoryIsReportedAndTheOthersAreGraded) {
   const auto ran = test::run({"batch", folder / "", "-o", table, "--memory", "64"}, folder / "output.txt");
   EXPECT_EQ(ran.exit, 1) << ran.output;
   EXPECT_THAT(ran.output, AllOf(HasSubstr("1_heavy.lcm: its grading needs more than 64 MB"),
-                                HasSubstr("1 sessions graded"), HasSubstr("1 could not be graded")));
+                                HasSubstr("1 session graded"), HasSubstr("1 could not be graded")));
   EXPECT_THAT(test::bytes_of(table),
               AllOf(HasSubstr("1_heavy.lcm: its grading needs more than 64 MB"), HasSubstr("2_light.lcm,,")));
   const auto again = test::run({"batch", folder / "", "-o", table, "--force"}, folder / "output.txt");

@@ -11,7 +11,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* kDescription = "Semantic model from a 2D grid map: walls as boxes, blocks, a floor";
+constexpr const char* kDescription =
+    "Make a semantic model from a 2D grid map: walls as boxes, blocks, a floor";
 constexpr const char* kFooter =
     "Example:\n  parhelion map extrude site.yaml -o model.yaml --height 2.5 --picture model.png\n\n"
     "MAP is the YAML of a ROS map (map_server), as `parhelion slam --save-map` writes it. Each occupied cell "

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDescription = "Semantic model of a site from a registered 3D cloud";
+constexpr const char* kDescription = "Make a semantic model of a site from a registered 3D cloud";
 constexpr const char* kFooter =
     "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png --summary room.json\n"
     "  parhelion map model room.ply -o room.yaml --floor-to-zero --slice room --force\n\n"

@@ -18,7 +18,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr const char* kDescription = "Registers 3D scans (ICP, loops closed) into one cloud";
+constexpr const char* kDescription = "Register 3D scans (ICP, loops closed) into one cloud";
 constexpr const char* kFooter =
     "Examples:\n  parhelion map register scan000.3d scan001.3d scan002.3d -o corridor.ply --summary s.json\n"
     "  parhelion map register room1.pcd room2.pcd --guess 1.79,0.72,0,39.7 -o room.ply\n\n"

@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 constexpr int kQuality = 92;  ///< of the picture's JPEG
 constexpr int kStages = 3;
 
-constexpr const char* kDescription = "What a site looks like: a texture for its model from camera images";
+constexpr const char* kDescription =
+    "Make the texture of a site's model from camera images: what the site looks like";
 constexpr const char* kFooter =
     "Example:\n  parhelion map texture kitchen.yaml --log kitchen.lcm\n\n"
     "LOG has CAMERA images, poses in the model's map (POSE_COV or POSE) and a robot description; DEPTH "

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDescription =
-    "Labelled plan, with coordinates and names, and coloured 3D view of a semantic model";
+    "Draw a semantic model: labelled plan with coordinates and names, and coloured 3D view";
 constexpr const char* kFooter =
     "Examples:\n  parhelion map view room.yaml -o room.png\n  parhelion map view room.yaml -o plan.png "
     "--plan";
