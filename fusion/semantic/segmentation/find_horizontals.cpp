@@ -165,7 +165,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
 void index_by_block(const Site& site, HorizontalSearch& search) {
   static_assert(std::has_single_bit(unsigned{kBlockCells}));
   const auto block_of = [](std::int32_t cell) { return cell >> std::countr_zero(unsigned{kBlockCells}); };
-  std::sort(search.plates.begin(), search.plates.end(), [&](const Plate& a, const Plate& b) {
+  tbb::parallel_sort(search.plates.begin(), search.plates.end(), [&](const Plate& a, const Plate& b) {
     const std::pair one(block_of(a.y), block_of(a.x)), other(block_of(b.y), block_of(b.x));
     return one != other ? one < other : by_place(a, b);
   });
@@ -196,10 +196,10 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   tbb::parallel_sort(plates.begin(), plates.end(), by_place);  // no two are equal
 
   const std::vector<std::uint32_t> part = join_plates(plates, site.cell());
-  std::vector<std::uint32_t> by_part(plates.size());
-  std::iota(by_part.begin(), by_part.end(), 0U);
-  std::stable_sort(by_part.begin(), by_part.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return part[a] < part[b]; });
+  std::vector<std::uint32_t> next(plates.size() + 1, 0), by_part(plates.size());
+  for (const std::uint32_t p : part) ++next[p + 1U];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::uint32_t i = 0; i < plates.size(); ++i) by_part[next[part[i]]++] = i;
   HorizontalSearch search;
   std::vector<Plate> sums;
   for (std::size_t i = 0; i < by_part.size();) {

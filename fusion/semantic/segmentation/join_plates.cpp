@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 #include <utility>
+
+#include "fusion/cloud/parallel.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -16,10 +18,7 @@ constexpr double kMaxHeightStep = 0.03;  // m, independent of the noise
 constexpr int kReachCells = 4;           // a gap of one cell does not split a surface
 constexpr double kSliceFraction = 0.17;  // fraction of a wall's points in a slice: 0.1 m of 0.6 m
 
-std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
+constexpr std::size_t kChunk = 2048;  // plates, of the work of one thread
 
 /// m, maximum difference of two cells of one surface: 2.5 sigma of their means plus the floor's unevenness.
 double height_step(const Plate& a, const Plate& b) {
@@ -43,21 +42,46 @@ std::int64_t cell_key(std::int64_t x, std::int64_t y) { return (y << 32) + x; }
 
 constexpr float kFarthest = 0.031F;  // m, a little more than kMaxHeightStep
 
-/// Calls visit(i, j) once for each two plates within reach of which the heights may be those of one surface.
-template <class Visit>
-void for_each_pair(const std::vector<Plate>& plates, Visit&& visit) {
+/// Cells and heights of plates, close together in memory.
+struct Places {
   std::vector<std::int64_t> cell;
   std::vector<float> z;
-  for (const Plate& plate : plates) {
-    cell.push_back(cell_key(plate.x, plate.y));
-    z.push_back(plate.z);
+
+  explicit Places(const std::vector<Plate>& plates) {
+    for (const Plate& plate : plates) {
+      cell.push_back(cell_key(plate.x, plate.y));
+      z.push_back(plate.z);
+    }
   }
+};
+
+constexpr std::size_t kBatch = 16;
+
+/// Of the next `kBatch` heights, most of which are others at walls. Free of branches, so that it is
+/// vectorized.
+bool any_near(const float* heights, float height) {
+  int near = 0;
+  for (std::size_t k = 0; k < kBatch; ++k) near |= std::abs(heights[k] - height) <= kFarthest ? 1 : 0;
+  return near != 0;
+}
+
+/// Calls visit(i, j) once for each two plates within reach of which the heights may be those of one surface.
+/// i < j; all i in [first, last).
+template <class Visit>
+void for_each_pair(const Places& places, std::size_t first, std::size_t last, Visit&& visit) {
+  const std::vector<std::int64_t>& cell = places.cell;
+  const std::vector<float>& z = places.z;
   // Where the neighbours in each row begin and end: these places move on with the plates.
   struct Range {
-    std::uint32_t begin = 0, end = 0;
+    std::size_t begin = 0, end = 0;
   };
   std::array<Range, kReachCells + 1> rows{};
-  for (std::uint32_t i = 0; i < cell.size(); ++i) {
+  for (int dy = 0; dy <= kReachCells && first < last; ++dy) {
+    const std::int64_t from = cell[first] + cell_key(dy == 0 ? 1 : -kReachCells, dy);
+    const auto begin = std::lower_bound(cell.begin(), cell.end(), from) - cell.begin();
+    rows[static_cast<std::size_t>(dy)] = {static_cast<std::size_t>(begin), static_cast<std::size_t>(begin)};
+  }
+  for (std::size_t i = first; i < last; ++i) {
     for (int dy = 0; dy <= kReachCells; ++dy) {
       const std::int64_t from = cell[i] + cell_key(dy == 0 ? 1 : -kReachCells, dy),
                          to = cell[i] + cell_key(kReachCells, dy);
@@ -65,39 +89,99 @@ void for_each_pair(const std::vector<Plate>& plates, Visit&& visit) {
       while (begin < cell.size() && cell[begin] < from) ++begin;
       end = std::max(begin, end);
       while (end < cell.size() && cell[end] <= to) ++end;
-      for (std::uint32_t j = begin; j < end; ++j) {
-        // Most are at other heights.
-        if (std::abs(z[j] - z[i]) <= kFarthest) visit(i, j);
+      for (std::size_t j = begin; j < end;) {
+        const std::size_t batch_end = std::min(end, j + kBatch);
+        if (j + kBatch <= end && !any_near(z.data() + j, z[i])) j = batch_end;
+        for (; j < batch_end; ++j) {
+          if (std::abs(z[j] - z[i]) <= kFarthest)
+            visit(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+        }
       }
     }
   }
 }
 
+/// Sets that several threads join; the first member is a set's root, whatever the order in which they do
+/// (Anderson and Woll 1991, "Wait-free parallel algorithms for the union-find problem").
+class Sets {
+ public:
+  explicit Sets(std::size_t size) : parent_(size) {
+    for (std::uint32_t i = 0; i < size; ++i) parent_[i].store(i, std::memory_order_relaxed);
+  }
+  std::uint32_t root(std::uint32_t i) {
+    for (std::uint32_t up = parent(i); up != i; up = parent(i)) {
+      const std::uint32_t over = parent(up);
+      parent_[i].store(over, std::memory_order_relaxed);
+      i = over;
+    }
+    return i;
+  }
+  /// Quick; false of some that are joined.
+  bool are_joined(std::uint32_t a, std::uint32_t b) const { return parent(a) == parent(b); }
+  void join(std::uint32_t a, std::uint32_t b) {
+    for (;;) {
+      a = root(a), b = root(b);
+      if (a == b) return;
+      if (a > b) std::swap(a, b);
+      std::uint32_t still_root = b;
+      if (parent_[b].compare_exchange_weak(still_root, a, std::memory_order_relaxed)) return;
+    }
+  }
+
+ private:
+  std::uint32_t parent(std::uint32_t i) const { return parent_[i].load(std::memory_order_relaxed); }
+  std::vector<std::atomic<std::uint32_t>> parent_;  ///< never after its child
+};
+
+/// Of each plate the flat neighbour that is nearest in height; of equally near ones the first.
+class Hosts {
+ public:
+  explicit Hosts(std::size_t size) : nearest_(size) {
+    for (auto& nearest : nearest_) nearest.store(kNobody, std::memory_order_relaxed);
+  }
+  void offer(std::uint32_t child, std::uint32_t host, float away) {
+    // Bits of floats that are not negative ascend with them.
+    const std::uint64_t offered = std::uint64_t{std::bit_cast<std::uint32_t>(away)} << 32 | host;
+    std::uint64_t nearest = nearest_[child].load(std::memory_order_relaxed);
+    while (offered < nearest &&
+           !nearest_[child].compare_exchange_weak(nearest, offered, std::memory_order_relaxed)) {
+    }
+  }
+  /// The plate itself where it has none.
+  std::uint32_t of(std::uint32_t child) const {
+    const std::uint64_t nearest = nearest_[child].load(std::memory_order_relaxed);
+    return nearest == kNobody ? child : static_cast<std::uint32_t>(nearest);
+  }
+
+ private:
+  static constexpr std::uint64_t kNobody = ~std::uint64_t{0};
+  std::vector<std::atomic<std::uint64_t>> nearest_;
+};
+
 /// Numbers the components; those marked `apart` join nothing.
-std::vector<std::uint32_t> components(const std::vector<Plate>& plates, const std::vector<bool>& apart) {
-  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), kNoSurface);
-  std::iota(parent.begin(), parent.end(), 0U);
+std::vector<std::uint32_t> components(const std::vector<Plate>& plates, const Places& places,
+                                      const std::vector<bool>& apart) {
+  Sets sets(plates.size());
+  Hosts hosts(plates.size());
   // What a plate's neighbours need of it first, close together in memory.
   std::vector<std::uint8_t> flat;
   for (const Plate& plate : plates) flat.push_back(is_flat(plate) ? 1 : 0);
-  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
-    const auto away = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
-    if (host[child] == kNoSurface || away(i) < away(host[child])) host[child] = i;
-  };
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
     const bool one = flat[i] != 0, other = flat[j] != 0;
-    if ((!one && !other) || apart[i] || apart[j] || !of_one_height(plates[i], plates[j])) return;
+    if ((!one && !other) || (one && other && sets.are_joined(i, j))) return;
+    if (apart[i] || apart[j] || !of_one_height(plates[i], plates[j])) return;
     if (one && other) {
-      const auto a = root(parent, i), b = root(parent, j);
-      parent[std::max(a, b)] = std::min(a, b);
+      sets.join(i, j);
+    } else {
+      const float away = std::abs(plates[i].z - plates[j].z);
+      one ? hosts.offer(j, i, away) : hosts.offer(i, j, away);
     }
-    if (one && !other) adopt(i, j);
-    if (other && !one) adopt(j, i);
   };
-  for_each_pair(plates, meet);
+  cloud::for_each_chunk(plates.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for_each_pair(places, begin, end, meet);
+  });
   std::vector<std::uint32_t> part(plates.size());
-  for (std::uint32_t i = 0; i < plates.size(); ++i)
-    part[i] = root(parent, host[i] == kNoSurface ? i : host[i]);
+  for (std::uint32_t i = 0; i < plates.size(); ++i) part[i] = sets.root(hosts.of(i));
   return part;
 }
 
@@ -129,14 +213,14 @@ struct SlopeSums {
 };
 
 /// Plates on the ramps of parts that have some; none where a part is mostly steep, as of a street on a hill.
-std::vector<bool> on_ramps(const std::vector<Plate>& plates, const std::vector<std::uint32_t>& part,
-                           double cell) {
+std::vector<bool> on_ramps(const std::vector<Plate>& plates, const Places& places,
+                           const std::vector<std::uint32_t>& part, double cell) {
   constexpr double kSteep = 0.05, kMaxSteep = 0.4;  // m per m; of the part's plates
   const std::vector<bool> tall = with_ramps(plates, part);
   std::vector<bool> steep(plates.size());
   if (std::none_of(tall.begin(), tall.end(), [](bool is) { return is; })) return steep;
   std::vector<SlopeSums> sums(plates.size());
-  for_each_pair(plates, [&](std::uint32_t i, std::uint32_t j) {
+  for_each_pair(places, 0, plates.size(), [&](std::uint32_t i, std::uint32_t j) {
     if (part[i] != part[j] || !tall[part[i]]) return;
     const double dx = plates[j].x - plates[i].x, dy = plates[j].y - plates[i].y,
                  dz = static_cast<double>(plates[j].z - plates[i].z);
@@ -164,10 +248,11 @@ bool by_place(const Plate& a, const Plate& b) {
 }
 
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates, double cell) {
-  const std::vector<std::uint32_t> part = components(plates, std::vector<bool>(plates.size()));
-  const std::vector<bool> ramps = on_ramps(plates, part, cell);
+  const Places places(plates);
+  const std::vector<std::uint32_t> part = components(plates, places, std::vector<bool>(plates.size()));
+  const std::vector<bool> ramps = on_ramps(plates, places, part, cell);
   if (std::none_of(ramps.begin(), ramps.end(), [](bool is) { return is; })) return part;
-  return components(plates, ramps);
+  return components(plates, places, ramps);
 }
 
 }  // namespace parhelion::semantic
