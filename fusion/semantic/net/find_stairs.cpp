@@ -50,6 +50,54 @@ std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmenta
   return treads;
 }
 
+/// A circle of the plan around a tread's points.
+struct Circle {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  double radius = 0;
+};
+
+Circle circle_around(const Tread& tread) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : tread.plan) box.extend(p);
+  Circle circle{box.center(), 0};
+  for (const Eigen::Vector2d& p : tread.plan)
+    circle.radius = std::max(circle.radius, (p - circle.centre).norm());
+  return circle;
+}
+
+/// The treads that may have one before and one after them in a flight, or two on one side, in whatever
+/// direction; the others would only be tested in vain.
+std::vector<Tread> in_chains(const std::vector<Tread>& treads, const SemanticNetOptions& options) {
+  constexpr double kRounding = 1e-3;  // m
+  std::vector<Circle> circles;
+  for (const Tread& tread : treads) circles.push_back(circle_around(tread));
+  std::vector<std::vector<std::uint32_t>> above(treads.size());
+  std::vector<bool> has_below(treads.size());
+  for (std::uint32_t a = 0; a < treads.size(); ++a) {
+    for (std::uint32_t b = a + 1; b < treads.size(); ++b) {
+      const double rise = treads[b].z - treads[a].z;
+      if (rise > options.rise_max) break;
+      if (rise < options.rise_min) continue;
+      // follows(): along the flight their strips are up to kGap apart, across it they overlap.
+      const double radii = circles[a].radius + circles[b].radius + kRounding;
+      if ((circles[a].centre - circles[b].centre).norm() > std::hypot(radii + kGap, radii)) continue;
+      above[a].push_back(b), has_below[b] = true;
+    }
+  }
+  std::vector<bool> in_chain(treads.size());
+  for (std::uint32_t a = 0; a < treads.size(); ++a) {
+    for (const std::uint32_t b : above[a]) {
+      if (above[b].empty() && !has_below[a]) continue;
+      in_chain[a] = in_chain[b] = true;
+    }
+  }
+  std::vector<Tread> result;
+  for (std::size_t i = 0; i < treads.size(); ++i) {
+    if (in_chain[i]) result.push_back(treads[i]);
+  }
+  return result;
+}
+
 Step strip(const Tread& tread, const Eigen::Vector2d& direction) {
   const Eigen::Vector2d across(-direction.y(), direction.x());
   std::vector<double> s(tread.plan.size()), t(tread.plan.size());
@@ -219,17 +267,17 @@ std::vector<double> Flight::treads() const {
 
 std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options) {
-  const std::vector<Tread> treads = treads_of(cloud, segmentation);
+  const std::vector<Tread> treads = treads_of(cloud, segmentation), chained = in_chains(treads, options);
   std::vector<std::vector<Step>> strips(kDirections);
   std::vector<Eigen::Vector2d> directions(kDirections);
   tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t k) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kDirections;
     directions[k] = {std::cos(angle), std::sin(angle)};
-    for (const Tread& tread : treads) strips[k].push_back(strip(tread, directions[k]));
+    for (const Tread& tread : chained) strips[k].push_back(strip(tread, directions[k]));
   });
   std::optional<StripPoints> points;
   std::vector<Flight> flights;
-  std::vector<bool> used(treads.size(), false);
+  std::vector<bool> used(chained.size(), false);
   for (;;) {
     Flight best;
     for (std::size_t k = 0; k < directions.size(); ++k) {
@@ -239,14 +287,16 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
       if (best.steps.empty() || flight.score > best.score) best = std::move(flight);
     }
     if (best.steps.empty()) break;
-    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
+    for (std::size_t i = 0; i < chained.size(); ++i)
+      used[i] = used[i] || has_step(best, chained[i].horizontal);
     if (!points) points.emplace(cloud.points);
     turn_square({*points, cloud, segmentation}, treads, best);
     extend({*points, cloud, segmentation}, best);
     refine_heights(*points, segmentation, best);
     even_rises(*points, best);
     if (best.steps.size() <= kMinRises) continue;
-    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
+    for (std::size_t i = 0; i < chained.size(); ++i)
+      used[i] = used[i] || has_step(best, chained[i].horizontal);
     judge(best);
     flights.push_back(std::move(best));
   }
