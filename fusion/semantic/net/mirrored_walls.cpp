@@ -1,5 +1,7 @@
 #include "fusion/semantic/net/mirrored_walls.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -42,14 +44,10 @@ bool crosses(const WallCandidate& wall, double foot, const Eigen::Vector3d& from
   return along > 0 && along < wall.length() && at.z() > wall.floor + foot && at.z() < wall.ceiling;
 }
 
-struct Ray {
-  Eigen::Vector3d from, p;  ///< m: the scanner, and what it measured
-};
-
-/// The rays that measured a wall between floor and ceiling.
-std::vector<Ray> rays_to(const PlanPoints& points, const WallCandidate& wall) {
+/// The ends of the rays that measured a wall between floor and ceiling.
+std::vector<PlanPoints::Point> rays_to(const PlanPoints& points, const WallCandidate& wall) {
   constexpr double kNear = 0.05, kInside = 0.15;  // m
-  std::vector<Ray> rays;
+  std::vector<PlanPoints::Point> rays;
   const double length = wall.length(), low = wall.floor + kInside, high = wall.ceiling - kInside;
   points.near_segment(wall.start, wall.end, kNear, [&](const PlanPoints::Point& point) {
     const Eigen::Vector3d p = point.p.cast<double>();
@@ -57,20 +55,22 @@ std::vector<Ray> rays_to(const PlanPoints& points, const WallCandidate& wall) {
       return;
     const double along = wall.raster.along.dot(p.head<2>() - wall.start);
     if (along < 0 || along > length) return;
-    rays.push_back({points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>(), p});
+    rays.push_back(point);
   });
   return rays;
 }
 
 /// Whether nearly all rays cross a wall. A few tell for most walls of a large site that they do not.
-bool cross_it(const std::vector<Ray>& rays, const WallCandidate& wall, double foot = kFoot) {
+bool cross_it(const PlanPoints& points, const std::vector<PlanPoints::Point>& rays, const WallCandidate& wall,
+              double foot = kFoot) {
   constexpr double kMinFraction = 0.9;
   constexpr std::size_t kFew = 16;
   for (const std::size_t stride : {1 + rays.size() / kFew, std::size_t{1}}) {
     std::size_t all = 0, through = 0;
     for (std::size_t i = 0; i < rays.size(); i += stride) {
       ++all;
-      through += crosses(wall, foot, rays[i].from, rays[i].p) ? 1 : 0;
+      const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(rays[i].viewpoint)];
+      through += crosses(wall, foot, from.cast<double>(), rays[i].p.cast<double>()) ? 1 : 0;
     }
     const double min_fraction = stride > 1 ? 0.5 : kMinFraction;
     if (static_cast<double>(through) <= min_fraction * static_cast<double>(all)) return false;
@@ -84,11 +84,11 @@ constexpr std::size_t kFewest = 50;  ///< rays
 const WallCandidate* mirror_of(const PlanPoints& points, const std::vector<WallCandidate>& walls,
                                const WallCandidate& wall) {
   constexpr double kOblique = 0.5;  // rad: walls across the mirror go on behind it as they do before it
-  const std::vector<Ray> rays = rays_to(points, wall);
+  const std::vector<PlanPoints::Point> rays = rays_to(points, wall);
   if (rays.size() < kFewest) return nullptr;
   const auto found = std::find_if(walls.begin(), walls.end(), [&](const WallCandidate& mirror) {
     if (&mirror == &wall || !is_flat_wall(mirror) || angle_between(mirror, wall) > kOblique ||
-        !cross_it(rays, mirror))
+        !cross_it(points, rays, mirror))
       return false;
     return std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& real) {
       return &real != &wall && &real != &mirror && is_flat_wall(real) && is_image(wall, mirror, real);
@@ -130,11 +130,15 @@ std::vector<std::size_t> weigh_mirrored(const PlanPoints& points, std::vector<Wa
   if (!points.has_rays()) return shortened;
   std::vector<Mirror> mirrors;
   std::vector<bool> mirrored(walls.size());
+  std::vector<const WallCandidate*> mirror_of_wall(walls.size(), nullptr);
+  tbb::parallel_for(std::size_t{0}, walls.size(), [&](std::size_t w) {
+    if (is_flat_wall(walls[w])) mirror_of_wall[w] = mirror_of(points, walls, walls[w]);
+  });
   for (std::size_t w = 0; w < walls.size(); ++w) {
-    const WallCandidate* mirror = is_flat_wall(walls[w]) ? mirror_of(points, walls, walls[w]) : nullptr;
-    if (mirror == nullptr) continue;
+    if (mirror_of_wall[w] == nullptr) continue;
     mirrored[w] = true;
-    mirrors.push_back({*mirror, off(*mirror, 0.5 * (walls[w].start + walls[w].end)) > 0 ? 1.0 : -1.0});
+    mirrors.push_back({*mirror_of_wall[w],
+                       off(*mirror_of_wall[w], 0.5 * (walls[w].start + walls[w].end)) > 0 ? 1.0 : -1.0});
   }
   // Of walls across a mirror the part behind it is seen through it only.
   for (const Mirror& mirror : mirrors) {
@@ -142,8 +146,8 @@ std::vector<std::size_t> weigh_mirrored(const PlanPoints& points, std::vector<Wa
       if (mirrored[w] || !is_flat_wall(walls[w])) continue;
       const WallCandidate part = part_behind(walls[w], mirror);
       if (part.length() <= 0) continue;
-      const std::vector<Ray> rays = rays_to(points, part);
-      if (rays.size() < kFewest || !cross_it(rays, mirror.wall, kMirrorFoot)) continue;
+      const std::vector<PlanPoints::Point> rays = rays_to(points, part);
+      if (rays.size() < kFewest || !cross_it(points, rays, mirror.wall, kMirrorFoot)) continue;
       const double before = std::min(mirror.side * off(mirror.wall, walls[w].start),
                                      mirror.side * off(mirror.wall, walls[w].end));
       if (before >= 0 || part.length() > kWhole * walls[w].length()) {

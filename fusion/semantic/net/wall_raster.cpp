@@ -6,6 +6,7 @@
 
 #include "fusion/cloud/floor_index.hpp"
 #include "fusion/cloud/parallel.hpp"
+#include "fusion/semantic/net/wall_batches.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -192,13 +193,7 @@ void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double n
   std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
   std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
   std::vector<std::vector<float>> offsets(static_cast<std::size_t>(wall.columns));
-  const double length = (wall.columns + 1) * wall.column, height = (wall.rows + 1) * wall.row;
-  const auto count_point = [&](const PlanPoints::Point& point) {
-    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - wall.start;
-    const double offset = wall.away.dot(d);
-    if (offset < -kFront || offset > kRecessMost) return;
-    const double at = wall.along.dot(d), over = static_cast<double>(point.p.z()) - wall.z_low;
-    if (!(at >= 0 && at <= length && over >= 0 && over <= height)) return;  // not a number, too
+  const auto count_point = [&](const PlanPoints::Point& point, double offset, double at, double over) {
     const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
     if (c >= wall.columns || r >= wall.rows) return;
     if (std::abs(offset) <= near) {
@@ -213,6 +208,7 @@ void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double n
       ++deep[static_cast<std::size_t>(c)];
     }
   };
+  PointBatch batch(wall, kFront, kRecessMost);
   const double before = points.any_unplaced() ? kFront : near, radius = PlanPoints::kCellRadius;
   points.cells_near(wall.start, end, kFront,
                     [&](const Eigen::Vector2d& centre, std::span<const PlanPoints::Point> in_cell) {
@@ -220,7 +216,7 @@ void count_points(const PlanPoints& points, const Eigen::Vector2d& end, double n
                                    at = wall.along.dot(centre - wall.start);
                       if (offset < -before - radius || offset > kRecessMost + radius) return;
                       if (at < -radius || at > wall.columns * wall.column + radius) return;
-                      for (const PlanPoints::Point& point : in_cell) count_point(point);
+                      batch.for_each_within(in_cell, count_point);
                     });
   for (std::size_t c = 0; c < depth.size(); ++c)
     wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
@@ -254,26 +250,17 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.viewpoints_known = points.has_rays();
   // The last column may extend slightly past the end; from close by that is a wide angle.
   const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
-  // A little more than the wall's, to spare the divisions below for rays that miss it.
-  const double length = (wall.columns + 1) * wall.column, height = (wall.rows + 1) * wall.row;
-  points.rays_towards(start, edge, kSight, [&](const Eigen::Vector3f& viewpoint) {
-    const Eigen::Vector3d from = viewpoint.cast<double>();
-    const double a = normal.dot(from.head<2>() - start);
-    return [&, from, a](const PlanPoints::Point& point, std::uint32_t stride) {
-      const Eigen::Vector3d to = point.p.cast<double>();
-      const double b = normal.dot(to.head<2>() - start);
-      const bool through = a * b < 0 && std::abs(b) >= kBeyond,
-                 before = a * b > 0 && std::abs(b) < std::abs(a);
-      if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
-      const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
-      const double at = wall.along.dot(hit.head<2>() - start), over = hit.z() - wall.z_low;
-      if (!(at >= 0 && at <= length && over >= 0 && over <= height)) return;  // not a number, too
-      const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
-      if (c >= wall.columns || r >= wall.rows) return;
-      if (through) count(wall.through, wall.at(c, r));
-      (through ? wall.crossed : wall.hidden)[wall.at(c, r)] += stride;
-    };
-  });
+  points.rays_towards(
+      start, edge, kSight,
+      [&](const Eigen::Vector3f& viewpoint, std::span<const PlanPoints::Point> ends, std::uint32_t n) {
+        RayBatch batch(wall, viewpoint.cast<double>(), near, kBeyond);
+        batch.for_each_hit(ends, n, [&](double at, double over, bool through) {
+          const int c = cloud::floor_index(at / wall.column), r = cloud::floor_index(over / wall.row);
+          if (c >= wall.columns || r >= wall.rows) return;
+          if (through) count(wall.through, wall.at(c, r));
+          (through ? wall.crossed : wall.hidden)[wall.at(c, r)] += n;
+        });
+      });
   return wall;
 }
 

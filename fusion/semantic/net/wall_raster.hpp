@@ -29,14 +29,13 @@ class PlanPoints {
   bool has_rays() const { return !by_view_.empty(); }
 
   /// For each viewpoint from which rays come within `reach` of the segment from a to b and past it in the
-  /// plan (and some beside it), visit(viewpoint) returns a function that is called as (point, n) for every
-  /// n-th of the points of these rays: n is 1 but where they are very many. The cost of a wall depends only
-  /// on its surroundings, not on the size of the site.
+  /// plan (and some beside it), calls visit(viewpoint, points, n): every n-th of the points, from the first,
+  /// ends such a ray; n is 1 but where they are very many. The cost of a wall depends only on its
+  /// surroundings, not on the size of the site.
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {
-      auto&& visit_point = visit(viewpoints_[fan.view]);
-      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit_point(by_view_[k], fan.stride);
+      visit(viewpoints_[fan.view], std::span(by_view_).subspan(fan.begin, fan.end - fan.begin), fan.stride);
     }
   }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace parhelion::semantic {
@@ -24,20 +25,31 @@ cloud::PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoi
   return cloud;
 }
 
-/// Cells crossed by rays that continue for half a metre, one ray at a time.
-std::vector<std::uint16_t> through_slowly(const cloud::PointCloud<Map>& cloud, const WallRaster& wall) {
-  std::vector<std::uint16_t> through(wall.through.size(), 0);
+struct Rays {
+  std::vector<std::uint16_t> through;  ///< those that continue for half a metre
+  std::vector<std::uint32_t> hidden;   ///< those that end before the wall
+};
+
+/// Per cell, one ray at a time.
+Rays rays_slowly(const cloud::PointCloud<Map>& cloud, const WallRaster& wall) {
+  Rays rays{std::vector<std::uint16_t>(wall.through.size(), 0),
+            std::vector<std::uint32_t>(wall.hidden.size(), 0)};
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d eye = cloud.viewpoints[cloud.scans[i]].cast<float>().cast<double>();
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
     const double a = wall.away.dot(eye.head<2>() - wall.start), b = wall.away.dot(p.head<2>() - wall.start);
-    if (a * b >= 0 || std::abs(b) < 0.5 || std::abs(a) < 0.045) continue;
+    if (std::abs(a) < 0.045 || std::abs(b) < 0.045) continue;
+    if (a * b > 0 ? std::abs(b) >= std::abs(a) : std::abs(b) < 0.5) continue;
     const Eigen::Vector3d hit = eye + (p - eye) * (a / (a - b));
     const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - wall.start) / wall.column));
     const int r = wall.row_of(hit.z());
-    if (c >= 0 && c < wall.columns && r >= 0 && r < wall.rows) ++through[wall.at(c, r)];
+    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) continue;
+    if (a * b > 0)
+      ++rays.hidden[wall.at(c, r)];
+    else
+      ++rays.through[wall.at(c, r)];
   }
-  return through;
+  return rays;
 }
 
 TEST(WallRaster, CountsTheSameRaysAsBruteForce) {
@@ -48,7 +60,11 @@ TEST(WallRaster, CountsTheSameRaysAsBruteForce) {
         points_around({{place(random), place(random), 1}, {place(random), place(random), 1.5}}, 3000, round);
     const Eigen::Vector2d start(place(random), place(random)), end(place(random), place(random));
     const WallRaster wall = rasterize(PlanPoints(cloud), start, end, -1, 3, 0.045);
-    EXPECT_EQ(wall.through, through_slowly(cloud, wall)) << "round " << round;
+    const Rays rays = rays_slowly(cloud, wall);
+    EXPECT_EQ(wall.through, rays.through) << "round " << round;
+    EXPECT_EQ(wall.hidden, rays.hidden) << "round " << round;
+    EXPECT_TRUE(std::equal(rays.through.begin(), rays.through.end(), wall.crossed.begin()))
+        << "round " << round;
     EXPECT_TRUE(wall.viewpoints_known);
   }
 }
