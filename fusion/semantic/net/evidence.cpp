@@ -2,10 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "fusion/cloud/floor_index.hpp"
+#include "fusion/cloud/parallel.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -41,7 +44,8 @@ class AskedLayers {
     const double blocks = ((high / block_side).floor() - (low / block_side).floor() + 1).prod();
     if (blocks > static_cast<double>(options.max_blocks)) return;
     all_ = false;
-    lowest_ = static_cast<int>(low.z());
+    low_ = low.cast<int>(), high_ = high.cast<int>();
+    lowest_ = low_.z();
     const auto layers = static_cast<std::size_t>(high.z() - low.z() + 1);
     std::vector<std::uint8_t> is_asked(layers, 0);
     for (const HeightRange& range : options.asked) {
@@ -62,6 +66,9 @@ class AskedLayers {
 
   /// All of them: each ray may decide on which blocks there is memory for.
   bool all() const { return all_; }
+  /// Cubes with the lowest and the highest indices that a ray may pass; not of all().
+  const Eigen::Array3i& low() const { return low_; }
+  const Eigen::Array3i& high() const { return high_; }
   /// Whether a line of sight between two layers may pass one that is asked for.
   bool are_between(int one, int other) const {
     if (all_) return true;
@@ -75,12 +82,51 @@ class AskedLayers {
 
  private:
   bool all_ = true;
+  Eigen::Array3i low_ = Eigen::Array3i::Zero(), high_ = low_;
   int lowest_ = 0;
   std::vector<std::uint32_t> asked_below_;  ///< per layer, and one more: number of those under it
   std::vector<bool> concerned_;             ///< per layer
 };
 
 }  // namespace
+
+/// From cube to cube (Amanatides and Woo 1987), excluding the one in which the ray ends.
+template <class BlockAt, class Mark>
+void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end, BlockAt&& block_of_cube,
+                          Mark&& mark) const {
+  const Eigen::Vector3d ray = end - eye;
+  if (!(ray.norm() <= options_.range)) return;
+  Index at = index_of(eye);
+  const Index last = index_of(end);
+  Index step = Index::Zero();
+  Eigen::Array3d next,
+      each;  // ray parameters of the next border along each axis, and of one cube
+  for (int axis = 0; axis < 3; ++axis) {
+    next[axis] = each[axis] = std::numeric_limits<double>::infinity();
+    if (ray[axis] == 0) continue;
+    step[axis] = ray[axis] > 0 ? 1 : -1;
+    each[axis] = options_.cube / std::abs(ray[axis]);
+    next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / ray[axis];
+  }
+  // The index within a block at which a ray enters it.
+  const Index entered = step.unaryExpr([](int s) { return s > 0 ? 0 : kSide - 1; });
+  Block* block = nullptr;
+  bool new_block = true;
+  for (int left = (last - at).abs().sum(); left > 0; --left) {
+    if (new_block) block = block_of_cube(at);
+    if (block != nullptr) mark(block->cubes[place_in(at)]);
+    // To the nearest border; a selection by index would wait for memory in each cube.
+    const bool not_x = next[1] < next[0], along_z = next[2] < (not_x ? next[1] : next[0]);
+    const std::array<bool, 3> along = {!not_x && !along_z, not_x && !along_z, along_z};
+    new_block = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<Eigen::Index>(axis);
+      next[k] += along[axis] ? each[k] : 0;
+      at[k] += along[axis] ? step[k] : 0;
+      new_block = new_block || (along[axis] && (at[k] & (kSide - 1)) == entered[k]);
+    }
+  }
+}
 
 EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options)
     : options_(options) {
@@ -98,6 +144,9 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     if (Block* block = block_at(cube, true)) block->cubes[place_in(cube)] = Evidence::measured;
   }
   if (cloud.viewpoints.empty()) return;
+  const auto at_once = [&](const Index& cube) { return block_at(cube, true); };
+  const auto mark = [](Evidence& cube) { cube = std::max(cube, Evidence::seen_through); };
+  std::vector<Ray> rays;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
     const Eigen::Vector3d p = cloud.points[i].cast<double>();
@@ -108,12 +157,49 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     if (!surfaces_first) block->cubes[place_in(cube)] = Evidence::measured;
     if (view >= cloud.viewpoints.size()) continue;
     std::uint16_t& followed = block->followed[place_in(cube)];
-    const auto mark = static_cast<std::uint16_t>(view + 1);
-    if (followed == mark) continue;
-    followed = mark;
+    const auto by_view = static_cast<std::uint16_t>(view + 1);
+    if (followed == by_view) continue;
+    followed = by_view;
     const Eigen::Vector3d& eye = cloud.viewpoints[view];
-    if (asked.all() || asked.are_between(layer_of(eye), cube.z())) follow(eye, p);
+    if (asked.all())
+      follow(eye, p, at_once, mark);
+    else if (asked.are_between(layer_of(eye), cube.z()))
+      rays.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(view)});
   }
+  if (!rays.empty()) follow_all(cloud, rays, asked.low(), asked.high());
+}
+
+void EvidenceGrid::follow_all(const cloud::PointCloud<Map>& cloud, const std::vector<Ray>& rays,
+                              const Index& low, const Index& high) {
+  constexpr std::size_t kChunk = 256;  // rays
+  const auto block_index = [](int i) { return i >> 4; };
+  const Index first = low.unaryExpr(block_index), size = high.unaryExpr(block_index) - first + 1;
+  std::vector<std::atomic<Block*>> blocks(static_cast<std::size_t>(size.prod()));
+  const auto place_of = [&](const Index& cube) {
+    const Index at = cube.unaryExpr(block_index) - first;
+    return static_cast<std::size_t>((at.z() * size.y() + at.y()) * size.x() + at.x());
+  };
+  for (Block& block : blocks_) blocks[place_of(block.first)].store(&block, std::memory_order_relaxed);
+  std::mutex making;
+  const auto block_of_cube = [&](const Index& cube) -> Block* {
+    if ((cube < low).any() || (cube > high).any()) return nullptr;
+    std::atomic<Block*>& block = blocks[place_of(cube)];
+    if (Block* made = block.load(std::memory_order_acquire)) return made;
+    const std::lock_guard lock(making);
+    if (block.load(std::memory_order_relaxed) == nullptr)
+      block.store(block_at(cube, true), std::memory_order_release);
+    return block.load(std::memory_order_relaxed);
+  };
+  // Measured cubes are all marked: what is left to write is the same for all rays.
+  const auto mark = [](Evidence& cube) {
+    const std::atomic_ref shared(cube);
+    if (shared.load(std::memory_order_relaxed) == Evidence::unobserved)
+      shared.store(Evidence::seen_through, std::memory_order_relaxed);
+  };
+  cloud::for_each_chunk(rays.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      follow(cloud.viewpoints[rays[i].view], cloud.points[rays[i].point].cast<double>(), block_of_cube, mark);
+  });
 }
 
 std::uint64_t EvidenceGrid::key_of(const Index& cube) {
@@ -142,45 +228,6 @@ EvidenceGrid::Block* EvidenceGrid::block_at(const Index& cube, bool make) {
   }
   last_key_ = key;
   return last_;
-}
-
-/// From cube to cube (Amanatides and Woo 1987), excluding the one in which the ray ends.
-void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end) {
-  const Eigen::Vector3d ray = end - eye;
-  if (!(ray.norm() <= options_.range)) return;
-  Index at = index_of(eye);
-  const Index last = index_of(end);
-  Index step = Index::Zero();
-  Eigen::Array3d next,
-      each;  // ray parameters of the next border along each axis, and of one cube
-  for (int axis = 0; axis < 3; ++axis) {
-    next[axis] = each[axis] = std::numeric_limits<double>::infinity();
-    if (ray[axis] == 0) continue;
-    step[axis] = ray[axis] > 0 ? 1 : -1;
-    each[axis] = options_.cube / std::abs(ray[axis]);
-    next[axis] = ((at[axis] + (step[axis] > 0 ? 1 : 0)) * options_.cube - eye[axis]) / ray[axis];
-  }
-  // The index within a block at which a ray enters it.
-  const Index entered = step.unaryExpr([](int s) { return s > 0 ? 0 : kSide - 1; });
-  Block* block = nullptr;
-  bool new_block = true;
-  for (int left = (last - at).abs().sum(); left > 0; --left) {
-    if (new_block) block = block_at(at, true);
-    if (block != nullptr) {
-      Evidence& cube = block->cubes[place_in(at)];
-      cube = std::max(cube, Evidence::seen_through);
-    }
-    // To the nearest border; a selection by index would wait for memory in each cube.
-    const bool not_x = next[1] < next[0], along_z = next[2] < (not_x ? next[1] : next[0]);
-    const std::array<bool, 3> along = {!not_x && !along_z, not_x && !along_z, along_z};
-    new_block = false;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<Eigen::Index>(axis);
-      next[k] += along[axis] ? each[k] : 0;
-      at[k] += along[axis] ? step[k] : 0;
-      new_block = new_block || (along[axis] && (at[k] & (kSide - 1)) == entered[k]);
-    }
-  }
 }
 
 Evidence EvidenceGrid::at(const Eigen::Vector3d& p) const {

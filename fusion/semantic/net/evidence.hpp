@@ -65,7 +65,15 @@ class EvidenceGrid {
   static std::size_t place_in(const Index& cube);
   /// nullptr: it does not exist, and `make` is false or the limit is reached.
   Block* block_at(const Index& cube, bool make);
-  void follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end);
+  template <class BlockAt, class Mark>
+  void follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end, BlockAt&& block_of_cube,
+              Mark&& mark) const;
+  struct Ray {
+    std::uint32_t point = 0, view = 0;
+  };
+  /// All of them at once; there is memory for all blocks between two cubes, low and high ones.
+  void follow_all(const cloud::PointCloud<Map>& cloud, const std::vector<Ray>& rays, const Index& low,
+                  const Index& high);
 
   EvidenceOptions options_;
   std::deque<Block> blocks_;  // a deque keeps pointers valid

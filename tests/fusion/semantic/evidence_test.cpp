@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "fusion/cloud/parallel.hpp"
 #include "fusion/semantic/net/observed_floors.hpp"
 #include "tests/synthetic_site.hpp"
 
@@ -19,12 +20,12 @@ std::tuple<int, int, int> cube_of(const Eigen::Vector3d& p) {
   return {static_cast<int>(i.x()), static_cast<int>(i.y()), static_cast<int>(i.z())};
 }
 
-cloud::PointCloud<Map> random_views(unsigned seed) {
+cloud::PointCloud<Map> random_views(unsigned seed, int points = 300) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-3, 3);
   cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{place(random), place(random), place(random)}, {0.05, 0.05, 0.05}};
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < points; ++i) {
     cloud.points.emplace_back(static_cast<float>(place(random)), static_cast<float>(place(random)),
                               static_cast<float>(place(random)));
     cloud.scans.push_back(static_cast<std::uint16_t>(i % 2));
@@ -92,21 +93,25 @@ TEST(Evidence, BeyondTheMemoryLimitSpaceStaysUnobserved) {
 TEST(Evidence, AtTheHeightsAskedForIsAsOfTheWhole) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     for (const bool seen_from : {true, false}) {
-      cloud::PointCloud<Map> cloud = random_views(seed);
+      cloud::PointCloud<Map> cloud = random_views(seed, 3000);
       if (!seen_from) cloud.viewpoints.clear(), cloud.scans.clear();
       EvidenceOptions options;
       options.asked = {{-2.05, -1.8}, {1.0, 1.0}, {7, 8}};
-      const EvidenceGrid part(cloud, options), whole(cloud);
-      const Evidence saved = seen_from ? Evidence::seen_through : Evidence::measured;
-      EXPECT_LT(part.count(saved), whole.count(saved));
-      std::mt19937 random(seed);
-      std::uniform_real_distribution<double> place(-3.2, 3.2);
-      for (int i = 0; i < 20'000; ++i) {
-        const HeightRange& range = options.asked[static_cast<std::size_t>(i % 3)];
-        const double z = std::uniform_real_distribution<double>(range.low, range.high)(random);
-        const Eigen::Vector3d p(place(random), place(random), z);
-        ASSERT_EQ(part.at(p), whole.at(p)) << p.transpose();
-      }
+      const EvidenceGrid whole(cloud);
+      for (const int threads : {1, 4})
+        cloud::with_threads(threads, [&] {
+          const EvidenceGrid part(cloud, options);
+          const Evidence saved = seen_from ? Evidence::seen_through : Evidence::measured;
+          EXPECT_LT(part.count(saved), whole.count(saved));
+          std::mt19937 random(seed);
+          std::uniform_real_distribution<double> place(-3.2, 3.2);
+          for (int i = 0; i < 20'000; ++i) {
+            const HeightRange& range = options.asked[static_cast<std::size_t>(i % 3)];
+            const double z = std::uniform_real_distribution<double>(range.low, range.high)(random);
+            const Eigen::Vector3d p(place(random), place(random), z);
+            ASSERT_EQ(part.at(p), whole.at(p)) << p.transpose();
+          }
+        });
     }
   }
 }
