@@ -1,9 +1,13 @@
 #include "fusion/semantic/objects/find_objects.hpp"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "fusion/semantic/objects/classify_object.hpp"
 #include "fusion/semantic/objects/object_groups.hpp"
@@ -131,6 +135,12 @@ ModelObject object_of(const ObjectShape& shape, const ObjectClass& found) {
   return object;
 }
 
+/// An object that has no name yet, and what it was told by.
+struct Thing {
+  ModelObject object;
+  ObjectFeatures features;
+};
+
 double top(const ModelObject& o) { return o.T_map_body.translation().z() + o.size.z() / 2; }
 double bottom(const ModelObject& o) { return o.T_map_body.translation().z() - o.size.z() / 2; }
 
@@ -183,31 +193,37 @@ FoundObjects find_objects(const cloud::PointCloud<Map>& cloud, std::span<const s
     if (entity.label == EntityLabel::stairs) steps.push_back(&entity);
   }
   const OpenGround open(entities);
-  std::map<ObjectKind, int> count;
-  for (const ObjectGroup& group : find_groups(grid, plates)) {
+  const std::vector<ObjectGroup> groups = find_groups(grid, plates);
+  std::vector<std::optional<Thing>> things(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+    const ObjectGroup& group = groups[g];
     std::size_t points = 0;
     for (const std::uint32_t c : group.cubes) points += grid.points_of(c).size();
-    if (group.cubes.size() < kFewest || points < kFewestPoints) continue;
+    if (group.cubes.size() < kFewest || points < kFewestPoints) return;
     const ObjectShape shape = shape_of(grid, group, plates);
-    if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) continue;
+    if (is_sheet(shape) || std::max(shape.length, shape.top - shape.bottom) < kSmallest) return;
     const auto has_piece = [&](const ModelEntity& entity) {
       if (entity.label == EntityLabel::wall) return is_in_wall(shape, entity) || is_edge_of(shape, entity);
       return is_ground(entity.label) && is_face_under(shape, entity);
     };
     if (is_of_floor(shape) || is_of_stairs(grid, group, steps) ||
         std::any_of(entities.begin(), entities.end(), has_piece))
-      continue;
+      return;
     const ObjectFeatures features = features_of(grid, group, shape, entities);
     const ObjectClass kind = classify(shape, features, open.contains(shape.middle));
-    if (kind.building && !options.building_too) continue;
-    ModelObject object = object_of(shape, kind);
+    if (!kind.building || options.building_too) things[g] = Thing{object_of(shape, kind), features};
+  });
+  std::map<ObjectKind, int> count;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (!things[g]) continue;
+    ModelObject& object = things[g]->object;
     object.name = std::string(to_string(object.kind)) + " " + std::to_string(++count[object.kind]);
-    for (const std::uint32_t c : group.cubes) {
+    for (const std::uint32_t c : groups[g].cubes) {
       for (const std::uint32_t i : grid.points_of(c))
         found.object_of[i] = static_cast<std::uint32_t>(found.objects.size());
     }
     found.objects.push_back(std::move(object));
-    found.features.push_back(features);
+    found.features.push_back(things[g]->features);
   }
   relate(found.objects);
   return found;

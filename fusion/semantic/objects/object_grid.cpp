@@ -1,5 +1,7 @@
 #include "fusion/semantic/objects/object_grid.hpp"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -61,7 +63,7 @@ ObjectGrid::ObjectGrid(const cloud::PointCloud<Map>& cloud, std::span<const std:
     const Eigen::Vector3d at = (cloud.points[i].cast<double>() / cell).array().floor();
     if (at.cwiseAbs().maxCoeff() < kFar) all.emplace_back(at.cast<int>(), i);
   }
-  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+  tbb::parallel_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tuple(a.first.y(), a.first.x(), a.first.z(), a.second) <
            std::tuple(b.first.y(), b.first.x(), b.first.z(), b.second);
   });
