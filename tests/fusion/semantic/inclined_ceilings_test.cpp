@@ -40,8 +40,9 @@ cloud::PointCloud<Cloud> attic_cloud(const Attic& attic, double sigma, bool view
   return cloud;
 }
 
-BuiltModel built_of(const cloud::PointCloud<Cloud>& cloud) {
+BuiltModel built_of(const cloud::PointCloud<Cloud>& cloud, int threads = 0) {
   ModelOptions options;
+  options.segmentation.threads = threads;
   options.up = Eigen::Vector3d::UnitZ();
   auto built = build_model(cloud, options);
   if (!built) throw std::runtime_error(built.error().message);
@@ -100,6 +101,21 @@ TEST(InclinedCeilings, AHillsideAndABoardThatLeansAreNone) {
   cloud::PointCloud<Cloud> board;
   board.points = room.cloud().points;
   for (const ModelEntity& e : ceilings_of(built_of(board))) EXPECT_LT(inclination(e), 2 * kDegree) << e.name;
+}
+
+TEST(InclinedCeilings, AreTheSameForAnyNumberOfThreads) {
+  const cloud::PointCloud<Cloud> cloud = attic_cloud({1.0, 40 * kDegree}, 0.01, true, 6);
+  const BuiltModel one = built_of(cloud, 1), several = built_of(cloud, 4);
+  EXPECT_EQ(one.cloud.labels, several.cloud.labels);
+  const std::vector<ModelEntity> ceilings = ceilings_of(one), again = ceilings_of(several);
+  ASSERT_GE(ceilings.size(), 2U);
+  ASSERT_EQ(ceilings.size(), again.size());
+  for (std::size_t k = 0; k < again.size(); ++k) {
+    EXPECT_EQ(ceilings[k].name, again[k].name);
+    EXPECT_EQ(ceilings[k].size, again[k].size);
+    EXPECT_EQ(ceilings[k].confidence, again[k].confidence);
+    EXPECT_EQ(ceilings[k].T_map_body.translation(), again[k].T_map_body.translation());
+  }
 }
 
 TEST(InclinedCeilings, ARoomUnderALevelCeilingKeepsIt) {
