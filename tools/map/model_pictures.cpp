@@ -8,6 +8,7 @@
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/pictures/model_plan.hpp"
 #include "fusion/semantic/pictures/plan_view.hpp"
+#include "fusion/semantic/pictures/png_compression.hpp"
 #include "protocols/length_text.hpp"
 #include "render/model_view.hpp"
 
@@ -39,8 +40,8 @@ std::string contents(const SemanticModel& model) {
 }
 
 Status write_png(const cv::Mat& picture, const std::filesystem::path& path) {
-  constexpr int kCompression = 6;  // 9 takes four times as long for 5 % fewer bytes
-  if (cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) return {};
+  if (cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, semantic::kPngCompression}))
+    return {};
   return Error{path.string() + ": the picture cannot be written"};
 }
 

@@ -6,13 +6,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fusion/semantic/pictures/plan_palette.hpp"
+#include "fusion/semantic/pictures/png_compression.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
 constexpr int kFineness = 2;      ///< rendered pixels per pixel of the picture
 constexpr int kFractionBits = 4;  ///< of OpenCV's fixed-point coordinates
-constexpr int kCompression = 6;   ///< of PNG: 9 takes four times as long for 5 % fewer bytes
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 constexpr double kCapital = 21;  ///< height of a capital of this font at scale 1, pixels
 
@@ -182,7 +182,7 @@ cv::Mat PlanCanvas::picture() const {
 }
 
 bool PlanCanvas::write(const std::string& path) const {
-  return cv::imwrite(path, picture(), {cv::IMWRITE_PNG_COMPRESSION, kCompression});
+  return cv::imwrite(path, picture(), {cv::IMWRITE_PNG_COMPRESSION, kPngCompression});
 }
 
 }  // namespace parhelion::semantic
