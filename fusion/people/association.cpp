@@ -15,11 +15,8 @@ constexpr double kLegSigma = 0.14;         // m: a leg between two scans, beyond
 constexpr double kUnknownLegSigma = 0.25;  // m: a leg that was not seen lately
 constexpr double kMaxSigmas = 4.5;
 constexpr double kMaxTwoLegsWidth = 0.45;  // m
-// Most pairs are hopeless after the first trees.
-constexpr std::size_t kFirstTrees = 60;
-constexpr float kHopeless = -4;
-constexpr std::ptrdiff_t kMaxParts = 40;  // possible ones of a track
-constexpr double kDirectedSpeed = 0.2;    // m/s: slower ones have no direction
+constexpr std::ptrdiff_t kMaxParts = 40;   // possible ones of a track
+constexpr double kDirectedSpeed = 0.2;     // m/s: slower ones have no direction
 
 /// Where a leg is expected.
 struct Expected {
@@ -188,13 +185,6 @@ void Association::describe_segment(PossiblePart& part, const Track& track, const
   set(features, F::laser_height,
       double{segment.features[static_cast<std::size_t>(SegmentFeature::laser_height)]});
   set(features, F::range, segment.range);
-}
-
-double pair_log_odds(const Trees& trees, const PossiblePart& part) {
-  const std::size_t first = std::min(trees.trees.size(), kFirstTrees);
-  const float sum = evaluate({trees.start, trees.trees.first(first)}, part.features);
-  if (sum < kHopeless) return double{sum};
-  return double{evaluate({sum, trees.trees.subspan(first)}, part.features)};
 }
 
 void PairLogOdds::reserve(std::size_t parts) {

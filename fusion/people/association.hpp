@@ -69,14 +69,16 @@ struct PossiblePart {
   PairFeatures features{};
 };
 
-/// That the segment is part of the track; of hopeless pairs an estimate by a part of the trees.
-double pair_log_odds(const Trees& trees, const PossiblePart& part);
-
-/// pair_log_odds() of many pairs, four at a time. Memory is reused from scan to scan.
+/// How probable the pairs of a scan are, four at a time. Memory is reused from scan to scan.
 class PairLogOdds {
  public:
+  /// Most pairs are hopeless after the first trees, whose sum is all that they get.
+  static constexpr std::size_t kFirstTrees = 60;
+  static constexpr float kHopeless = -4;
+
   void reserve(std::size_t parts);
-  /// Of each pair, the same bits as pair_log_odds(). Valid until the next call.
+  /// Log-odds that the segment is part of the track, of each pair: the same bits as one by one. Valid until
+  /// the next call.
   std::span<const float> find(const Trees& trees, std::span<const PossiblePart> parts);
 
  private:
