@@ -15,6 +15,11 @@ constexpr double kOccluder = 0.2;         // m in front of a person who is hidde
 constexpr double kSwingAveraging = 0.08;  // s
 /// A pair is taken from log-odds of minus this on: to miss a part is worse than to take a neighbour's once.
 constexpr double kUnassigned = 0.5;
+/// Two scans this far apart show as much as three of a laser with 12 scans a second: enough for somebody who
+/// is plain to see.
+constexpr Duration kTwoScans = milliseconds(160);
+constexpr double kPlainToSee = 1.2;  // log-odds
+constexpr double kNearby = 1.5;      // m: a new track this near to a person is often of that person
 
 }  // namespace
 
@@ -231,10 +236,19 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
     const bool moved = track.feature(TrackFeature::has_moved) > 0.5F && !pose_is_wrong;
     const double limit = moved ? options_.min_log_odds_person : options_.min_log_odds_person_unmoved;
     const double lost = moved ? options_.max_log_odds_not_person : options_.max_log_odds_not_person_unmoved;
-    const bool enough = track.scans >= options_.min_scans && track.companion == 0;
+    const bool enough = (track.scans >= options_.min_scans || plain_to_see(track)) && track.companion == 0;
     track.person = !track.robot && (track.person ? track.log_odds > lost : enough && track.log_odds > limit);
     if (track.person && track.confirmed.ns == 0) track.confirmed = sweep.stamp;
   }
+}
+
+/// With two scans: a newcomer whom no person that is or was tracked can be.
+bool PeopleTracker::plain_to_see(const Track& track) const {
+  if (track.scans != 2 || track.stamp - track.born < kTwoScans || track.log_odds <= kPlainToSee) return false;
+  const auto away = [&](const Track& other) {
+    return other.confirmed.ns == 0 || (other.position() - track.position()).norm() > kNearby;
+  };
+  return std::all_of(tracks_.begin(), tracks_.end(), away) && std::all_of(lost_.begin(), lost_.end(), away);
 }
 
 /// A person found near where another was lost is that one: the new track gets the old identity.
@@ -301,9 +315,8 @@ double PeopleTracker::clearance(const LaserSweep& sweep, const Track& track) {
 void PeopleTracker::report() {
   movers_.clear();
   for (const Track& track : tracks_) {
-    if (track.scans < options_.min_scans || track.companion != 0 ||
-        !(track.person || track.robot || moves(track)))
-      continue;
+    const bool known = track.person || (track.scans >= options_.min_scans && (track.robot || moves(track)));
+    if (!known || track.companion != 0) continue;
     Mover mover;
     mover.id = track.id;
     mover.kind = track.person ? MoverClass::person : track.robot ? MoverClass::robot : MoverClass::other;

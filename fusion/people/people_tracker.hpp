@@ -28,7 +28,7 @@ struct PeopleOptions {
   double max_log_odds_not_person = -0.9;      ///< below which it no longer is
   double min_log_odds_person_unmoved = 0.75;  ///< the same of a track that was never seen to move
   double max_log_odds_not_person_unmoved = -0.1;
-  std::uint32_t min_scans = 3;
+  std::uint32_t min_scans = 3;                    ///< two, 0.16 s apart, for a newcomer who is plain to see
   Duration max_hidden = seconds(2.0);             ///< a person behind something else is kept
   Duration max_missed = seconds(0.6);             ///< where nothing hides it
   Duration max_thing_missed = milliseconds(350);  ///< of what is not a person
@@ -63,6 +63,7 @@ class PeopleTracker {
   bool near_person(const Eigen::Vector2d& place) const;
   void merge_companions();
   bool things_move() const;
+  bool plain_to_see(const Track& track) const;
   void classify(const LaserSweep& sweep);
   void recognise();
   Track* lost_like(const Track& found);

@@ -33,6 +33,34 @@ TEST(PeopleTracker, keeps_the_identity_of_one_who_walks_in_an_empty_room) {
   EXPECT_LE(score.first_detection(1), 0.5);
 }
 
+/// The number of the scan in which the walker is found first.
+std::size_t first_scan_with_the_walker(std::uint64_t seed, double rate) {
+  test::CrowdOptions options = one_walker();
+  options.seed = seed;
+  options.duration = 2;
+  options.laser.rate = rate;
+  const test::Crowd crowd = make_crowd(options);
+  PeopleTracker tracker;
+  for (std::size_t k = 0; k < crowd.scans.size(); ++k) {
+    for (const Mover& mover : tracker.update(test::sweep_of(crowd, crowd.scans[k])))
+      if (mover.kind == MoverClass::person &&
+          (mover.position - crowd.scans[k].people[0].position).norm() < test::PeopleScore::kRadius)
+        return k + 1;
+  }
+  return crowd.scans.size() + 1;
+}
+
+TEST(PeopleTracker, finds_who_is_plain_to_see_with_two_scans_of_a_slow_laser) {
+  int early = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const std::size_t slow = first_scan_with_the_walker(seed, 5.5);
+    EXPECT_GE(slow, 2U);
+    early += slow == 2 ? 1 : 0;
+    EXPECT_GE(first_scan_with_the_walker(seed, 10), 3U);
+  }
+  EXPECT_GE(early, 4);
+}
+
 TEST(PeopleTracker, estimates_velocity_and_a_covariance_that_fits) {
   test::CrowdOptions options = one_walker();
   options.duration = 60;
