@@ -12,11 +12,16 @@ constexpr double kSeen = 0.4;  ///< fraction of a scan's points that must lie wh
 /// Of kPointCost: a point of a scan of which less was seen. Such a scan may fit the place or not.
 constexpr double kUnseenCost = 0.15;
 constexpr double kNear = 0.5;  ///< m: a smaller correction is no new place
+constexpr double kSame = 0.2;  ///< m between two corrections of the same place
 /// What has to be explained at the expected place, and at another, of what the recent path explains of the
 /// same scans; and at least. Another place must explain no less than the expected one, too.
 constexpr double kExplainedNear = 0.7, kExplainedFar = 0.95, kMinExplainedFar = 0.85;
 /// By how much the cost of any other place must be higher: in units of cost, and of the best place's.
 constexpr double kMargin = 8, kRelativeMargin = 0.15;
+/// By how many times the scans must cost more at a place that is nearer to the expected one, if as many of
+/// their points are explained there. At the right place a cost is noise, and twice as much where the map is
+/// bent by a decimetre or two.
+constexpr double kRivalCost = 3;
 
 }  // namespace
 
@@ -100,6 +105,7 @@ void LoopComparison::judge(const LoopSearch& search, const Submap& submap, Hypot
   for (std::size_t k : scans_) {
     const ScanFit found = fit(search, submap, k, hypothesis.correction);
     hypothesis.cost += found.cost;
+    hypothesis.fits.push_back(found);
     hypothesis.explained += found.explained / static_cast<double>(scans_.size());
     if (found.explained >= search.options().min_explained) corrections.push_back(found.correction);
   }
@@ -137,16 +143,38 @@ bool LoopComparison::is_enough(const LoopSearch& search, const Hypothesis& best)
   return best.explained >= std::max({kMinExplainedFar, kExplainedFar * recent, expected});
 }
 
+/// Whether the scans fit at the other place, too, as far as the map has been seen there.
+bool LoopComparison::fits_too(const Hypothesis& other, const Hypothesis& best) const {
+  std::size_t scans = 0;
+  double explained = 0, explained_by_best = 0, cost = 0, cost_of_best = 0;
+  for (std::size_t i = 0; i < scans_.size(); ++i) {
+    if (other.fits[i].explained == 0) continue;
+    ++scans;
+    explained += other.fits[i].explained, explained_by_best += best.fits[i].explained;
+    cost += other.fits[i].cost, cost_of_best += best.fits[i].cost;
+  }
+  return scans >= 2 && 2 * scans >= scans_.size() && explained >= kExplainedFar * explained_by_best &&
+         cost < kRivalCost * cost_of_best;
+}
+
+/// By the expected place, or another that is much nearer to it.
+bool LoopComparison::is_rivalled(const LoopSearch& search, const Hypothesis& best) const {
+  const double far = moved(search, best.correction);
+  return far >= kNear && std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const Hypothesis& other) {
+           return moved(search, other.correction) < std::max(kNear, far / 2) &&
+                  !is_same(search, other.correction, best.correction, kSame) && fits_too(other, best);
+         });
+}
+
 std::vector<Closure> LoopComparison::closures(const LoopSearch& search, Submap& submap) const {
-  constexpr double same = 0.2;  // m
   if (judged_ == 0) return {};
   const auto best =
       std::min_element(hypotheses_.begin(), hypotheses_.end(),
                        [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
-  if (!is_enough(search, *best)) return {};
+  if (!is_enough(search, *best) || is_rivalled(search, *best)) return {};
   const double margin = std::max(kMargin, kRelativeMargin * best->cost);
   for (const Hypothesis& other : hypotheses_) {
-    if (!is_same(search, other.correction, best->correction, same) && other.cost < best->cost + margin)
+    if (!is_same(search, other.correction, best->correction, kSame) && other.cost < best->cost + margin)
       return {};
   }
   std::vector<Closure> result;

@@ -23,24 +23,27 @@ class LoopComparison {
   std::size_t submap() const { return index_; }
 
  private:
-  /// A correction that the scans may have in common.
-  struct Hypothesis {
-    Pose2 correction;
-    std::size_t scans = 0;  ///< that it explains
-    double explained = 0;   ///< mean of all scans, of ScanFit::explained
-    double cost = 0;        ///< of all scans, and of the correction
-  };
   /// One scan, matched to the surroundings.
   struct ScanFit {
     Pose2 correction;
     double cost = 0;
     double explained = 0;  ///< fraction of the points that lie where the map was seen; 0: too few do
   };
+  /// A correction that the scans may have in common.
+  struct Hypothesis {
+    Pose2 correction;
+    std::size_t scans = 0;      ///< that it explains
+    double explained = 0;       ///< mean of all scans, of ScanFit::explained
+    double cost = 0;            ///< of all scans, and of the correction
+    std::vector<ScanFit> fits;  ///< of the scans, in their order
+  };
   void search_places(const LoopSearch& search, const Submap& submap);
   ScanFit fit(const LoopSearch& search, const Submap& submap, std::size_t keyframe,
               const Pose2& correction) const;
   void judge(const LoopSearch& search, const Submap& submap, Hypothesis& hypothesis) const;
   bool is_enough(const LoopSearch& search, const Hypothesis& best) const;
+  bool fits_too(const Hypothesis& other, const Hypothesis& best) const;
+  bool is_rivalled(const LoopSearch& search, const Hypothesis& best) const;
   /// m, by how far a correction moves the scans.
   double moved(const LoopSearch& search, const Pose2& correction) const;
   bool is_same(const LoopSearch& search, const Pose2& a, const Pose2& b, double distance) const;

@@ -87,6 +87,17 @@ TEST(LoopComparison, StaysWhereItIsExpectedIfDoorsAreAlike) {
     EXPECT_LT((displaced * closure.correction * closure.place - closure.place).norm(), 0.1);
 }
 
+/// The map has seen the next doors better than those where the robot is: they explain all, the right ones
+/// nearly all.
+TEST(LoopComparison, DoorsThatAreSeenBetterDoNotDrawTheRobotAway) {
+  const Pose2 displaced{0.2, 0.1, 0.005};
+  for (const double shift : {10.0, 11.0, 13.0}) {
+    const TwoVisits visits(repeating(), displaced, shift);
+    for (const Closure& closure : visits.closures(5))
+      EXPECT_LT((displaced * closure.correction * closure.place - closure.place).norm(), 0.1) << shift;
+  }
+}
+
 TEST(LoopComparison, FindsNothingInAnotherCorridor) {
   TwoVisits visits({.seed = 5}, {});
   const TwoVisits others({.seed = 6}, {});
