@@ -153,8 +153,9 @@ bool LoopComparison::fits_too(const Hypothesis& other, const Hypothesis& best) c
     explained += other.fits[i].explained, explained_by_best += best.fits[i].explained;
     cost += other.fits[i].cost, cost_of_best += best.fits[i].cost;
   }
-  return scans >= 2 && 2 * scans >= scans_.size() && explained >= kExplainedFar * explained_by_best &&
-         cost < kRivalCost * cost_of_best;
+  if (scans < 2 || 2 * scans < scans_.size()) return false;
+  const bool as_many = explained >= kExplainedFar * explained_by_best;
+  return cost < (as_many ? kRivalCost : 1) * cost_of_best;
 }
 
 /// By the expected place, or another that is much nearer to it.
