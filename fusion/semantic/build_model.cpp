@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <iterator>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "fusion/semantic/net/drop_doubles.hpp"
@@ -18,6 +20,7 @@
 #include "fusion/semantic/net/sagging_floors.hpp"
 #include "fusion/semantic/objects/find_kerbs.hpp"
 #include "fusion/semantic/spread_voxels.hpp"
+#include "fusion/semantic/stray_points.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/quantile.hpp"
 
@@ -127,9 +130,16 @@ void keep_marked(const std::vector<bool>& keep, Column& column) {
   column.resize(kept);
 }
 
+void keep_marked(const std::vector<bool>& keep, cloud::PointCloud<Cloud>& cloud) {
+  keep_marked(keep, cloud.points);
+  keep_marked(keep, cloud.normals);
+  keep_marked(keep, cloud.colours);
+  keep_marked(keep, cloud.labels);
+  keep_marked(keep, cloud.scans);
+}
+
 /// A single erroneous return must not enlarge the plan a thousand times.
-void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud>& cloud,
-                      std::vector<std::string>& notes) {
+void leave_out_far(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud>& cloud, BuiltModel& built) {
   const double margin = kStray + 0.25 * extent.sizes().maxCoeff();
   const Eigen::AlignedBox3f bounds((extent.min().array() - margin).matrix().cast<float>(),
                                    (extent.max().array() + margin).matrix().cast<float>());
@@ -140,29 +150,52 @@ void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud
     strays += keep[i] ? 0 : 1;
   }
   if (strays == 0) return;
-  keep_marked(keep, cloud.points);
-  keep_marked(keep, cloud.normals);
-  keep_marked(keep, cloud.colours);
-  keep_marked(keep, cloud.labels);
-  keep_marked(keep, cloud.scans);
-  notes.push_back(std::to_string(strays) + " points left out: more than " + length_text(margin) +
-                  " away from the site");
+  built.left_out = keep;
+  built.left_out.flip();
+  keep_marked(keep, cloud);
+  built.notes.push_back(std::to_string(strays) + " points left out: more than " + length_text(margin) +
+                        " away from the site");
 }
 
-/// The cloud with points over its voxels, where it is a voxel map or too sparse.
-std::optional<SpreadCloud> spread_if_sparse(const cloud::PointCloud<Cloud>& cloud,
-                                            const ModelOptions& options, std::vector<std::string>& notes) {
-  std::optional<double> voxels = options.spacing, sparse;
-  if (!voxels) {
-    tbb::parallel_invoke([&] { voxels = voxel_spacing(cloud); }, [&] { sparse = sparse_spacing(cloud); });
+/// Dust and mixed pixels must not become walls that cross a room.
+void leave_out(std::vector<bool>&& strays, cloud::PointCloud<Cloud>& cloud, BuiltModel& built) {
+  const auto count = std::count(strays.begin(), strays.end(), true);
+  std::vector<bool>& left_out = built.left_out;
+  left_out.resize(left_out.empty() ? strays.size() : left_out.size());
+  for (std::size_t i = 0, k = 0; i < left_out.size(); ++i) {
+    if (!left_out[i]) left_out[i] = strays[k++];
   }
+  std::ostringstream words;
+  words << count << " points left out (" << std::setprecision(2)
+        << 100 * static_cast<double>(count) / static_cast<double>(strays.size())
+        << " %): strays that lie on no surface";
+  built.notes.push_back(words.str());
+  strays.flip();
+  keep_marked(strays, cloud);
+}
+
+/// The cloud with points over its voxels, where it is a voxel map or too sparse. Leaves strays
+/// out first, but of voxel maps: there strays are as close together as voxels.
+std::optional<SpreadCloud> clean_and_spread(cloud::PointCloud<Cloud>& cloud, const ModelOptions& options,
+                                            BuiltModel& built) {
+  const std::optional<double> voxels = options.spacing ? options.spacing : voxel_spacing(cloud);
+  std::optional<double> sparse;
   if (voxels) {
-    notes.push_back("points are " + length_text(*voxels) +
-                    " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
-  } else if (sparse) {
-    notes.push_back("points are up to " + length_text(*sparse) +
-                    " apart on most surfaces: gaps up to that are taken for surface");
+    built.notes.push_back(
+        "points are " + length_text(*voxels) +
+        " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
   } else {
+    std::vector<bool> strays;
+    tbb::parallel_invoke([&] { strays = stray_points(cloud); }, [&] { sparse = sparse_spacing(cloud); });
+    if (!strays.empty()) {
+      leave_out(std::move(strays), cloud, built);
+      sparse = sparse_spacing(cloud);
+    }
+  }
+  if (sparse) {
+    built.notes.push_back("points are up to " + length_text(*sparse) +
+                          " apart on most surfaces: gaps up to that are taken for surface");
+  } else if (!voxels) {
     return std::nullopt;
   }
   SpreadCloud spread = spread_voxels(cloud, voxels ? *voxels : *sparse, options.segmentation.threads);
@@ -211,9 +244,9 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
                  " scanners stood at one height along y, and not along z; turn it, or give the up direction" +
                  options.up_advice};
   }
-  leave_out_strays(extent, cloud, built.notes);
+  leave_out_far(extent, cloud, built);
   begin("level", 0);
-  std::optional<SpreadCloud> spread = spread_if_sparse(cloud, options, built.notes);
+  std::optional<SpreadCloud> spread = clean_and_spread(cloud, options, built);
   bool upside_down = false;
   const auto T_map_cloud =
       level(spread ? spread->cloud : cloud, options.up.value_or(Eigen::Vector3d::UnitZ()),

@@ -45,6 +45,7 @@ struct BuiltModel {
   cloud::PointCloud<Map> cloud;      ///< levelled, in the model's frame; labels: EntityLabel per point
   SemanticNet net;                   ///< its entities are in `model`
   std::vector<std::string> notes;    ///< warnings for the user: a suspected unit, a coarsened mesh
+  std::vector<bool> left_out;        ///< per point of the input: not in `cloud`; empty: all are
   double floor = 0;                  ///< m, top of the ground floor in the levelled cloud's coordinates
   std::vector<ModelObject> objects;  ///< furniture, whose meshes have its names; kerbs last
   std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by, but of kerbs

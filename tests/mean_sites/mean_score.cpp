@@ -409,6 +409,17 @@ class Scoring {
   MeanScore score_;
 };
 
+/// The scan without the points that the model left out.
+MeanScan used_of(const MeanScan& scan, const semantic::BuiltModel& built) {
+  MeanScan used{{}, {}, scan.T_cloud_site};
+  for (std::size_t i = 0; i < scan.box.size(); ++i) {
+    if (!built.left_out.empty() && built.left_out[i]) continue;
+    used.cloud.points.push_back(scan.cloud.points[i]);
+    used.box.push_back(scan.box[i]);
+  }
+  return used;
+}
+
 }  // namespace
 
 MeanScore& MeanScore::operator+=(const MeanScore& o) {
@@ -430,7 +441,7 @@ MeanScore& MeanScore::operator+=(const MeanScore& o) {
 }
 
 MeanScore score_model(const MeanSite& site, const MeanScan& scan, const semantic::BuiltModel& built) {
-  return Scoring(site, scan, built).run();
+  return Scoring(site, used_of(scan, built), built).run();
 }
 
 std::vector<std::string> true_kinds(const MeanSite& site, const MeanScan& scan,
@@ -439,10 +450,11 @@ std::vector<std::string> true_kinds(const MeanSite& site, const MeanScan& scan,
   for (const TrueObject& object : site.objects) {
     for (const std::size_t b : object.boxes) kind_of_box[b] = object.kind;
   }
+  const MeanScan used = used_of(scan, built);
   std::vector<std::map<std::string, int>> points(built.objects.size());
   for (std::size_t i = 0; i < built.object_of.size(); ++i) {
     if (built.object_of[i] == semantic::kNoObject) continue;
-    ++points[built.object_of[i]][scan.box[i] == kNobody ? "no object" : kind_of_box[scan.box[i]]];
+    ++points[built.object_of[i]][used.box[i] == kNobody ? "no object" : kind_of_box[used.box[i]]];
   }
   std::vector<std::string> kinds;
   for (const auto& of_object : points) {
