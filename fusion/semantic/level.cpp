@@ -371,6 +371,25 @@ ThingCounts count_things(const std::vector<Patch>& patches, const std::vector<bo
   return count;
 }
 
+/// Whether the scanners stood: they saw what is over them, and nothing under their tripods but the ground
+/// around. Upside down it is the other way round. Scanners that see both, or that look down from above, tell
+/// nothing.
+bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
+  constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level
+  constexpr double seldom = 0.02, around = 0.1;  // of the steep rays; of all
+  constexpr double enough = 100;                 // rays
+  const std::size_t step = 1 + cloud.size() / 200'000;
+  double over = 0, under = 0, below = 0, all = 0;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
+    if (view >= cloud.viewpoints.size()) continue;
+    const Eigen::Vector3d ray = cloud.points[i].cast<double>() - cloud.viewpoints[view];
+    const double sine = ray.dot(up) / std::max(ray.norm(), 1e-6);
+    over += sine > steep, under += sine < -steep, below += sine < -sideways, all += 1;
+  }
+  return over > enough && under < seldom * over && below > around * all;
+}
+
 /// Things stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
 /// Beams, ducts and lamps are up to 0.4 m high, seats and beds begin there; a lowered ceiling is no thing.
 std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
@@ -418,7 +437,7 @@ Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const
                  " (0.25 m cubes): give the up direction of an accelerometer, or check the unit (metres)"};
   }
   const Eigen::Vector3d up = up_of(patches, faced);
-  if (!trust_hint) {
+  if (!trust_hint && !saw_overhead(cloud, up)) {
     const std::string why = what_hangs(patches, cloud.viewpoints, up);
     if (upside_down != nullptr) *upside_down = !why.empty();
     if (!why.empty()) return Error{"levelling: " + why};

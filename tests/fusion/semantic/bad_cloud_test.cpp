@@ -54,5 +54,48 @@ TEST(BadCloud, OneFarFromItsOriginIsRoundedAndThatIsReported) {
   EXPECT_THAT(build_model(cloud).error().message, HasSubstr("from its origin"));
 }
 
+/// Points as seen in turn by the three scanners of placed_room(), without what lies under their tripods.
+cloud::PointCloud<Cloud> seen_by_tripods(const std::vector<Eigen::Vector3f>& points) {
+  cloud::PointCloud<Cloud> cloud;
+  cloud.viewpoints = placed_room().viewpoints;
+  for (const Eigen::Vector3f& p : points) {
+    const std::size_t view = cloud.size() % 3;
+    const Eigen::Vector3f ray = p - cloud.viewpoints[view].cast<float>();
+    if (ray.z() < -0.85F * ray.norm()) continue;
+    cloud.points.push_back(p);
+    cloud.scans.push_back(static_cast<std::uint16_t>(view));
+  }
+  return cloud;
+}
+
+/// A room with boards at a height.
+std::vector<Eigen::Vector3f> room_of_boards(double height) {
+  test::CloudSampler sampler(250, 0.004, 32);
+  sampler.room({0, 0}, {8, 6}, 0, 3);
+  for (double x = 0.5; x < 7; x += 1.5) sampler.slab({x, 1}, {x + 0.7, 4}, height);
+  return sampler.cloud().points;
+}
+
+TEST(BadCloud, OneWhoseScannersSawWhatIsOverheadIsNotUpsideDown) {
+  cloud::PointCloud<Cloud> cloud = seen_by_tripods(room_of_boards(2.2));
+  EXPECT_TRUE(build_model(cloud).ok()) << "more hangs than stands, but nothing was seen under the tripods";
+  cloud.viewpoints.clear(), cloud.scans.clear();
+  EXPECT_FALSE(build_model(cloud).ok()) << "else the room is no test of the rule";
+}
+
+TEST(BadCloud, OneThatIsUpsideDownIsRefused) {
+  const cloud::PointCloud<Cloud> cloud = seen_by_tripods(room_of_boards(0.75));
+  EXPECT_TRUE(build_model(cloud).ok());
+  for (const bool tripods : {true, false}) {
+    cloud::PointCloud<Cloud> turned = cloud;
+    for (Eigen::Vector3f& p : turned.points) p = {p.x(), -p.y(), -p.z()};
+    for (Eigen::Vector3d& p : turned.viewpoints) p = {p.x(), -p.y(), -p.z()};
+    if (!tripods) turned.viewpoints.clear(), turned.scans.clear();
+    const auto built = build_model(turned);
+    ASSERT_FALSE(built.ok()) << tripods;
+    EXPECT_THAT(built.error().message, HasSubstr("upside down"));
+  }
+}
+
 }  // namespace
 }  // namespace parhelion::semantic
