@@ -30,6 +30,7 @@ namespace {
 constexpr double kHighestRoom = 100;     ///< m, of a cloud: a larger height indicates a wrong unit
 constexpr double kLowestRoom = 0.5;      ///< m: a smaller one indicates a wrong unit or no building
 constexpr std::size_t kMaxMeshes = 900;  ///< of objects; others are in the mesh of unknown things
+constexpr double kNoSteps = 0.08;        ///< m, of voxels: half of a usual rise
 constexpr double kStray = 50;            ///< m, and a quarter of the site: points farther out are outliers
 
 /// Heights between which 98 % of the points lie, so that outliers do not affect the check of the unit.
@@ -184,6 +185,10 @@ std::optional<SpreadCloud> clean_and_spread(cloud::PointCloud<Cloud>& cloud, con
     built.notes.push_back(
         "points are " + length_text(*voxels) +
         " apart everywhere: taken for a voxel map, heights and edges are known to half of that");
+    if (*voxels > kNoSteps)
+      built.notes.push_back(
+          "a step is at most two voxels high: stairs are seldom found in this map, and are not "
+          "in the model then; make one of 5 cm, or draw them");
   } else {
     std::vector<bool> strays;
     tbb::parallel_invoke([&] { strays = stray_points(cloud); }, [&] { sparse = sparse_spacing(cloud); });

@@ -41,13 +41,13 @@ struct ModelOptions {
 };
 
 struct BuiltModel {
-  SemanticModel model;               ///< T_map_cloud is how the cloud was levelled and moved
-  cloud::PointCloud<Map> cloud;      ///< levelled, in the model's frame; labels: EntityLabel per point
-  SemanticNet net;                   ///< its entities are in `model`
-  std::vector<std::string> notes;    ///< warnings for the user: a suspected unit, a coarsened mesh
-  std::vector<bool> left_out;        ///< per point of the input: not in `cloud`; empty: all are
-  double floor = 0;                  ///< m, top of the ground floor in the levelled cloud's coordinates
-  std::vector<ModelObject> objects;  ///< furniture, whose meshes have its names; kerbs last
+  SemanticModel model;             ///< T_map_cloud is how the cloud was levelled and moved
+  cloud::PointCloud<Map> cloud;    ///< levelled, in the model's frame; labels: EntityLabel per point
+  SemanticNet net;                 ///< its entities are in `model`
+  std::vector<std::string> notes;  ///< for the user: a suspected unit, points left out, what cannot be found
+  std::vector<bool> left_out;      ///< per point of the input: not in `cloud`; empty: all are
+  double floor = 0;                ///< m, top of the ground floor in the levelled cloud's coordinates
+  std::vector<ModelObject> objects;             ///< furniture, whose meshes have its names; kerbs last
   std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by, but of kerbs
   std::vector<std::uint32_t> object_of;         ///< per point: into `objects`, or kNoObject
   SiteHeights heights;                          ///< in the levelled cloud's coordinates

@@ -1,5 +1,6 @@
 #include "tools/map/model_summary.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -108,7 +109,9 @@ std::string model_summary(const semantic::BuiltModel& built, const semantic::Mod
   json["objects"] = Json::array();
   for (const ModelObject& object : built.objects) json["objects"].push_back(object_json(object, built.shift));
   json["quality"] = quality_json(quality, built.shift);
+  json["notes"] = built.notes;
   json["points"] = built.cloud.size();
+  json["points_left_out"] = std::count(built.left_out.begin(), built.left_out.end(), true);
   json["seconds"] = std::round(seconds * 1000) / 1000;
   return json.dump(2) + "\n";
 }

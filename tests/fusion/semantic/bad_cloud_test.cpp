@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <set>
+
 #include "fusion/semantic/build_model.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
@@ -94,6 +97,26 @@ TEST(BadCloud, OneThatIsUpsideDownIsRefused) {
     const auto built = build_model(turned);
     ASSERT_FALSE(built.ok()) << tripods;
     EXPECT_THAT(built.error().message, HasSubstr("upside down"));
+  }
+}
+
+// The user must not look for stairs that such a map cannot show.
+TEST(BadCloud, AMapOfLargeVoxelsSaysThatStairsAreNotFound) {
+  for (const double voxel : {0.05, 0.1}) {
+    cloud::PointCloud<Cloud> cloud;
+    std::set<std::array<int, 3>> seen;
+    for (const Eigen::Vector3f& p : placed_room().points) {
+      const Eigen::Vector3i cube = (p / static_cast<float>(voxel)).array().floor().cast<int>();
+      if (seen.insert({cube.x(), cube.y(), cube.z()}).second)
+        cloud.points.push_back((cube.cast<float>().array() + 0.5F) * static_cast<float>(voxel));
+    }
+    const auto built = build_model(cloud);
+    ASSERT_TRUE(built.ok()) << built.error().message;
+    if (voxel > 0.08) {
+      EXPECT_THAT(built->notes, Contains(HasSubstr("stairs are seldom found")));
+    } else {
+      EXPECT_THAT(built->notes, Not(Contains(HasSubstr("stairs"))));
+    }
   }
 }
 
