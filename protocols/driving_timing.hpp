@@ -48,8 +48,8 @@ inline constexpr Duration kTeleopSilence = milliseconds(500);
 /// Age of TELEOP or JOINT_CMD, from its receipt by the kernel until the server takes it, above which it is
 /// refused: after a pause of the process the trainee no longer means it.
 inline constexpr Duration kMaxQueueAge = milliseconds(250);
-/// Age of an instructor's command from which on it is refused: longer than `inject` waits for a reply by
-/// default, nothing it asked for happens. Emergency stops have no age.
+/// Age of an instructor's command above which it is refused. Shorter than pages and `inject` wait for a
+/// reply: what they report as failed must not happen later. An emergency stop is never too old.
 inline constexpr Duration kMaxCommandAge = seconds(2.0);
 /// Period at which the stop is repeated, as a command may be lost.
 inline constexpr Duration kStopPeriod = milliseconds(100);

@@ -16,7 +16,7 @@ struct InjectArguments {
   BusOptions bus;
   std::vector<std::string> waypoints;
   double speed = 0.5, distance = 1.5;  ///< m/s; m from the target
-  double timeout = 2.0;                ///< s
+  double timeout = 4.0;                ///< s; a server that is behind refuses a command after kMaxCommandAge
   std::optional<double>
       amount;  ///< of a fault: s of camera_delay, the lost fraction of camera_loss and laser_dropouts
   std::optional<double> rate;     ///< pictures per second

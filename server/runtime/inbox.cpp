@@ -29,12 +29,14 @@ bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
 }  // namespace
 
 Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, Guards guards, InboxLimits limits,
-             const SentMessages* sent, std::shared_ptr<const SessionClock> clock)
+             const SentMessages* sent, std::shared_ptr<const SessionClock> clock,
+             std::vector<std::string> robots)
     : bus_(bus),
       channels_(channels),
       guards_(std::move(guards)),
       limits_(limits),
       sent_(sent),
+      robots_(std::move(robots)),
       queues_(guards_.size() + 1),
       clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
       thread_([this] { run(); }) {}
@@ -85,25 +87,49 @@ void Inbox::push(Message message) {
   {
     const std::lock_guard lock(mutex_);
     Queue& queue = queue_of(kind, arrived.message.channel, arrived.robot);
-    if (make_room(queue, kind, arrived)) enqueue(queue, kind, std::move(arrived));
+    enqueue(queue, kind, std::move(arrived));
   }
   changed_.notify_one();  // the loop, after the lock is released
 }
 
-/// Emergency stops go behind those that wait, before everything else.
+/// An emergency stop, or its release, that precedes what waits; nullopt: no such message.
+std::optional<EmergencyStopCommand> Inbox::first_stop(tick::InputKind kind, const Message& message) const {
+  EmergencyStopCommand command;
+  if (kind != tick::InputKind::emergency_stop || !decode(message.channel, message.payload, command))
+    return std::nullopt;
+  const bool of_trainee =
+      command.robot.empty() || std::find(robots_.begin(), robots_.end(), command.robot) != robots_.end();
+  return of_trainee ? std::optional(std::move(command)) : std::nullopt;
+}
+
+bool Inbox::has_room(const Queue& queue, const EmergencyStopCommand& stop) const {
+  if (queue.stops.size() < limits_.stops) return true;
+  if (!stop.engaged) return false;
+  for (auto last = queue.stops.rbegin(); last != queue.stops.rend(); ++last) {
+    const std::string& robot = last->command.robot;
+    if (last->command.engaged && (robot.empty() || robot == stop.robot)) return false;
+    if (!last->command.engaged && (robot.empty() || stop.robot.empty() || robot == stop.robot)) return true;
+  }
+  return true;
+}
+
 void Inbox::enqueue(Queue& queue, tick::InputKind kind, Arrived arrived) {
+  if (auto stop = first_stop(kind, arrived.message)) {
+    if (has_room(queue, *stop)) {
+      queue.stops.push_back({std::move(arrived), std::move(*stop)});
+    } else {
+      ++dropped_;
+    }
+    return;
+  }
+  if (!make_room(queue, kind, arrived)) return;
   if (may_be_dropped(kind)) {
     ++queue.others;
   } else {
     queue.bytes += arrived.message.payload.size();
   }
   if (kind == tick::InputKind::command) ++queue.commands;
-  auto place = queue.waiting.end();
-  if (kind == tick::InputKind::emergency_stop)
-    place = std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
-      return channels_.kind(waiting.message.channel) != tick::InputKind::emergency_stop;
-    });
-  queue.waiting.insert(place, std::move(arrived));
+  queue.waiting.push_back(std::move(arrived));
 }
 
 void Inbox::note_foreign(const Message& message) {
@@ -164,16 +190,22 @@ void Inbox::forget(Queue& queue, const Arrived& leaving) {
 }
 
 Arrived Inbox::pop(Queue& queue) {
-  Arrived arrived = std::move(queue.waiting.front());
-  forget(queue, arrived);
-  queue.waiting.pop_front();
+  Arrived arrived;
+  if (!queue.stops.empty()) {
+    arrived = std::move(queue.stops.front().arrived);
+    queue.stops.pop_front();
+  } else {
+    arrived = std::move(queue.waiting.front());
+    forget(queue, arrived);
+    queue.waiting.pop_front();
+  }
   arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
   return arrived;
 }
 
 bool Inbox::is_late(const Arrived& arrived) const {
   return channels_.kind(arrived.message.channel) == tick::InputKind::command &&
-         arrived.age > limits_.command_age;
+         steady_now() - std::max(arrived.received, *first_take_) > limits_.command_age;
 }
 
 /// Without a request number there is nobody to reply to.
@@ -190,13 +222,14 @@ Inbox::Queue* Inbox::next_queue() {
   for (std::size_t i = 0; i < queues_.size(); ++i) {
     Queue& queue = queues_[turn_];
     turn_ = (turn_ + 1) % queues_.size();
-    if (!queue.waiting.empty()) return &queue;
+    if (!queue.stops.empty() || !queue.waiting.empty()) return &queue;
   }
   return nullptr;
 }
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {
   std::unique_lock lock(mutex_);
+  if (!first_take_) first_take_ = steady_now();
   while (true) {
     Queue* queue = nullptr;
     while ((queue = next_queue()) == nullptr) {
@@ -244,9 +277,13 @@ std::uint64_t Inbox::take_given_up() {
   return std::exchange(given_up_, 0);
 }
 
-std::vector<std::uint64_t> Inbox::take_refused_commands() {
+std::vector<std::uint64_t> Inbox::take_refused_commands(std::size_t max_count) {
   const std::lock_guard lock(mutex_);
-  return std::exchange(refused_commands_, {});
+  const auto end =
+      refused_commands_.begin() + static_cast<std::ptrdiff_t>(std::min(max_count, refused_commands_.size()));
+  std::vector<std::uint64_t> taken(refused_commands_.begin(), end);
+  refused_commands_.erase(refused_commands_.begin(), end);
+  return taken;
 }
 
 std::vector<std::int64_t> Inbox::take_foreign(WallTime now) {

@@ -9,11 +9,13 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/driving_timing.hpp"
+#include "protocols/instructor_command.hpp"
 #include "server/runtime/guard.hpp"
 #include "server/runtime/sent_messages.hpp"
 #include "server/runtime/session_clock.hpp"
@@ -39,28 +41,32 @@ struct InboxLimits {
   std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
   std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
   std::size_t commands = 1000;                ///< of instructors, waiting: a scenario's whole crowd
-  /// Longest wait of an instructor's command. `inject` waits as long for a reply: what was reported as failed
-  /// must not happen later.
+  std::size_t stops = 256;                    ///< emergency stops of trainees' robots, and their releases
+  /// Longest wait of an instructor's command, from the first call of take() on. `inject` and pages wait
+  /// longer for a reply: what they report as failed must not happen later.
   Duration command_age = driving_timing::kMaxCommandAge;
 };
 
 /// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
 /// takes them. Each robot has a queue, and so has the session, with the instructors' commands; they take
 /// turns, so that a robot that sends too much delays itself, and a loop that cannot keep up with a robot's
-/// inputs still executes commands. Emergency stops, and their releases, precede all else in their queue, in
-/// the order in which they came.
+/// inputs still executes commands. Emergency stops of trainees' robots, and their releases, precede all else
+/// in their queue, in the order in which they came. That of an agent waits in turn, behind what makes the
+/// agent.
 ///
 /// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given up to the
 /// guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it was
 /// acknowledged. An instructor's command that comes when `commands` wait, or that has waited longer than
-/// `command_age`, is refused; an emergency stop never is.
+/// `command_age`, is refused. Of emergency stops beyond `stops` a release is dropped, and so is a stop that
+/// only repeats what the last ones that wait say: no robot stays free.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
-  /// its own.
+  /// its own. `robots`: names of the trainees' robots, which emergency stops name.
   /// `guards`: by robot, one for each of its lasers.
   Inbox(Bus& bus, const tick::ChannelMap& channels, Guards guards, InboxLimits limits = {},
-        const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr);
+        const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr,
+        std::vector<std::string> robots = {});
   ~Inbox();
 
   /// Reads the remaining messages from the bus, then stops receiving; queued inputs can still be taken.
@@ -79,10 +85,10 @@ class Inbox {
   ArrivalTime next_stamp();
   /// Scans given up to the guard since the last call: they are missing in the session log.
   std::uint64_t take_given_up();
-  /// Request numbers of instructors' commands that were refused since the last call, in order: at most
-  /// kMaxRefusals, further ones are only counted as dropped.
-  std::vector<std::uint64_t> take_refused_commands();
   static constexpr std::size_t kMaxRefusals = 256;
+  /// Request numbers of instructors' commands that were refused and not yet taken, the oldest first. At most
+  /// kMaxRefusals are kept, further ones are only counted as dropped.
+  std::vector<std::uint64_t> take_refused_commands(std::size_t max_count = kMaxRefusals);
   /// Channels (see SentMessages::foreign()) with messages of other publishers since the last call, ascending;
   /// each at most once a minute. Messages do not identify their sender.
   std::vector<std::int64_t> take_foreign(WallTime now);
@@ -92,12 +98,19 @@ class Inbox {
   void run();
   void push(Message message);
   void note_foreign(const Message& message);
+  struct Stop {
+    Arrived arrived;
+    EmergencyStopCommand command;
+  };
   struct Queue {
+    std::deque<Stop> stops;  // before all that waits
     std::deque<Arrived> waiting;
     std::size_t others = 0, bytes = 0, commands = 0;  // as in InboxLimits
   };
   Queue& queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot);
   Queue* next_queue();
+  std::optional<EmergencyStopCommand> first_stop(tick::InputKind kind, const Message& message) const;
+  bool has_room(const Queue& queue, const EmergencyStopCommand& stop) const;
   void enqueue(Queue& queue, tick::InputKind kind, Arrived arrived);
   bool make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived);
   Arrived pop(Queue& queue);
@@ -114,8 +127,10 @@ class Inbox {
   const SentMessages* sent_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  const std::vector<std::string> robots_;
   std::vector<Queue> queues_;  // by robot; the last is the session's
-  std::size_t turn_ = 0;       // index of the queue that is next
+  std::optional<WallTime> first_take_;
+  std::size_t turn_ = 0;  // index of the queue that is next
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::vector<std::uint64_t> refused_commands_;
   std::set<std::int64_t> foreign_;

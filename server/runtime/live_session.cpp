@@ -20,8 +20,17 @@ constexpr int kMappingNice = 15;  // mapping neither, nor from rendering
 constexpr Duration kBehind =
     milliseconds(250);  // physics later than this is skipped, with a record in the log
 constexpr Duration kIdle = milliseconds(100);
+constexpr std::size_t kRefusalsATurn =
+    8;  // between two inputs, so that neither a scan nor a stop waits for many
 constexpr int kStopRepeats = 2;
 constexpr Duration kStopPause = milliseconds(20);  // a burst of losses is often shorter
+
+std::vector<std::string> robot_names(const tick::Configuration& configuration) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < configuration.robot_count(); ++i)
+    names.push_back(configuration.robot_at(i).name);
+  return names;
+}
 
 Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
   LoopDecision decision;
@@ -44,7 +53,8 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       outbox_(&bus, std::move(log), &sent_),
       log_watch_(options.session),
       guards_(make_guards()),
-      inbox_(bus, configuration.channels, guards(), options.inbox, &sent_, options.clock),
+      inbox_(bus, configuration.channels, guards(), options.inbox, &sent_, options.clock,
+             robot_names(configuration)),
       renderer_(
           configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
           [this] { inbox_.wake(); }, options.texture),
@@ -184,7 +194,7 @@ std::string LiveSession::run_until_stopped() {
       step_on_time();
     }
     note_given_up();
-    refuse_late_commands();
+    refuse_late_commands(kRefusalsATurn);
     take_answers();
     take_models();
     report_lost_log();
@@ -202,7 +212,7 @@ void LiveSession::end() {
     take_answers();
   }
   note_given_up();
-  refuse_late_commands();
+  refuse_late_commands(Inbox::kMaxRefusals);
   decide_now(LoopDecision::Kind::ended, 0);
   outputs_.clear();
   tick::finish(configuration_, *state_, outputs_);
@@ -331,8 +341,8 @@ void LiveSession::note_given_up() {
 
 /// Replies to commands that the inbox refused. All at one time: a loop that is behind would otherwise do a
 /// physics step for each.
-void LiveSession::refuse_late_commands() {
-  const std::vector<std::uint64_t> requests = inbox_.take_refused_commands();
+void LiveSession::refuse_late_commands(std::size_t max_count) {
+  const std::vector<std::uint64_t> requests = inbox_.take_refused_commands(max_count);
   for (std::size_t i = 0; i < requests.size(); ++i) {
     if (i == 0) {
       decide_now(LoopDecision::Kind::late_command, requests[i]);

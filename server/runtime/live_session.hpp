@@ -47,7 +47,7 @@ class LiveSession : private tick::ScanSink {
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
-  void refuse_late_commands();
+  void refuse_late_commands(std::size_t max_count);
   void note_foreign_messages();
   void note_refused_messages();
   void note_refused_hosts();

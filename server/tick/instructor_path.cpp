@@ -162,9 +162,10 @@ void refuse_late_command(const TickContext& context, std::uint64_t request) {
   answer.kind = EventKind::command_refused;
   answer.request = request;
   answer.text =
-      "the server cannot keep up: too many commands were waiting, or this one waited for longer than " +
+      "too many commands were waiting, or this one waited for longer than " +
       std::to_string(driving_timing::kMaxCommandAge.ns / 1'000'000'000) +
-      " s; nothing was changed. Remove agents, or send fewer commands, then repeat it";
+      " s; nothing was changed. Repeat it; if the server cannot keep up, remove agents first, or send "
+      "fewer commands";
   publish_event(context, answer);
 }
 

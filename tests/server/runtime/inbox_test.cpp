@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <thread>
 
 #include "server/runtime/wall_clock.hpp"
@@ -29,6 +30,15 @@ class InboxTest : public testing::Test {
   void send(const std::string& channel, std::uint8_t byte = 1) {
     const std::uint8_t bytes[] = {byte};
     ASSERT_TRUE(robot_->publish(channel, bytes).ok());
+  }
+  void send_stop(const std::string& robot, bool engaged, std::uint64_t request = 1) {
+    EmergencyStopCommand command;
+    command.robot = robot;
+    command.engaged = engaged;
+    command.request = request;
+    std::vector<std::uint8_t> bytes;
+    encode(command, bytes);
+    ASSERT_TRUE(robot_->publish("MR_EMERGENCY_STOP", bytes).ok());
   }
   /// Takes everything that was sent.
   std::vector<Arrived> take_all(Inbox& inbox) {
@@ -146,7 +156,7 @@ TEST_F(InboxTest, InboxTakesEmergencyStopsFirstAndInOrder) {
     send_scan(i);
     send("TELEOP", i);
     send("MR_SPAWN", i);
-    if (i % 10 == 9) send("MR_EMERGENCY_STOP", i);
+    if (i % 10 == 9) send_stop("", i % 20 == 9, i);
   }
   const auto all = take_all(inbox);
   ASSERT_EQ(all.size(), 155U);
@@ -154,11 +164,68 @@ TEST_F(InboxTest, InboxTakesEmergencyStopsFirstAndInOrder) {
   std::size_t last = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].message.channel != "MR_EMERGENCY_STOP") continue;
-    stops.push_back(all[i].message.payload[0]);
+    EmergencyStopCommand command;
+    ASSERT_TRUE(decode(all[i].message.channel, all[i].message.payload, command));
+    EXPECT_EQ(command.engaged, command.request % 20 == 9);
+    stops.push_back(static_cast<int>(command.request));
     last = i;
   }
   EXPECT_EQ(stops, (std::vector<int>{9, 19, 29, 39, 49}));
   EXPECT_LT(last, 10U) << "at most one input of the robot between two";
+}
+
+/// It would be refused before the command that makes the agent, which then drove.
+TEST_F(InboxTest, InboxTakesTheStopOfAnAgentBehindTheCommandThatMakesIt) {
+  Inbox inbox(*server_, channels_, {{&guard_}}, {}, nullptr, nullptr, {"rover"});
+  send("MR_SPAWN");
+  send_stop("robot_1", true);
+  send_stop("rover", true);
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 3U);
+  std::vector<std::string> robots;
+  for (const Arrived& taken : all) {
+    EmergencyStopCommand command;
+    const bool stop = decode(taken.message.channel, taken.message.payload, command).ok();
+    robots.push_back(stop ? command.robot : taken.message.channel);
+  }
+  EXPECT_EQ(robots, (std::vector<std::string>{"rover", "MR_SPAWN", "robot_1"}));
+}
+
+TEST_F(InboxTest, InboxTakesAStopWhateverElseWaits) {
+  InboxLimits limits;
+  limits.bytes = 40;
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits);
+  for (int i = 0; i < 100; ++i) send("MR_SPAWN");
+  send_stop("", true);
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 41U);
+  EXPECT_EQ(all[0].message.channel, "MR_EMERGENCY_STOP");
+}
+
+/// Whatever is sent, the last word about each robot is a stop if a stop was sent last.
+TEST_F(InboxTest, InboxBoundsStopsAndReleasesAndFreesNoRobot) {
+  InboxLimits limits;
+  limits.stops = 10;
+  const std::vector<std::string> robots = {"rover", "hauler"};
+  Inbox inbox(*server_, channels_, {{&guard_}}, limits, nullptr, nullptr, robots);
+  for (int i = 0; i < 500; ++i) {
+    send_stop("rover", true);
+    send_stop("rover", false);
+    send_stop("hauler", i % 2 == 0);
+  }
+  send_stop("rover", true);
+  send_stop("hauler", true);
+  std::map<std::string, bool> stopped;
+  std::size_t count = 0;
+  for (const Arrived& taken : take_all(inbox)) {
+    EmergencyStopCommand command;
+    ASSERT_TRUE(decode(taken.message.channel, taken.message.payload, command));
+    stopped[command.robot] = command.engaged;
+    ++count;
+  }
+  EXPECT_LE(count, limits.stops + robots.size() + 1);
+  EXPECT_TRUE(stopped["rover"]);
+  EXPECT_TRUE(stopped["hauler"]);
 }
 
 TEST_F(InboxTest, InboxTakesACommandInTurnWithTheInputsOfARobotThatSendsTooMuch) {
@@ -187,7 +254,7 @@ TEST_F(InboxRefusalTest, InboxRefusesCommandsBeyondItsLimitByTheirRequests) {
   limits.commands = 20;
   Inbox inbox(*server_, channels_, {{&guard_}}, limits);
   for (std::uint64_t i = 1; i <= 50; ++i) send_spawn(i);
-  send("MR_EMERGENCY_STOP");
+  send_stop("", true);
   send_scan(1);
   const auto all = take_all(inbox);
   EXPECT_EQ(all.size(), 22U) << "stop and scan are not limited by commands";
@@ -214,8 +281,9 @@ TEST_F(InboxRefusalTest, InboxRefusesCommandsThatWaitedTooLongButNoStop) {
   InboxLimits limits;
   limits.command_age = milliseconds(50);
   Inbox inbox(*server_, channels_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now())) << "from here on commands age";
   for (std::uint64_t i = 1; i <= 3; ++i) send_spawn(i);
-  send("MR_EMERGENCY_STOP");
+  send_stop("", true);
   send("TELEOP");
   std::this_thread::sleep_for(std::chrono::milliseconds(120));  // the loop is behind
   const auto all = take_all(inbox);
