@@ -242,9 +242,10 @@ void PeopleTracker::classify(const LaserSweep& sweep) {
   }
 }
 
-/// With two scans: a newcomer whom no person that is or was tracked can be.
+/// With two scans, of which this is the second: a newcomer whom no person that is or was tracked can be.
 bool PeopleTracker::plain_to_see(const Track& track) const {
-  if (track.scans != 2 || track.stamp - track.born < kTwoScans || track.log_odds <= kPlainToSee) return false;
+  const bool second = track.scans == 2 && track.seen == track.stamp;
+  if (!second || track.seen - track.born < kTwoScans || track.log_odds <= kPlainToSee) return false;
   const auto away = [&](const Track& other) {
     return other.confirmed.ns == 0 || (other.position() - track.position()).norm() > kNearby;
   };

@@ -61,6 +61,25 @@ TEST(PeopleTracker, finds_who_is_plain_to_see_with_two_scans_of_a_slow_laser) {
   EXPECT_GE(early, 4);
 }
 
+TEST(PeopleTracker, finds_nobody_in_a_scan_that_does_not_show_them) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    test::CrowdOptions options = one_walker();
+    options.seed = seed;
+    options.duration = 1;
+    options.laser.rate = 10;
+    const test::Crowd crowd = make_crowd(options);
+    PeopleTracker tracker;
+    tracker.update(test::sweep_of(crowd, crowd.scans[0]));
+    tracker.update(test::sweep_of(crowd, crowd.scans[1]));
+    for (std::size_t k = 2; k < 5; ++k) {
+      test::CrowdScan blind = crowd.scans[k];
+      std::fill(blind.scan.ranges.begin(), blind.scan.ranges.end(), std::numeric_limits<float>::quiet_NaN());
+      for (const Mover& mover : tracker.update(test::sweep_of(crowd, blind)))
+        EXPECT_NE(mover.kind, MoverClass::person) << "seed " << seed << ", scan " << k;
+    }
+  }
+}
+
 TEST(PeopleTracker, estimates_velocity_and_a_covariance_that_fits) {
   test::CrowdOptions options = one_walker();
   options.duration = 60;
