@@ -19,8 +19,8 @@ constexpr double kExplainedNear = 0.7, kExplainedFar = 0.95, kMinExplainedFar = 
 /// By how much the cost of any other place must be higher: in units of cost, and of the best place's.
 constexpr double kMargin = 8, kRelativeMargin = 0.15;
 /// By how many times the scans must cost more at a place that is nearer to the expected one, if as many of
-/// their points are explained there. At the right place a cost is noise, and twice as much where the map is
-/// bent by a decimetre or two.
+/// their points are explained there; else they must cost more at all. At the right place a cost is noise, and
+/// twice as much where the map is bent by a decimetre or two.
 constexpr double kRivalCost = 3;
 
 }  // namespace
@@ -87,7 +87,7 @@ LoopComparison::ScanFit LoopComparison::fit(const LoopSearch& search, const Subm
     if (around.surfels->nearest(q) != nullptr || around.seen.is_inside(q)) seen.push_back(p);
   }
   ScanFit result{T_map_anchor * T_anchor_base * T_map_expected.inverse(),
-                 kUnseenCost * kPointCost * static_cast<double>(points.size()), 0};
+                 kUnseenCost * kPointCost * static_cast<double>(points.size())};
   const double part =
       points.empty() ? 0 : static_cast<double>(seen.size()) / static_cast<double>(points.size());
   if (part < kSeen) return result;
@@ -96,6 +96,7 @@ LoopComparison::ScanFit LoopComparison::fit(const LoopSearch& search, const Subm
       match(*around.surfels, seen, T_anchor_base, T_anchor_base, Eigen::Matrix3d::Zero(), options);
   result.cost = there.cost / part;
   result.explained = there.explained;
+  result.seen = true;
   return result;
 }
 
@@ -143,12 +144,13 @@ bool LoopComparison::is_enough(const LoopSearch& search, const Hypothesis& best)
   return best.explained >= std::max({kMinExplainedFar, kExplainedFar * recent, expected});
 }
 
-/// Whether the scans fit at the other place, too, as far as the map has been seen there.
+/// Whether the scans speak for the other place, too, as far as the map has been seen there: nearly as many
+/// points are explained, or they cost less.
 bool LoopComparison::fits_too(const Hypothesis& other, const Hypothesis& best) const {
   std::size_t scans = 0;
   double explained = 0, explained_by_best = 0, cost = 0, cost_of_best = 0;
   for (std::size_t i = 0; i < scans_.size(); ++i) {
-    if (other.fits[i].explained == 0) continue;
+    if (!other.fits[i].seen) continue;
     ++scans;
     explained += other.fits[i].explained, explained_by_best += best.fits[i].explained;
     cost += other.fits[i].cost, cost_of_best += best.fits[i].cost;

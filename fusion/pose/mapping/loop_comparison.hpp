@@ -17,7 +17,8 @@ class LoopComparison {
   /// A part of the work, some milliseconds. True: that was the last. Until then keyframes must keep their
   /// poses.
   bool step(const LoopSearch& search, Submap& submap);
-  /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well.
+  /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well, or too
+  /// far from where they are expected while they fit nearer to it.
   std::vector<Closure> closures(const LoopSearch& search, Submap& submap) const;
 
   std::size_t submap() const { return index_; }
@@ -28,6 +29,7 @@ class LoopComparison {
     Pose2 correction;
     double cost = 0;
     double explained = 0;  ///< fraction of the points that lie where the map was seen; 0: too few do
+    bool seen = false;     ///< enough of them do
   };
   /// A correction that the scans may have in common.
   struct Hypothesis {
