@@ -18,7 +18,7 @@ bool pool_running(int threads) {
 }  // namespace
 
 void with_threads(int threads, const std::function<void()>& work) {
-  if (threads == 1 || pool_running(threads)) {
+  if (pool_running(threads)) {
     work();
   } else {
     tbb::task_arena(threads > 0 ? threads : tbb::task_arena::automatic).execute(work);

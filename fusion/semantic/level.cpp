@@ -1,8 +1,10 @@
 // Finds the up direction: most planar patches of a building are level or upright, and its floors are wide.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -373,21 +375,37 @@ ThingCounts count_things(const std::vector<Patch>& patches, const std::vector<bo
 
 /// Whether the scanners stood: they saw what is over them, and nothing under their tripods but the ground
 /// around. Upside down it is the other way round. Scanners that see both, or that look down from above, tell
-/// nothing.
+/// nothing, nor do cameras: where one looks is no property of the building.
 bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
   constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level
   constexpr double seldom = 0.02, around = 0.1;  // of the steep rays; of all
   constexpr double enough = 100;                 // rays
+  constexpr int sectors = 16, all_around = 14;   // of the horizon
+  struct View {
+    double over = 0, under = 0, below = 0, all = 0;
+    std::uint32_t seen = 0;  // a bit for each sector
+  };
+  std::vector<View> views(cloud.viewpoints.size());
+  const Eigen::Vector3d east = up.unitOrthogonal(), north = up.cross(east);
   const std::size_t step = 1 + cloud.size() / 200'000;
-  double over = 0, under = 0, below = 0, all = 0;
   for (std::size_t i = 0; i < cloud.size(); i += step) {
     const std::size_t view = cloud.scans.empty() ? 0 : cloud.scans[i];
-    if (view >= cloud.viewpoints.size()) continue;
+    if (view >= views.size()) continue;
+    View& of_view = views[view];
     const Eigen::Vector3d ray = cloud.points[i].cast<double>() - cloud.viewpoints[view];
     const double sine = ray.dot(up) / std::max(ray.norm(), 1e-6);
-    over += sine > steep, under += sine < -steep, below += sine < -sideways, all += 1;
+    of_view.over += sine > steep, of_view.under += sine < -steep, of_view.below += sine < -sideways;
+    of_view.all += 1;
+    if (std::abs(sine) > steep) continue;
+    const double turn = std::atan2(ray.dot(north), ray.dot(east)) / (2 * std::numbers::pi) + 0.5;
+    of_view.seen |= 1U << std::min(static_cast<int>(turn * sectors), sectors - 1);
   }
-  return over > enough && under < seldom * over && below > around * all;
+  View sum;
+  for (const View& view : views) {
+    if (std::popcount(view.seen) < all_around) continue;
+    sum.over += view.over, sum.under += view.under, sum.below += view.below, sum.all += view.all;
+  }
+  return sum.over > enough && sum.under < seldom * sum.over && sum.below > around * sum.all;
 }
 
 /// Things stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -172,7 +173,7 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
 void EvidenceGrid::follow_all(const cloud::PointCloud<Map>& cloud, const std::vector<Ray>& rays,
                               const Index& low, const Index& high) {
   constexpr std::size_t kChunk = 256;  // rays
-  const auto block_index = [](int i) { return i >> 4; };
+  const auto block_index = [](int i) { return i >> std::countr_zero(unsigned{kSide}); };
   const Index first = low.unaryExpr(block_index), size = high.unaryExpr(block_index) - first + 1;
   std::vector<std::atomic<Block*>> blocks(static_cast<std::size_t>(size.prod()));
   const auto place_of = [&](const Index& cube) {

@@ -71,7 +71,8 @@ class EvidenceGrid {
   struct Ray {
     std::uint32_t point = 0, view = 0;
   };
-  /// All of them at once; there is memory for all blocks between two cubes, low and high ones.
+  /// All of them at once. `low`, `high`: cubes at the corners of the space that they pass; max_blocks allows
+  /// every block of it.
   void follow_all(const cloud::PointCloud<Map>& cloud, const std::vector<Ray>& rays, const Index& low,
                   const Index& high);
 

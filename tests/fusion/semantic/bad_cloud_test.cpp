@@ -101,7 +101,7 @@ TEST(BadCloud, OneThatIsUpsideDownIsRefused) {
 }
 
 // The user must not look for stairs that such a map cannot show.
-TEST(BadCloud, AMapOfLargeVoxelsSaysThatStairsAreNotFound) {
+TEST(BadCloud, AMapOfLargeVoxelsReportsThatStairsAreNotFound) {
   for (const double voxel : {0.05, 0.1}) {
     cloud::PointCloud<Cloud> cloud;
     std::set<std::array<int, 3>> seen;

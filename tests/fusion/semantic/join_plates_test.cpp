@@ -17,7 +17,7 @@ constexpr double kCell = 0.08;  // m
 
 /// Strips of floors over one another, with holes, walls on them, and noise; sorted by place.
 std::vector<Plate> random_plates(unsigned seed) {
-  constexpr int kSide = 60, kStrip = 7, kNextStrip = 12;  // cells
+  constexpr int kSide = 90, kStrip = 7, kNextStrip = 12;  // cells
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> fraction(0, 1);
   std::normal_distribution<float> noise(0, 0.008F);

@@ -20,11 +20,11 @@ using test::SiteKind;
 /// A scanner 1.5 m over a floor of 60 by 60 m, an upright pole of 4 cm 3 m away, a rail of 5 cm 4 m away.
 class Yard {
  public:
-  Yard() {
+  /// rad, between lines of the scanner and along them.
+  explicit Yard(double lines = 0.008, double step = 0.008) {
     cloud_.viewpoints = {{0, 0, 1.5}};
-    constexpr double kStep = 0.008;  // rad
-    for (double up = -1.2; up < 0.2; up += kStep) {
-      for (double turn = 0; turn < 2 * std::numbers::pi; turn += kStep / std::cos(up)) {
+    for (double up = -1.2; up < 0.2; up += lines) {
+      for (double turn = 0; turn < 2 * std::numbers::pi; turn += step / std::cos(up)) {
         const Eigen::Vector3d ray(std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up));
         const double floor = -1.5 / ray.z(), pole = to_pole(ray), rail = to_rail(ray);
         const double range = std::min({ray.z() < 0 ? floor : kFar, pole, rail});
@@ -93,6 +93,16 @@ TEST(StrayPoints, AreLeftOutAndThinThingsAreNot) {
     EXPECT_LT(out.thin, 0.01);
     EXPECT_LT(out.surface, 0.002) << "far points lie metres apart along the rays";
   }
+}
+
+/// Lines 2 degrees apart: a pole has some points on each.
+TEST(StrayPoints, AreNoThinThingsOfALaserWithFewLines) {
+  Yard yard(0.035, 0.0035);
+  yard.dust(60);
+  const Yard::Fractions out = yard.left_out();
+  EXPECT_GT(out.strays, 0.5);
+  EXPECT_LT(out.thin, 0.02);
+  EXPECT_LT(out.surface, 0.002);
 }
 
 TEST(StrayPoints, AreNotInCleanClouds) {
