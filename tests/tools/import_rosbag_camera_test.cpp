@@ -128,7 +128,7 @@ TEST(ImportRosbagCamera, CloudsAreRefusedWithWhatToDo) {
   for (const char* name : {"clouds.bag", "clouds.db3"}) {
     const auto refused = import_recording(test::import_options(folder / name, folder / "clouds.lcm"), {});
     ASSERT_FALSE(refused.ok());
-    for (const char* part : {"/points (sensor_msgs/PointCloud2)", "/points, /packets: clouds and packets",
+    for (const char* part : {"/points (sensor_msgs/PointCloud2)", "/packets, /points: clouds and packets",
                              "pointcloud_to_laserscan", "parhelion map register"})
       EXPECT_THAT(refused.error().message, ::testing::HasSubstr(part));
   }
@@ -180,7 +180,13 @@ TEST(ImportRosbagCamera, AFurtherLaserIsImportedByName) {
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, ::testing::HasSubstr("there is no first laser"));
   alone.topics = {{"SCAN_a b", "/back/scan"}};
-  EXPECT_FALSE(import_recording(alone, {}).ok()) << "no name of a channel";
+  const auto no_name = import_recording(alone, {});
+  ASSERT_FALSE(no_name.ok());
+  EXPECT_THAT(no_name.error().message, ::testing::HasSubstr("expected 1 to 16 letters"));
+  alone.topics = {{"SCAN", "/front/scan"}, {"SCAN_a", "/back/scan"}, {"SCAN_b", "/back/scan"}};
+  const auto twice = import_recording(alone, {});
+  ASSERT_FALSE(twice.ok());
+  EXPECT_THAT(twice.error().message, ::testing::HasSubstr("SCAN_b=/back/scan: that topic is SCAN_a already"));
 }
 
 TEST(ImportRosbagCamera, ARecordingWithoutAScanHasANote) {

@@ -218,6 +218,10 @@ Status check_channels(const ImportOptions& options, ImportFormat format) {
     // What a format never has can be left out of it.
     if (format == ImportFormat::rosbag && is_further_scan(channel)) continue;
     if (has(known, channel) || (topic == "none" && has(channels_of(ImportFormat::rosbag), channel))) continue;
+    const std::string further = std::string(channel::kScan) + "_";
+    if (format == ImportFormat::rosbag && channel.starts_with(further))
+      return Error{options.input.string() + ": --topics " + channel + "=" + topic +
+                   ": name of the laser: " + sensor_name_fault(channel.substr(further.size()))};
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
     if (format == ImportFormat::rosbag) list += ", SCAN_<name>";

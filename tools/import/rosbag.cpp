@@ -192,21 +192,21 @@ std::string list_topics(const BagSurvey& survey) {
 
 /// What to do with topics of 3D lasers, which are not imported; empty: there is none.
 std::string advice_for_clouds(const BagSurvey& survey) {
-  std::string names, packets;
+  std::string names;
+  bool packets = false;
   for (const auto& [name, topic] : survey.topics) {
     const bool cloud = topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/PointCloud";
-    if (cloud) names += (names.empty() ? "" : ", ") + name;
     // Packets as a 3D laser sends them, such as velodyne_msgs/VelodyneScan.
-    if (topic.type.ends_with("/VelodyneScan") || topic.type.find("/PacketMsg") != std::string::npos)
-      packets += (packets.empty() ? "" : ", ") + name;
+    const bool packet =
+        topic.type.ends_with("/VelodyneScan") || topic.type.find("/PacketMsg") != std::string::npos;
+    if (cloud || packet) names += (names.empty() ? "" : ", ") + name;
+    packets = packets || packet;
   }
-  if (names.empty() && packets.empty()) return {};
-  return (packets.empty()
-              ? names + ": clouds"
-              : (names.empty() ? "" : names + ", ") + packets + ": clouds and packets of 3D lasers") +
+  if (names.empty()) return {};
+  return names + (packets ? ": clouds and packets of 3D lasers" : ": clouds") +
          " are not imported. For SCAN, make a LaserScan of them in ROS (pointcloud_to_laserscan) and record "
-         "it; "
-         "for a model of the site, write them as .pcd files (pcl_ros) for `parhelion map register`";
+         "it; for a "
+         "model of the site, write them as .pcd files (pcl_ros) for `parhelion map register`";
 }
 
 /// What the server or SLAM will lack.

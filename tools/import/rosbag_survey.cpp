@@ -108,6 +108,9 @@ Status choose_further_scans(const ImportOptions& options, std::vector<std::strin
                             BagChoice& choice) {
   for (const auto& [channel, topic] : options.topics) {
     if (!is_further_scan(channel) || topic == "none") continue;
+    if (const auto taken = choice.further_scans.find(topic); taken != choice.further_scans.end())
+      return Error{options.input.string() + ": --topics " + channel + "=" + topic + ": that topic is SCAN_" +
+                   taken->second + " already; expected another topic for each channel"};
     const auto chosen = choose_topic(options, channel, candidates, kLaserScan);
     if (!chosen) return chosen.error();
     choice.further_scans[topic] = channel.substr(std::string(channel::kScan).size() + 1);
@@ -271,6 +274,15 @@ std::vector<std::string> BagSurvey::of_type(const std::string& type) const {
   return found;
 }
 
+/// For at least two scans, none of which was given as SCAN.
+std::string further_laser_hint(const ImportOptions& options, const std::vector<std::string>& scans) {
+  std::string name = "SCAN_rear", given;
+  for (int i = 2; options.topics.contains(name); ++i) name = "SCAN_" + std::to_string(i);
+  for (const auto& [channel, topic] : options.topics) given += channel + "=" + topic + ",";
+  return "\nA further laser becomes SCAN_<name>, as by --topics '" + given + "SCAN=" + scans[0] + "," + name +
+         "=" + scans[1] + "'";
+}
+
 Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& survey) {
   BagChoice choice;
   const auto set = [](const Result<std::optional<std::string>>& from,
@@ -283,13 +295,7 @@ Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& s
   if (const Status further = choose_further_scans(options, scans, choice); !further) return further.error();
   const bool several = scans.size() > 1 && options.topics.count(channel::kScan) == 0;
   const auto lasers = choose_lasers(options, scans, kLaserScan);
-  if (!lasers) {
-    const std::string both = several
-                                 ? "\nA further laser becomes SCAN_<name>, as by --topics 'SCAN=" + scans[0] +
-                                       ",SCAN_rear=" + scans[1] + "'"
-                                 : "";
-    return Error{lasers.error().message + both};
-  }
+  if (!lasers) return Error{lasers.error().message + (several ? further_laser_hint(options, scans) : "")};
   choice.scan = lasers->scan;
   choice.lines = lasers->lines;
   Status done = choose_odometry(options, survey, choice);
@@ -344,7 +350,10 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
                                   const BagChoice& choice, std::vector<std::string>& notes) {
   const std::string base = base_frame(survey, choice);
   notes.push_back("base_link is the bag's frame '" + base + "'");
-  for (const auto& topic : {choice.scan, choice.lines, choice.camera, choice.depth, choice.imu}) {
+  std::vector<std::optional<std::string>> mounted = {choice.scan, choice.lines, choice.camera, choice.depth,
+                                                     choice.imu};
+  for (const auto& [topic, name] : choice.further_scans) mounted.emplace_back(topic);
+  for (const auto& topic : mounted) {
     if (!topic) continue;
     for (std::string& note : survey.frames.contradictions(survey.topics.at(*topic).frame)) {
       if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
@@ -356,12 +365,15 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
   if (!lines) return lines.error();
   if (!choice.further_scans.empty() && !*laser)
     return Error{options.input.string() + ": --topics SCAN_" + choice.further_scans.begin()->second +
-                 ": there is no first laser; give it as SCAN"};
+                 (choice.scan
+                      ? ": SCAN=" + *choice.scan + " has no scan that can be read; give another as SCAN"
+                      : std::string(": there is no first laser; give it as SCAN"))};
   RobotDescription robot = describe_robot(options, std::move(*laser), notes);
   for (const auto& [topic, name] : choice.further_scans) {
     auto further = describe_laser(options, survey, base, topic, notes);
     if (!further) return further.error();
-    if (*further) robot.further_lasers.push_back({name, std::move(**further)});
+    if (!*further) continue;  // describe_laser() has noted why
+    robot.further_lasers.push_back({name, std::move(**further)});
     notes.push_back("SCAN_" + name + " is " + topic);
   }
   if (*lines) robot.line_laser = LineLaserDescription{std::move(**lines), {}};
