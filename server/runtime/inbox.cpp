@@ -191,7 +191,8 @@ void Inbox::forget(Queue& queue, const Arrived& leaving) {
 
 Arrived Inbox::pop(Queue& queue) {
   Arrived arrived;
-  if (!queue.stops.empty()) {
+  took_stop_ = !queue.stops.empty();
+  if (took_stop_) {
     arrived = std::move(queue.stops.front().arrived);
     queue.stops.pop_front();
   } else {
@@ -217,14 +218,18 @@ void Inbox::refuse_command(const Message& message) {
   if (request != 0 && refused_commands_.size() < kMaxRefusals) refused_commands_.push_back(request);
 }
 
-/// The queue whose turn it is, of those with inputs; nullptr: there is none.
+/// The session's for a stop, but not twice in a row while others have inputs; else the one whose turn it is,
+/// of those with inputs; nullptr: there is none.
 Inbox::Queue* Inbox::next_queue() {
+  Queue& session = queues_.back();
+  const bool stops = !session.stops.empty();
+  if (stops && !took_stop_) return &session;
   for (std::size_t i = 0; i < queues_.size(); ++i) {
     Queue& queue = queues_[turn_];
     turn_ = (turn_ + 1) % queues_.size();
-    if (!queue.stops.empty() || !queue.waiting.empty()) return &queue;
+    if (!queue.waiting.empty() && !(stops && &queue == &session)) return &queue;
   }
-  return nullptr;
+  return stops ? &session : nullptr;
 }
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {

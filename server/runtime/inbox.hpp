@@ -50,9 +50,9 @@ struct InboxLimits {
 /// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
 /// takes them. Each robot has a queue, and so has the session, with the instructors' commands; they take
 /// turns, so that a robot that sends too much delays itself, and a loop that cannot keep up with a robot's
-/// inputs still executes commands. Emergency stops of trainees' robots, and their releases, precede all else
-/// in their queue, in the order in which they came. That of an agent waits in turn, behind what makes the
-/// agent.
+/// inputs still executes commands. Emergency stops of trainees' robots, and their releases, precede all else,
+/// in the order in which they came; while many wait, each second input is another one. The stop of an agent
+/// waits in turn, behind what makes the agent.
 ///
 /// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given up to the
 /// guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it was
@@ -130,7 +130,8 @@ class Inbox {
   const std::vector<std::string> robots_;
   std::vector<Queue> queues_;  // by robot; the last is the session's
   std::optional<WallTime> first_take_;
-  std::size_t turn_ = 0;  // index of the queue that is next
+  std::size_t turn_ = 0;    // index of the queue that is next
+  bool took_stop_ = false;  // the last input was one
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::vector<std::uint64_t> refused_commands_;
   std::set<std::int64_t> foreign_;

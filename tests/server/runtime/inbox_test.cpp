@@ -174,6 +174,16 @@ TEST_F(InboxTest, InboxTakesEmergencyStopsFirstAndInOrder) {
   EXPECT_LT(last, 10U) << "at most one input of the robot between two";
 }
 
+/// Whose turn it is, and however many stops came before.
+TEST_F(InboxTest, InboxTakesAStopBeforeTheInputsOfRobotsButNotOnlyStops) {
+  Inbox inbox(*server_, channels_, {{&guard_}});
+  for (int i = 0; i < 4; ++i) send("TELEOP");
+  for (int i = 0; i < 3; ++i) send_stop("", true);
+  std::vector<bool> stops;
+  for (const Arrived& taken : take_all(inbox)) stops.push_back(taken.message.channel != "TELEOP");
+  EXPECT_EQ(stops, (std::vector<bool>{true, false, true, false, true, false, false}));
+}
+
 /// It would be refused before the command that makes the agent, which then drove.
 TEST_F(InboxTest, InboxTakesTheStopOfAnAgentBehindTheCommandThatMakesIt) {
   Inbox inbox(*server_, channels_, {{&guard_}}, {}, nullptr, nullptr, {"rover"});
