@@ -86,6 +86,24 @@ TEST(BadCloud, OneWhoseScannersSawWhatIsOverheadIsNotUpsideDown) {
   EXPECT_FALSE(build_model(cloud).ok()) << "else the room is no test of the rule";
 }
 
+/// Views that look down and not up, with a gap of 80 degrees: turned over, they seem to see what is overhead.
+TEST(BadCloud, OneOfViewsThatDoNotSeeAllAroundIsRefusedUpsideDown) {
+  cloud::PointCloud<Cloud> turned;
+  turned.viewpoints = placed_room().viewpoints;
+  for (const Eigen::Vector3f& p : room_of_boards(0.75)) {
+    const std::size_t view = turned.size() % 3;
+    const Eigen::Vector3f ray = p - turned.viewpoints[view].cast<float>();
+    if (ray.z() > 0.85F * ray.norm() || ray.x() < -0.77F * ray.head<2>().norm()) continue;
+    turned.points.push_back(p);
+    turned.scans.push_back(static_cast<std::uint16_t>(view));
+  }
+  for (Eigen::Vector3f& p : turned.points) p = {p.x(), -p.y(), -p.z()};
+  for (Eigen::Vector3d& p : turned.viewpoints) p = {p.x(), -p.y(), -p.z()};
+  const auto built = build_model(turned);
+  ASSERT_FALSE(built.ok());
+  EXPECT_THAT(built.error().message, HasSubstr("upside down"));
+}
+
 TEST(BadCloud, OneThatIsUpsideDownIsRefused) {
   const cloud::PointCloud<Cloud> cloud = seen_by_tripods(room_of_boards(0.75));
   EXPECT_TRUE(build_model(cloud).ok());
