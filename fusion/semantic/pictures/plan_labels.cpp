@@ -34,7 +34,8 @@ double PlanLabels::cost(const Eigen::AlignedBox2d& box) const {
       std::count_if(drawn_.begin(), drawn_.end(), [&](const auto& p) { return box.contains(p); }));
 }
 
-bool PlanLabels::beside(const ModelEntity& entity, const std::string& words, double size, Colour colour) {
+bool PlanLabels::beside(const ModelEntity& entity, const std::string& words, double size, Colour colour,
+                        double max_below) {
   const double width = canvas_.text_width(words, size);
   const Eigen::Vector2d half(width / 2 + 2, size / 2 + 2);
   double best = std::numeric_limits<double>::infinity();
@@ -62,7 +63,7 @@ bool PlanLabels::beside(const ModelEntity& entity, const std::string& words, dou
       }
     }
   }
-  if (!std::isfinite(best) || best > 12) return false;
+  if (!std::isfinite(best) || best > max_below) return false;
   label_boxes_.push_back(place);
   canvas_.text({place.min().x() + 2, place.center().y() + size / 2}, words, size, colour, true);
   return true;

@@ -16,9 +16,10 @@ class PlanLabels {
 
   /// Later labels avoid this outline where possible.
   void keep_clear(const Outline& outline);
-  /// Writes beside the middle of a long side, else near its ends; false where every position is taken:
-  /// nothing is written.
-  bool beside(const ModelEntity& entity, const std::string& words, double size, Colour colour);
+  /// Writes beside the middle of a long side, else near its ends; false where every position is taken, or
+  /// has more than `max_below` of the points to avoid: nothing is written.
+  bool beside(const ModelEntity& entity, const std::string& words, double size, Colour colour,
+              double max_below = 12);
 
  private:
   double cost(const Eigen::AlignedBox2d& box) const;

@@ -68,14 +68,24 @@ void hatch(PlanCanvas& canvas, const Outline& convex, Colour colour, double spac
 
 void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& labels, PlanLegend& legend) {
   if (remarks.objects.empty()) return;
-  for (const ModelObject& object : remarks.objects)
-    canvas.line(outline_of(box_of(object)), kObjectColour, 1.2, true);
+  constexpr double max_below = 3;
+  std::vector<const ModelObject*> named;
   for (const ModelObject& object : remarks.objects) {
+    const Outline outline = outline_of(box_of(object));
+    canvas.line(outline, kObjectColour, 1.2, true);
+    labels.keep_clear(outline);
     const double pixels = object.size.x() * canvas.pixels_per_metre();
-    if (object.kind != ObjectKind::object || pixels > 40)
-      labels.beside(box_of(object), label_of(object), 10, kObjectColour);
+    if (object.kind != ObjectKind::object || pixels > 40) named.push_back(&object);
   }
-  legend.add({"object", kObjectColour, LegendEntry::Mark::line});
+  const auto area = [](const ModelObject* o) { return o->size.x() * o->size.y(); };
+  std::stable_sort(named.begin(), named.end(),
+                   [&](const auto* a, const auto* b) { return area(a) > area(b); });
+  std::size_t written = 0;
+  for (const ModelObject* object : named)
+    written += labels.beside(box_of(*object), label_of(*object), 10, kObjectColour, max_below);
+  const std::size_t without = remarks.objects.size() - written;
+  legend.add({without == 0 ? "object" : "object (" + std::to_string(without) + " not named)", kObjectColour,
+              LegendEntry::Mark::line});
 }
 
 void paint_doubts(const SemanticModel& model, const ModelRemarks& remarks, PlanCanvas& canvas,

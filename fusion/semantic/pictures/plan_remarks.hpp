@@ -13,7 +13,8 @@ namespace parhelion::semantic {
 /// Lines at 45 degrees over a convex part of the map frame, `spacing` pixels apart.
 void hatch(PlanCanvas& canvas, const Outline& convex, Colour colour, double spacing);
 
-/// The boxes of objects that reach below a person's head, with their names.
+/// The boxes of objects that reach below a person's head, with their names: the larger first, as far as there
+/// is room. The legend counts those without a name.
 void paint_objects(const ModelRemarks& remarks, PlanCanvas& canvas, PlanLabels& labels, PlanLegend& legend);
 
 /// Doubtful parts, hatched.
