@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 
 #include "fusion/semantic/objects/split_groups.hpp"
@@ -25,6 +26,38 @@ void sort_unique(std::vector<Column>& columns) {
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
 }
+
+/// Numbered boxes by the cells of the plan that they reach into.
+class BoxesInPlan {
+ public:
+  void add(std::size_t number, const Eigen::AlignedBox3d& box) {
+    for_each_cell(box, [&](std::uint64_t cell) { cells_[cell].push_back(number); });
+  }
+  /// All whose boxes meet this one in the plan, and some that are near; ascending.
+  std::vector<std::size_t> near(const Eigen::AlignedBox3d& box) const {
+    std::vector<std::size_t> numbers;
+    for_each_cell(box, [&](std::uint64_t cell) {
+      if (const auto found = cells_.find(cell); found != cells_.end())
+        numbers.insert(numbers.end(), found->second.begin(), found->second.end());
+    });
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    return numbers;
+  }
+
+ private:
+  template <class Visit>
+  static void for_each_cell(const Eigen::AlignedBox3d& box, Visit&& visit) {
+    constexpr double kSide = 1;  // m
+    const Eigen::Array2i first = (box.min().head<2>().array() / kSide).floor().cast<int>();
+    const Eigen::Array2i last = (box.max().head<2>().array() / kSide).floor().cast<int>();
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x)
+        visit(std::uint64_t{static_cast<std::uint32_t>(y)} << 32 | static_cast<std::uint32_t>(x));
+    }
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> cells_;
+};
 
 class Grouping {
  public:
@@ -129,15 +162,16 @@ class Grouping {
   /// A few cubes beside something larger are a part of it; under a table they are its legs' rest.
   void join_fragments(std::size_t tables) {
     const std::vector<Eigen::AlignedBox3d> box = boxes();
-    std::vector<std::size_t> large;  // what is joined to them does not change which they are
+    BoxesInPlan large;  // what is joined to them does not change which they are
     for (std::size_t o = 0; o < groups_.size(); ++o) {
-      if (groups_[o].cubes.size() >= 2 * kSmall) large.push_back(o);
+      if (groups_[o].cubes.size() >= 2 * kSmall) large.add(o, box[o]);
     }
     for (std::size_t g = tables; g < groups_.size(); ++g) {
       if (groups_[g].cubes.size() >= kSmall) continue;
       std::size_t best = groups_.size();
       double nearest = kNear;
-      for (const std::size_t o : large) {
+      const Eigen::AlignedBox3d about(box[g].min().array() - kNear, box[g].max().array() + kNear);
+      for (const std::size_t o : large.near(about)) {
         const double apart = box[o].exteriorDistance(box[g]);
         if (o < tables && box[g].min().z() > box[o].max().z() - kRim) continue;
         if (apart < nearest) nearest = apart, best = o;
@@ -174,27 +208,31 @@ class Grouping {
   void join_stacks(std::size_t tables) {
     std::vector<Eigen::AlignedBox3d> box = boxes();
     std::vector<std::vector<Column>> columns(groups_.size());
+    BoxesInPlan standing;
+    for (std::size_t g = tables; g < groups_.size(); ++g) {
+      if (!groups_[g].cubes.empty()) standing.add(g, box[g]);
+    }
     for (std::size_t g = tables; g < groups_.size(); ++g) {
       if (groups_[g].cubes.empty()) continue;
-      for (std::size_t o = tables; o < groups_.size(); ++o) {
+      for (const std::size_t o : standing.near(box[g])) {
         if (o == g || groups_[o].cubes.size() < groups_[g].cubes.size() || groups_[o].cubes.empty()) continue;
         const double gap = std::max(box[g].min().z() - box[o].max().z(), box[o].min().z() - box[g].max().z());
         const Eigen::AlignedBox3d all = box[g].merged(box[o]);
-        if (gap > kStacked || all.sizes().z() > kTallest || !box[g].intersects(columns_box(box[o]))) continue;
+        if (gap > kStacked || all.sizes().z() > kTallest || !meet_in_plan(box[g], box[o])) continue;
         if (columns[o].empty()) columns[o] = columns_of(groups_[o]);
         if (fraction_about(columns[o], groups_[g]) < kOver) continue;
         merge(g, o);
         box[o] = all;
+        standing.add(o, all);
         columns[o].clear();
         break;
       }
     }
   }
 
-  static Eigen::AlignedBox3d columns_box(Eigen::AlignedBox3d box) {
-    constexpr double kFar = 1e3;  // m
-    return box.extend(box.min() - Eigen::Vector3d(0, 0, kFar))
-        .extend(box.max() + Eigen::Vector3d(0, 0, kFar));
+  static bool meet_in_plan(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+    return (a.min().head<2>().array() <= b.max().head<2>().array()).all() &&
+           (b.min().head<2>().array() <= a.max().head<2>().array()).all();
   }
 
   const ObjectGrid& grid_;
