@@ -37,7 +37,8 @@ struct SlamOptions {
   std::uint64_t seed = 1;
   std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
   double resolution = 0.05;              ///< m, of a map being built, or made from a .simplemap
-  /// Unsure while the laser may be mounted backward or upside down; false for who looks for its mounting.
+  /// Unsure while the laser may be mounted backward or upside down, and its beams in the order that scans
+  /// show; false for who calibrates.
   bool doubt_mounting = true;
   std::function<void(double)> progress;  ///< 0..1, called while finish() closes loops
   /// Of recordings, for Parhelion's engine: the base's motion during the sweep of the scan with that stamp,

@@ -10,6 +10,7 @@
 #include "fusion/pose/search/localizer_search.hpp"
 #include "fusion/pose/search/wide_search.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/tracking/beam_correction.hpp"
 #include "fusion/pose/tracking/pose_doubt.hpp"
 #include "fusion/pose/tracking/scan_tracking.hpp"
 #include "fusion/pose/tracking/slip_check.hpp"
@@ -69,6 +70,7 @@ class Localizer final : public Slam {
         map_(std::move(map)),
         odometry_(robot.odometry),
         attitude_(robot.imu),
+        beam_correction_(*robot.laser, options.doubt_mounting),
         tracking_(robot, {kMaxLeap, kMinOdometryError}),
         belief_(robot.odometry_error_translation) {
     match_.range_sigma = map_->sigma;
@@ -85,6 +87,7 @@ class Localizer final : public Slam {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan, *robot_.laser, attitude);
     if (!step) return std::nullopt;
+    beam_correction_.learn(scan, *step, tracking_, *robot_.laser);
     const SweepMotion motion = sweep_motion(options_, tracking_, scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     now_ = scan.stamp;
@@ -108,7 +111,9 @@ class Localizer final : public Slam {
   }
 
   std::vector<PoseEstimate> finish() override { return {}; }
-  std::vector<OdometryFinding> odometry_findings() const override { return tracking_.findings(); }
+  std::vector<OdometryFinding> odometry_findings() const override {
+    return beam_correction_.among(tracking_.findings());
+  }
   GridMap grid_map() const override { return map_->grid; }
   Status save_simplemap(const std::string& path) const override {
     return Error{path + ": localization does not build a map; omit --map to build one"};
@@ -349,6 +354,7 @@ class Localizer final : public Slam {
   MatchOptions match_;
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
+  BeamCorrection beam_correction_;
   ScanTracking tracking_;
   OdometryBelief belief_;
   PoseDoubt doubt_;

@@ -6,6 +6,7 @@
 #include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/slam.hpp"
+#include "fusion/pose/tracking/beam_correction.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -17,6 +18,7 @@ class Mapper final : public Slam {
         options_(options),
         odometry_(robot.odometry),
         attitude_(robot.imu),
+        beam_correction_(*robot.laser, options.doubt_mounting),
         front_end_(robot, {.doubt_mounting = options.doubt_mounting}) {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
@@ -28,6 +30,7 @@ class Mapper final : public Slam {
     const auto attitude = attitude_.at(scan.stamp);
     const auto step = odometry_.step_to(scan, *robot_.laser, attitude);
     if (!step) return std::nullopt;
+    beam_correction_.learn(scan, *step, front_end_.tracking(), *robot_.laser);
     const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
@@ -61,7 +64,9 @@ class Mapper final : public Slam {
     return trajectory;
   }
 
-  std::vector<OdometryFinding> odometry_findings() const override { return front_end_.tracking().findings(); }
+  std::vector<OdometryFinding> odometry_findings() const override {
+    return beam_correction_.among(front_end_.tracking().findings());
+  }
 
   GridMap grid_map() const override {
     if (!grid_) grid_ = grid_of(mapped_scans(), options_.resolution);
@@ -97,7 +102,7 @@ class Mapper final : public Slam {
     LoopClosingOptions options;
     options.odometry_scale = front_end_.scale().scale();
     // A fault changes the scale on the way.
-    options.odometry_weight = odometry_findings().empty() ? front_end_.scale().weight() : 0;
+    options.odometry_weight = front_end_.tracking().findings().empty() ? front_end_.scale().weight() : 0;
     final_ = closed_loops(front_end_.keyframes(), options, options_.progress);
     grid_.reset();
     finished_ = true;
@@ -130,6 +135,7 @@ class Mapper final : public Slam {
   SlamOptions options_;
   ScanOdometry odometry_;
   AttitudeTrack attitude_;
+  BeamCorrection beam_correction_;
   SlamFrontEnd front_end_;
   LiveLoops loops_;
   KeyframeSearch search_;

@@ -100,6 +100,8 @@ const char* to_string(OdometryFault fault) {
       return "silent";
     case OdometryFault::laser_frozen:
       return "laser_frozen";
+    case OdometryFault::beams_reversed:
+      return "beams_reversed";
     case OdometryFault::inconsistent:
       return "inconsistent";
   }
@@ -140,6 +142,12 @@ const char* advice(OdometryFault fault) {
       return "no odometry arrives: check its process and the bus";
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
+    case OdometryFault::beams_reversed:
+      return "the laser measures the beams of a message in the reverse of the described order; scans are "
+             "placed so "
+             "from here on: change the sign of beam_interval in the robot's description, as parhelion "
+             "calibrate "
+             "does, and make the map again";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }
