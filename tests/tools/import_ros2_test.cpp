@@ -279,6 +279,7 @@ TEST(ImportRos2, ATurtleBot4IsImportedWithItsTurnedLaser) {
   const RobotDescription robot = ImportedLog(folder / "out.lcm").robot();
   EXPECT_NEAR(robot.laser->T_base_laser.yaw(), M_PI / 2, 1e-3);
   EXPECT_NEAR(robot.laser->T_base_laser.translation().z(), 0.139, 0.001);
+  EXPECT_LT(robot.laser->beam_interval, 0) << "its driver reverses the beams";
 }
 
 TEST(ImportRos2, ANeatoWithMessagesThatNobodyKnowsIsImported) {

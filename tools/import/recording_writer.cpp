@@ -9,6 +9,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/quantile.hpp"
+#include "tools/import/recorded_beams.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -40,6 +41,7 @@ struct RecordingWriter::State {
   std::filesystem::path partial;
   std::string place_prefix;
   std::optional<LogWriter> log;
+  std::optional<RecordedBeams> beams;
   ArrivalOrder order;
   std::vector<Trail> trails;
   std::vector<std::uint8_t> bytes;
@@ -63,6 +65,7 @@ struct RecordingWriter::State {
 
   ArrivalTime next_arrival(ArrivalTime wanted, Place place);
   void judge(Trail& trail) const;
+  Status describe_again(const RobotDescription& robot);
 };
 
 ArrivalTime RecordingWriter::State::next_arrival(ArrivalTime wanted, Place place) {
@@ -101,6 +104,36 @@ void RecordingWriter::State::judge(Trail& trail) const {
   }
 }
 
+/// Copies the log, with another description in its first event.
+Status RecordingWriter::State::describe_again(const RobotDescription& robot) {
+  const std::string copy = partial.string() + "2";
+  const auto written = [&]() -> Status {
+    auto reader = LogReader::open(partial.string());
+    if (!reader) return reader.error();
+    auto writer = LogWriter::create(copy, true);
+    if (!writer) return writer.error();
+    for (;;) {
+      auto event = reader->next();
+      if (!event) return event.error();
+      if (!event->has_value()) return writer->sync();
+      Message& message = **event;
+      if (message.channel == channel::kRobot) {
+        RobotMessage description;
+        if (Status read = decode(message.channel, message.payload, description); !read) return read;
+        description.yaml = to_yaml(robot);
+        encode(description, message.payload);
+      }
+      if (Status put = writer->write(message.channel, message.arrival, message.payload); !put) return put;
+    }
+  }();
+  std::error_code failed;
+  if (written) std::filesystem::rename(copy, partial, failed);
+  if (!failed && written) return {};
+  std::error_code ignored;
+  std::filesystem::remove(copy, ignored);
+  return written ? Status(Error{copy + ": cannot be renamed: " + failed.message()}) : written;
+}
+
 RecordingWriter::RecordingWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
@@ -133,6 +166,7 @@ Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, st
 }
 
 Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first) {
+  state_->beams.emplace(robot);
   encode(RobotMessage{first, to_yaml(robot)}, state_->bytes);
   // One microsecond early, so that the first event's arrival is its own stamp.
   const ArrivalTime arrival = ArrivalTime::from_utime(first.utime() - 1);
@@ -154,7 +188,13 @@ Status RecordingWriter::put(std::string_view channel, const T& item, Place place
   Trail& trail = state_->trail(channel);
   ++trail.report.kept;
   trail.stamps.emplace_back(item.stamp, place);
-  if constexpr (std::is_same_v<T, Scan>) ++trail.report.beams[item.ranges.size()];
+  if constexpr (std::is_same_v<T, Scan>) {
+    ++trail.report.beams[item.ranges.size()];
+    if (state_->beams) state_->beams->add(channel, item);
+  }
+  if constexpr (std::is_same_v<T, Odometry>) {
+    if (state_->beams) state_->beams->add(item);
+  }
   return {};
 }
 
@@ -197,6 +237,9 @@ Result<ImportReport> RecordingWriter::finish() {
     return Error{state_->report.input + ": nothing in it could be imported" + why};
   }
   if (const Status synced = state_->log->sync(); !synced) return synced.error();
+  if (const auto robot = state_->beams ? state_->beams->corrected(state_->report.notes) : std::nullopt) {
+    if (const Status described = state_->describe_again(*robot); !described) return described.error();
+  }
   std::error_code failed;
   std::filesystem::rename(state_->partial, state_->report.output, failed);
   if (failed)

@@ -1,0 +1,48 @@
+#include "tools/import/recorded_beams.hpp"
+
+#include <cstddef>
+
+#include "protocols/channels.hpp"
+
+namespace parhelion::tools {
+
+using pose::BeamOrder;
+
+RecordedBeams::RecordedBeams(const RobotDescription& robot) : robot_(robot) {
+  if (!robot.laser) return;
+  lasers_.push_back({channel::kScan, pose::ScanOdometry(), BeamOrder(*robot.laser)});
+  for (const auto& [name, laser] : robot.further_lasers)
+    lasers_.push_back({std::string(channel::kScan) + "_" + name, pose::ScanOdometry(), BeamOrder(laser)});
+}
+
+void RecordedBeams::add(const Odometry& odometry) {
+  for (Laser& laser : lasers_) {
+    if (laser.order.verdict() == BeamOrder::Verdict::unknown) laser.odometry.add(odometry);
+  }
+}
+
+void RecordedBeams::add(std::string_view channel, const Scan& scan) {
+  for (std::size_t i = 0; i < lasers_.size(); ++i) {
+    Laser& laser = lasers_[i];
+    if (laser.channel != channel || laser.order.verdict() != BeamOrder::Verdict::unknown) continue;
+    const auto step = laser.odometry.step_to(scan, robot_.laser_at(i));
+    laser.order.add(scan, step && step->known ? std::optional(step->step) : std::nullopt);
+  }
+}
+
+std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string>& notes) const {
+  std::optional<RobotDescription> result;
+  for (std::size_t i = 0; i < lasers_.size(); ++i) {
+    if (lasers_[i].order.verdict() != BeamOrder::Verdict::reversed) continue;
+    if (!result) result = robot_;
+    LaserDescription& laser = i == 0 ? *result->laser : result->further_lasers[i - 1].laser;
+    laser.beam_interval = -laser.beam_interval;
+    notes.push_back(lasers_[i].channel + ": the last beam of a message is measured first, as " +
+                    std::to_string(lasers_[i].order.comparisons()) +
+                    " scans of turns show; the source says the opposite: beam_interval is " +
+                    (laser.beam_interval < 0 ? "negative" : "positive"));
+  }
+  return result;
+}
+
+}  // namespace parhelion::tools
