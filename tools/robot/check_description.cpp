@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fusion/pose/matching/beam_order.hpp"
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/length_text.hpp"
@@ -46,6 +47,7 @@ class Checker {
     if (robot_.laser && log_.laser) {
       check_form(*robot_.laser, *log_.laser);
       check_times(*robot_.laser, *log_.laser);
+      check_beam_order(*robot_.laser, *log_.laser);
       check_ranges(*robot_.laser, *log_.laser);
       check_self(*robot_.laser, *log_.laser);
       check_turn(*robot_.laser, *log_.laser);
@@ -153,6 +155,15 @@ class Checker {
     if (sweep > (1 + kPeriodError) * seen.period)
       contradicts("laser beam_interval: a scan would take " + number(sweep) + " s, but one comes every " +
                   number(seen.period) + " s");
+  }
+
+  void check_beam_order(const LaserDescription& laser, const LaserSurvey& seen) {
+    const pose::BeamOrder order = pose::beam_order_of(seen.scans, laser);
+    if (order.verdict() == pose::BeamOrder::Verdict::reversed)
+      contradicts("laser beam_interval: " + number(laser.beam_interval) +
+                  " s, but the beams of a message are measured in the other order, as " +
+                  std::to_string(order.comparisons()) + " scans of turns show; change its sign");
+    if (order.verdict() == pose::BeamOrder::Verdict::as_described) agrees("laser beam_interval, by its sign");
   }
 
   void check_ranges(const LaserDescription& laser, const LaserSurvey& seen) {

@@ -8,6 +8,7 @@
 #include <set>
 #include <type_traits>
 
+#include "fusion/pose/matching/beam_order.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
@@ -287,6 +288,8 @@ LaserDescription laser_seen(const LaserSurvey& survey) {
   laser.beams = static_cast<int>(survey.beams);
   laser.angle_min = survey.angle_min;
   laser.angle_increment = survey.angle_increment;
+  if (pose::beam_order_of(survey.scans, laser).verdict() == pose::BeamOrder::Verdict::reversed)
+    laser.beam_interval = -laser.beam_interval;
   return laser;
 }
 

@@ -62,7 +62,8 @@ struct LogSurvey {
 Result<LogSurvey> survey_log(const std::string& path);
 
 /// What the ranges say about the sensor's convention; poses and times keep their defaults but for the period,
-/// and the interval of beams, which is that of a mirror or head that turns once a scan.
+/// and the interval of beams, which is that of a mirror or head that turns once a scan; negative where turns
+/// show that the last beam is measured first.
 LaserDescription laser_seen(const LaserSurvey& survey);
 
 /// +1: scans turn as odometry does while the robot turns; -1: the other way, as when beams are in reverse

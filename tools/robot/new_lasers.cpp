@@ -233,7 +233,9 @@ class LaserWriter {
     }
     line("scan_period: " + formatted("%.4g s", laser.scan_period), "[log] median of the stamps");
     line("beam_interval: " + formatted("%.4g s", laser.beam_interval),
-         "[log] [guess] of a mirror that turns once a scan; calibrate can find its sign");
+         laser.beam_interval < 0
+             ? "[log] [guess] of a mirror that turns once a scan; turns show that the last beam is the first"
+             : "[log] [guess] of a mirror that turns once a scan; calibrate can find its sign");
     line("beams: " + std::to_string(laser.beams), "[log]");
     line("angle_min: " + degrees_text(laser.angle_min), "[log]");
     line("angle_increment: " + degrees_text(laser.angle_increment), "[log]");
