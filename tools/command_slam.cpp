@@ -78,6 +78,8 @@ Exit over_log(const Arguments& arguments) {
     std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
   for (const pose::OdometryFinding& finding : report->odometry_findings)
     std::fprintf(stderr, "parhelion slam: %s\n", dated(finding, report->first_scan).c_str());
+  if (const std::string note = offset_note(report->odometry_offset); !note.empty())
+    std::fprintf(stderr, "parhelion slam: note: %s\n", note.c_str());
   std::printf("%s\n", report->summary.c_str());
   if (options.map.empty() && !options.save_map.empty()) print_map_files(options.save_map);
   if (!arguments.summary.empty()) {

@@ -68,6 +68,10 @@ class Mapper final : public Slam {
     return beam_correction_.among(front_end_.tracking().findings());
   }
 
+  std::optional<ClockOffset> odometry_offset() const override {
+    return ClockOffset{front_end_.scale().time_offset(), front_end_.scale().time_offset_sigma()};
+  }
+
   GridMap grid_map() const override {
     if (!grid_) grid_ = grid_of(mapped_scans(), options_.resolution);
     return *grid_;

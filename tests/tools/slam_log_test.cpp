@@ -280,5 +280,15 @@ TEST(SlamLog, LocalizesTheDebianRecordingAtTheMappedPoses) {
   }
 }
 
+TEST(SlamReport, SaysAnOffsetOfOdometrysClockOnlyWhereItMatters) {
+  EXPECT_EQ(
+      offset_note(pose::ClockOffset{0.16, 0.005}),
+      "stamps of odometry are 0.16 s early against those of the scans; parhelion calibrate corrects it");
+  EXPECT_NE(offset_note(pose::ClockOffset{-0.1, 0.01}).find("0.10 s late"), std::string::npos);
+  EXPECT_EQ(offset_note(pose::ClockOffset{0.03, 0.001}), "");
+  EXPECT_EQ(offset_note(pose::ClockOffset{0.16, 0.09}), "");
+  EXPECT_EQ(offset_note(std::nullopt), "");
+}
+
 }  // namespace
 }  // namespace parhelion::tools

@@ -39,6 +39,7 @@ class LogSlam {
     }
     count(outputs_, report_);
     report_.odometry_findings = slam_->odometry_findings();
+    report_.odometry_offset = slam_->odometry_offset();
     if (!options_.output.empty()) {
       const SlamTrajectory trajectory{outputs_, robot_, mapping_, report_.causal, report_.map_id};
       const auto replaced = write_slam_log(options_, trajectory);

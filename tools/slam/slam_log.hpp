@@ -57,6 +57,7 @@ struct SlamLogReport {
   bool causal = true;
   std::vector<std::string> findings;  ///< the first twenty
   SensorTime first_scan;              ///< its stamp
+  std::optional<pose::ClockOffset> odometry_offset;
   std::vector<pose::OdometryFinding> odometry_findings;
 };
 
@@ -82,6 +83,10 @@ Status check_raw_channel(const std::string& channel);
 
 /// One line: from when to when, seconds after `first_scan`, and what.
 std::string dated(const pose::OdometryFinding& finding, SensorTime first_scan);
+
+/// What to say of odometry's clock; empty: nothing that matters. Below 80 ms, and below five sigmas, it
+/// costs a map less than other errors do.
+std::string offset_note(const std::optional<pose::ClockOffset>& offset);
 
 /// The summary as JSON (`--summary`).
 std::string to_json(const SlamLogReport& report);

@@ -1,5 +1,7 @@
 #include "tools/slam/slam_report.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -58,6 +60,17 @@ std::string dated(const pose::OdometryFinding& finding, SensorTime first_scan) {
   return span + finding.text;
 }
 
+std::string offset_note(const std::optional<pose::ClockOffset>& offset) {
+  constexpr double kMatters = 0.08, kSure = 5;  // s, sigmas
+  if (!offset || std::abs(offset->seconds) < std::max(kMatters, kSure * offset->sigma)) return "";
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "stamps of odometry are %.2f s %s against those of the scans; parhelion calibrate corrects it",
+      std::abs(offset->seconds), offset->seconds > 0 ? "early" : "late");
+  return text;
+}
+
 nlohmann::ordered_json faults_json(std::span<const pose::OdometryFinding> findings, SensorTime first_scan) {
   auto faults = nlohmann::ordered_json::array();
   for (const pose::OdometryFinding& finding : findings) {
@@ -90,6 +103,9 @@ std::string to_json(const SlamLogReport& report) {
   json["seconds"] = report.seconds;
   json["log_seconds"] = report.log_seconds;
   json["findings"] = report.findings;
+  if (report.odometry_offset)
+    json["odometry_offset_s"] = {{"value", report.odometry_offset->seconds},
+                                 {"sigma", report.odometry_offset->sigma}};
   json["odometry_faults"] = faults_json(report.odometry_findings, report.first_scan);
   return json.dump(2) + "\n";
 }

@@ -28,6 +28,9 @@ class OdometryScale {
   /// 1 sigma, as a fraction, of a way that scans do not show, as it is tracked: with what matches add to it;
   /// at most what the description states.
   double tracked_sigma() const;
+  /// s, to add to odometry's stamps, and 1 sigma of it; not applied.
+  double time_offset() const { return calibration_.estimate().time_offset; }
+  double time_offset_sigma() const { return calibration_.sigma()[0]; }
   /// Of the way by odometry, 0 to 1, in the mean of that and the tracked one, by the variances of both.
   double weight() const;
   /// The step with the scale applied.

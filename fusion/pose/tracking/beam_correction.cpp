@@ -13,7 +13,7 @@ void BeamCorrection::learn(const Scan& scan, const ScanOdometry::Step& step, con
     return;
   laser.beam_interval = -laser.beam_interval;
   before_ = tracking.findings().size();
-  finding_ = OdometryFinding{OdometryFault::beams_reversed, scan.stamp, scan.stamp,
+  finding_ = OdometryFinding{OdometryFault::beams_reversed, scan.stamp, std::nullopt,
                              advice(OdometryFault::beams_reversed) + std::string(" (") +
                                  std::to_string(order_.comparisons()) + " scans of turns compared)"};
 }
