@@ -252,11 +252,13 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   leave_out_far(extent, cloud, built);
   begin("level", 0);
   std::optional<SpreadCloud> spread = clean_and_spread(cloud, options, built);
-  bool upside_down = false;
-  const auto T_map_cloud =
-      level(spread ? spread->cloud : cloud, options.up.value_or(Eigen::Vector3d::UnitZ()),
-            options.up.has_value(), &upside_down);
-  if (!T_map_cloud) return Error{T_map_cloud.error().message + (upside_down ? options.up_advice : "")};
+  UpDoubt up;
+  const auto T_map_cloud = level(spread ? spread->cloud : cloud,
+                                 options.up.value_or(Eigen::Vector3d::UnitZ()), options.up.has_value(), &up);
+  if (!T_map_cloud) return Error{T_map_cloud.error().message + (up.refused ? options.up_advice : "")};
+  built.up_doubtful = !up.note.empty();
+  if (built.up_doubtful)
+    built.notes.push_back(up.note + ": look at the model, and give the up direction" + options.up_advice);
   built.model.T_map_cloud = *T_map_cloud;
   built.cloud = placed(std::move(cloud), *T_map_cloud);
   begin("segment", 1);

@@ -188,7 +188,7 @@ Eigen::Vector3d pivot_of(const std::vector<PlanePatch>& patches, const Eigen::Ve
 }  // namespace
 
 Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up_hint,
-                                    bool trust_hint, bool* upside_down) {
+                                    bool trust_hint, UpDoubt* doubt) {
   if (cloud.empty()) return Error{"levelling: the cloud is empty; expected the points of a scan"};
   if (!(std::abs(up_hint.norm() - 1) < 1e-3))
     return Error{"levelling: the up direction has length " + std::to_string(up_hint.norm()) + "; expected 1"};
@@ -204,7 +204,10 @@ Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const
   const Eigen::Vector3d up = up_of(patches, faced);
   if (!trust_hint) {
     const std::string why = why_upside_down(cloud, patches, up);
-    if (upside_down != nullptr) *upside_down = !why.empty();
+    if (doubt != nullptr) {
+      doubt->refused = !why.empty();
+      doubt->note = why.empty() ? doubt_of_up(cloud, patches, up) : "";
+    }
     if (!why.empty()) return Error{"levelling: " + why};
   }
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());

@@ -57,6 +57,7 @@ void find_doubts(const BuiltModel& built, std::vector<ModelDoubt>& doubts) {
 
 ModelQuality quality_of(const BuiltModel& built) {
   ModelQuality quality;
+  quality.up_doubtful = built.up_doubtful;
   double seen = 0, floor = 0, covered = 0, unknown = 0;
   for (const ModelEntity& e : built.model.entities) {
     if (e.deleted) continue;
@@ -79,9 +80,10 @@ ModelQuality quality_of(const BuiltModel& built) {
 
 std::string quality_line(const ModelQuality& quality) {
   constexpr std::size_t kNamed = 3;
-  std::string line = quality.walls > 0 ? "walls: " + length_text(quality.walls) + ", " +
-                                             percent(quality.wall_support) + " measured"
-                                       : "no walls";
+  std::string line = quality.up_doubtful ? "its up direction is doubtful; " : "";
+  line += quality.walls > 0
+              ? "walls: " + length_text(quality.walls) + ", " + percent(quality.wall_support) + " measured"
+              : "no walls";
   line += "; floors: " + percent(quality.floor_cover) + " measured; " + percent(quality.unknown) +
           " of the points unknown; ";
   const std::size_t n = quality.doubts.size();

@@ -4,13 +4,17 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <optional>
 #include <sstream>
-#include <utility>
+
+#include "fusion/semantic/standing_things.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
+
+constexpr double kClearly = 1.5;  // octaves, of standing_evidence: three times
 
 /// Ratio of hanging to standing points above which a cloud counts as upside down. Scanners usually stand low,
 /// so viewpoints in the upper half of the room lower the ratio.
@@ -23,82 +27,111 @@ double needed_fraction(const std::vector<Eigen::Vector3d>& viewpoints, const Eig
   return height < 0.45 ? 2 : height > 0.55 ? 1.2 : 1.5;
 }
 
-/// m along up: the lowest and the highest wide layer of a cloud.
-struct RoomHeights {
-  double low = 0, high = 0;
-};
-
-/// Whether each patch is part of a level surface that is longer than furniture: a lowered ceiling, a landing.
-std::vector<bool> in_long_surfaces(const std::vector<PlanePatch>& patches, const Eigen::Vector3d& up,
-                                   const RoomHeights& room) {
-  constexpr double kLong = 4, kMargin = 0.15, kStep = 0.1;  // m
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
-  std::map<std::pair<int, int>, std::vector<std::size_t>> cells;
-  std::vector<Eigen::Vector3d> places(patches.size());
-  const auto cell_of = [](const Eigen::Vector3d& p) {
-    return std::pair(static_cast<int>(std::floor(p.x() / kPatchSide)),
-                     static_cast<int>(std::floor(p.y() / kPatchSide)));
+/// Things stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
+/// Beams, ducts and lamps are up to 0.4 m high, seats and beds begin there; a lowered ceiling is no thing.
+std::string what_hangs(const std::vector<PlanePatch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
+                       const Eigen::Vector3d& up) {
+  constexpr double beside = 0.2, beside_beams = 0.4;  // m
+  const std::vector<PatchLayer> layers = layers_of(patches, up);
+  if (layers.size() < 2) return "";
+  const RoomHeights room = room_heights(layers);
+  if (room.high - room.low < kLowestSpace) return "";
+  const double needed = needed_fraction(viewpoints, up, room.low, room.high);
+  const auto seems_flipped = [&](const ThingCounts& count) {
+    return count.hanging >= 20 && count.hanging >= needed * count.standing;
   };
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    places[i] = turn * patches[i].mean;
-    if (patches[i].planar && std::abs(patches[i].normal.dot(up)) > std::cos(kLevelWithin) &&
-        places[i].z() > room.low + kMargin && places[i].z() < room.high - kMargin)
-      cells[cell_of(places[i])].push_back(i);
-  }
-  std::vector<bool> seen(patches.size()), long_ones(patches.size());
-  for (const auto& [cell, members] : cells) {
-    for (const std::size_t seed : members) {
-      if (seen[seed]) continue;
-      std::vector<std::size_t> part{seed};
-      seen[seed] = true;
-      Eigen::AlignedBox2d plan;
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        const Eigen::Vector3d p = places[part[k]];
-        plan.extend(p.head<2>().eval());
-        const auto [x, y] = cell_of(p);
-        for (int n = 0; n < 9; ++n) {
-          const auto found = cells.find({x + n % 3 - 1, y + n / 3 - 1});
-          if (found == cells.end()) continue;
-          for (const std::size_t next : found->second) {
-            if (seen[next] || std::abs(places[next].z() - p.z()) > kStep) continue;
-            seen[next] = true;
-            part.push_back(next);
-          }
-        }
-      }
-      for (const std::size_t i : part) long_ones[i] = plan.sizes().maxCoeff() > kLong;
-    }
-  }
-  return long_ones;
+  const ThingCounts all = count_things(patches, {}, up, room, beside);
+  if (!seems_flipped(all)) return "";
+  const ThingCounts things =
+      count_things(patches, in_long_surfaces(patches, up, room), up, room, beside_beams);
+  if (!seems_flipped(things)) return "";
+  std::ostringstream words;
+  words << "the cloud seems to be upside down: " << all.hanging << " patches close below its top, "
+        << all.standing << " close above its bottom; expected fewer at the top: give the up direction";
+  return words.str();
 }
 
-/// Patches of things close above the bottom and close below the top of a cloud, without those nearer than
-/// `beside` (m) and the ones left out. Walls count as neither, nor do things too thin to be seen.
-struct ThingCounts {
-  int standing = 0, hanging = 0;
+/// How far level patches lie in a few thin layers, and how far apart the outermost planar patches are.
+struct Layering {
+  double in_layers = 0;  // sum of the squares of the numbers of patches
+  double extent = 0;     // m
 };
 
-ThingCounts count_things(const std::vector<PlanePatch>& patches, const std::vector<bool>& left_out,
-                         const Eigen::Vector3d& up, const RoomHeights& room, double beside) {
-  constexpr double tall = 1.2;  // m
-  const double reach = std::min(tall, (room.high - room.low) / 2);
-  ThingCounts count;
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    const PlanePatch& patch = patches[i];
-    if (patch.count < 6 ||
-        (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * kRadiansPerDegree)) ||
-        (!left_out.empty() && left_out[i]))
-      continue;
-    const double height = patch.mean.dot(up);
-    count.standing += height > room.low + beside && height < room.low + reach;
-    count.hanging += height < room.high - beside && height > room.high - reach;
+Layering layering_along(const std::vector<PlanePatch>& patches, const Eigen::Vector3d& axis) {
+  constexpr double outliers = 0.02;
+  Layering result;
+  for (const PatchLayer& layer : layers_of(patches, axis)) result.in_layers += std::pow(layer.patches, 2);
+  std::vector<double> places;
+  for (const PlanePatch& patch : patches) {
+    if (patch.planar) places.push_back(patch.mean.dot(axis));
   }
-  return count;
+  if (places.empty()) return result;
+  const auto [low, high] = quantile_range(places, outliers, 1 - outliers);
+  result.extent = high - low;
+  return result;
 }
 
-/// Whether the scanners stood: they saw what is over them, and nothing under their tripods but the ground
-/// around. Upside down it is the other way round. Scanners that see both, or that look down from above, tell
-/// nothing, nor do cameras: where one looks is no property of the building.
+/// The direction perpendicular to `up` to which, or to its own perpendicular, the most upright patches are
+/// normal; zero where there are few.
+Eigen::Vector3d dominant_upright(const std::vector<PlanePatch>& patches, const Eigen::Vector3d& up) {
+  constexpr int bins = 90, window = 4;  // of a degree
+  const Eigen::Vector3d east = up.unitOrthogonal(), north = up.cross(east);
+  std::vector<double> angles;  // degrees, modulo a right angle
+  std::vector<int> count(bins);
+  for (const PlanePatch& patch : patches) {
+    if (!is_upright(patch, up)) continue;
+    const double angle = std::atan2(patch.normal.dot(north), patch.normal.dot(east)) / kRadiansPerDegree;
+    angles.push_back(angle - bins * std::floor(angle / bins));
+    ++count[static_cast<std::size_t>(angles.back()) % bins];
+  }
+  if (angles.size() < 8) return Eigen::Vector3d::Zero();
+  int best = 0, max_votes = 0;
+  for (int bin = 0; bin < bins; ++bin) {
+    int votes = 0;
+    for (int k = -window; k <= window; ++k) votes += count[static_cast<std::size_t>((bin + k + bins) % bins)];
+    if (votes > max_votes) best = bin, max_votes = votes;
+  }
+  double sum = 0;
+  int used = 0;
+  for (const double angle : angles) {
+    const double off = std::remainder(angle - best - 0.5, bins);
+    if (std::abs(off) <= window + 0.5) sum += off, ++used;
+  }
+  const double turn = (best + 0.5 + sum / used) * kRadiansPerDegree;
+  return std::cos(turn) * east + std::sin(turn) * north;
+}
+
+/// The direction that is up if the cloud lies on its side with `up`: a building is layered by its storeys
+/// more than by its walls, is lower than wide, and things stand on its floors. A stairwell, which is higher
+/// than wide, has walls as wide as floors, but nothing stands on them.
+std::optional<Eigen::Vector3d> up_if_on_side(const std::vector<PlanePatch>& patches,
+                                             const Eigen::Vector3d& up) {
+  constexpr double clearly = 1.5, lower = 0.5, sure = 2;  // octaves
+  constexpr double few = 100;                             // the square of ten patches
+  const Eigen::Vector3d along = dominant_upright(patches, up);
+  if (along.isZero()) return std::nullopt;
+  const Eigen::Vector3d across = up.cross(along);
+  const Layering own = layering_along(patches, up), first = layering_along(patches, along),
+                 second = layering_along(patches, across);
+  const bool is_first = first.in_layers > second.in_layers;
+  const Layering& other = is_first ? first : second;
+  if (std::log2((other.in_layers + few) / (own.in_layers + few)) < clearly ||
+      std::log2(own.extent / std::max(other.extent, kPatchSide)) < lower)
+    return std::nullopt;
+  const Eigen::Vector3d axis = is_first ? along : across;
+  const double evidence = standing_evidence(patches, axis);
+  if (std::abs(evidence) < sure) return std::nullopt;
+  return evidence > 0 ? axis : -axis;
+}
+
+std::string with_axis_upwards(const Eigen::Vector3d& up) {
+  Eigen::Index axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  return std::string("with its ") + (up[axis] < 0 ? "-" : "") + "xyz"[axis] + " axis upwards";
+}
+
+}  // namespace
+
 bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
   constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level
   constexpr double seldom = 0.02, around = 0.1;  // of the steep rays; of all
@@ -131,41 +164,28 @@ bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& 
   return sum.over > enough && sum.under < seldom * sum.over && sum.below > around * sum.all;
 }
 
-/// Things stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
-/// Beams, ducts and lamps are up to 0.4 m high, seats and beds begin there; a lowered ceiling is no thing.
-std::string what_hangs(const std::vector<PlanePatch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
-                       const Eigen::Vector3d& up) {
-  constexpr double room_height = 1.8, beside = 0.2, beside_beams = 0.4;  // m
-  const std::vector<PatchLayer> layers = layers_of(patches, up);
-  if (layers.size() < 2) return "";
-  // The lowest and the highest of the wide layers.
-  RoomHeights room{layers[0].height, layers[0].height};
-  for (const PatchLayer& layer : layers) {
-    if (4 * layer.patches < layers[0].patches) continue;
-    room.low = std::min(room.low, layer.height);
-    room.high = std::max(room.high, layer.height);
-  }
-  if (room.high - room.low < room_height) return "";
-  const double needed = needed_fraction(viewpoints, up, room.low, room.high);
-  const auto seems_flipped = [&](const ThingCounts& count) {
-    return count.hanging >= 20 && count.hanging >= needed * count.standing;
-  };
-  const ThingCounts all = count_things(patches, {}, up, room, beside);
-  if (!seems_flipped(all)) return "";
-  const ThingCounts things =
-      count_things(patches, in_long_surfaces(patches, up, room), up, room, beside_beams);
-  if (!seems_flipped(things)) return "";
-  std::ostringstream words;
-  words << "the cloud seems to be upside down: " << all.hanging << " patches close below its top, "
-        << all.standing << " close above its bottom; expected fewer at the top: give the up direction";
-  return words.str();
-}
-
-}  // namespace
-
 std::string why_upside_down(const cloud::PointCloud<Cloud>& cloud, const std::vector<PlanePatch>& patches,
                             const Eigen::Vector3d& up) {
-  return saw_overhead(cloud, up) ? "" : what_hangs(patches, cloud.viewpoints, up);
+  if (saw_overhead(cloud, up)) return "";
+  const std::string why = what_hangs(patches, cloud.viewpoints, up);
+  // Ducts and lamps may be more than furniture, but few of them are level plates.
+  if (why.empty() || standing_evidence(patches, up) > kClearly) return "";
+  const auto other = up_if_on_side(patches, up);
+  return other
+             ? "the cloud seems to lie on its side, " + with_axis_upwards(*other) + ": give the up direction"
+             : why;
+}
+
+std::string doubt_of_up(const cloud::PointCloud<Cloud>& cloud, const std::vector<PlanePatch>& patches,
+                        const Eigen::Vector3d& up) {
+  if (const auto other = up_if_on_side(patches, up))
+    return "the cloud may lie on its side, " + with_axis_upwards(*other);
+  const double evidence = standing_evidence(patches, up);
+  if (evidence < -kClearly && !saw_overhead(cloud, up))
+    return "the cloud may be upside down: more hangs under its surfaces than stands on them";
+  if (evidence <= 0 && saw_overhead(cloud, -up))
+    return "the cloud may be upside down: its scanners saw nothing overhead and much steeply below them";
+  return "";
 }
 
 }  // namespace parhelion::semantic

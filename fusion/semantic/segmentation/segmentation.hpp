@@ -78,13 +78,20 @@ Result<Segmentation> segment(const cloud::PointCloud<Map>& cloud, const Segmenta
 Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
                                         const SegmentationOptions& options = {});
 
+/// Whether a cloud has the up direction that it is read with.
+struct UpDoubt {
+  bool refused = false;  ///< it seems to be upside down
+  std::string
+      note;  ///< for the user: why it may be upside down or lie on its side; empty: nothing shows that
+};
+
 /// The rotation that levels the cloud, from its horizontal surfaces or from `up_hint` (unit, cloud frame: an
 /// accelerometer's reading). Rotates by the shortest arc about the middle of the level surfaces, so that
 /// heights there are unchanged. Errors: nothing horizontal within 40 degrees of the hint (or of z), with what
 /// was seen; a cloud that seems to be upside down (more points below its ceiling than above its floor),
-/// unless the hint is to be trusted; `upside_down` (may be null) distinguishes that error from others.
+/// unless the hint is to be trusted; `doubt` (may be null) distinguishes that error from others.
 Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud,
                                     const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
-                                    bool trust_hint = false, bool* upside_down = nullptr);
+                                    bool trust_hint = false, UpDoubt* doubt = nullptr);
 
 }  // namespace parhelion::semantic
