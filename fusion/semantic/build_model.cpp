@@ -21,6 +21,7 @@
 #include "fusion/semantic/objects/find_kerbs.hpp"
 #include "fusion/semantic/spread_voxels.hpp"
 #include "fusion/semantic/stray_points.hpp"
+#include "fusion/semantic/upside_down.hpp"
 #include "protocols/length_text.hpp"
 #include "protocols/quantile.hpp"
 
@@ -243,7 +244,8 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   BuiltModel built;
   const Eigen::AlignedBox3d extent = extent_of(cloud);
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
-  if (!options.up && has_y_upwards(cloud)) {
+  // In a stairwell, too, scanners stand as far from a wall and at many heights.
+  if (!options.up && has_y_upwards(cloud) && !saw_overhead(cloud, Eigen::Vector3d::UnitZ())) {
     return Error{"the cloud seems to have its y axis upwards: the " +
                  std::to_string(cloud.viewpoints.size()) +
                  " scanners stood at one height along y, and not along z; turn it, or give the up direction" +

@@ -71,6 +71,32 @@ cloud::PointCloud<Cloud> seen_by_tripods(const std::vector<Eigen::Vector3f>& poi
   return cloud;
 }
 
+/// Tripods in the middle of a stairwell, the lowest over its floor, others over landings with walls below
+/// them.
+cloud::PointCloud<Cloud> stairwell() {
+  test::CloudSampler sampler(150, 0.004, 33);
+  sampler.room({0, 0}, {8, 2.7}, 0, 10.4);
+  for (const double z : {2.6, 5.2, 7.8}) {
+    sampler.slab({0, 0}, {3, 2.7}, z);
+    sampler.slab({5, 0}, {8, 2.7}, z - 1.3);
+  }
+  cloud::PointCloud<Cloud> cloud;
+  cloud.viewpoints = {{1, 1.35, 1.3}, {7, 1.32, 5.6}, {1.2, 1.38, 7.2}, {6.8, 1.33, 8.8}};
+  for (const Eigen::Vector3f& p : sampler.cloud().points) {
+    const std::size_t view = cloud.size() % cloud.viewpoints.size();
+    const Eigen::Vector3f ray = p - cloud.viewpoints[view].cast<float>();
+    if (ray.z() < -0.85F * ray.norm()) continue;
+    cloud.points.push_back(p);
+    cloud.scans.push_back(static_cast<std::uint16_t>(view));
+  }
+  return cloud;
+}
+
+TEST(BadCloud, AStairwellIsNotTakenForACloudWithItsYAxisUpwards) {
+  const auto built = build_model(stairwell());
+  EXPECT_TRUE(built.ok()) << built.error().message;
+}
+
 /// A room with boards at a height.
 std::vector<Eigen::Vector3f> room_of_boards(double height) {
   test::CloudSampler sampler(250, 0.004, 32);
