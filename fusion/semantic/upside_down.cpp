@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -131,6 +132,43 @@ std::string with_axis_upwards(const Eigen::Vector3d& up) {
 }
 
 }  // namespace
+
+bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
+  constexpr std::size_t kFewest = 2;                              // scanners
+  constexpr double kBeside = 1.5, kSame = 0.2, kDifferent = 0.7;  // m
+  constexpr double kLowest = 0.3, kHighest = 2.5;                 // m, of a scanner over its floor
+  constexpr std::size_t kMaxPoints = 300'000, kMaxViewpoints = 50;
+  if (cloud.viewpoints.size() < kFewest) return false;
+  std::vector<Eigen::Vector3f> points;
+  const std::size_t stride = 1 + cloud.size() / kMaxPoints;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) points.push_back(cloud.points[i]);
+  std::array<std::vector<double>, 2> heights;  // along y, along z
+  const auto spread = [&](std::size_t axis) {
+    return std::minmax_element(heights[axis].begin(), heights[axis].end());
+  };
+  const std::size_t next = 1 + cloud.viewpoints.size() / kMaxViewpoints;
+  for (std::size_t v = 0; v < cloud.viewpoints.size(); v += next) {
+    std::array<std::vector<double>, 2> below;
+    for (const Eigen::Vector3f& p : points) {
+      const double x = cloud.viewpoints[v].x() - static_cast<double>(p.x());
+      if (!(std::abs(x) < kBeside)) continue;  // far along both axes: most points
+      const double y = cloud.viewpoints[v].y() - static_cast<double>(p.y()),
+                   z = cloud.viewpoints[v].z() - static_cast<double>(p.z());
+      if (y > 0 && std::sqrt(x * x + z * z) < kBeside) below[0].push_back(y);
+      // Along z only down to the storey's floor; what lies below that says nothing.
+      if (z > 0 && z < kHighest && std::sqrt(x * x + y * y) < kBeside) below[1].push_back(z);
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (below[axis].size() >= 20) heights[axis].push_back(quantile(below[axis], 0.95));
+    }
+    if (heights[0].empty()) continue;
+    const auto [low, high] = spread(0);  // more scanners only widen it
+    if (*low <= kLowest || *high >= kHighest || *high - *low >= kSame) return false;
+  }
+  if (heights[0].size() < kFewest || heights[1].size() < kFewest) return false;
+  const auto [low, high] = spread(1);
+  return *high - *low > kDifferent;
+}
 
 bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
   constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level

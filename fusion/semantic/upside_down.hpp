@@ -10,6 +10,10 @@
 
 namespace parhelion::semantic {
 
+/// Whether the scanners stood at one height over what lies beyond them along -y, and at different ones along
+/// -z: the y axis points upwards.
+bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud);
+
 /// Whether the scanners stood: they saw what is over them, and nothing under their tripods but the ground
 /// around. Upside down it is the other way round. Scanners that see both, or that look down from above, tell
 /// nothing, nor do cameras: where one looks is no property of the building.
