@@ -4,6 +4,8 @@
 #include <chrono>
 #include <mutex>
 
+#include "protocols/hash.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -57,6 +59,7 @@ class SignedBus : public Bus {
       return false;
     }
     message.payload.resize(message.payload.size() - kSignatureSize);
+    message.sender = fnv1a(verdict.sender);
     return true;
   }
 

@@ -22,6 +22,9 @@ struct Message {
   ArrivalTime
       arrival;  ///< log: the event's timestamp; network: microseconds of receipt, not yet strictly increasing
   std::vector<std::uint8_t> payload;
+  /// The same for all messages of one sender: its key where messages are signed, else its socket, whose
+  /// address can be forged. 0: unknown, as in a log.
+  std::uint64_t sender = 0;
 };
 
 class Bus {

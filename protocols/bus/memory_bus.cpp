@@ -46,6 +46,7 @@ struct MemoryBusHub::Shared {
   };
   std::mutex mutex;
   std::vector<Endpoint*> endpoints;
+  std::uint64_t senders = 0;
 };
 
 namespace {
@@ -56,6 +57,7 @@ class MemoryBus : public Bus {
   explicit MemoryBus(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {
     const std::lock_guard lock(shared_->mutex);
     shared_->endpoints.push_back(&endpoint_);
+    sender_ = ++shared_->senders;
   }
   ~MemoryBus() override {
     const std::lock_guard lock(shared_->mutex);
@@ -71,7 +73,7 @@ class MemoryBus : public Bus {
     for (auto* endpoint : shared_->endpoints) {
       for (std::size_t i = 0; i < endpoint->patterns.size(); ++i) {
         if (!endpoint->patterns[i].matches(channel)) continue;
-        endpoint->queues.push(i, channel, arrival, payload);
+        endpoint->queues.push(i, channel, arrival, payload, sender_);
         endpoint->came.notify_one();
       }
     }
@@ -107,6 +109,7 @@ class MemoryBus : public Bus {
  private:
   std::shared_ptr<Shared> shared_;
   typename Shared::Endpoint endpoint_;
+  std::uint64_t sender_ = 0;
 };
 
 }  // namespace

@@ -58,6 +58,11 @@ Status send(lcm_t* lcm, const std::string& url, std::string_view channel,
                url + ": " + std::strerror(errno)};
 }
 
+/// As in Message::sender.
+std::uint64_t number_of(const DatagramSender& sender) {
+  return (std::uint64_t{sender.address} << 16) | sender.port;
+}
+
 class NetworkSpeaker : public Bus {
  public:
   NetworkSpeaker(lcm_t* lcm, std::string url) : lcm_(lcm), url_(std::move(url)) {}
@@ -205,7 +210,7 @@ class NetworkBus : public Bus {
     {
       const std::lock_guard lock(mutex_);
       for (const std::size_t queue : queues_of(message->channel))
-        queues_.push(queue, message->channel, datagram.arrival, message->payload);
+        queues_.push(queue, message->channel, datagram.arrival, message->payload, number_of(datagram.sender));
     }
     eventfd_write(news_, 1);
   }

@@ -23,7 +23,7 @@ class SubscriptionQueues {
   }
 
   void push(std::size_t queue, std::string_view channel, ArrivalTime arrival,
-            std::span<const std::uint8_t> payload) {
+            std::span<const std::uint8_t> payload, std::uint64_t sender = 0) {
     Queue& into = queues_[queue];
     const auto no_room = [&] {
       return into.waiting.size() == into.capacity || bytes_ + payload.size() > kMaxBytes;
@@ -43,6 +43,7 @@ class SubscriptionQueues {
     message.channel.assign(channel);
     message.arrival = arrival;
     message.payload.assign(payload.begin(), payload.end());
+    message.sender = sender;
     into.waiting.push_back({next_number_++, std::move(message)});
   }
 

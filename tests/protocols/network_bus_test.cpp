@@ -50,6 +50,24 @@ TEST(NetworkBus, ASendOnlyEndpointSendsAndReceivesNothing) {
   EXPECT_FALSE(open_network_speaker("tcpq://localhost").ok());
 }
 
+TEST(NetworkBus, SendersAreToldApart) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(receiver, url);
+  OPEN_OR_SKIP(one, url);
+  OPEN_OR_SKIP(other, url);
+  ASSERT_TRUE(receiver.subscribe("TELEOP", 4));
+  std::vector<std::uint64_t> senders;
+  for (Bus* bus : {&one, &other, &one}) {
+    ASSERT_TRUE(bus->publish("TELEOP", std::vector<std::uint8_t>{1}).ok());
+    Message message;
+    ASSERT_TRUE(receive_within(receiver, message, seconds(2)));
+    senders.push_back(message.sender);
+  }
+  EXPECT_NE(senders[0], 0U);
+  EXPECT_NE(senders[0], senders[1]);
+  EXPECT_EQ(senders[0], senders[2]);
+}
+
 TEST(NetworkBus, AMessageOf300kBArrivesUnchanged) {
   const std::string url = own_url();
   OPEN_OR_SKIP(sender, url);

@@ -39,6 +39,26 @@ TEST_F(SignedBusTest, ReceivesWhatWasSentWithoutTheTrailer) {
   EXPECT_TRUE(refused_.empty());
 }
 
+/// A key is one sender, from however many programs and sockets it sends.
+TEST_F(SignedBusTest, NumbersASenderByItsKey) {
+  const Sender slam{"slam", new_secret(), {"localization"}, {}};
+  const Keys keys{"server", new_secret(), seconds(1.0), {slam}};
+  const auto server = sign(hub_.connect(), keys, {});
+  ASSERT_TRUE(server->subscribe("POSE_COV", 10).ok());
+  const Keys own{slam.name, slam.secret, seconds(1.0), {}};
+  const auto one = sign(hub_.connect(), own, {}), other = sign(hub_.connect(), own, {});
+  ASSERT_TRUE(one->publish("POSE_COV", std::vector<std::uint8_t>{1}).ok());
+  ASSERT_TRUE(*server->receive(message_, seconds(1.0)));
+  const std::uint64_t sender = message_.sender;
+  EXPECT_NE(sender, 0U);
+  ASSERT_TRUE(other->publish("POSE_COV", std::vector<std::uint8_t>{2}).ok());
+  ASSERT_TRUE(*server->receive(message_, seconds(1.0)));
+  EXPECT_EQ(message_.sender, sender);
+  ASSERT_TRUE(rover_->publish("SCAN", std::vector<std::uint8_t>{1}).ok());
+  ASSERT_TRUE(*server_->receive(message_, seconds(1.0)));
+  EXPECT_NE(message_.sender, sender);
+}
+
 TEST_F(SignedBusTest, PassesOnNothingOfStrangersAndNamesTheReasons) {
   ASSERT_TRUE(stranger_->subscribe("SCAN", 10));
   ASSERT_TRUE(rover_->publish("SCAN", std::vector<std::uint8_t>{7}));
