@@ -25,13 +25,6 @@ constexpr std::size_t kRefusalsATurn =
 constexpr int kStopRepeats = 2;
 constexpr Duration kStopPause = milliseconds(20);  // a burst of losses is often shorter
 
-std::vector<std::string> robot_names(const tick::Configuration& configuration) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < configuration.robot_count(); ++i)
-    names.push_back(configuration.robot_at(i).name);
-  return names;
-}
-
 Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
   LoopDecision decision;
   decision.stamp = {stamp.ns};
@@ -53,8 +46,7 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       outbox_(&bus, std::move(log), &sent_),
       log_watch_(options.session),
       guards_(make_guards()),
-      inbox_(bus, configuration.channels, guards(), options.inbox, &sent_, options.clock,
-             robot_names(configuration)),
+      inbox_(bus, configuration, guards(), options.inbox, &sent_, options.clock),
       renderer_(
           configuration.model, tick::simulates_trainee(configuration.scenario), kRenderNice,
           [this] { inbox_.wake(); }, options.texture),
@@ -339,17 +331,11 @@ void LiveSession::note_given_up() {
   if (count > 0) decide_now(LoopDecision::Kind::scans_left_out, count);
 }
 
-/// Replies to commands that the inbox refused. All at one time: a loop that is behind would otherwise do a
+/// Replies to commands that the inbox refused. No time passes: a loop that is behind would otherwise do a
 /// physics step for each.
 void LiveSession::refuse_late_commands(std::size_t max_count) {
-  const std::vector<std::uint64_t> requests = inbox_.take_refused_commands(max_count);
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    if (i == 0) {
-      decide_now(LoopDecision::Kind::late_command, requests[i]);
-    } else {
-      decide(LoopDecision::Kind::late_command, requests[i], inbox_.next_stamp());
-    }
-  }
+  for (const std::uint64_t request : inbox_.take_refused_commands(max_count))
+    decide(LoopDecision::Kind::late_command, request, inbox_.next_stamp());
 }
 
 void LiveSession::decide_now(LoopDecision::Kind kind, std::uint64_t count) {

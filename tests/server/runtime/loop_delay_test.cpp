@@ -121,6 +121,51 @@ TEST_F(LoopDelayTest, LoopThatIsBehindRefusesCommandsAndStillStopsTheRobot) {
   expect_same_bytes_again(**report_);
 }
 
+/// A client that floods has its own commands refused, and no other's.
+TEST_F(LoopDelayTest, LoopThatIsBehindExecutesTheCommandOfAnotherClientThanTheOneThatFloods) {
+  options_.inbox.commands = 5;
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
+  const auto log = test::drive(1.5);
+  play(log, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  shut_gate();
+  constexpr std::uint64_t kSent = 12, kOther = 100;
+  std::vector<std::uint8_t> payload;
+  for (std::uint64_t i = 1; i <= kSent; ++i) {
+    AgentSpawn spawn;
+    spawn.request = i;
+    spawn.agent = agent("box_" + std::to_string(i), AgentKind::box, 10.0 + static_cast<double>(i), 10);
+    encode(spawn, payload);
+    ASSERT_TRUE(robot_->publish(channel::kMrSpawn, payload).ok());
+  }
+  const auto instructor = hub_.connect();
+  AgentRemove remove;
+  remove.request = kOther;
+  remove.all = true;
+  encode(remove, payload);
+  ASSERT_TRUE(instructor->publish(channel::kMrRemove, payload).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the inbox receives them
+  open_gate();
+  std::map<std::uint64_t, EventKind> replies;
+  while (replies.size() < kSent + 1) {
+    Message message;
+    const auto received = robot_->receive(message, seconds(20));
+    ASSERT_TRUE(received.ok() && *received) << replies.size() << " replies";
+    Event event;
+    if (message.channel != channel::kMrEvents || !decode(message.channel, message.payload, event)) continue;
+    const bool is_reply =
+        event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused;
+    if (is_reply && event.request != 0) replies.emplace(event.request, event.kind);
+  }
+  stop();
+  EXPECT_EQ(replies[kOther], EventKind::command_accepted);
+  const auto accepted = std::count_if(replies.begin(), replies.end(), [](const auto& reply) {
+    return reply.second == EventKind::command_accepted;
+  });
+  EXPECT_EQ(accepted, 5);
+  expect_same_bytes_again(**report_);
+}
+
 TEST_F(LoopDelayTest, LoopWithADiskStallAtAGuardedScanReplaysIdentically) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
   const auto log = test::drive(1.5);

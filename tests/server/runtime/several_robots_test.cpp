@@ -168,9 +168,10 @@ TEST(SeveralRobotsInbox, ARobotThatFloodsDelaysItself) {
   MemoryBusHub hub;
   const auto server = hub.connect(), robots = hub.connect();
   ASSERT_TRUE(server->subscribe("SCAN\\..*", 10'000).ok());
-  const tick::ChannelMap channels{two_robots()};
+  tick::Configuration configuration;
+  configuration.channels = tick::ChannelMap(two_robots());
   Guard one(seconds(60), [](auto) {}), other(seconds(60), [](auto) {});
-  Inbox inbox(*server, channels, {{&one}, {&other}});
+  Inbox inbox(*server, configuration, {{&one}, {&other}});
   const Message flood = message(robot_channel(channel::kScan, kRover1), 0, scan_at(0));
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(robots->publish(flood.channel, flood.payload).ok());
   for (int i = 0; i < 5; ++i)
