@@ -14,17 +14,21 @@ using Names = std::vector<std::string>;
 
 constexpr const char* kAnybody = "any";  // as the subject of a condition
 
-/// "lab.yaml:7: ": line of an item of the list at these keys, or the first line.
-std::string place_of_item(const std::string& path, std::initializer_list<const char*> keys,
-                          std::size_t item) {
+/// "lab.yaml:7: " of each item of the list at these keys; the first line where the file has fewer.
+std::vector<std::string> places_of_items(const std::string& path, std::initializer_list<const char*> keys,
+                                         std::size_t count) {
   const auto text = yaml::read_text(path);
   const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
   const yaml::Node* node = document ? &*document : nullptr;
   for (const char* key : keys) {
     if (node != nullptr) node = node->find(key);
   }
-  const bool found = node != nullptr && item < node->items.size();
-  return path + ":" + std::to_string(found ? node->items[item].line : 1) + ": ";
+  std::vector<std::string> places;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool found = node != nullptr && i < node->items.size();
+    places.push_back(path + ":" + std::to_string(found ? node->items[i].line : 1) + ": ");
+  }
+  return places;
 }
 
 bool has(const Names& names, const std::string& name) {
@@ -81,18 +85,19 @@ Status check_events(const Condition& condition, const SessionFiles& files, const
 Status check_training_events(const std::string& path, const SessionFiles& files) {
   if (!files.scenario.training) return {};
   const Training& training = *files.scenario.training;
+  const auto tasks = places_of_items(path, {"training", "tasks"}, training.tasks.size());
   for (std::size_t i = 0; i < training.tasks.size(); ++i) {
     const Task& task = training.tasks[i];
-    const std::string where = place_of_item(path, {"training", "tasks"}, i) + "task '" + task.name + "': ";
+    const std::string where = tasks[i] + "task '" + task.name + "': ";
     if (Status known = check_events(task.done, files, where); !known) return known;
     for (const Condition& failed : task.failed) {
       if (Status known = check_events(failed, files, where); !known) return known;
     }
   }
+  const auto penalties = places_of_items(path, {"training", "penalties"}, training.penalties.size());
   for (std::size_t i = 0; i < training.penalties.size(); ++i) {
     const Penalty& penalty = training.penalties[i];
-    const std::string where =
-        place_of_item(path, {"training", "penalties"}, i) + "penalty '" + penalty.name + "': ";
+    const std::string where = penalties[i] + "penalty '" + penalty.name + "': ";
     if (Status known = check_events(penalty.when, files, where); !known) return known;
   }
   return {};
@@ -106,7 +111,7 @@ Status check_hazards(const std::string& path, const SessionFiles& files) {
   for (std::size_t i = 0; i < hazards.size(); ++i) {
     if (hazards[i].agent.empty() || has(names, hazards[i].agent)) continue;
     return unknown(
-        place_of_item(path, {"hazards"}, i) + "hazard '" + hazards[i].name + "': there is no agent",
+        places_of_items(path, {"hazards"}, i + 1)[i] + "hazard '" + hazards[i].name + "': there is no agent",
         hazards[i].agent, names);
   }
   return check_training_events(path, files);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include "protocols/nearest_name.hpp"
 #include "protocols/yaml/document.hpp"
@@ -62,17 +63,28 @@ std::string like_it(const std::string& path) {
   return similar.empty() ? "." : similar;
 }
 
-/// `model`: a name, or a file path, which is replaced by the model's name.
-Status add_robot_model(const std::string& place, std::string& model, tick::RobotModels& models) {
+/// "lab.yaml:7: ": line of an agent in a file that was read before.
+std::string place_of_agent(const std::string& path, std::size_t index) {
+  const auto text = yaml::read_text(path);
+  const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
+  const yaml::Node* agents = document ? document->find("agents") : nullptr;
+  const bool found = agents != nullptr && index < agents->items.size();
+  return path + ":" + std::to_string(found ? agents->items[index].line : 1) + ": ";
+}
+
+/// `model`: a name, or a file path, which is replaced by the model's name. `place`: asked for errors only, as
+/// it reads a file.
+Status add_robot_model(const std::function<std::string()>& place, std::string& model,
+                       tick::RobotModels& models) {
   const auto called = [&](const std::string& name) {
     return std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
   };
   if (model.empty() || called(model) != models.end()) return {};
   auto read = simulation::load_robot_model(model);
-  if (!read) return Error{place + read.error().message};
+  if (!read) return Error{place() + read.error().message};
   const auto same = called(read->name);
   if (same != models.end() && ((*same)->urdf != read->urdf || (*same)->yaml != read->yaml))
-    return Error{place + "robot model " + model + " is called '" + read->name +
+    return Error{place() + "robot model " + model + " is called '" + read->name +
                  "' like another one; rename it in its URDF"};
   model = read->name;
   if (same == models.end())
@@ -82,15 +94,17 @@ Status add_robot_model(const std::string& place, std::string& model, tick::Robot
 
 Status load_robot_models(const std::string& path, SessionFiles& files) {
   for (std::string name : simulation::shipped_robot_models()) {
-    if (Status added = add_robot_model("", name, files.robot_models); !added) return added;
+    if (Status added = add_robot_model([] { return ""; }, name, files.robot_models); !added) return added;
   }
   Scenario& scenario = files.scenario;
   if (scenario.trainee) {
-    Status added = add_robot_model(place_of(path, "trainee"), scenario.trainee->model, files.robot_models);
+    Status added = add_robot_model([&] { return place_of(path, "trainee"); }, scenario.trainee->model,
+                                   files.robot_models);
     if (!added) return added;
   }
-  for (AgentDefinition& agent : scenario.agents) {
-    Status added = add_robot_model(place_of(path, "agents"), agent.model, files.robot_models);
+  for (std::size_t i = 0; i < scenario.agents.size(); ++i) {
+    Status added = add_robot_model([&] { return place_of_agent(path, i); }, scenario.agents[i].model,
+                                   files.robot_models);
     if (!added) return added;
   }
   return {};
@@ -139,7 +153,8 @@ Status load_robots(const std::string& path, const std::string& given, SessionFil
     if (!usable) return usable.error();
     description = std::move(*usable);
     if (!scenario.robots.empty()) description->name = scenario.robots[i].name;
-    const Status added = add_robot_model(place_of(paths[i], "model"), description->model, files.robot_models);
+    const Status added =
+        add_robot_model([&] { return place_of(paths[i], "model"); }, description->model, files.robot_models);
     if (!added) return added;
   }
   return {};
@@ -157,7 +172,7 @@ Status add_models_of(std::vector<RobotDescription>& robots, const std::string& s
                    robot.model + "; from there it must be a shipped one, or in the folder of the scenario"};
     }
     robot.model = resolved_model(robot.model, scenario);
-    const Status added = add_robot_model("robot '" + robot.name + "': ", robot.model, models);
+    const Status added = add_robot_model([&] { return "robot '" + robot.name + "': "; }, robot.model, models);
     if (!added) return added;
   }
   return {};
