@@ -8,6 +8,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/yaml/document.hpp"
 #include "tools/bus_options.hpp"
 #include "tools/command.hpp"
 #include "tools/place_argument.hpp"
@@ -261,6 +262,10 @@ Exit run(Arguments& arguments) {
   if (!options.input.empty() && options.output.empty() && options.save_map.empty() &&
       arguments.summary.empty()) {
     return usage("--log needs -o, --save-map or --summary");
+  }
+  if (options.map.extension() == ".yaml") {
+    if (const Status readable = yaml::check_file(options.map.string()); !readable)
+      return failed(readable.error());
   }
   return options.input.empty() ? live(arguments) : over_log(arguments);
 }

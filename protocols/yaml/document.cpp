@@ -235,4 +235,11 @@ Result<std::string> read_text(const std::string& path) {
   return text;
 }
 
+Status check_file(const std::string& path) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  const auto document = read_document(*text, path);
+  return document ? Status() : Status(document.error());
+}
+
 }  // namespace parhelion::yaml

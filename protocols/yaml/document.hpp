@@ -57,4 +57,8 @@ Result<Node> read_document(const std::string& text, const std::string& origin);
 /// The text of a file, or why it cannot be read. Pipes and devices are refused.
 Result<std::string> read_text(const std::string& path);
 
+/// Why the file has no document, as of read_text() and read_document(). For files that a library parses,
+/// whose errors name neither the file nor what was expected.
+Status check_file(const std::string& path);
+
 }  // namespace parhelion::yaml

@@ -125,6 +125,10 @@ Status load_objects(SessionFiles& files) {
 Status load_map(const std::string& path, SessionFiles& files) {
   const Scenario& scenario = files.scenario;
   if (scenario.map.empty() || !scenario.scan_matching || tick::simulates_trainee(scenario)) return {};
+  if (std::filesystem::path(scenario.map).extension() == ".yaml") {
+    const Status readable = yaml::check_file(scenario.map);
+    if (!readable) return Error{place_of(path, "map") + readable.error().message};
+  }
   const auto packed = pose::pack_matching_map(scenario.map);
   if (!packed) return Error{place_of(path, "map") + packed.error().message};
   auto map = pose::unpack_matching_map(*packed, scenario.map);

@@ -5,6 +5,7 @@
 
 #include "fusion/semantic/grid/extrude.hpp"
 #include "fusion/semantic/pictures/plan_picture.hpp"
+#include "protocols/yaml/document.hpp"
 #include "tools/map/map_commands.hpp"
 #include "tools/text_file.hpp"
 
@@ -40,6 +41,7 @@ Status run(const Arguments& arguments) {
   }
   if (!arguments.picture.empty() && std::filesystem::path(arguments.picture).extension() != ".png")
     return Error{arguments.picture + ": expected a name that ends in .png"};
+  if (const Status readable = yaml::check_file(arguments.map); !readable) return readable;
   const auto map = pose::load_ros_map(arguments.map);
   if (!map) return map.error();
   const auto model = semantic::extrude(*map, arguments.options);

@@ -59,5 +59,11 @@ TEST_F(SessionFilesTest, NamesTheLineOfTheAgentWhoseRobotModelIsMissing) {
               StartsWith(folder_ / "lab.yaml:5: "));
 }
 
+TEST_F(SessionFilesTest, NamesTheMapThatIsNoText) {
+  std::ofstream(folder_ / "noise.yaml", std::ios::binary) << std::string("a\0\xff", 3);
+  EXPECT_THAT(error_of("name: x\nlevel: 3\nmap: noise.yaml\n"),
+              HasSubstr(folder_ / "noise.yaml: a binary file, expected a YAML file"));
+}
+
 }  // namespace
 }  // namespace parhelion::runtime
