@@ -18,6 +18,10 @@
 namespace parhelion::tools {
 namespace {
 
+/// The removal of a crowd is two events for each agent, and a server that cannot keep up refuses many
+/// commands at once: the one event that is waited for must not be displaced by these.
+constexpr int kMaxEvents = 20'000;
+
 Exit fail(const std::string& what, Exit exit = Exit::failed) {
   std::fprintf(stderr, "parhelion inject: %s\n", what.c_str());
   return exit;
@@ -71,7 +75,7 @@ Exit run(const InjectArguments& arguments) {
   if (!command) return fail(command.error().message, Exit::usage);
   auto bus = arguments.bus.open("inject");
   if (!bus) return fail(bus.error().message);
-  if (const Status subscribed = (*bus)->subscribe(channel::kMrEvents, 256); !subscribed) {
+  if (const Status subscribed = (*bus)->subscribe(channel::kMrEvents, kMaxEvents); !subscribed) {
     return fail(subscribed.error().message);
   }
   if (arguments.action == "reset") {

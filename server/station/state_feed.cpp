@@ -53,7 +53,8 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
   add(channel::kMrWorld, Kind::world, 2, Clock::server);
   add(channel::kMrScanInfo, Kind::scan_info, 4, std::nullopt);
   const int whole_session = 16'384;  // a player repeats all of them after a rewind
-  add(channel::kMrEvents, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
+  // As many live: a crowd that is removed, or commands that are refused, displace no reply.
+  add(channel::kMrEvents, Kind::event, whole_session, std::nullopt);
   add(channel::kMrStatus, Kind::status, 2, std::nullopt);
   for (const char* command : kInstructorChannels)
     add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
