@@ -2,9 +2,11 @@
 #include <cstdio>
 #include <memory>
 
+#include "protocols/channels.hpp"
 #include "tools/calibration/calibration_log.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
+#include "tools/robot/check_description.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {
@@ -54,6 +56,15 @@ Status write(const Arguments& arguments, const CalibrationReport& report) {
   return written;
 }
 
+/// A stamp that is of another beam than described moves all beams of a scan, and not odometry alone.
+void warn_of_stamps(const CalibrationOptions& options, CalibrationReport& report) {
+  if (options.scan_channel != channel::kScan || options.odometry_channel != channel::kOdometry) return;
+  const auto log = survey_log(options.input.string());
+  if (!log || !log->laser || !report.before.laser) return;
+  if (const auto wrong = wrong_stamp_beam(*report.before.laser, *log->laser))
+    report.warnings.push_back("laser " + *wrong);
+}
+
 Exit run(const Arguments& arguments) {
   for (const std::string& path : {arguments.output, arguments.summary, arguments.picture}) {
     if (const Status free = check_writable(path, arguments.overwrite); !free) return failed(free.error());
@@ -63,10 +74,11 @@ Exit run(const Arguments& arguments) {
     return Exit::usage;
   }
   Progress line("calibrate", "%");
-  const auto report =
+  auto report =
       calibrate_log(arguments.options, [&line](double done, double total) { line.update(done, total); });
   line.finish();
   if (!report) return failed(report.error());
+  warn_of_stamps(arguments.options, *report);
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion calibrate: %s\n", finding.c_str());
   if (report->refused > 0)

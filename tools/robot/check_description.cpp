@@ -15,6 +15,8 @@ namespace {
 constexpr double kRare = 1e-3;  // fraction of ranges that may be damage
 constexpr double kSelf = 0.8;   // fraction of scans in which a beam sees the robot itself
 constexpr double kPeriodError = 0.1;
+/// s from the measurement of odometry to its arrival that is no sign of anything else.
+constexpr double kOdometryDelay = 0.02;
 
 std::string percent(double fraction) {
   char text[32];
@@ -51,6 +53,12 @@ class Checker {
       check_ranges(*robot_.laser, *log_.laser);
       check_self(*robot_.laser, *log_.laser);
       check_turn(*robot_.laser, *log_.laser);
+      check_stamp_beam(channel::kScan, *robot_.laser, *log_.laser);
+    }
+    for (const NamedLaser& laser : robot_.further_lasers) {
+      const std::string name = sensor_channel(channel::kScan, laser.name);
+      const auto seen = log_.further_lasers.find(name);
+      if (seen != log_.further_lasers.end()) check_stamp_beam(name, laser.laser, seen->second);
     }
     if (robot_.camera && log_.camera) check_size("camera", robot_.camera->intrinsics, *log_.camera);
     if (robot_.depth && log_.depth) check_size("depth", robot_.depth->intrinsics, *log_.depth);
@@ -166,6 +174,11 @@ class Checker {
     if (order.verdict() == pose::BeamOrder::Verdict::as_described) agrees("laser beam_interval, by its sign");
   }
 
+  void check_stamp_beam(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {
+    const auto wrong = wrong_stamp_beam(laser, seen);
+    if (wrong) contradicts(channel + " " + *wrong);
+  }
+
   void check_ranges(const LaserDescription& laser, const LaserSurvey& seen) {
     using Sentinel = RangeConvention::Sentinel;
     const RangeConvention& ranges = laser.convention;
@@ -264,6 +277,17 @@ class Checker {
 };
 
 }  // namespace
+
+std::optional<std::string> wrong_stamp_beam(const LaserDescription& laser, const LaserSurvey& seen) {
+  if (!seen.odometry_lag || seen.own_angles) return std::nullopt;
+  const double last =
+      std::max(laser.beam_time(0, seen.beams), laser.beam_time(seen.beams - 1, seen.beams)).seconds();
+  const double early = last + std::min(*seen.odometry_lag, -seen.arrival_delay);
+  if (early <= std::max(last / 2, kOdometryDelay)) return std::nullopt;
+  return "stamp_beam: scans arrive " + number(1e3 * early) +
+         " ms before their last beam is measured, as described; the driver probably takes the time when a "
+         "scan arrives: set stamp_beam: last, then let calibrate measure the rest";
+}
 
 DescriptionCheck check_description(const RobotDescription& robot, const LogSurvey& log) {
   return Checker(robot, log).run();

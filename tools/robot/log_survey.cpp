@@ -93,6 +93,35 @@ std::optional<double> lag_between(const Collected<First>& first, const Collected
   return median(std::move(lags));
 }
 
+/// Importers write the stamp where the source has no time of arrival.
+template <class Message>
+bool has_arrivals(const Collected<Message>& collected) {
+  const auto stamps = collected.stamps();
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    if (stamps[i].utime() != collected.arrivals[i].utime()) return true;
+  return false;
+}
+
+/// Whether odometry's own delay can be told from that of the scans.
+bool are_independent(const Collected<Scan>& scans, const Collected<Odometry>& odometry) {
+  std::set<SensorTime> others;
+  for (const SensorTime stamp : odometry.stamps()) others.insert(stamp);
+  const auto stamps = scans.stamps();
+  const auto shared =
+      std::count_if(stamps.begin(), stamps.end(), [&](SensorTime stamp) { return others.contains(stamp); });
+  return has_arrivals(scans) && has_arrivals(odometry) &&
+         2 * static_cast<std::size_t>(shared) < stamps.size();
+}
+
+/// s, median.
+double arrival_delay(const Collected<Scan>& scans) {
+  const auto stamps = scans.stamps();
+  std::vector<double> delays;
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    delays.push_back(between(stamps[i].ns, scans.arrivals[i].ns));
+  return median(std::move(delays));
+}
+
 /// Number of beams, angle of the first and between two, of most scans.
 struct Form {
   std::size_t beams;
@@ -238,8 +267,12 @@ Result<LogSurvey> survey_log(const std::string& path) {
     if (collected.messages.empty()) continue;
     const auto stamps = collected.stamps();
     const double rate = stamp_rate(stamps, collected.arrivals);
+    const auto lag = are_independent(collected, odometry) ? lag_between(collected, odometry) : std::nullopt;
+    const double delay = arrival_delay(collected);
     LaserSurvey laser = survey_laser(std::move(collected.messages), stamps);
     laser.stamp_rate = rate;
+    laser.odometry_lag = lag;
+    laser.arrival_delay = delay;
     if (name == channel::kScan)
       survey.laser = std::move(laser);
     else

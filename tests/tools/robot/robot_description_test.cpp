@@ -307,6 +307,45 @@ TEST(RobotCheck, TwoClocksAreFound) {
   EXPECT_THAT(check.contradictions, Contains(HasSubstr("5 s apart; all sensors need one clock")));
 }
 
+/// Scans of 100 ms, and odometry that takes 5 ms to arrive.
+TEST(RobotCheck, StampsOfTheArrivalAreFound) {
+  const test::TemporaryFolder folder;
+  RobotDescription robot = Made().description();
+  robot.laser->beams = 100;
+  robot.laser->beam_interval = 1e-3;
+  const auto check_with = [&](double scan_delay, double odometry_delay, double clock) {
+    const std::string path = folder / "drive.lcm";
+    auto log = LogWriter::create(path, true).value();
+    std::vector<std::uint8_t> bytes;
+    const auto write = [&](const char* channel, auto message, double stamp, double arrival) {
+      message.stamp =
+          SensorTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(1e6 * (stamp + clock)));
+      encode(message, bytes);
+      const auto at = ArrivalTime::from_utime(1'000'000'000 + static_cast<std::int64_t>(1e6 * arrival));
+      EXPECT_TRUE(log.write(channel, at, bytes).ok());
+    };
+    Scan scan;
+    scan.angle_increment = 0.01F;
+    scan.ranges.assign(100, 3.F);
+    for (int i = 0; i < 1000; ++i) {
+      const double t = 0.02 * i;
+      write(channel::kOdometry, Odometry{}, t - odometry_delay, t);
+      if (i % 5 == 0) write(channel::kScan, scan, t + 0.003 - scan_delay, t + 0.003);
+    }
+    std::string found;
+    for (const std::string& each : check_description(robot, survey_log(path).value()).contradictions)
+      if (each.starts_with("SCAN stamp_beam")) found += each;
+    return found;
+  };
+  for (const double clock : {0.0, 0.07, 3.0}) {
+    EXPECT_THAT(check_with(0.001, 0.005, clock), HasSubstr("set stamp_beam: last")) << clock;
+    EXPECT_EQ(check_with(0.101, 0.005, clock), "") << "as described";
+    EXPECT_EQ(check_with(0.101, 0.045, clock), "") << "slow odometry";
+  }
+  EXPECT_EQ(check_with(0.101, 0.2, 0), "") << "odometry by another clock";
+  EXPECT_EQ(check_with(0.001, 0.005, -3), "") << "not shown: by the clock of the log scans come late";
+}
+
 TEST(RobotCheck, AClockOfTheLogThatJumpsIsNoFault) {
   Driver driver;
   driver.arrival_jump = 90;
