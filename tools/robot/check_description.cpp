@@ -285,8 +285,8 @@ std::optional<std::string> wrong_stamp_beam(const LaserDescription& laser, const
   const double early = last + std::min(*seen.odometry_lag, -seen.arrival_delay);
   if (early <= std::max(last / 2, kOdometryDelay)) return std::nullopt;
   return "stamp_beam: scans arrive " + number(1e3 * early) +
-         " ms before their last beam is measured, as described; the driver probably takes the time when a "
-         "scan arrives: set stamp_beam: last, then let calibrate measure the rest";
+         " ms before the instant that the description gives for their last beam; the driver probably takes "
+         "the time when a scan arrives: set stamp_beam: last, then let calibrate measure the rest";
 }
 
 DescriptionCheck check_description(const RobotDescription& robot, const LogSurvey& log) {
