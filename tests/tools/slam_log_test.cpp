@@ -280,7 +280,7 @@ TEST(SlamLog, LocalizesTheDebianRecordingAtTheMappedPoses) {
   }
 }
 
-TEST(SlamReport, SaysAnOffsetOfOdometrysClockOnlyWhereItMatters) {
+TEST(SlamReport, HasANoteOnOdometrysClockOnlyWhereItMatters) {
   EXPECT_EQ(
       offset_note(pose::ClockOffset{0.16, 0.005}),
       "stamps of odometry are 0.16 s early against those of the scans; parhelion calibrate corrects it");
