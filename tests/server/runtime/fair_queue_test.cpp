@@ -14,8 +14,8 @@ struct Item {
 };
 
 /// Against what each sender must get, whatever the others send: its items in order, none lost and none twice,
-/// and none displaced while it has no more than its share of the limits.
-TEST(FairQueueTest, SendersKeepTheirOrderAndTheirShare) {
+/// and none displaced while it has no more than its fraction of the limits.
+TEST(FairQueueTest, SendersKeepTheirOrderAndTheirFraction) {
   constexpr std::size_t kMaxItems = 30, kMaxBytes = 300, kSenders = 4;
   std::mt19937 random(5);
   FairQueue<Item> queue(kMaxItems, kMaxBytes);
