@@ -67,6 +67,12 @@ bool is_near(const Pose2& a, const Pose2& b, double position, double yaw) {
   return apart.position().norm() < position && std::abs(apart.yaw) < yaw;
 }
 
+/// x, y, yaw, where nothing predicts the pose.
+Eigen::Matrix3d unknown_covariance() {
+  return Eigen::Vector3d(squared(kUnknownSigma), squared(kUnknownSigma), squared(kUnknownYawSigma))
+      .asDiagonal();
+}
+
 Match lower_cost(const Match& a, const Match& b) { return b.cost < a.cost ? b : a; }
 
 }  // namespace
@@ -118,8 +124,7 @@ Pose2 ScanTracking::moved_on(const ScanPoints& scan, double intervals) const {
 
 ScanTracking::Where ScanTracking::by_scans(const ScanPoints& scan, const Where& before) const {
   if (!motion_.known) {
-    const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);
-    return {before.T_map_base, before.covariance + Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())};
+    return {before.T_map_base, before.covariance + unknown_covariance()};
   }
   const double intervals = intervals_until(scan.stamp), longer = std::max(1.0, intervals);
   const Pose2 expected = moved_on(scan, intervals);
@@ -200,12 +205,17 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
 ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& scan, const Where& before,
                                             const ScanOdometry::Step& step, const MatchOptions& options) {
   const Where odometry = by_odometry(before, step), scans = by_scans(scan, before);
-  const bool trusted = is_trusted(step, scan.stamp);
+  bool trusted = is_trusted(step, scan.stamp);
   // Odometry that agrees with the scans so far is believed: before its foot a ramp hides the map, and looks
   // like a wall that comes along.
   const bool agrees =
       trusted && motion_.known && is_near(odometry.T_map_base, scans.T_map_base, kAgree, kAgreeYaw);
   auto [result, free] = candidates(maps, scan, odometry, scans, trusted, agrees, options);
+  if (const auto off = trusted ? moved_off(maps, scan, before, result.match, options) : std::nullopt) {
+    result = *off;
+    free = off->match;
+    trusted = false;
+  }
   const bool first_to_show = free.explained >= kKnownFraction && frozen_.add_match(free.T_map_base.yaw);
   const auto on = first_to_show ? driven_on(maps, scan, before, result.match, options) : std::nullopt;
   if (on) {
@@ -224,8 +234,7 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
         found.reset();
     }
     if (found) {
-      const Eigen::Vector3d sigma(kUnknownSigma, kUnknownSigma, kUnknownYawSigma);
-      result = {*found, {found->T_map_base, sigma.cwiseAbs2().asDiagonal()}, false};
+      result = {*found, {found->T_map_base, unknown_covariance()}, false};
       free = *found;
     } else if (scans.covariance.trace() > result.expected.covariance.trace()) {
       // Where the map explains nothing, odometry may be what is wrong.
@@ -247,14 +256,31 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   return result;
 }
 
-/// Odometry has no known fault, and has not just frozen.
+/// Odometry has no known fault, has not just frozen, and was not stuck from the start.
 bool ScanTracking::is_trusted(const ScanOdometry::Step& step, SensorTime stamp) {
+  stuck_.add(step.reported);
+  if (stuck_.is_stuck()) {
+    frozen_.forget();
+    return false;
+  }
   if (!step.known || fault() != OdometryFault::none || !motion_.known) {
     frozen_.forget();
     return step.known && fault() == OdometryFault::none;
   }
   frozen_.add(step.step, {by_scans_alone_, motion_.step, motion_.interval}, intervals_until(stamp));
   return !frozen_.is_frozen();
+}
+
+/// Where the robot is if it has moved off while odometry has stood still from the start.
+std::optional<ScanTracking::Followed> ScanTracking::moved_off(const Maps& maps, const ScanPoints& scan,
+                                                              const Where& before, const Match& standing,
+                                                              const MatchOptions& options) {
+  if (!previous_) return std::nullopt;
+  const Where expected{before.T_map_base, before.covariance + unknown_covariance()};
+  const auto found = stuck_.moved_off(maps.fine, scan.points, before.T_map_base, standing,
+                                      expected.covariance.inverse(), options);
+  if (!found) return std::nullopt;
+  return Followed{*found, expected, false};
 }
 
 /// Where the robot is if odometry froze and it drove on, unless the scan contradicts that more than it does

@@ -13,6 +13,7 @@
 #include "fusion/pose/odometry/odometry_sanity.hpp"
 #include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/search/wide_search.hpp"
+#include "fusion/pose/tracking/stuck_odometry.hpp"
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {
@@ -101,6 +102,8 @@ class ScanTracking {
   bool is_trusted(const ScanOdometry::Step& step, SensorTime stamp);
   std::optional<Followed> driven_on(const Maps& maps, const ScanPoints& scan, const Where& before,
                                     const Match& standing, const MatchOptions& options) const;
+  std::optional<Followed> moved_off(const Maps& maps, const ScanPoints& scan, const Where& before,
+                                    const Match& standing, const MatchOptions& options);
   void learn_interval(SensorTime stamp);
   void compare_twists(SensorTime stamp, const Pose2& before, const Pose2& after, const Twist2& odometry);
   void weigh(const Maps& maps, const ScanPoints& scan, const MatchOptions& options, const Match& found);
@@ -130,6 +133,7 @@ class ScanTracking {
   };
   Motion motion_;
   FrozenOdometry frozen_;
+  StuckOdometry stuck_;
   std::optional<ScanPoints> previous_;
   Pose2 by_scans_alone_;             ///< T_map_base at the previous scan
   bool alone_is_predicted_ = false;  ///< that scan matched nothing

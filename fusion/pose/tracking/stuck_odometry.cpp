@@ -1,0 +1,59 @@
+#include "fusion/pose/tracking/stuck_odometry.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion::pose {
+namespace {
+
+/// m, rad: beyond this odometry has moved, and more than noise. A robot has left its place beyond it, too.
+constexpr double kSame = 0.04, kSameYaw = 0.03;
+/// m, ahead and behind: starts of matches. At the larger ones the robot has driven on for some scans, along a
+/// stretch where they do not show it.
+constexpr double kStarts[] = {0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.0};
+/// Part of the cost of standing, and cost, by which it is clearly less; and sigmas by the points.
+constexpr double kLess = 0.8, kLessCost = 3, kSigmas = 3;
+constexpr double kExplained = 0.55;  ///< points of a match that shows where the robot is
+
+/// m, 1 sigma by the points of a match, along the line to another place.
+double sigma_towards(const Match& found, const Eigen::Vector2d& apart) {
+  const Eigen::Vector2d along = apart.normalized();
+  const Eigen::Matrix3d covariance = (found.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
+  return std::sqrt(along.dot(covariance.topLeftCorner<2, 2>() * along));
+}
+
+}  // namespace
+
+void StuckOdometry::add(const Pose2& step) {
+  since_start_ = since_start_ * step;
+  has_moved_ |= since_start_.position().norm() > kSame || std::abs(since_start_.yaw) > kSameYaw;
+}
+
+std::optional<Match> StuckOdometry::moved_off(const SurfelMap& map,
+                                              std::span<const Eigen::Vector2d> points_base,
+                                              const Pose2& before, const Match& standing,
+                                              const Eigen::Matrix3d& prior, const MatchOptions& options) {
+  if (has_moved_) return std::nullopt;
+  standing_cost_ = std::min(standing_cost_, standing.cost);
+  // No place costs much less than one where the robot stood.
+  if (standing.cost < standing_cost_ + kLessCost) return std::nullopt;
+  Match best = standing;
+  for (const double along : kStarts) {
+    for (const double sign : {1.0, -1.0}) {
+      const Pose2 start = before * Pose2{sign * along, 0, 0};
+      const Match found = match(map, points_base, start, start, prior, options);
+      if (found.cost < best.cost) best = found;
+    }
+  }
+  if (best.explained < kExplained || best.cost > std::min(kLess * standing.cost, standing.cost - kLessCost))
+    return std::nullopt;
+  const Eigen::Vector2d apart = best.T_map_base.position() - before.position();
+  const bool away = apart.norm() > kSame && apart.norm() > kSigmas * sigma_towards(best, apart);
+  const bool turned = std::abs(wrap_angle(best.T_map_base.yaw - before.yaw)) > kSameYaw;
+  if (!away && !turned) return std::nullopt;
+  stuck_ = true;
+  return best;
+}
+
+}  // namespace parhelion::pose
