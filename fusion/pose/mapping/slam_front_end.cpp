@@ -147,6 +147,7 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     covariance_ = found.expected.covariance;
   }
   add_weak_motion(before, found, step);
+  unseen_ += unmeasured_.add(scan.stamp, pose_, shown_, found.by_odometry, tracking_.speed());
   return found.by_odometry ? step.step : before.inverse() * pose_;
 }
 
@@ -235,6 +236,7 @@ void SlamFrontEnd::go_on(const Pose2& T_map_base, SensorTime stamp) {
   companions_.forget();
   scale_.forget_motion();
   weak_motion_ = {};
+  unmeasured_.forget();
   tracking_.found_again(stamp);
 }
 
@@ -264,6 +266,7 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
   const OdometryFault fault = tracking_.fault();
   const bool carried = doubt_.carried() && (fault == OdometryFault::none || fault == OdometryFault::carried);
   const bool doubtful = carried || check_.is_suspected() || fault == OdometryFault::laser_frozen ||
+                        unmeasured_.is_unmeasured() ||
                         (options_.doubt_mounting && tracking_.is_mounting_doubtful());
   return doubtful || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
                                                                           : SlamState::tracking;
@@ -401,6 +404,7 @@ void SlamFrontEnd::correct(const LoopCorrection& correction) {
   update_local_map();
   heading_.restart(keyframes_);
   tracking_.continue_from(pose_);
+  unmeasured_.forget();
   scale_.forget_motion();
 }
 

@@ -10,6 +10,7 @@
 #include "fusion/pose/mapping/displacement_check.hpp"
 #include "fusion/pose/mapping/heading_drift.hpp"
 #include "fusion/pose/mapping/keyframe.hpp"
+#include "fusion/pose/mapping/unmeasured_motion.hpp"
 #include "fusion/pose/matching/scan_match.hpp"
 #include "fusion/pose/matching/surfel_map.hpp"
 #include "fusion/pose/odometry/odometry_scale.hpp"
@@ -53,6 +54,7 @@ class SlamFrontEnd {
   void add(const Odometry& odometry) {
     tracking_.add(odometry);
     scale_.add(odometry);
+    unmeasured_.add(odometry);
   }
   /// `reported`: odometry since the previous scan; the first scan is at `start`.
   Estimate add(const ScanPoints& whole_scan, const ScanOdometry::Step& reported);
@@ -111,6 +113,7 @@ class SlamFrontEnd {
   Eigen::Matrix3d shown_ = Eigen::Matrix3d::Zero();  ///< information of the last match; zero where it failed
   /// As Keyframe::unseen, since the start or the last loop.
   Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
+  UnmeasuredMotion unmeasured_;
   WeakMotion weak_motion_;                                     ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and

@@ -354,8 +354,7 @@ bool ScanTracking::is_announced(const Pose2& found, const Pose2& predicted, Sens
 /// door.
 bool ScanTracking::is_leap(SensorTime stamp, const Pose2& found, const Pose2& odometry) const {
   const double seconds = previous_ ? (stamp - previous_->stamp).seconds() : 0;
-  const double speed = motion_.known ? motion_.step.position().norm() / motion_.interval : 0;
-  const double possible = std::max(kLeapSpeed, kLeapFactor * speed) * std::max(seconds, motion_.interval);
+  const double possible = std::max(kLeapSpeed, kLeapFactor * speed()) * std::max(seconds, motion_.interval);
   return (found.position() - odometry.position()).norm() > options_.max_leap + possible;
 }
 

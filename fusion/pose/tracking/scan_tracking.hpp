@@ -78,6 +78,8 @@ class ScanTracking {
   /// turn during the sweep, which odometry and scans tell differently.
   Eigen::Matrix3d published(const Eigen::Matrix3d& covariance) const;
 
+  /// m/s, as scans show it; 0 where they do not.
+  double speed() const { return motion_.known ? motion_.step.position().norm() / motion_.interval : 0; }
   OdometryFault fault() const { return sanity_.fault(); }
   bool is_odometry_suspected() const { return sanity_.is_suspected(); }
   bool is_mounting_doubtful() const { return sanity_.is_mounting_doubtful(); }

@@ -1,0 +1,40 @@
+// Notices odometry that stops harder than robots brake: it may have frozen while the robot drives on.
+#pragma once
+
+#include <optional>
+
+#include "fusion/pose/tracks/ring.hpp"
+#include "protocols/pose.hpp"
+
+namespace parhelion::pose {
+
+/// Encoders that stand give exactly the same pose again. A robot that stops has braked before; odometry that
+/// freezes goes on at full speed until then. The deceleration that explains the way of the last 0.3 s shows
+/// which it was, where odometry arrives often enough. Afterwards a robot that stood sets off gently.
+class AbruptStop {
+ public:
+  /// In the order of arrival.
+  void add(const Odometry& odometry);
+  /// Odometry stands still since such a stop, or has moved again for less than 0.3 s.
+  bool is_stopped() const { return stopped_; }
+  /// The last such stop is over, and odometry went on from a standstill: it was the robot's.
+  bool was_true() const { return was_true_; }
+  /// m/s, before the stop.
+  double speed() const { return speed_; }
+
+ private:
+  struct Sample {
+    SensorTime stamp;
+    double driven = 0;  ///< m
+  };
+  double deceleration() const;
+  void end_after(const Sample& now);
+
+  Ring<Sample> moving_{64};  ///< since odometry last stood still
+  std::optional<Odometry> latest_;
+  Sample last_;  ///< at `latest_`
+  double speed_ = 0;
+  bool still_ = false, stopped_ = false, was_true_ = false;
+};
+
+}  // namespace parhelion::pose
