@@ -98,6 +98,21 @@ TEST(LoopComparison, DoorsThatAreSeenBetterDoNotDrawTheRobotAway) {
   }
 }
 
+/// Neither do they where the robot is a metre away from the expected place: the right doors are much nearer
+/// to that than the wrong ones, 4 m on.
+TEST(LoopComparison, DoorsThatAreSeenBetterDoNotDrawTheRobotPastNearerOnes) {
+  for (const double along : {-1.0, 1.5}) {
+    const Pose2 displaced{along, 0.1, 0.005};
+    for (const double shift : {9.0, 11.0, 13.0}) {
+      const TwoVisits visits(repeating(), displaced, shift);
+      for (const Closure& closure : visits.closures(5)) {
+        EXPECT_LT((displaced * closure.correction * closure.place - closure.place).norm(), 0.1)
+            << along << " " << shift;
+      }
+    }
+  }
+}
+
 TEST(LoopComparison, FindsNothingInAnotherCorridor) {
   TwoVisits visits({.seed = 5}, {});
   const TwoVisits others({.seed = 6}, {});
