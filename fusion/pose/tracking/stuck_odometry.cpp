@@ -15,6 +15,9 @@ constexpr double kStarts[] = {0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.0};
 /// Part of the cost of standing, and cost, by which it is clearly less; and sigmas by the points.
 constexpr double kLess = 0.8, kLessCost = 3, kSigmas = 3;
 constexpr double kExplained = 0.55;  ///< points of a match that shows where the robot is
+/// As many as searches use. Scans of fewer, as of a laser that sees 4 m, do not hold a robot without
+/// odometry: they would follow it to a wrong place, and without them it is lost.
+constexpr int kPoints = 120;
 
 /// m, 1 sigma by the points of a match, along the line to another place.
 double sigma_towards(const Match& found, const Eigen::Vector2d& apart) {
@@ -46,7 +49,8 @@ std::optional<Match> StuckOdometry::moved_off(const SurfelMap& map,
       if (found.cost < best.cost) best = found;
     }
   }
-  if (best.explained < kExplained || best.cost > std::min(kLess * standing.cost, standing.cost - kLessCost))
+  if (best.points < kPoints || best.explained < kExplained ||
+      best.cost > std::min(kLess * standing.cost, standing.cost - kLessCost))
     return std::nullopt;
   const Eigen::Vector2d apart = best.T_map_base.position() - before.position();
   const bool away = apart.norm() > kSame && apart.norm() > kSigmas * sigma_towards(best, apart);

@@ -105,6 +105,39 @@ TEST(StuckOdometry, ARobotThatStandsAmongPeopleDoesNotDrive) {
   EXPECT_GT(searched, 0U);
 }
 
+/// Of few points scans would follow a robot without odometry to a wrong place.
+TEST(StuckOdometry, IsShownByScansOfManyPointsAlone) {
+  const RobotDescription robot = robot_with_far_laser();
+  const MatchOptions options{.by_direction = true};
+  const Eigen::Matrix3d prior = 5 * Eigen::Matrix3d::Identity();
+  std::mt19937 random(23);
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    const test::TrueBuilding building = ring(seed);
+    const test::TruePath begin({{2, 0}, {30, 0}}, 0.6), ahead({{2.5, 0}, {30, 0}}, 0.6);
+    const auto points_of = [&](const test::TruePath& path) {
+      return deskewed(test::true_scan(building.now, {}, robot, path, 0.5, 0.01, random), *robot.laser, {})
+          .points;
+    };
+    const Pose2 T_map_base = begin.at(0);
+    SurfelMap map(0.1);
+    map.add(points_of(begin), T_map_base, 1);
+    for (const std::size_t count : {90U, 1000U}) {
+      StuckOdometry stuck;
+      const auto moved_off = [&](const test::TruePath& path) {
+        const auto points = thinned(points_of(path), count);
+        const Match standing = match(map, points, T_map_base, T_map_base, 1e4 * prior, options);
+        return stuck.moved_off(map, points, T_map_base, standing, prior, options);
+      };
+      EXPECT_FALSE(moved_off(begin)) << seed;
+      const auto found = moved_off(ahead);
+      ASSERT_EQ(found.has_value(), count > 120) << seed << " " << count;
+      EXPECT_EQ(stuck.is_stuck(), count > 120);
+      if (!found) continue;
+      EXPECT_LT((found->T_map_base.position() - ahead.at(0).position()).norm(), 0.1) << seed;
+    }
+  }
+}
+
 TEST(StuckOdometry, OdometryThatHasMovedOnceIsNotDoubtedWhileItStands) {
   StuckOdometry stuck;
   stuck.add({0.1, 0, 0});
