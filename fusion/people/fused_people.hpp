@@ -2,12 +2,18 @@
 // are one person, who keeps the identity from one sensor's view to the other's, and over a short time out of
 // all views.
 //
+// Sightings that stay close to each other make a body. Each sighting votes for the person whom it has been
+// of, and more where that person was expected; the persons are assigned to the bodies with the most votes
+// (Hungarian method). So the better confirmed identity survives where two become one, it goes back to its
+// owner where one becomes two, and where one sensor's tracker mixes two people up, the others' votes decide.
+//
 // Each sensor has a tracker of its own, so that a robot with a wrong pose or a bad sensor spoils nothing of
 // the others' tracks. Estimates are joined by fast covariance intersection (Niehsen: "Information Fusion
 // based on Fast Covariance Intersection Filtering", FUSION 2002), which stays consistent although all tracks
 // assume the same motion.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -15,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "fusion/people/assignment.hpp"
 #include "fusion/people/mover.hpp"
 
 namespace parhelion::people {
@@ -55,40 +62,81 @@ class FusedPeople {
   std::span<const FusedPerson> persons() const { return shown_; }
 
  private:
-  struct Sighting {  ///< one sensor's track of a person
-    std::size_t sensor = 0;
-    Mover mover;
+  using Key = std::pair<std::size_t, std::uint32_t>;  // sensor, track
+  static constexpr std::size_t kVotes = 4;
+  static constexpr auto kEnd = static_cast<std::size_t>(-1);
+  /// For how long a track has lately been of a person.
+  struct Vote {
+    std::uint32_t person = 0;  ///< 0: none
+    double weight = 0;         ///< s
+  };
+  /// One sensor's track of a person.
+  struct Sighting {
+    Key key;
+    Mover mover;  ///< as reported ...
+    Mover here;   ///< ... and at `now`
+    bool fresh = false;
+    double unseen = 0;         ///< s since the previous call without returns
     std::uint32_t person = 0;  ///< 0: of nobody known yet
-    SimulationTime linked;     ///< since when it is of this person
-    SimulationTime fits;       ///< when it last was near the person's other sightings
+    bool joined = false;       ///< of this person since this call
+    std::array<Vote, kVotes> votes{};
+    SimulationTime voted, began;
+    std::size_t body = 0, next = kEnd;  ///< index of the first sighting of its body, and of the next one
+  };
+  /// Of two sightings near each other.
+  struct Bond {
+    bool together = false;  ///< of one body at the previous call
+    bool fits = false;      ///< may be of one person ...
+    SimulationTime since;   ///< ... or not, since then
+  };
+  struct Edge {
+    double cost;
+    std::size_t a, b;
+    bool operator<(const Edge& other) const {
+      return std::tie(cost, a, b) < std::tie(other.cost, other.a, other.b);
+    }
+  };
+  /// Sightings that are of one person.
+  struct Body {
+    std::uint32_t person = 0;
+    int fresh = 0;  ///< number of sightings with returns
   };
   struct Pairing {
     double cost;
-    std::size_t sighting, person;
+    std::size_t body, person;
     bool operator<(const Pairing& other) const {
-      return std::tie(cost, sighting, person) < std::tie(other.cost, other.sighting, other.person);
+      return std::tie(cost, body, person) < std::tie(other.cost, other.body, other.person);
     }
   };
 
-  void replace(std::size_t sensor, std::span<const Mover> movers);
-  void split(SimulationTime now);
-  void link(SimulationTime now);
-  void merge(SimulationTime now);
+  void replace(std::size_t sensor, std::span<const Mover> movers, SimulationTime now);
+  Sighting begin(const Key& key, const Mover& mover, SimulationTime now);
+  std::vector<Sighting>::iterator find(const Key& key);
+  bool fit(const Sighting& a, const Sighting& b, double wide = 1) const;
+  void observe_bonds(SimulationTime now);
+  void observe_bond(std::size_t i, std::size_t j, SimulationTime now);
+  bool may_join(std::size_t a, std::size_t b) const;
+  void gather();
+  void identify(SimulationTime now);
+  void recognise(SimulationTime now);
+  static double votes_for(const Sighting& sighting, std::uint32_t person);
+  double weight_of(const Sighting& sighting, const FusedPerson& person) const;
+  double continues(const Sighting& sighting, const FusedPerson& person) const;
+  void vote();
+  const Sighting* leader(const FusedPerson& person) const;
   void estimate(SimulationTime now);
-  bool seen_by(std::uint32_t person, std::size_t sensor) const;
-  bool fit(const Sighting& a, const Sighting& b, SimulationTime now) const;
-  bool may_be(const Sighting& sighting, std::uint32_t person, SimulationTime now) const;
-  bool fresh(const Sighting& sighting, SimulationTime now) const {
-    return now - sighting.mover.seen <= options_.stale;
-  }
-  bool seen_by_same_sensor(std::uint32_t a, std::uint32_t b) const;
 
   FusionOptions options_;
   std::vector<Sighting> sightings_;   // by sensor, then track
+  std::vector<Sighting> ended_;       // lately
   std::vector<FusedPerson> persons_;  // ascending id; those whom nobody sees, too
   std::vector<FusedPerson> shown_;
+  std::map<std::pair<Key, Key>, Bond> bonds_;
+  std::vector<Edge> edges_;
+  std::vector<Body> bodies_;  // at the index of the first sighting
   std::vector<Pairing> pairings_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, SimulationTime> close_since_;
+  std::vector<Candidate> candidates_;
+  Assignment assignment_;
   std::uint32_t last_id_ = 0;
 };
 

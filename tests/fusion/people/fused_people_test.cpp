@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -133,6 +134,89 @@ TEST(FusedPeople, a_track_that_leaves_its_person_is_of_another) {
   EXPECT_NEAR(fused.persons()[0].position.x(), 0, 1e-6);
   EXPECT_EQ(fused.persons()[0].id, 1U);
   EXPECT_NEAR(fused.persons()[1].position.x(), 3, 1e-6);
+}
+
+/// The identity shown at a place, or 0.
+std::uint32_t id_at(const FusedPeople& fused, const Eigen::Vector2d& place) {
+  for (const FusedPerson& each : fused.persons())
+    if ((each.position - place).norm() < 0.4) return each.id;
+  return 0;
+}
+
+/// Two people pass each other. The first sensor's track of the one goes on with the other, whom it had not
+/// seen before, and each sensor then finds who has no track of it: nobody is three people.
+TEST(FusedPeople, who_leaves_with_another_is_one_of_two) {
+  for (std::uint32_t seed = 1; seed <= 30; ++seed) {
+    FusedPeople fused;
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 0.04);
+    std::set<std::uint32_t> had;
+    for (int i = 0; i < 80; ++i) {
+      const double t = 0.05 * i;
+      const Eigen::Vector2d p(t, 0), q(4 - t, 0.3);  // pass at 2 s
+      const auto see = [&](std::uint32_t track, const Eigen::Vector2d& at_place, double speed) {
+        return person(track, at_place + Eigen::Vector2d(noise(random), noise(random)), {speed, 0}, t);
+      };
+      std::vector<Mover> first{t < 2 ? see(3, p, 1) : see(3, q, -1)}, second{see(3, p, 1)};
+      if (t > 2.6) first.push_back(see(14, p, 1)), second.push_back(see(12, q, -1));
+      fused.set(0, first, at(t));
+      fused.set(1, second, at(t));
+      had.merge(ids(fused));
+    }
+    EXPECT_EQ(had.size(), 2U) << seed;
+    EXPECT_EQ(ids(fused).size(), 2U) << seed;
+  }
+}
+
+/// One sensor's track is taken up by another person, whom the other sensor has been following.
+TEST(FusedPeople, a_track_that_jumps_to_another_person_takes_no_identity_along) {
+  FusedPeople fused;
+  for (int i = 0; i < 80; ++i) {
+    const double t = 0.05 * i;
+    const Eigen::Vector2d p(0, 0), q(1.5, 0);
+    fused.set(0, std::vector{person(2, t < 2 ? p : q, {0, 0}, t)}, at(t));
+    fused.set(1, std::vector{person(2, p, {0, 0}, t), person(7, q, {0, 0}, t)}, at(t));
+  }
+  EXPECT_EQ(id_at(fused, {0, 0}), 1U);
+  EXPECT_EQ(id_at(fused, {1.5, 0}), 2U);
+  EXPECT_EQ(ids(fused).size(), 2U);
+}
+
+/// Three sensors see two people who meet and part, and the tracker of the one that saw them first mixes them
+/// up.
+TEST(FusedPeople, the_majority_of_sensors_decides_who_is_who) {
+  for (const std::size_t wrong : {0U, 1U, 2U}) {
+    FusedPeople fused;
+    for (int i = 0; i < 120; ++i) {
+      const double t = 0.05 * i;
+      const double apart = std::abs(t - 2) * 0.8 + 0.45;
+      const Eigen::Vector2d p(t * 0.3, apart / 2), q(t * 0.3, -apart / 2);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t sensor = (k + wrong) % 3;
+        const bool swapped = k == 0 && t > 2;
+        std::vector<Mover> movers;
+        if (t >= 0.2 * static_cast<double>(k))
+          movers = {person(1, swapped ? q : p, {0.3, 0}, t), person(2, swapped ? p : q, {0.3, 0}, t)};
+        fused.set(sensor, movers, at(t));
+      }
+      if (t < 1.5 || t > 3.5) {
+        EXPECT_EQ(id_at(fused, p), 1U) << wrong << ", " << t;
+        EXPECT_EQ(id_at(fused, q), 2U) << wrong << ", " << t;
+      }
+    }
+  }
+}
+
+/// A track that is no person for a while and then one again is still of the same person.
+TEST(FusedPeople, a_track_that_was_no_person_meanwhile_keeps_its_person) {
+  FusedPeople fused;
+  for (int i = 0; i < 80; ++i) {
+    const double t = 0.05 * i;
+    std::vector<Mover> movers;
+    if (t < 1.5 || t > 3.3) movers.push_back(person(5, {2 * t, 0}, {2, 0}, t));
+    fused.set(0, movers, at(t));
+  }
+  EXPECT_EQ(ids(fused), std::set<std::uint32_t>{1});
 }
 
 TEST(FusedPeople, what_is_no_person_is_left_out) {
