@@ -39,15 +39,16 @@ bool FusedPeople::fit(const Sighting& a, const Sighting& b, double wide) const {
 /// Brings the bonds up to date, and collects those that hold.
 void FusedPeople::observe_bonds(SimulationTime now) {
   edges_.clear();
-  std::erase_if(bonds_, [&](const auto& each) {
-    const auto is_gone = [&](const Key& key) {
-      const auto place = find(key);
-      return place == sightings_.end() || place->key != key;
-    };
-    return is_gone(each.first.first) || is_gone(each.first.second);
-  });
-  for (std::size_t i = 0; i < sightings_.size(); ++i)
-    for (std::size_t j = i + 1; j < sightings_.size(); ++j) observe_bond(i, j, now);
+  for (auto& each : bonds_) each.second.near = false;
+  for (std::size_t i = 0; i < sightings_.size(); ++i) {
+    for (std::size_t j = i + 1; j < sightings_.size(); ++j) {
+      const Sighting &a = sightings_[i], &b = sightings_[j];
+      const bool near =
+          (a.here.position - b.here.position).squaredNorm() < options_.max_gap * options_.max_gap;
+      if (near || (a.person != 0 && a.person == b.person)) observe_bond(i, j, now);
+    }
+  }
+  std::erase_if(bonds_, [](const auto& each) { return !each.second.near; });
 }
 
 /// Who was one stays one for a while though apart, unless another fits better; who were two become one when
@@ -57,13 +58,12 @@ void FusedPeople::observe_bond(std::size_t i, std::size_t j, SimulationTime now)
   auto known = bonds_.find({a.key, b.key});
   const bool together = known != bonds_.end() && known->second.together;
   const bool fits = fit(a, b, together ? kApart : 1);
-  if (!fits && !together) {
-    if (known != bonds_.end()) bonds_.erase(known);
-    return;
-  }
-  if (known == bonds_.end()) known = bonds_.try_emplace({a.key, b.key}, Bond{false, fits, now}).first;
+  if (!fits && !together) return;
+  if (known == bonds_.end()) known = bonds_.try_emplace({a.key, b.key}, Bond{}).first;
   Bond& bond = known->second;
-  if (bond.fits != fits) {
+  bond.near = true;
+  bond.a = i, bond.b = j;
+  if (bond.since.ns == 0 || bond.fits != fits) {
     bond.fits = fits;
     bond.since = now;
   }
@@ -105,7 +105,7 @@ void FusedPeople::gather() {
     sightings_[last].next = b;
     for (std::size_t i = b; i != kEnd; i = sightings_[i].next) sightings_[i].body = a;
   }
-  for (auto& [keys, bond] : bonds_) bond.together = find(keys.first)->body == find(keys.second)->body;
+  for (auto& [keys, bond] : bonds_) bond.together = sightings_[bond.a].body == sightings_[bond.b].body;
 }
 
 /// Gives the bodies to the persons with the most votes. A body counts as often as
@@ -114,15 +114,8 @@ void FusedPeople::identify(SimulationTime now) {
   bodies_.assign(sightings_.size(), {});
   for (const Sighting& s : sightings_) bodies_[s.body].fresh += s.fresh ? 1 : 0;
   candidates_.clear();
-  for (std::uint32_t p = 0; p < persons_.size(); ++p) {
-    for (std::uint32_t body = 0; body < bodies_.size(); ++body) {
-      if (sightings_[body].body != body) continue;
-      double weight = 0;
-      for (std::size_t i = body; i != kEnd; i = sightings_[i].next)
-        weight += weight_of(sightings_[i], persons_[p]);
-      if (weight > 0) candidates_.push_back({body, p, -weight * std::max(bodies_[body].fresh, 1)});
-    }
-  }
+  for (std::uint32_t body = 0; body < bodies_.size(); ++body)
+    if (sightings_[body].body == body) add_candidates(body);
   const auto columns = assignment_.solve(bodies_.size(), persons_.size(), candidates_, 0);
   for (std::size_t body = 0; body < bodies_.size(); ++body)
     if (columns[body] != Assignment::kNone)
@@ -138,6 +131,26 @@ void FusedPeople::identify(SimulationTime now) {
     }
     s.joined = s.person != person;
     s.person = person;
+  }
+}
+
+/// The persons for whom a body's sightings vote.
+void FusedPeople::add_candidates(std::uint32_t body) {
+  const std::size_t first = candidates_.size();
+  for (std::size_t i = body; i != kEnd; i = sightings_[i].next) {
+    for (const Vote& vote : sightings_[i].votes) {
+      const auto person = std::lower_bound(persons_.begin(), persons_.end(), vote.person,
+                                           [](const FusedPerson& p, std::uint32_t id) { return p.id < id; });
+      if (vote.weight <= 0 || person == persons_.end() || person->id != vote.person) continue;
+      const auto column = static_cast<std::uint32_t>(person - persons_.begin());
+      if (std::any_of(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
+                      [column](const Candidate& c) { return c.column == column; }))
+        continue;
+      double weight = 0;
+      for (std::size_t j = body; j != kEnd; j = sightings_[j].next)
+        weight += weight_of(sightings_[j], *person);
+      candidates_.push_back({body, column, -weight * std::max(bodies_[body].fresh, 1)});
+    }
   }
 }
 

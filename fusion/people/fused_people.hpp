@@ -85,9 +85,11 @@ class FusedPeople {
   };
   /// Of two sightings near each other.
   struct Bond {
-    bool together = false;  ///< of one body at the previous call
-    bool fits = false;      ///< may be of one person ...
-    SimulationTime since;   ///< ... or not, since then
+    bool together = false;     ///< of one body at the previous call
+    bool fits = false;         ///< may be of one person ...
+    SimulationTime since;      ///< ... or not, since then
+    bool near = false;         ///< at this call ...
+    std::size_t a = 0, b = 0;  ///< ... its sightings' indices
   };
   struct Edge {
     double cost;
@@ -118,6 +120,7 @@ class FusedPeople {
   bool may_join(std::size_t a, std::size_t b) const;
   void gather();
   void identify(SimulationTime now);
+  void add_candidates(std::uint32_t body);
   void recognise(SimulationTime now);
   static double votes_for(const Sighting& sighting, std::uint32_t person);
   double weight_of(const Sighting& sighting, const FusedPerson& person) const;
