@@ -68,10 +68,10 @@ class FairQueue {
   using Lines = std::map<std::uint64_t, Line>;
 
   Item take_newest(std::size_t (Line::*amount)() const) {
-    auto most = lines_.begin();
+    auto longest = lines_.begin();
     for (auto line = lines_.begin(); line != lines_.end(); ++line)
-      if ((line->second.*amount)() > (most->second.*amount)()) most = line;
-    return take(most, false);
+      if ((line->second.*amount)() > (longest->second.*amount)()) longest = line;
+    return take(longest, false);
   }
 
   /// Erases the sender that has no more.

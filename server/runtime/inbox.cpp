@@ -151,10 +151,10 @@ bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived
     return false;
   }
   while (queue.bytes > 0 && queue.bytes + size > limits_.bytes) {
-    const auto most =
+    const auto largest =
         std::max_element(queue.amounts.begin(), queue.amounts.end(),
                          [](const auto& a, const auto& b) { return a.second.bytes < b.second.bytes; });
-    drop_oldest(queue, most->first);
+    drop_oldest(queue, largest->first);
   }
   return true;
 }
