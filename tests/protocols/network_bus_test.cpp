@@ -50,7 +50,7 @@ TEST(NetworkBus, ASendOnlyEndpointSendsAndReceivesNothing) {
   EXPECT_FALSE(open_network_speaker("tcpq://localhost").ok());
 }
 
-TEST(NetworkBus, SendersAreToldApart) {
+TEST(NetworkBus, SendersHaveNumbersOfTheirOwn) {
   const std::string url = own_url();
   OPEN_OR_SKIP(receiver, url);
   OPEN_OR_SKIP(one, url);

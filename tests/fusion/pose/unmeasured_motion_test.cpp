@@ -85,7 +85,7 @@ TEST(AbruptStop, AnEmergencyStopIsKnownWhenTheRobotSetsOffAgain) {
   EXPECT_TRUE(stop.was_true());
 }
 
-TEST(AbruptStop, NothingIsSaidOfOdometryThatArrivesSeldom) {
+TEST(AbruptStop, NothingFollowsFromOdometryThatArrivesSeldom) {
   AbruptStop stop;
   for (int i = 0; i < 40; ++i) {
     const Pose2 pose{0.25 * std::min(i, 20), 0, 0};
