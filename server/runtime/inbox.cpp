@@ -19,9 +19,13 @@ constexpr Duration kForeignAgain = seconds(60.0);  // continued publishing is no
 constexpr int kMaxMessagesAtEnd =
     4096;  // limit for draining the bus, so that a continuous sender cannot prevent the end
 
-bool drives_robot(tick::InputKind kind) {
-  return kind == tick::InputKind::teleop || kind == tick::InputKind::joint_command;
+bool may_be_dropped(tick::InputKind kind) {
+  return kind == tick::InputKind::camera || kind == tick::InputKind::depth ||
+         kind == tick::InputKind::lines || kind == tick::InputKind::odometry ||
+         kind == tick::InputKind::pose_cov || kind == tick::InputKind::none;
 }
+
+bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
 
 }  // namespace
 
@@ -33,7 +37,6 @@ Inbox::Inbox(Bus& bus, const tick::Configuration& configuration, Guards guards, 
       limits_(limits),
       sent_(sent),
       queues_(guards_.size() + 1),
-      commands_(limits_.commands, limits_.bytes),
       clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
       thread_([this] { run(); }) {}
 
@@ -65,8 +68,10 @@ void Inbox::run() {
   }
 }
 
-Inbox::Queue& Inbox::queue_of(std::string_view channel, std::size_t robot) {
-  return is_robot_channel(channels_.canonical(channel)) ? queues_[robot] : queues_.back();
+Inbox::Queue& Inbox::queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot) {
+  const bool of_agent = kind == tick::InputKind::agent_teleop || kind == tick::InputKind::agent_joint_command;
+  const bool robots = !of_agent && is_robot_channel(channels_.canonical(channel));
+  return robots ? queues_[robot] : queues_.back();
 }
 
 void Inbox::push(Message message) {
@@ -80,7 +85,8 @@ void Inbox::push(Message message) {
   arrived.message = std::move(message);
   {
     const std::lock_guard lock(mutex_);
-    enqueue(kind, std::move(arrived));
+    Queue& queue = queue_of(kind, arrived.message.channel, arrived.robot);
+    enqueue(queue, kind, std::move(arrived));
   }
   changed_.notify_one();  // the loop, after the lock is released
 }
@@ -94,10 +100,10 @@ std::optional<EmergencyStopCommand> Inbox::first_stop(tick::InputKind kind, cons
   return command;
 }
 
-bool Inbox::has_room(const EmergencyStopCommand& stop) const {
-  if (stops_.size() < limits_.stops) return true;
+bool Inbox::has_room(const Queue& queue, const EmergencyStopCommand& stop) const {
+  if (queue.stops.size() < limits_.stops) return true;
   if (!stop.engaged) return false;
-  for (auto last = stops_.rbegin(); last != stops_.rend(); ++last) {
+  for (auto last = queue.stops.rbegin(); last != queue.stops.rend(); ++last) {
     const std::string& robot = last->command.robot;
     if (last->command.engaged && (robot.empty() || robot == stop.robot)) return false;
     if (!last->command.engaged && (robot.empty() || stop.robot.empty() || robot == stop.robot)) return true;
@@ -105,32 +111,26 @@ bool Inbox::has_room(const EmergencyStopCommand& stop) const {
   return true;
 }
 
-void Inbox::enqueue(tick::InputKind kind, Arrived arrived) {
-  if (auto stop = first_stop(kind, arrived.message))
-    return enqueue_stop({std::move(arrived), std::move(*stop)});
-  if (tick::is_command(kind)) return enqueue_command(std::move(arrived));
-  Queue& queue = queue_of(arrived.message.channel, arrived.robot);
-  if (!make_room(queue, kind, arrived)) return;
-  Amount& amount = queue.amounts[kind];
-  ++amount.count;
-  amount.bytes += arrived.message.payload.size();
-  queue.bytes += arrived.message.payload.size();
-  queue.waiting.push_back(std::move(arrived));
-}
-
-void Inbox::enqueue_stop(Stop stop) {
-  if (has_room(stop.command)) {
-    stops_.push_back(std::move(stop));
-  } else {
-    ++dropped_;
+void Inbox::enqueue(Queue& queue, tick::InputKind kind, Arrived arrived) {
+  if (auto stop = first_stop(kind, arrived.message)) {
+    if (has_room(queue, *stop)) {
+      queue.stops.push_back({std::move(arrived), std::move(*stop)});
+    } else {
+      ++dropped_;
+    }
+    return;
   }
-}
-
-void Inbox::enqueue_command(Arrived arrived) {
-  const std::uint64_t sender = arrived.message.sender;
-  const std::size_t bytes = arrived.message.payload.size();
-  for (const Arrived& displaced : commands_.push(sender, std::move(arrived), bytes))
-    refuse_command(displaced.message);
+  if (!make_room(queue, kind, arrived)) return;
+  if (may_be_dropped(kind)) {
+    ++queue.others;
+  } else {
+    queue.bytes += arrived.message.payload.size();
+  }
+  if (kind == tick::InputKind::command) {
+    ++queue.commands;
+    ++queue.commands_of[arrived.message.sender];
+  }
+  queue.waiting.push_back(std::move(arrived));
 }
 
 void Inbox::note_foreign(const Message& message) {
@@ -141,70 +141,104 @@ void Inbox::note_foreign(const Message& message) {
   foreign_.insert(*channel);
 }
 
-/// False: the new input is dropped. A scan is kept whatever it displaces.
+/// False: the new input is dropped.
 bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived) {
-  const bool is_scan = kind == tick::InputKind::scan;
-  if (!is_scan && queue.amounts[kind].count >= limits_.others) drop_oldest(queue, kind);
-  const std::size_t size = arrived.message.payload.size();
-  if (!is_scan && size > limits_.bytes) {
-    ++dropped_;
-    return false;
+  if (may_be_dropped(kind)) {
+    if (queue.others >= limits_.others) drop(queue, oldest(queue, may_be_dropped));
+    return true;
   }
-  while (queue.bytes > 0 && queue.bytes + size > limits_.bytes) {
-    const auto largest =
-        std::max_element(queue.amounts.begin(), queue.amounts.end(),
-                         [](const auto& a, const auto& b) { return a.second.bytes < b.second.bytes; });
-    drop_oldest(queue, largest->first);
+  if (kind == tick::InputKind::command && queue.commands >= limits_.commands &&
+      !make_room_for_command(queue, arrived.message))
+    return false;
+  while (queue.bytes > 0 && queue.bytes + arrived.message.payload.size() > limits_.bytes) {
+    const auto scan = oldest(queue, is_scan);
+    if (scan == queue.waiting.end() && kind == tick::InputKind::scan)
+      break;  // only commands left: a scan is kept regardless
+    if (scan == queue.waiting.end()) {
+      ++dropped_;
+      return false;
+    }
+    if (scan->ticket != 0) {
+      guards_[scan->robot][scan->sensor]->give_up(scan->ticket);
+      ++given_up_;
+    }
+    drop(queue, scan);
   }
   return true;
 }
 
-/// Of a kind that is in the queue.
-void Inbox::drop_oldest(Queue& queue, tick::InputKind kind) {
-  const auto oldest = std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
-    return channels_.kind(waiting.message.channel) == kind;
+/// False: the new command is refused, as its sender has the most.
+bool Inbox::make_room_for_command(Queue& queue, const Message& message) {
+  const auto longest = std::max_element(queue.commands_of.begin(), queue.commands_of.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto own = queue.commands_of.find(message.sender);
+  const std::size_t with_new = 1 + (own == queue.commands_of.end() ? 0 : own->second);
+  if (longest == queue.commands_of.end() || with_new >= longest->second) {
+    refuse_command(message);
+    return false;
+  }
+  const auto newest = std::find_if(queue.waiting.rbegin(), queue.waiting.rend(), [&](const Arrived& waiting) {
+    return waiting.message.sender == longest->first &&
+           channels_.kind(waiting.message.channel) == tick::InputKind::command;
   });
-  if (oldest->ticket != 0) guards_[oldest->robot][oldest->sensor]->give_up(oldest->ticket);
-  if (kind == tick::InputKind::scan && oldest->ticket != 0) ++given_up_;
-  forget(queue, *oldest);
+  refuse_command(newest->message);
+  forget(queue, *newest);
+  queue.waiting.erase(std::next(newest).base());
+  return true;
+}
+
+std::deque<Arrived>::iterator Inbox::oldest(Queue& queue, bool (*wanted)(tick::InputKind)) {
+  return std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
+    return wanted(channels_.kind(waiting.message.channel));
+  });
+}
+
+void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
+  forget(queue, *waiting);
   ++dropped_;
-  queue.waiting.erase(oldest);
+  queue.waiting.erase(waiting);
 }
 
 void Inbox::forget(Queue& queue, const Arrived& leaving) {
-  const std::size_t bytes = leaving.message.payload.size();
-  Amount& amount = queue.amounts[channels_.kind(leaving.message.channel)];
-  --amount.count;
-  amount.bytes -= bytes;
-  queue.bytes -= bytes;
+  const tick::InputKind kind = channels_.kind(leaving.message.channel);
+  if (may_be_dropped(kind)) {
+    --queue.others;
+  } else {
+    queue.bytes -= leaving.message.payload.size();
+  }
+  if (kind != tick::InputKind::command) return;
+  --queue.commands;
+  const auto sender = queue.commands_of.find(leaving.message.sender);
+  if (--sender->second == 0) queue.commands_of.erase(sender);
 }
 
 Arrived Inbox::pop(Queue& queue) {
-  Arrived arrived = std::move(queue.waiting.front());
-  forget(queue, arrived);
-  queue.waiting.pop_front();
+  Arrived arrived;
+  took_stop_ = !queue.stops.empty();
+  if (took_stop_) {
+    arrived = std::move(queue.stops.front().arrived);
+    queue.stops.pop_front();
+  } else {
+    arrived = std::move(queue.waiting.front());
+    forget(queue, arrived);
+    queue.waiting.pop_front();
+  }
+  arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
   return arrived;
 }
 
-/// An emergency stop never is.
-bool Inbox::is_late_command(const Arrived& arrived) const {
+bool Inbox::is_late(const Arrived& arrived) const {
   return channels_.kind(arrived.message.channel) == tick::InputKind::command &&
          steady_now() - std::max(arrived.received, *first_take_) > limits_.command_age;
 }
 
-/// The loop would refuse it, and would need a step for that.
-bool Inbox::is_superseded(const Queue& queue, const Arrived& arrived) const {
-  const tick::InputKind kind = channels_.kind(arrived.message.channel);
-  if (!drives_robot(kind) || wall_now().ns - arrived.message.arrival.ns <= driving_timing::kMaxQueueAge.ns)
-    return false;
-  const auto newer = queue.amounts.find(kind);
-  return newer != queue.amounts.end() && newer->second.count > 0;
-}
-
-/// All at once: each would otherwise wait for a turn.
-void Inbox::refuse_late_commands() {
-  const auto late = commands_.take_oldest([this](const Arrived& each) { return is_late_command(each); });
-  for (const Arrived& each : late) refuse_command(each.message);
+/// All of the oldest at once: with one a turn the replies would come after nobody waits for them any more.
+void Inbox::refuse_late_commands(Queue& queue) {
+  while (!queue.waiting.empty() && is_late(queue.waiting.front())) {
+    refuse_command(queue.waiting.front().message);
+    forget(queue, queue.waiting.front());
+    queue.waiting.pop_front();
+  }
 }
 
 /// Without a request number there is nobody to reply to.
@@ -212,50 +246,43 @@ void Inbox::refuse_command(const Message& message) {
   ++dropped_;
   InstructorCommand command;
   (void)tick::read_command(channels_, message, command);  // of an unreadable one, what could be read
-  if (const std::uint64_t request = request_of(command); request != 0)
-    (void)refused_commands_.push(message.sender, request, 1);
+  const std::uint64_t request = request_of(command);
+  if (request != 0 && refused_commands_.size() < kMaxRefusals) refused_commands_.push_back(request);
 }
 
-/// A stop, but not twice in a row while others have inputs; else the oldest of the queue whose turn it is, of
-/// those with inputs; nullopt: there is none.
-std::optional<Arrived> Inbox::next() {
-  const auto next_stop = [this] {
-    Arrived arrived = std::move(stops_.front().arrived);
-    stops_.pop_front();
-    took_stop_ = true;
-    return arrived;
-  };
-  if (!stops_.empty() && !took_stop_) return next_stop();
-  took_stop_ = false;
-  for (std::size_t i = 0; i <= queues_.size(); ++i) {
-    const std::size_t turn = std::exchange(turn_, (turn_ + 1) % (queues_.size() + 1));
-    if (turn == queues_.size()) {
-      if (auto command = commands_.pop()) return command;
-      continue;
-    }
-    while (!queues_[turn].waiting.empty()) {
-      Arrived arrived = pop(queues_[turn]);
-      if (!is_superseded(queues_[turn], arrived)) return arrived;
-      ++dropped_;
-    }
+/// The session's for a stop, but not twice in a row while others have inputs; else the one whose turn it is,
+/// of those with inputs; nullptr: there is none.
+Inbox::Queue* Inbox::next_queue() {
+  Queue& session = queues_.back();
+  const bool stops = !session.stops.empty();
+  if (stops && !took_stop_) return &session;
+  for (std::size_t i = 0; i < queues_.size(); ++i) {
+    Queue& queue = queues_[turn_];
+    turn_ = (turn_ + 1) % queues_.size();
+    if (!queue.waiting.empty() && !(stops && &queue == &session)) return &queue;
   }
-  return stops_.empty() ? std::nullopt : std::optional(next_stop());
+  return stops ? &session : nullptr;
 }
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {
   std::unique_lock lock(mutex_);
   if (!first_take_) first_take_ = steady_now();
   while (true) {
-    refuse_late_commands();
-    if (auto arrived = next()) {
-      lock.unlock();
-      arrived->age = Duration{wall_now().ns - arrived->message.arrival.ns};
-      arrived->message.arrival = stamp();
-      return arrived;
+    refuse_late_commands(queues_.back());
+    Queue* queue = nullptr;
+    while ((queue = next_queue()) == nullptr) {
+      const Duration left = deadline - steady_now();
+      if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
+      changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
     }
-    const Duration left = deadline - steady_now();
-    if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
-    changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
+    Arrived arrived = pop(*queue);
+    if (is_late(arrived)) {  // while this waited for another input
+      refuse_command(arrived.message);
+      continue;
+    }
+    lock.unlock();
+    arrived.message.arrival = stamp();
+    return arrived;
   }
 }
 
@@ -290,12 +317,10 @@ std::uint64_t Inbox::take_given_up() {
 
 std::vector<std::uint64_t> Inbox::take_refused_commands(std::size_t max_count) {
   const std::lock_guard lock(mutex_);
-  std::vector<std::uint64_t> taken;
-  while (taken.size() < max_count) {
-    const auto request = refused_commands_.pop();
-    if (!request) break;
-    taken.push_back(*request);
-  }
+  const auto end =
+      refused_commands_.begin() + static_cast<std::ptrdiff_t>(std::min(max_count, refused_commands_.size()));
+  std::vector<std::uint64_t> taken(refused_commands_.begin(), end);
+  refused_commands_.erase(refused_commands_.begin(), end);
   return taken;
 }
 

@@ -16,7 +16,6 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/driving_timing.hpp"
 #include "protocols/instructor_command.hpp"
-#include "server/runtime/fair_queue.hpp"
 #include "server/runtime/guard.hpp"
 #include "server/runtime/sent_messages.hpp"
 #include "server/runtime/session_clock.hpp"
@@ -36,36 +35,31 @@ struct Arrived {
 
 using Guards = std::vector<std::vector<Guard*>>;
 
-/// Limits of a queue.
+/// Limits of a queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams a
+/// second.
 struct InboxLimits {
-  /// Inputs of one kind other than scans and commands: the oldest is dropped. Each such input has its own
-  /// stamp, and a later one of its kind corrects what the dropped one leaves unknown. A dropped TELEOP or
-  /// JOINT_CMD was superseded.
-  std::size_t others = 256;
-  /// Of a robot, of commands, of the session's other inputs. Enough for an hour of ten scans of 361 beams a
-  /// second.
-  std::size_t bytes = std::size_t{64} << 20;
-  std::size_t commands = 1000;  ///< of instructors, waiting: a scenario's whole crowd
-  std::size_t stops = 256;      ///< emergency stops of trainees' robots, and their releases
+  std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
+  std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
+  std::size_t commands = 1000;                ///< of instructors, waiting: a scenario's whole crowd
+  std::size_t stops = 256;                    ///< emergency stops of trainees' robots, and their releases
   /// Longest wait of an instructor's command, from the first call of take() on. `inject` and pages wait
   /// longer for a reply: what they report as failed must not happen later.
   Duration command_age = driving_timing::kMaxCommandAge;
 };
 
 /// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
-/// takes them. Queues take turns: one of each robot, one with the instructors' commands, one with the
-/// session's other inputs. So a robot that sends too much delays itself, and a loop that cannot keep up with
-/// a robot's inputs still executes commands. Commands of several senders take turns, too. Emergency stops of
-/// trainees' robots, and their releases, precede all else, in the order in which they came; while many wait,
-/// each second input is another one. The stop of an agent waits in turn, behind what its sender sent before:
-/// that may make the agent.
+/// takes them. Each robot has a queue, and so has the session, with the instructors' commands; they take
+/// turns, so that a robot that sends too much delays itself, and a loop that cannot keep up with a robot's
+/// inputs still executes commands. Emergency stops of trainees' robots, and their releases, precede all else,
+/// in the order in which they came; while many wait, each second input is another one. The stop of an agent
+/// waits in turn, behind what makes the agent: the session's inputs stay in the order in which they came.
 ///
-/// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the kind that has the most gives
-/// its oldest input. A scan is given up to the guard, which publishes it raw. Commands beyond `commands` or
-/// `bytes` are refused: the newest ones of the sender that has the most. So is a command that has waited
-/// longer than `command_age`. An older TELEOP or JOINT_CMD than driving_timing::kMaxQueueAge, which must not
-/// move a robot, takes no turn if a newer one waits. Of emergency stops beyond `stops` a release is dropped,
-/// and so is a stop that only repeats what the last ones that wait say: no robot stays free.
+/// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given up to the
+/// guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it was
+/// acknowledged. When `commands` wait, the newest command of the sender that has the most is refused, so that
+/// a flood costs no other sender a command. So is one that has waited longer than `command_age`. Of emergency
+/// stops beyond `stops` a release is dropped, and so is a stop that only repeats what the last ones that wait
+/// say: no robot stays free.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
@@ -91,9 +85,8 @@ class Inbox {
   /// Scans given up to the guard since the last call: they are missing in the session log.
   std::uint64_t take_given_up();
   static constexpr std::size_t kMaxRefusals = 2000;
-  /// Request numbers of instructors' commands that were refused and not yet taken; senders take turns, the
-  /// oldest of each first. At most kMaxRefusals are kept, further ones of the sender that has the most are
-  /// only counted as dropped.
+  /// Request numbers of instructors' commands that were refused and not yet taken, the oldest first. At most
+  /// kMaxRefusals are kept, further ones are only counted as dropped.
   std::vector<std::uint64_t> take_refused_commands(std::size_t max_count = kMaxRefusals);
   /// Channels (see SentMessages::foreign()) with messages of other publishers since the last call, ascending;
   /// each at most once a minute. Messages do not identify their sender.
@@ -108,29 +101,26 @@ class Inbox {
     Arrived arrived;
     EmergencyStopCommand command;
   };
-  struct Amount {
-    std::size_t count = 0, bytes = 0;
-  };
   struct Queue {
+    std::deque<Stop> stops;  // before all that waits
     std::deque<Arrived> waiting;
-    std::map<tick::InputKind, Amount> amounts;
-    std::size_t bytes = 0;
+    std::size_t others = 0, bytes = 0, commands = 0;   // as in InboxLimits
+    std::map<std::uint64_t, std::size_t> commands_of;  // by sender, see Message::sender
   };
-  Queue& queue_of(std::string_view channel, std::size_t robot);
-  std::optional<Arrived> next();
+  Queue& queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot);
+  Queue* next_queue();
   std::optional<EmergencyStopCommand> first_stop(tick::InputKind kind, const Message& message) const;
-  bool has_room(const EmergencyStopCommand& stop) const;
-  void enqueue(tick::InputKind kind, Arrived arrived);
-  void enqueue_stop(Stop stop);
-  void enqueue_command(Arrived arrived);
+  bool has_room(const Queue& queue, const EmergencyStopCommand& stop) const;
+  void enqueue(Queue& queue, tick::InputKind kind, Arrived arrived);
   bool make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived);
+  bool make_room_for_command(Queue& queue, const Message& message);
   Arrived pop(Queue& queue);
-  bool is_late_command(const Arrived& arrived) const;
-  bool is_superseded(const Queue& queue, const Arrived& arrived) const;
-  void refuse_late_commands();
+  bool is_late(const Arrived& arrived) const;
+  void refuse_late_commands(Queue& queue);
   void refuse_command(const Message& message);
-  void drop_oldest(Queue& queue, tick::InputKind kind);
+  void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
   void forget(Queue& queue, const Arrived& leaving);
+  std::deque<Arrived>::iterator oldest(Queue& queue, bool (*wanted)(tick::InputKind));
 
   Bus& bus_;
   const tick::Configuration& configuration_;
@@ -140,14 +130,12 @@ class Inbox {
   const SentMessages* sent_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Stop> stops_;     // before all that waits
   std::vector<Queue> queues_;  // by robot; the last is the session's
-  FairQueue<Arrived> commands_;
   std::optional<WallTime> first_take_;
-  std::size_t turn_ = 0;    // index of the queue that is next; behind the last: commands
+  std::size_t turn_ = 0;    // index of the queue that is next
   bool took_stop_ = false;  // the last input was one
   std::uint64_t dropped_ = 0, given_up_ = 0;
-  FairQueue<std::uint64_t> refused_commands_{kMaxRefusals, kMaxRefusals};
+  std::vector<std::uint64_t> refused_commands_;
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel
   std::string fault_;

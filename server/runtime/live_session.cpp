@@ -331,11 +331,17 @@ void LiveSession::note_given_up() {
   if (count > 0) decide_now(LoopDecision::Kind::scans_left_out, count);
 }
 
-/// Replies to commands that the inbox refused. No time passes: a loop that is behind would otherwise do a
+/// Replies to commands that the inbox refused. All at one time: a loop that is behind would otherwise do a
 /// physics step for each.
 void LiveSession::refuse_late_commands(std::size_t max_count) {
-  for (const std::uint64_t request : inbox_.take_refused_commands(max_count))
-    decide(LoopDecision::Kind::late_command, request, inbox_.next_stamp());
+  const std::vector<std::uint64_t> requests = inbox_.take_refused_commands(max_count);
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    if (i == 0) {
+      decide_now(LoopDecision::Kind::late_command, requests[i]);
+    } else {
+      decide(LoopDecision::Kind::late_command, requests[i], inbox_.next_stamp());
+    }
+  }
 }
 
 void LiveSession::decide_now(LoopDecision::Kind kind, std::uint64_t count) {

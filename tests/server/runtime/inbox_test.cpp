@@ -6,7 +6,6 @@
 #include <map>
 #include <thread>
 
-#include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/synthetic.hpp"
 
@@ -251,64 +250,11 @@ TEST_F(InboxTest, InboxBoundsStopsAndReleasesAndFreesNoRobot) {
 
 TEST_F(InboxTest, InboxTakesACommandInTurnWithTheInputsOfARobotThatSendsTooMuch) {
   Inbox inbox(*server_, configuration_, {{&guard_}});
-  for (int i = 0; i < 200; ++i) send("TELEOP");
+  for (int i = 0; i < 1000; ++i) send("TELEOP");
   send("MR_SPAWN", 7);
   const auto all = take_all(inbox);
-  ASSERT_EQ(all.size(), 201U);
+  ASSERT_EQ(all.size(), 1001U);
   EXPECT_TRUE(all[0].message.channel == "MR_SPAWN" || all[1].message.channel == "MR_SPAWN");
-}
-
-/// A flood on one channel costs no other channel a message, and no memory without end.
-TEST_F(InboxTest, InboxKeepsTheNewestInputsOfEachKind) {
-  Inbox inbox(*server_, configuration_, {{&guard_}});
-  const std::vector<std::string> channels = {"IMU",    "JOINT_STATE", "POSE_COV",          "ROBOT",
-                                             "TELEOP", "JOINT_CMD",   "MR_AGENT_a_TELEOP", "OPERATOR"};
-  send("ODOMETRY", 7);
-  for (int i = 0; i < 300; ++i)
-    for (const std::string& channel : channels) send(channel, static_cast<std::uint8_t>(i));
-  std::map<std::string, int> counts, last;
-  for (const Arrived& taken : take_all(inbox)) {
-    ++counts[taken.message.channel];
-    last[taken.message.channel] = taken.message.payload[0];
-  }
-  EXPECT_EQ(counts["ODOMETRY"], 1);
-  for (const std::string& channel : channels) {
-    EXPECT_EQ(counts[channel], 256) << channel;
-    EXPECT_EQ(last[channel], 299 % 256) << channel;
-  }
-  EXPECT_EQ(inbox.dropped(), channels.size() * (300 - 256));
-}
-
-TEST_F(InboxTest, InboxBoundsTheBytesOfImagesAndLosesNoScanToThem) {
-  std::vector<std::uint8_t> scan;
-  encode(Scan{}, scan);
-  InboxLimits limits;
-  limits.bytes = 10 * scan.size();
-  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
-  const std::vector<std::uint8_t> image(2 * scan.size());
-  for (int i = 0; i < 3; ++i) send_scan(1);
-  for (int i = 0; i < 50; ++i) ASSERT_TRUE(robot_->publish("CAMERA", image).ok());
-  std::map<std::string, int> counts;
-  for (const Arrived& taken : take_all(inbox)) ++counts[taken.message.channel];
-  EXPECT_EQ(counts["SCAN"], 3);
-  EXPECT_EQ(counts["CAMERA"], 3);
-  EXPECT_EQ(inbox.take_given_up(), 0U);
-}
-
-/// A loop that is behind would refuse each, and would need a step for each. The newest is taken, as the loop
-/// reports it.
-TEST_F(InboxTest, InboxPassesOverOldCommandsOfADriverThatANewerOneSupersedes) {
-  Inbox inbox(*server_, configuration_, {{&guard_}});
-  for (std::uint8_t i = 0; i < 5; ++i) send("TELEOP", i);
-  send("JOINT_CMD", 5);
-  send("ODOMETRY", 6);
-  std::this_thread::sleep_for(std::chrono::nanoseconds(2 * driving_timing::kMaxQueueAge.ns));
-  send("TELEOP", 7);
-  send("TELEOP", 8);
-  std::vector<int> taken;
-  for (const Arrived& each : take_all(inbox)) taken.push_back(each.message.payload[0]);
-  EXPECT_EQ(taken, (std::vector<int>{5, 6, 7, 8}));
-  EXPECT_EQ(inbox.dropped(), 5U);
 }
 
 class InboxRefusalTest : public InboxTest {
@@ -328,42 +274,47 @@ class InboxRefusalTest : public InboxTest {
   }
 };
 
-/// Whoever floods has his own commands refused, and another sender's is the second at the latest.
 TEST_F(InboxRefusalTest, InboxRefusesNoCommandOfASenderForTheFloodOfAnother) {
   InboxLimits limits;
   limits.commands = 20;
   Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   const auto instructor = hub_.connect();
   for (std::uint64_t i = 1; i <= 100; ++i) send_spawn(i);
+  send_stop("robot_1", true);
   send_spawn(1000, *instructor);
   send_spawn(1001, *instructor);
   for (std::uint64_t i = 101; i <= 200; ++i) send_spawn(i);
   std::vector<std::uint64_t> requests;
-  for (const Arrived& taken : take_all(inbox)) requests.push_back(request_of(taken));
+  int stops = 0;
+  for (const Arrived& taken : take_all(inbox)) {
+    if (taken.message.channel == "MR_SPAWN")
+      requests.push_back(request_of(taken));
+    else
+      ++stops;
+  }
   ASSERT_EQ(requests.size(), 20U);
-  EXPECT_LE(std::find(requests.begin(), requests.end(), 1000) - requests.begin(), 1);
-  EXPECT_LE(std::find(requests.begin(), requests.end(), 1001) - requests.begin(), 3);
+  EXPECT_TRUE(std::is_sorted(requests.begin(), requests.end())) << "in the order in which they came";
+  EXPECT_EQ(requests[18], 1000U);
+  EXPECT_EQ(requests[19], 1001U);
+  EXPECT_EQ(stops, 1) << "the stop of an agent is no command that is refused";
   const auto refused = inbox.take_refused_commands();
   EXPECT_EQ(refused.size(), 182U);
   EXPECT_LE(*std::max_element(refused.begin(), refused.end()), 200U);
 }
 
 /// Not one a turn: the replies must come while somebody waits for them.
-TEST_F(InboxRefusalTest, InboxRefusesAllLateCommandsAtOnceAndEachSenderInTurn) {
+TEST_F(InboxRefusalTest, InboxRefusesAllLateCommandsAtOnce) {
   InboxLimits limits;
-  limits.command_age = milliseconds(50);
+  limits.command_age = milliseconds(1);
   Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   EXPECT_FALSE(inbox.take(steady_now())) << "from here on commands age";
-  const auto instructor = hub_.connect();
   for (std::uint64_t i = 1; i <= 500; ++i) send_spawn(i);
-  send_spawn(1000, *instructor);
   for (int i = 0; i < 10; ++i) send("ODOMETRY");
-  std::this_thread::sleep_for(std::chrono::milliseconds(120));  // the loop is behind
   inbox.close();
+  const WallTime received = steady_now();
+  while (steady_now() - received <= milliseconds(1)) std::this_thread::yield();  // the loop is behind
   ASSERT_TRUE(inbox.take(steady_now()));
-  const auto first = inbox.take_refused_commands(2);
-  EXPECT_NE(std::find(first.begin(), first.end(), 1000), first.end());
-  EXPECT_EQ(inbox.take_refused_commands().size(), 499U);
+  EXPECT_EQ(inbox.take_refused_commands().size(), 500U);
 }
 
 TEST_F(InboxRefusalTest, InboxRefusesCommandsBeyondItsLimitByTheirRequests) {
