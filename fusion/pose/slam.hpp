@@ -46,7 +46,7 @@ struct SlamOptions {
   std::function<std::optional<SweepMotion>(SensorTime)> sweep_motion;
 };
 
-/// Between two clocks: s, to add to stamps of the first, and 1 sigma.
+/// s, to add to odometry's stamps: then they are on the clock of the scans; and 1 sigma.
 struct ClockOffset {
   double seconds = 0, sigma = 0;
 };
@@ -67,7 +67,7 @@ class Slam {
   virtual std::vector<PoseEstimate> finish() = 0;
   /// What was found to be wrong with odometry so far; always empty with an engine of MRPT.
   virtual std::vector<OdometryFinding> odometry_findings() const { return {}; }
-  /// Of odometry's stamps against the scans', as a map that was built shows it; it was not applied.
+  /// As a map that was built shows it; it was not applied. nullopt: the drive has not shown it.
   virtual std::optional<ClockOffset> odometry_offset() const { return std::nullopt; }
   virtual GridMap grid_map() const = 0;
   /// MRPT's .simplemap (mapping only).

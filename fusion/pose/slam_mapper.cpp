@@ -69,7 +69,9 @@ class Mapper final : public Slam {
   }
 
   std::optional<ClockOffset> odometry_offset() const override {
-    return ClockOffset{front_end_.scale().time_offset(), front_end_.scale().time_offset_sigma()};
+    constexpr double kKnown = 0.05;  // s: half of what is thought of any robot
+    const ClockOffset offset{front_end_.scale().time_offset(), front_end_.scale().time_offset_sigma()};
+    return offset.sigma < kKnown ? std::optional(offset) : std::nullopt;
   }
 
   GridMap grid_map() const override {

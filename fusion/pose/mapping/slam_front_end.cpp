@@ -147,7 +147,7 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     covariance_ = found.expected.covariance;
   }
   add_weak_motion(before, found, step);
-  unseen_ += unmeasured_.add(scan.stamp, pose_, shown_, found.by_odometry, tracking_.speed());
+  unseen_ += unmeasured_.add(scan.stamp, pose_, shown_, found.by_odometry, tracking_.speed(), unseen_);
   return found.by_odometry ? step.step : before.inverse() * pose_;
 }
 

@@ -14,6 +14,7 @@ constexpr double kHardlyShown =
 constexpr double kShown = 0.5;     ///< strength of a direction that counts as shown
 constexpr double kSlow = 0.2;      ///< m/s: the robot may drive so fast, whatever the scans showed
 constexpr double kLongestGap = 2;  ///< s between scans
+constexpr double kLargest = 30;    ///< m, of the error: more would say no more
 constexpr Duration kMoment = seconds(1.0);
 
 /// Onto the directions that a match does not show, map frame.
@@ -31,7 +32,7 @@ Eigen::Matrix2d hidden_directions(const Eigen::Matrix3d& shown) {
 }  // namespace
 
 Eigen::Vector2d UnmeasuredMotion::add(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& shown,
-                                      bool by_odometry, double speed) {
+                                      bool by_odometry, double speed, const Eigen::Vector2d& error) {
   const double dt = before_ ? std::clamp((stamp - *before_).seconds(), 0.0, kLongestGap) : 0;
   before_ = stamp;
   const Eigen::Matrix2d hidden = hidden_directions(shown);
@@ -44,8 +45,10 @@ Eigen::Vector2d UnmeasuredMotion::add(SensorTime stamp, const Pose2& T_map_base,
   }
   const double possible = stop_.is_stopped() ? stop_.speed() : std::max(speed, kSlow);
   const Eigen::Vector2d ahead(std::cos(T_map_base.yaw), std::sin(T_map_base.yaw));
-  const Eigen::Vector2d driven = possible * dt * (hidden * ahead);
-  since_stop_ += driven;
+  if (error.norm() > kLargest) return Eigen::Vector2d::Zero();
+  Eigen::Vector2d driven = possible * dt * (hidden * ahead);
+  if (error.dot(driven) < 0) driven = -driven;
+  if (stop_.is_stopped()) since_stop_ += driven;
   return driven;
 }
 

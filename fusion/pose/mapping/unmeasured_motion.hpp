@@ -15,11 +15,12 @@ class UnmeasuredMotion {
  public:
   void add(const Odometry& odometry) { stop_.add(odometry); }
   /// At each scan. `shown`: information (x, y, yaw, map frame) of its points about `T_map_base`.
-  /// `by_odometry`: the pose follows odometry. `speed`: m/s, as the scans so far showed it. What is to be
-  /// added to the error of the position since the previous scan: m, 1 sigma, map frame. It is taken back
-  /// where a stop turns out to have been the robot's.
+  /// `by_odometry`: the pose follows odometry. `speed`: m/s, as the scans so far showed it. `error`: of the
+  /// position so far, m, 1 sigma, map frame. What is to be added to it since the previous scan: independent
+  /// errors do not cancel, and beyond some 30 m nothing is added. It is taken back where a stop seems to have
+  /// been the robot's (AbruptStop::was_true).
   Eigen::Vector2d add(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& shown,
-                      bool by_odometry, double speed);
+                      bool by_odometry, double speed, const Eigen::Vector2d& error);
   /// For longer than a moment.
   bool is_unmeasured() const;
   /// The pose has been found otherwise.

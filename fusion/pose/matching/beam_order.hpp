@@ -16,9 +16,9 @@ namespace parhelion::pose {
 
 /// Compares scans of a robot that turns with one from before the turn, each corrected in the described order
 /// and in reverse: the true order makes them fit better. How fast the robot turns is seen from each scan to
-/// the next, so odometry may be late or wrong. Nothing is concluded from a laser whose whole sweep takes less
-/// than 40 ms, or from scans that have times of their own. Deterministic; does nothing once it has concluded,
-/// or after 500 scans of turns that showed nothing.
+/// the next, so odometry may be late or wrong, but must not stand still. Nothing is concluded from a laser
+/// whose whole sweep takes less than 40 ms, or from scans that have times of their own. Deterministic; does
+/// nothing once it has concluded, after 60 comparisons, or after 500 scans of turns.
 class BeamOrder {
  public:
   enum class Verdict : std::uint8_t { unknown, as_described, reversed };

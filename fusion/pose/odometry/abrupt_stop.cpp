@@ -10,6 +10,7 @@ namespace {
 constexpr double kExactly = 1e-6;                    ///< m and rad
 constexpr Duration kBraking = milliseconds(300);     ///< the time in which a stop is judged
 constexpr Duration kLongestGap = milliseconds(110);  ///< between samples, for that
+constexpr Duration kApart = milliseconds(6);         ///< at least, of samples that are kept
 /// m/s^2: Intel's robot brakes with up to 2.9 in its 235 stops. A robot that is slower than 0.48 m/s stops so
 /// in any case, and is not noticed.
 constexpr double kHard = 3.2;
@@ -19,7 +20,9 @@ constexpr double kHard = 3.2;
 void AbruptStop::add(const Odometry& odometry) {
   const Pose2 pose = planar(odometry.T_odom_base);
   if (!pose.finite()) return;
-  if (!latest_ || odometry.stamp <= latest_->stamp || odometry.stamp - latest_->stamp > kLongestGap) {
+  const bool gap =
+      !latest_ || odometry.stamp <= latest_->stamp || odometry.stamp - latest_->stamp > kLongestGap;
+  if (gap) {
     moving_.clear();
     if (!still_) stopped_ = false;
   }
@@ -33,12 +36,17 @@ void AbruptStop::add(const Odometry& odometry) {
     was_true_ = false;
     moving_.clear();
   }
-  if (!stands && still_) moving_.push(last_);
+  if (!stands && still_) {
+    if (gap)
+      stopped_ = was_true_ = false;
+    else
+      moving_.push(last_);
+  }
   still_ = stands;
   latest_ = odometry;
   last_ = {odometry.stamp, last_.driven + driven};
   if (still_) return;
-  moving_.push(last_);
+  if (moving_.count() == 0 || last_.stamp - moving_.newest().stamp >= kApart) moving_.push(last_);
   if (stopped_) end_after(last_);
 }
 

@@ -17,7 +17,9 @@ class AbruptStop {
   void add(const Odometry& odometry);
   /// Odometry stands still since such a stop, or has moved again for less than 0.3 s.
   bool is_stopped() const { return stopped_; }
-  /// The last such stop is over, and odometry went on from a standstill: it was the robot's.
+  /// The last such stop is over, and odometry went on from a standstill, without a gap: the stop seems to
+  /// have been the robot's. Odometry that comes back while the robot stands, or drives slower than some 0.5
+  /// m/s, looks the same.
   bool was_true() const { return was_true_; }
   /// m/s, before the stop.
   double speed() const { return speed_; }

@@ -258,7 +258,6 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
 
 /// Odometry has no known fault, has not just frozen, and was not stuck from the start.
 bool ScanTracking::is_trusted(const ScanOdometry::Step& step, SensorTime stamp) {
-  stuck_.add(step.reported);
   if (stuck_.is_stuck()) {
     frozen_.forget();
     return false;
@@ -279,7 +278,7 @@ std::optional<ScanTracking::Followed> ScanTracking::moved_off(const Maps& maps, 
   const Where expected{before.T_map_base, before.covariance + unknown_covariance()};
   const auto found = stuck_.moved_off(maps.fine, scan.points, before.T_map_base, standing,
                                       expected.covariance.inverse(), options);
-  if (!found) return std::nullopt;
+  if (!found || is_leap(scan.stamp, found->T_map_base, before.T_map_base)) return std::nullopt;
   return Followed{*found, expected, false};
 }
 
@@ -415,6 +414,7 @@ void ScanTracking::check_odometry(const ScanPoints& scan, const ScanOdometry::St
 }
 
 void ScanTracking::forget() {
+  stuck_.forget_place();
   motion_ = {};
   frozen_.forget();
   previous_.reset();

@@ -36,7 +36,10 @@ class ScanTracking {
   ScanTracking(const RobotDescription& robot, const Options& options) : robot_(robot), options_(options) {}
 
   /// As SLAM uses it, corrected.
-  void add(const Odometry& odometry) { sanity_.add(odometry); }
+  void add(const Odometry& odometry) {
+    sanity_.add(odometry);
+    stuck_.add(odometry);
+  }
   /// The robot's twist at a scan: that of odometry, while it can be trusted.
   Twist2 twist_at(const Twist2& odometry) const;
 

@@ -15,8 +15,8 @@ constexpr double kStarts[] = {0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.0};
 /// Part of the cost of standing, and cost, by which it is clearly less; and sigmas by the points.
 constexpr double kLess = 0.8, kLessCost = 3, kSigmas = 3;
 constexpr double kExplained = 0.55;  ///< points of a match that shows where the robot is
-/// As many as searches use. Scans of fewer, as of a laser that sees 4 m, do not hold a robot without
-/// odometry: they would follow it to a wrong place, and without them it is lost.
+/// Explained points, as many as searches use. Scans of fewer, as of a laser that sees 4 m, do not hold a
+/// robot without odometry: they would follow it to a wrong place, and without them it is lost.
 constexpr int kPoints = 120;
 
 /// m, 1 sigma by the points of a match, along the line to another place.
@@ -28,19 +28,25 @@ double sigma_towards(const Match& found, const Eigen::Vector2d& apart) {
 
 }  // namespace
 
-void StuckOdometry::add(const Pose2& step) {
-  since_start_ = since_start_ * step;
-  has_moved_ |= since_start_.position().norm() > kSame || std::abs(since_start_.yaw) > kSameYaw;
+void StuckOdometry::add(const Odometry& odometry) {
+  const Pose2 pose = planar(odometry.T_odom_base);
+  if (has_moved_ || !pose.finite()) return;
+  if (!first_) first_ = pose;
+  const Pose2 moved = first_->inverse() * pose;
+  has_moved_ = moved.position().norm() > kSame || std::abs(moved.yaw) > kSameYaw;
 }
+
+void StuckOdometry::forget_place() { standing_cost_ = std::numeric_limits<double>::infinity(); }
 
 std::optional<Match> StuckOdometry::moved_off(const SurfelMap& map,
                                               std::span<const Eigen::Vector2d> points_base,
                                               const Pose2& before, const Match& standing,
                                               const Eigen::Matrix3d& prior, const MatchOptions& options) {
-  if (has_moved_) return std::nullopt;
-  standing_cost_ = std::min(standing_cost_, standing.cost);
+  const auto points = static_cast<double>(points_base.size());
+  if (has_moved_ || points < kPoints) return std::nullopt;
+  standing_cost_ = std::min(standing_cost_, standing.cost / points);
   // No place costs much less than one where the robot stood.
-  if (standing.cost < standing_cost_ + kLessCost) return std::nullopt;
+  if (standing.cost < points * standing_cost_ + kLessCost) return std::nullopt;
   Match best = standing;
   for (const double along : kStarts) {
     for (const double sign : {1.0, -1.0}) {

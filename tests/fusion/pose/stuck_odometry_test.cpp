@@ -122,31 +122,25 @@ TEST(StuckOdometry, IsShownByScansOfManyPointsAlone) {
     SurfelMap map(0.1);
     map.add(points_of(begin), T_map_base, 1);
     for (const std::size_t count : {90U, 1000U}) {
-      StuckOdometry stuck;
-      const auto moved_off = [&](const test::TruePath& path) {
+      StuckOdometry stuck, once_moved;
+      for (const double x : {0.0, 0.1})
+        once_moved.add({SensorTime{} + seconds(x), transform<Odom, Base>(Pose2{x, 0, 0})});
+      const auto moved_off = [&](StuckOdometry& odometry, const test::TruePath& path) {
         const auto points = thinned(points_of(path), count);
         const Match standing = match(map, points, T_map_base, T_map_base, 1e4 * prior, options);
-        return stuck.moved_off(map, points, T_map_base, standing, prior, options);
+        return odometry.moved_off(map, points, T_map_base, standing, prior, options);
       };
-      EXPECT_FALSE(moved_off(begin)) << seed;
-      const auto found = moved_off(ahead);
+      EXPECT_FALSE(moved_off(once_moved, begin));
+      EXPECT_FALSE(moved_off(once_moved, ahead)) << "odometry works";
+      EXPECT_FALSE(once_moved.is_stuck());
+      EXPECT_FALSE(moved_off(stuck, begin)) << seed;
+      const auto found = moved_off(stuck, ahead);
       ASSERT_EQ(found.has_value(), count > 120) << seed << " " << count;
       EXPECT_EQ(stuck.is_stuck(), count > 120);
       if (!found) continue;
       EXPECT_LT((found->T_map_base.position() - ahead.at(0).position()).norm(), 0.1) << seed;
     }
   }
-}
-
-TEST(StuckOdometry, OdometryThatHasMovedOnceIsNotDoubtedWhileItStands) {
-  StuckOdometry stuck;
-  stuck.add({0.1, 0, 0});
-  stuck.add({});
-  const SurfelMap empty(0.1);
-  Match bad;
-  bad.cost = 1000;
-  EXPECT_FALSE(stuck.moved_off(empty, {}, {}, bad, Eigen::Matrix3d::Identity(), {}));
-  EXPECT_FALSE(stuck.is_stuck());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <functional>
+#include <numbers>
 
 #include "fusion/pose/odometry/abrupt_stop.hpp"
 #include "fusion/pose/slam.hpp"
@@ -29,6 +30,7 @@ class Wheels {
       receiver.add({stamp(), transform<Odom, Base>(T_odom_base_)});
     }
   }
+  void wait(double seconds) { now_ += seconds; }
   SensorTime stamp() const { return SensorTime{} + seconds(now_); }
 
  private:
@@ -85,6 +87,28 @@ TEST(AbruptStop, AnEmergencyStopIsKnownWhenTheRobotSetsOffAgain) {
   EXPECT_TRUE(stop.was_true());
 }
 
+TEST(AbruptStop, IsNotKnownToBeTheRobotsAfterAGap) {
+  Wheels wheels;
+  AbruptStop stop;
+  wheels.drive(stop, 3, driving_at(1));
+  wheels.drive(stop, 3, kStands);
+  EXPECT_TRUE(stop.is_stopped());
+  wheels.wait(5);
+  wheels.drive(stop, 1, driving_at(1));
+  EXPECT_FALSE(stop.is_stopped());
+  EXPECT_FALSE(stop.was_true());
+}
+
+TEST(AbruptStop, IsNoticedInFastOdometry) {
+  AbruptStop stop;
+  for (int i = 0; i < 1000; ++i) {
+    const Pose2 pose{0.002 * std::min(i, 700), 0, 0};  // 500 Hz, 1 m/s
+    stop.add({SensorTime{} + seconds(0.002 * i), transform<Odom, Base>(pose)});
+    EXPECT_EQ(stop.is_stopped(), i > 700);
+  }
+  EXPECT_TRUE(stop.is_stopped());
+}
+
 TEST(AbruptStop, NothingFollowsFromOdometryThatArrivesSeldom) {
   AbruptStop stop;
   for (int i = 0; i < 40; ++i) {
@@ -106,13 +130,14 @@ Eigen::Matrix3d shown(bool everywhere) {
 
 /// Scans ten times a second while odometry goes on as `speed`.
 Eigen::Vector2d scanned(UnmeasuredMotion& motion, Wheels& wheels, double seconds, bool everywhere,
-                        const std::function<double(double)>& speed, bool by_odometry = true) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+                        const std::function<double(double)>& speed, bool by_odometry = true,
+                        double heading = kHeading, Eigen::Vector2d sum = Eigen::Vector2d::Zero()) {
+  const Eigen::Vector2d before = sum;
   for (double t = 0; t < seconds - 1e-9; t += 2 * kPeriod) {
     wheels.drive(motion, 2 * kPeriod, [&](double dt) { return speed(t + dt); });
-    sum += motion.add(wheels.stamp(), {0, 0, kHeading}, shown(everywhere), by_odometry, 0.6);
+    sum += motion.add(wheels.stamp(), {0, 0, heading}, shown(everywhere), by_odometry, 0.6, sum);
   }
-  return sum;
+  return sum - before;
 }
 
 TEST(UnmeasuredMotion, GrowsAlongACorridorWhileOdometryMayBeFrozen) {
@@ -147,6 +172,30 @@ TEST(UnmeasuredMotion, IsTakenBackWhereItWasTheRobotThatStopped) {
   driven += scanned(motion, wheels, 3, false, setting_off(1, 0.8));
   EXPECT_LT(driven.norm(), 1e-9);
   EXPECT_FALSE(motion.is_unmeasured());
+}
+
+TEST(UnmeasuredMotion, OfTwoStretchesDoesNotCancel) {
+  Wheels wheels;
+  UnmeasuredMotion motion;
+  scanned(motion, wheels, 5, false, driving_at(0.6));
+  const Eigen::Vector2d there = scanned(motion, wheels, 5, false, driving_at(0.1), false);
+  const Eigen::Vector2d back =
+      scanned(motion, wheels, 5, false, driving_at(0.1), false, kHeading + std::numbers::pi, there);
+  EXPECT_NEAR((there + back).norm(), 6, 0.2);
+}
+
+TEST(UnmeasuredMotion, AFaultAfterAStopIsNotTakenBackWithIt) {
+  Wheels wheels;
+  UnmeasuredMotion motion;
+  scanned(motion, wheels, 5, false, driving_at(1));
+  Eigen::Vector2d sum = scanned(motion, wheels, 5, false, kStands);
+  sum += scanned(motion, wheels, 3, false, setting_off(1, 0.8), true, kHeading, sum);
+  EXPECT_LT(sum.norm(), 1e-9) << "the robot had stopped";
+  sum += scanned(motion, wheels, 5, false, driving_at(0.3), false, kHeading, sum);
+  const double of_fault = sum.norm();
+  EXPECT_GT(of_fault, 2);
+  sum += scanned(motion, wheels, 3, false, driving_at(0.6), true, kHeading, sum);
+  EXPECT_NEAR(sum.norm(), of_fault, 1e-9);
 }
 
 TEST(UnmeasuredMotion, GrowsWithTheSpeedOfScansWhereOdometryHasAFault) {
