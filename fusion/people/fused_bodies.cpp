@@ -115,7 +115,7 @@ void FusedPeople::identify(SimulationTime now) {
   for (const Sighting& s : sightings_) bodies_[s.body].fresh += s.fresh ? 1 : 0;
   candidates_.clear();
   for (std::uint32_t body = 0; body < bodies_.size(); ++body)
-    if (sightings_[body].body == body) add_candidates(body);
+    if (sightings_[body].body == body) add_candidates(body, now);
   const auto columns = assignment_.solve(bodies_.size(), persons_.size(), candidates_, 0);
   for (std::size_t body = 0; body < bodies_.size(); ++body)
     if (columns[body] != Assignment::kNone)
@@ -134,14 +134,16 @@ void FusedPeople::identify(SimulationTime now) {
   }
 }
 
-/// The persons for whom a body's sightings vote.
-void FusedPeople::add_candidates(std::uint32_t body) {
+/// The persons for whom a body's sightings vote, and who may have walked there.
+void FusedPeople::add_candidates(std::uint32_t body, SimulationTime now) {
   const std::size_t first = candidates_.size();
   for (std::size_t i = body; i != kEnd; i = sightings_[i].next) {
     for (const Vote& vote : sightings_[i].votes) {
       const auto person = std::lower_bound(persons_.begin(), persons_.end(), vote.person,
                                            [](const FusedPerson& p, std::uint32_t id) { return p.id < id; });
       if (vote.weight <= 0 || person == persons_.end() || person->id != vote.person) continue;
+      const double reach = 2 * (options_.max_gap + options_.wander * (now - person->seen).seconds());
+      if ((sightings_[i].here.position - person->position).norm() > reach) continue;
       const auto column = static_cast<std::uint32_t>(person - persons_.begin());
       if (std::any_of(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
                       [column](const Candidate& c) { return c.column == column; }))

@@ -120,7 +120,7 @@ class FusedPeople {
   bool may_join(std::size_t a, std::size_t b) const;
   void gather();
   void identify(SimulationTime now);
-  void add_candidates(std::uint32_t body);
+  void add_candidates(std::uint32_t body, SimulationTime now);
   void recognise(SimulationTime now);
   static double votes_for(const Sighting& sighting, std::uint32_t person);
   double weight_of(const Sighting& sighting, const FusedPerson& person) const;
