@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 
 namespace parhelion::tools {
@@ -12,7 +13,7 @@ RecordedBeams::RecordedBeams(const RobotDescription& robot) : robot_(robot) {
   if (!robot.laser) return;
   lasers_.push_back({channel::kScan, pose::ScanOdometry(), BeamOrder(*robot.laser)});
   for (const auto& [name, laser] : robot.further_lasers)
-    lasers_.push_back({std::string(channel::kScan) + "_" + name, pose::ScanOdometry(), BeamOrder(laser)});
+    lasers_.push_back({sensor_channel(channel::kScan, name), pose::ScanOdometry(), BeamOrder(laser)});
 }
 
 void RecordedBeams::add(const Odometry& odometry) {
@@ -39,7 +40,7 @@ std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string
     laser.beam_interval = -laser.beam_interval;
     notes.push_back(lasers_[i].channel + ": the last beam of a message is measured first, as " +
                     std::to_string(lasers_[i].order.comparisons()) +
-                    " scans of turns show; the source says the opposite: beam_interval is " +
+                    " scans of turns show, which the source does not say: beam_interval is " +
                     (laser.beam_interval < 0 ? "negative" : "positive"));
   }
   return result;

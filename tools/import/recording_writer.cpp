@@ -35,6 +35,8 @@ std::filesystem::path partial_file(const ImportOptions& options) {
   return options.output.string() + ".partial";
 }
 
+std::filesystem::path copy_of(const std::filesystem::path& partial) { return partial.string() + "2"; }
+
 }  // namespace
 
 struct RecordingWriter::State {
@@ -106,7 +108,7 @@ void RecordingWriter::State::judge(Trail& trail) const {
 
 /// Copies the log, with another description in its first event.
 Status RecordingWriter::State::describe_again(const RobotDescription& robot) {
-  const std::string copy = partial.string() + "2";
+  const std::string copy = copy_of(partial).string();
   const auto written = [&]() -> Status {
     auto reader = LogReader::open(partial.string());
     if (!reader) return reader.error();
@@ -142,6 +144,7 @@ RecordingWriter::~RecordingWriter() = default;
 void RecordingWriter::remove_unfinished(const ImportOptions& options) {
   std::error_code ignored;
   std::filesystem::remove(partial_file(options), ignored);
+  std::filesystem::remove(copy_of(partial_file(options)), ignored);
 }
 
 Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, std::string place_prefix,
@@ -238,7 +241,10 @@ Result<ImportReport> RecordingWriter::finish() {
   }
   if (const Status synced = state_->log->sync(); !synced) return synced.error();
   if (const auto robot = state_->beams ? state_->beams->corrected(state_->report.notes) : std::nullopt) {
-    if (const Status described = state_->describe_again(*robot); !described) return described.error();
+    // What was imported is of use with the other description, too.
+    if (const Status described = state_->describe_again(*robot); !described)
+      note("the description could not be changed (" + described.error().message +
+           "): run parhelion calibrate");
   }
   std::error_code failed;
   std::filesystem::rename(state_->partial, state_->report.output, failed);

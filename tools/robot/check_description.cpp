@@ -49,16 +49,18 @@ class Checker {
     if (robot_.laser && log_.laser) {
       check_form(*robot_.laser, *log_.laser);
       check_times(*robot_.laser, *log_.laser);
-      check_beam_order(*robot_.laser, *log_.laser);
       check_ranges(*robot_.laser, *log_.laser);
       check_self(*robot_.laser, *log_.laser);
       check_turn(*robot_.laser, *log_.laser);
       check_stamp_beam(channel::kScan, *robot_.laser, *log_.laser);
+      check_beam_order(channel::kScan, *robot_.laser, *log_.laser);
     }
     for (const NamedLaser& laser : robot_.further_lasers) {
       const std::string name = sensor_channel(channel::kScan, laser.name);
       const auto seen = log_.further_lasers.find(name);
-      if (seen != log_.further_lasers.end()) check_stamp_beam(name, laser.laser, seen->second);
+      if (seen == log_.further_lasers.end()) continue;
+      check_stamp_beam(name, laser.laser, seen->second);
+      check_beam_order(name, laser.laser, seen->second);
     }
     if (robot_.camera && log_.camera) check_size("camera", robot_.camera->intrinsics, *log_.camera);
     if (robot_.depth && log_.depth) check_size("depth", robot_.depth->intrinsics, *log_.depth);
@@ -165,13 +167,14 @@ class Checker {
                   number(seen.period) + " s");
   }
 
-  void check_beam_order(const LaserDescription& laser, const LaserSurvey& seen) {
+  void check_beam_order(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {
     const pose::BeamOrder order = pose::beam_order_of(seen.scans, laser);
     if (order.verdict() == pose::BeamOrder::Verdict::reversed)
-      contradicts("laser beam_interval: " + number(laser.beam_interval) +
+      contradicts(channel + " beam_interval: " + number(laser.beam_interval) +
                   " s, but the beams of a message are measured in the other order, as " +
                   std::to_string(order.comparisons()) + " scans of turns show; change its sign");
-    if (order.verdict() == pose::BeamOrder::Verdict::as_described) agrees("laser beam_interval, by its sign");
+    if (order.verdict() == pose::BeamOrder::Verdict::as_described)
+      agrees(channel + " beam_interval, by its sign");
   }
 
   void check_stamp_beam(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {

@@ -23,9 +23,9 @@ struct LaserSurvey {
   double period = 0;                         ///< s, median between two stamps
   double stamp_rate = 1;                     ///< s by which stamps advance in a second of the log
   std::size_t backward_stamps = 0;
-  /// s by which stamps of ODOMETRY are older than its own in messages that arrive one after the other,
-  /// median. nullopt: no ODOMETRY, the log has no times of arrival but the stamps, or ODOMETRY waits for the
-  /// scan, whose stamp it has.
+  /// s, median over scans and the ODOMETRY that arrived before each: the scan's stamp less that of ODOMETRY.
+  /// nullopt: no ODOMETRY, the log has no times of arrival but the stamps, or ODOMETRY waits for the scan,
+  /// whose stamp it has.
   std::optional<double> odometry_lag;
   double arrival_delay =
       0;  ///< s from its stamp to its arrival, median; by two clocks if the log has another
