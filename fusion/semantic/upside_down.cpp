@@ -171,10 +171,11 @@ bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
 }
 
 bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
-  constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level
-  constexpr double seldom = 0.02, around = 0.1;  // of the steep rays; of all
-  constexpr double enough = 100;                 // rays
-  constexpr int sectors = 16, all_around = 14;   // of the horizon
+  constexpr double steep = 0.9, sideways = 0.3;                          // sine of the angle to the level
+  constexpr double seldom = 0.02, around = 0.1;                          // of the steep rays; of all
+  constexpr double enough = 100;                                         // rays
+  constexpr int sectors = 16, all_around = 14;                           // of the horizon
+  if (cloud.scans.empty() && cloud.viewpoints.size() > 1) return false;  // whose rays is not known
   struct View {
     double over = 0, under = 0, below = 0, all = 0;
     std::uint32_t seen = 0;  // a bit for each sector

@@ -12,6 +12,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr Duration kPoll = milliseconds(20);  // the teleop service is updated every 50 ms
+constexpr int kMaxEvents = 16'384;  // a crowd that is removed displaces no reply to an emergency stop
 constexpr Duration kWorldPeriod = milliseconds(250);
 
 const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Configuration& configuration,
@@ -79,7 +80,7 @@ Status RobotWatch::start() {
   const tick::ChannelMap& channels = configuration_->channels;
   std::vector<std::pair<std::string, int>> wanted{{channels.bus(channel::kMrWorld), 1},
                                                   {channels.bus(channel::kOperators), 64},
-                                                  {channels.bus(channel::kMrEvents), 256}};
+                                                  {channels.bus(channel::kMrEvents), kMaxEvents}};
   for (std::string& name : tick::command_channels(channels)) wanted.emplace_back(std::move(name), 256);
   for (const auto& [name, capacity] : wanted) {
     if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
