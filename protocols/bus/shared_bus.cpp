@@ -147,7 +147,7 @@ void SharedBus::deliver(const Message& message) {
   for (const Target& target : targets(message.channel)) {
     const std::lock_guard lock(target.inbox->mutex);
     target.inbox->queues.push(target.queue, message.channel, message.arrival, message.payload,
-                               message.sender);
+                              message.sender);
   }
 }
 
