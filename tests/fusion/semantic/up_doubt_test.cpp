@@ -18,7 +18,7 @@ using testing::StartsWith;
 
 using Cloud3 = cloud::PointCloud<Cloud>;
 
-Cloud3 cloud_of(const test::CloudSampler& sampler) {
+Cloud3 sampled_cloud(const test::CloudSampler& sampler) {
   Cloud3 cloud;
   cloud.points = sampler.cloud().points;
   return cloud;
@@ -37,7 +37,7 @@ Cloud3 room(std::uint64_t seed, int bags, int lamps) {
   }
   for (int i = 0; i < bags; ++i) lump(sampler, 8.5 * sampler.uniform(), 6 * sampler.uniform(), 0.5);
   for (int i = 0; i < lamps; ++i) lump(sampler, 8.5 * sampler.uniform(), 6 * sampler.uniform(), 2.2);
-  return cloud_of(sampler);
+  return sampled_cloud(sampler);
 }
 
 /// Open ground with low things on it.
@@ -46,7 +46,7 @@ Cloud3 yard(std::uint64_t seed) {
   sampler.slab({0, 0}, {14, 12}, 0);
   sampler.wall({0, 0}, {14, 0}, 0, 3);
   for (int i = 0; i < 25; ++i) lump(sampler, 13 * sampler.uniform(), 11 * sampler.uniform(), 0.2);
-  return cloud_of(sampler);
+  return sampled_cloud(sampler);
 }
 
 /// A shaft that is three times higher than wide, with landings at one end; nothing stands in it.
@@ -54,7 +54,7 @@ Cloud3 shaft() {
   test::CloudSampler sampler(200, 0.004, 5);
   sampler.room({0, 0}, {8, 2.7}, 0, 10.4);
   for (const double z : {2.6, 5.2, 7.8}) sampler.slab({0, 0}, {3, 2.7}, z);
-  return cloud_of(sampler);
+  return sampled_cloud(sampler);
 }
 
 Cloud3 turned(Cloud3 cloud, const Eigen::Matrix3f& R) {
