@@ -14,6 +14,7 @@ constexpr Duration kShortSweep = milliseconds(40);
 constexpr Duration kLongestStep = milliseconds(600);  ///< from scan to scan
 constexpr double kOverlap = 1.5;                      ///< of that: a longer sweep is described wrongly
 constexpr std::size_t kPointsToFollow = 120;
+constexpr double kFar = 50;       ///< m from the base
 constexpr double kStands = 5e-4;  ///< m and rad, of odometry from scan to scan
 /// rad, during a sweep: at rest, and enough to tell the orders apart.
 constexpr double kAtRest = 0.004, kTurning = 0.03;
@@ -33,6 +34,14 @@ constexpr double kAgreeing = 0.8;
 LaserDescription with_beams(LaserDescription laser, double interval) {
   laser.beam_interval = interval;
   return laser;
+}
+
+/// Without far ones: a map of a damaged scan would have no end.
+std::vector<Eigen::Vector2d> near_points(const Scan& scan, const LaserDescription& laser,
+                                         const SweepMotion& sweep) {
+  std::vector<Eigen::Vector2d> points = deskewed(scan, laser, sweep).points;
+  std::erase_if(points, [](const Eigen::Vector2d& p) { return !(p.norm() < kFar); });
+  return points;
 }
 
 /// Points on the points of another scan.
@@ -82,9 +91,10 @@ std::optional<Twist2> BeamOrder::follow(const Scan& scan, const std::optional<Po
     return std::nullopt;
   const bool stood = before_newest_ && std::abs(turn_during(*before_newest_)) < kAtRest;
   if (stood && step && step->position().norm() < kStands && std::abs(step->yaw) < kStands) return Twist2{};
-  const Match match =
-      matched(deskewed(*newest_, at_once_, {}).points,
-              thinned(deskewed(scan, at_once_, {}).points, kPointsToFollow), step.value_or(Pose2{}));
+  const bool is_near = step && step->finite() && step->position().norm() < kMaxMoved;
+  const Pose2 start = is_near ? *step : Pose2{};
+  const Match match = matched(near_points(*newest_, at_once_, {}),
+                              thinned(near_points(scan, at_once_, {}), kPointsToFollow), start);
   if (match.explained < kMinExplained) return std::nullopt;
   T_local_newest_ = T_local_newest_ * match.T_map_base;
   const Twist2 twist = twist_between({}, match.T_map_base, passed.seconds());
@@ -113,8 +123,8 @@ void BeamOrder::compare(const View& view) {
 std::optional<double> BeamOrder::preference(const View& view) const {
   const Pose2 expected = first_->T_local_base.inverse() * view.T_local_base;
   const auto with = [&](const LaserDescription& laser) {
-    return matched(deskewed(first_->scan, laser, first_->sweep).points,
-                   deskewed(view.scan, laser, view.sweep).points, expected);
+    return matched(near_points(first_->scan, laser, first_->sweep), near_points(view.scan, laser, view.sweep),
+                   expected);
   };
   const Match described = with(described_), reversed = with(reversed_);
   if (std::max(described.explained, reversed.explained) < kMinExplained) return std::nullopt;

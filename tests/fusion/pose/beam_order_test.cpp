@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
@@ -68,6 +70,20 @@ TEST(BeamOrder, IsNotDoubtedForReversedOdometryOrALaserUpsideDown) {
     input.scan->angle_increment = -input.scan->angle_increment;
   }
   EXPECT_NE(order_in(upside_down), Verdict::reversed);
+}
+
+TEST(BeamOrder, IsLeftOpenByDamagedScans) {
+  SweptDrive drive = test::swept_drive(30, kInterval, -kInterval);
+  drive.robot.laser->convention.range_max = std::numeric_limits<float>::max();
+  std::mt19937 random(30);
+  std::uniform_real_distribution<float> exponent(2, 38);
+  for (test::DriveInput& input : drive.inputs) {
+    if (!input.scan) continue;
+    for (float& range : input.scan->ranges) {
+      if (random() % 3 != 0) range = std::pow(10.0F, exponent(random));
+    }
+  }
+  EXPECT_NE(order_in(drive), Verdict::as_described);
 }
 
 struct CausalMap {
