@@ -25,9 +25,8 @@ class SentMessages {
   const std::vector<std::string>& channels() const { return channels_; }  ///< names on the bus
   /// Call before publishing; other channels are ignored.
   void add(std::string_view channel, std::span<const std::uint8_t> payload);
-  /// A message of another publisher: the index of its channel as in
-  /// tick::report_foreign_message(). nullopt: our own
-  /// message, or another channel.
+  /// A message of another publisher: the index of its channel as in tick::report_foreign_message(). nullopt:
+  /// our own message, or another channel.
   std::optional<std::int64_t> foreign(std::string_view channel, std::span<const std::uint8_t> payload) const;
 
  private:

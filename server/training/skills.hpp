@@ -48,8 +48,7 @@ class Skills {
   explicit Skills(const SkillParameters& parameters = {}) : parameters_(parameters) {}
 
   /// A task needs each of `skills` (each once), and the weakest determines P(success) = guess + (1 - guess -
-  /// slip) / (1
-  /// + exp(-slope (min ability - difficulty))). Their estimates are treated as independent.
+  /// slip) / (1 + exp(-slope (min ability - difficulty))). Their estimates are treated as independent.
   void observe(const std::vector<std::string>& skills, double difficulty, bool done);
   double success(const std::vector<std::string>& skills, double difficulty) const;
   /// For a skill without observations: the prior.

@@ -23,9 +23,9 @@ namespace parhelion::pose {
 ///   begin)
 ///
 /// so that the offset is learned where the robot accelerates, a scale where it moves, and nothing where it
-/// stands. The noise is that
-/// of the matches and a jitter of stamps, which is learned too. What no offset and scale within the bounds
-/// explains (slip, a robot that is carried, a match gone wrong) is left out; the rest has Cauchy's weight.
+/// stands. The noise is that of the matches and a jitter of stamps, which is learned too. What no offset and
+/// scale within the bounds explains (slip, a robot that is carried, a match gone wrong) is left out; the rest
+/// has Cauchy's weight.
 ///
 /// Never allocates after construction. Deterministic.
 class OnlineOdometryCalibration {

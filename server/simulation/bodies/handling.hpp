@@ -31,17 +31,14 @@ struct FingerForce {
   double force = 0;  ///< N, normal
 };
 
-/// Of one gripper. Each event is reported at the first step in which its condition holds:
-/// gripped: two of its links press on the object with kPinch each. It ends kReleaseTime after they stopped.
-/// lifted: gripped, and its lowest point is kLift above that when gripped; repeated only after it was below
-/// half
-///   of that height.
-/// dropped: lifted, and it has either slipped kSlip in the gripper, or is not pressed and sinks with kSink
-/// with no
-///   container below. Reported once until it is released.
-/// placed: it was lifted, was released, and has rested in a container for kRest, in which it got less far
-/// than
-///   with kStill. Its velocity at an instant says less, as contacts of a light thing jitter.
+/// Of one gripper. Each event is reported at the first step in which its condition holds.
+/// - gripped: two of its links press on the object with kPinch each. It ends kReleaseTime after they stopped.
+/// - lifted: gripped, and its lowest point is kLift above that when gripped; repeated only after it was below
+///   half of that height.
+/// - dropped: lifted, and it has either slipped kSlip in the gripper, or is not pressed and sinks with kSink
+///   with no container below. Reported once until it is released.
+/// - placed: it was lifted, was released, and has rested in a container for kRest, in which it got less far
+///   than with kStill. Its velocity at an instant says less, as contacts of a light thing jitter.
 class GripperWatch {
  public:
   static constexpr double kPinch = 1.0;        // N

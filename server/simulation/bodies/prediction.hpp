@@ -49,7 +49,7 @@ class CollisionPrediction {
   static constexpr double kHold = 0.5;      // s
   static constexpr double kPeriod = 0.016;  // s: other bodies may change their motion
   /// Before the first check: the second follows after the `fraction` of kPeriod. Spreads the checks of
-  /// robots that start together. turns.
+  /// robots that start together.
   void stagger(double fraction) {
     if (!checked_at_) wait_ = fraction * kPeriod;
   }
