@@ -142,6 +142,7 @@ void FusedPeople::add_candidates(std::uint32_t body, SimulationTime now) {
       const auto person = std::lower_bound(persons_.begin(), persons_.end(), vote.person,
                                            [](const FusedPerson& p, std::uint32_t id) { return p.id < id; });
       if (vote.weight <= 0 || person == persons_.end() || person->id != vote.person) continue;
+      // Twice what recognise() allows: a person whom others see has not stood still since.
       const double reach = 2 * (options_.max_gap + options_.wander * (now - person->seen).seconds());
       if ((sightings_[i].here.position - person->position).norm() > reach) continue;
       const auto column = static_cast<std::uint32_t>(person - persons_.begin());

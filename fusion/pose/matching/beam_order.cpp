@@ -28,7 +28,7 @@ constexpr double kMinExplained = 0.5;
 /// Of the difference of two costs (MatchOptions): what one comparison counts at most, and what all have to
 /// show. Chosen on the TurtleBot 4 of docs/measurements/calibration.md and on Neatos.
 constexpr double kMaxPreference = 20, kEnough = 100;
-constexpr int kFewest = 8, kMax = 60, kMaxTurning = 500;
+constexpr int kFewest = 8, kMax = 60, kMaxFollowed = 2000;
 constexpr double kAgreeing = 0.8;
 
 LaserDescription with_beams(LaserDescription laser, double interval) {
@@ -62,7 +62,7 @@ BeamOrder::BeamOrder(const LaserDescription& laser)
 }
 
 BeamOrder::Verdict BeamOrder::add(const Scan& scan, const std::optional<Pose2>& step) {
-  if (verdict_ != Verdict::unknown || comparisons_ >= kMax || turning_ >= kMaxTurning) return verdict_;
+  if (verdict_ != Verdict::unknown || comparisons_ >= kMax || followed_ >= kMaxFollowed) return verdict_;
   if (scan.is_timed() || scan.ranges.empty()) return verdict_;
   const SweepSpan span = sweep_span(described_, scan.ranges.size());
   if (span.end - span.begin < kShortSweep) return verdict_;
@@ -91,15 +91,14 @@ std::optional<Twist2> BeamOrder::follow(const Scan& scan, const std::optional<Po
     return std::nullopt;
   const bool stood = before_newest_ && std::abs(turn_during(*before_newest_)) < kAtRest;
   if (stood && step && step->position().norm() < kStands && std::abs(step->yaw) < kStands) return Twist2{};
+  ++followed_;
   const bool is_near = step && step->finite() && step->position().norm() < kMaxMoved;
   const Pose2 start = is_near ? *step : Pose2{};
   const Match match = matched(near_points(*newest_, at_once_, {}),
                               thinned(near_points(scan, at_once_, {}), kPointsToFollow), start);
   if (match.explained < kMinExplained) return std::nullopt;
   T_local_newest_ = T_local_newest_ * match.T_map_base;
-  const Twist2 twist = twist_between({}, match.T_map_base, passed.seconds());
-  turning_ += std::abs(turn_during(twist)) > kAtRest;
-  return twist;
+  return twist_between({}, match.T_map_base, passed.seconds());
 }
 
 void BeamOrder::compare(const View& view) {

@@ -18,7 +18,7 @@ namespace parhelion::pose {
 /// and in reverse: the true order makes them fit better. How fast the robot turns is seen from each scan to
 /// the next, so odometry may be late or wrong, but must not stand still. Nothing is concluded from a laser
 /// whose whole sweep takes less than 40 ms, or from scans that have times of their own. Deterministic; does
-/// nothing once it has concluded, after 60 comparisons, or after 500 scans of turns.
+/// nothing once it has concluded, after 60 comparisons, or after 2,000 scans of a robot that moves.
 class BeamOrder {
  public:
   enum class Verdict : std::uint8_t { unknown, as_described, reversed };
@@ -50,7 +50,7 @@ class BeamOrder {
   Pose2 T_local_newest_;
   std::optional<View> first_;  ///< before the turn
   Verdict verdict_ = Verdict::unknown;
-  int turning_ = 0;  ///< scans
+  int followed_ = 0;  ///< scans
   int comparisons_ = 0, for_reversed_ = 0;
   double sum_ = 0;  ///< of the preferences; positive: for reversed
 };

@@ -72,7 +72,7 @@ TEST(BeamOrder, IsNotDoubtedForReversedOdometryOrALaserUpsideDown) {
   EXPECT_NE(order_in(upside_down), Verdict::reversed);
 }
 
-TEST(BeamOrder, IsLeftOpenByDamagedScans) {
+TEST(BeamOrder, IsNotMistakenInDamagedScans) {
   SweptDrive drive = test::swept_drive(30, kInterval, -kInterval);
   drive.robot.laser->convention.range_max = std::numeric_limits<float>::max();
   std::mt19937 random(30);
