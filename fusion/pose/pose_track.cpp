@@ -444,6 +444,11 @@ Transform<Map, Base> PoseTrack::expected_pose(SensorTime t) const {
   return estimates_.newest().T_map_base;
 }
 
+std::optional<Pose2> PoseTrack::odometry_at(SensorTime t) const {
+  const auto there = odometry_.at(t);
+  return there ? std::optional(there->T_odom_base) : std::nullopt;
+}
+
 std::optional<PoseAtInstant> PoseTrack::at(SensorTime t, NoPose* why) const {
   NoPose no_pose = NoPose::no_slam;
   std::optional<PoseAtInstant> pose;

@@ -29,7 +29,7 @@ struct SweepPoses {
 };
 
 const LaserDescription& laser_of(const TickContext& context, const ScanState& scan) {
-  return context.robot().laser_at(scan.laser);
+  return scan.beams.corrected ? *scan.beams.corrected : context.robot().laser_at(scan.laser);
 }
 
 /// Only the first laser helps to find the robot's clock: another whose stamps are wrong harms itself alone.
@@ -384,6 +384,9 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
   if (path.scan.have_real)
     watch_scans(context, path.scan.real, path.scan.laser, path.injection.laser, path.scan.watch);
   learn_from_scan(context, outcome, poses, path);
+  if (path.scan.have_real)
+    watch_beam_order(context, path.scan.real, path.scan.laser, path.injection.laser, path.pose,
+                     path.scan.beams);
 }
 
 void handle_line(const TickContext& context, const Message& input, ScanState& scan) {

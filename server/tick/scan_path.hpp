@@ -14,6 +14,7 @@
 #include "protocols/telemetry.hpp"
 #include "protocols/world.hpp"
 #include "server/simulation/simulation.hpp"
+#include "server/tick/beam_watch.hpp"
 #include "server/tick/door_tracker.hpp"
 #include "server/tick/injection_path.hpp"
 #include "server/tick/model_path.hpp"
@@ -56,6 +57,7 @@ struct ScanState {
   scan::SweepRays rays;  ///< scratch
 
   ScanWatch watch;
+  BeamWatch beams;
 
   std::optional<Scan> line;  ///< the newest of LINES
 };

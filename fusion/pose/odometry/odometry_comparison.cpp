@@ -120,8 +120,7 @@ const char* advice(OdometryFault fault) {
       return "the robot moves as its wheels cannot: it is carried or pushed";
     case OdometryFault::reversed:
       return "odometry drives and turns the wrong way: change the sign of both wheels; if it was always so, "
-             "the "
-             "laser may be mounted backward and upside down";
+             "the laser may be mounted backward and upside down";
     case OdometryFault::translation_reversed:
       return "odometry drives forward where scans go backward: change the sign of its translation; if it was "
              "always so, the laser may be mounted backward";
@@ -143,11 +142,9 @@ const char* advice(OdometryFault fault) {
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
     case OdometryFault::beams_reversed:
-      return "the laser measures the beams of a message in the reverse of the described order; scans are "
-             "placed so "
-             "from here on: change the sign of beam_interval in the robot's description, as parhelion "
-             "calibrate "
-             "does, and make the map again";
+      return "the laser measures the beams of a message in the reverse of the described order; from here on "
+             "scans are placed so: change the sign of beam_interval in the robot's description, as parhelion "
+             "calibrate does, and make the map again";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }

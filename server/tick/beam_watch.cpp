@@ -1,0 +1,59 @@
+#include "server/tick/beam_watch.hpp"
+
+#include <cstdio>
+#include <utility>
+
+#include "fusion/pose/odometry/odometry_comparison.hpp"
+#include "protocols/channels.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+/// Of the base since the scan before, by odometry; nullopt: unknown.
+std::optional<Pose2> step_since(const std::optional<SensorTime>& before, SensorTime stamp,
+                                const pose::PoseTrack& track) {
+  if (!before) return std::nullopt;
+  const auto from = track.odometry_at(*before), to = track.odometry_at(stamp);
+  if (!from || !to) return std::nullopt;
+  return from->inverse() * *to;
+}
+
+void report(const TickContext& context, std::size_t laser, const std::string& laser_name, int comparisons,
+            double interval) {
+  char value[32];
+  std::snprintf(value, sizeof value, "%.6g s", interval);
+  Event event;
+  event.stamp = context.now;
+  event.kind = EventKind::scans_conflict;
+  event.subject = context.robot().name;
+  event.object = laser_name;
+  event.text = context.channel(channel::kScan, laser) + ": " +
+               pose::advice(pose::OdometryFault::beams_reversed) + " (" + std::to_string(comparisons) +
+               " scans of turns compared: it is " + value +
+               "); where the robot turned, virtual objects stood wrong until here";
+  publish_event(context, event);
+}
+
+}  // namespace
+
+void watch_beam_order(const TickContext& context, const Scan& scan, std::size_t laser,
+                      const std::string& laser_name, PoseState& pose, BeamWatch& watch) {
+  using Verdict = pose::BeamOrder::Verdict;
+  if (watch.concluded) return;
+  const LaserDescription& described = context.robot().laser_at(laser);
+  if (!watch.order) watch.order.emplace(described);
+  const Verdict verdict = watch.order->add(scan, step_since(watch.newest, scan.stamp, pose.track));
+  watch.newest = scan.stamp;
+  if (verdict == Verdict::unknown) return;
+  if (verdict == Verdict::reversed) {
+    watch.corrected = described;
+    watch.corrected->beam_interval = -described.beam_interval;
+    // What it has learned of the map's accuracy came from bent scans.
+    if (laser == 0 && pose.refiner) pose.refiner.emplace(*watch.corrected, context.configuration.map);
+    report(context, laser, laser_name, watch.order->comparisons(), watch.corrected->beam_interval);
+  }
+  watch.concluded = true;
+  watch.order.reset();
+}
+
+}  // namespace parhelion::tick
