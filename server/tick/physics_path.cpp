@@ -6,6 +6,7 @@
 #include <exception>
 #include <numbers>
 
+#include "server/tick/scan_learning.hpp"
 #include "server/tick/state.hpp"
 
 namespace parhelion::tick {

@@ -10,27 +10,10 @@
 #include "protocols/codec.hpp"
 #include "server/tick/bodies_in_sweep.hpp"
 #include "server/tick/other_robots.hpp"
+#include "server/tick/scan_learning.hpp"
 
 namespace parhelion::tick {
 namespace {
-
-constexpr Duration kObstacleLife = seconds(1.0);  // people move: obstacles not seen for longer are removed
-
-/// Of a scan: injected, or why it goes out as it came.
-struct Outcome {
-  Degraded cause = Degraded::none;
-  std::string text;  // empty where injected
-};
-
-/// The robot and the world at the first and last beam.
-struct SweepPoses {
-  pose::PoseAtInstant start, end;
-  scan::LaserMotion laser;
-};
-
-const LaserDescription& laser_of(const TickContext& context, const ScanState& scan) {
-  return scan.beams.corrected ? *scan.beams.corrected : context.robot().laser_at(scan.laser);
-}
 
 /// Only the first laser helps to find the robot's clock: another whose stamps are wrong harms itself alone.
 bool is_on_robots_clock(const Message& input, SensorTime last, const ScanPath& path) {
@@ -55,7 +38,7 @@ bool one_beam_is_valid(const RangeConvention& convention, std::span<const float>
 }
 
 /// For a scan without a valid beam, by the kinds of its beams.
-Outcome no_beam(const RangeConvention& convention, std::span<const float> ranges) {
+ScanOutcome no_beam(const RangeConvention& convention, std::span<const float> ranges) {
   const auto too_close =
       static_cast<std::size_t>(std::count_if(ranges.begin(), ranges.end(), [&](float range) {
         return convention.classify(range) == BeamKind::too_close;
@@ -68,7 +51,7 @@ Outcome no_beam(const RangeConvention& convention, std::span<const float> ranges
           "other values than no_return and too_close of the robot description"};
 }
 
-Outcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
+ScanOutcome no_pose(pose::NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
 
 /// To MR_SCAN_INFO and the report.
 void report_match(const pose::RefinedPose& refined, Tally& tally, ScanInfo& info) {
@@ -79,8 +62,8 @@ void report_match(const pose::RefinedPose& refined, Tally& tally, ScanInfo& info
   ++(refined.match == pose::ScanMatch::matched ? tally.scans_matched : tally.scans_not_matched);
 }
 
-Outcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
-                         SweepPoses& poses) {
+ScanOutcome find_sweep_poses(const TickContext& context, const Message& input, const ScanPath& path,
+                             SweepPoses& poses) {
   ScanState& scan = path.scan;
   const LaserDescription& laser = laser_of(context, scan);
   const scan::Sweep sweep = scan::beam_times(laser, scan.real, scan.beam_time);
@@ -119,7 +102,7 @@ double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMo
 }
 
 /// Selects agents to inject: within range and with a sufficiently known position. Always complete agents.
-Outcome select_bodies(const TickContext& context, const SweepPoses& poses, const ScanPath& path) {
+ScanOutcome select_bodies(const TickContext& context, const SweepPoses& poses, const ScanPath& path) {
   const Configuration& configuration = context.configuration;
   ScanState& scan = path.scan;
   const double range_max = laser_of(context, scan).convention.range_max;
@@ -210,15 +193,15 @@ void name_agents(ScanState& scan) {
   }
 }
 
-Outcome inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
-               StageObserver& stages) {
+ScanOutcome inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
+                   StageObserver& stages) {
   ScanState& scan = path.scan;
-  const Outcome known = find_sweep_poses(context, input, path, poses);
+  const ScanOutcome known = find_sweep_poses(context, input, path, poses);
   stages.ended(Stage::pose);
   if (known.cause != Degraded::none) return known;
   context.tally.pose_age_us.add(poses.end.age.microseconds());
 
-  const Outcome selected = select_bodies(context, poses, path);
+  const ScanOutcome selected = select_bodies(context, poses, path);
   stages.ended(Stage::world);
   if (selected.cause != Degraded::none) return selected;
 
@@ -234,8 +217,8 @@ Outcome inject(const TickContext& context, const Message& input, const ScanPath&
   return {};
 }
 
-Outcome try_inject(const TickContext& context, const Message& input, const ScanPath& path, SweepPoses& poses,
-                   StageObserver& stages) try {
+ScanOutcome try_inject(const TickContext& context, const Message& input, const ScanPath& path,
+                       SweepPoses& poses, StageObserver& stages) try {
   return inject(context, input, path, poses, stages);
 } catch (const std::exception& fault) {
   return {Degraded::fault, fault.what()};
@@ -243,7 +226,7 @@ Outcome try_inject(const TickContext& context, const Message& input, const ScanP
 
 /// An unreadable scan is published unchanged, like all unusable ones: with the server the robot receives no
 /// less than without it. If even its stamp cannot be read, its arrival is used.
-Outcome read_scan(const TickContext& context, const Message& input, ScanState& scan) {
+ScanOutcome read_scan(const TickContext& context, const Message& input, ScanState& scan) {
   scan.have_real = false;  // a partly decoded scan is not an occluder
   const Status read = decode(input.channel, input.payload, scan.real);
   scan.info.stamp =
@@ -273,10 +256,10 @@ void count_degraded(const TickContext& context, Degraded cause, ScanState& scan)
 }
 
 /// Computes MR_SCAN and MR_SCAN_INFO.
-Outcome compute_scan(const TickContext& context, const Message& input, const ScanPath& path,
-                     SweepPoses& poses, StageObserver& stages) {
+ScanOutcome compute_scan(const TickContext& context, const Message& input, const ScanPath& path,
+                         SweepPoses& poses, StageObserver& stages) {
   ScanState& scan = path.scan;
-  Outcome outcome = read_scan(context, input, scan);
+  ScanOutcome outcome = read_scan(context, input, scan);
   stages.ended(Stage::decode);
   scan.info.live = true;
   scan.info.reason.clear();
@@ -297,8 +280,8 @@ Outcome compute_scan(const TickContext& context, const Message& input, const Sca
 }
 
 /// To the sink first, then to the outputs, for the log.
-void publish_scan(const TickContext& context, const Message& input, const Outcome& outcome, ScanState& scan,
-                  ScanSink& sink) {
+void publish_scan(const TickContext& context, const Message& input, const ScanOutcome& outcome,
+                  ScanState& scan, ScanSink& sink) {
   const ScanSink::Receipt receipt =
       sink.publish(record_number(context.robot_index, scan.sequence, scan.laser), scan.mr_scan);
   if (receipt.raw) {
@@ -310,45 +293,6 @@ void publish_scan(const TickContext& context, const Message& input, const Outcom
   context.outputs.add(context.channel(channel::kMrScan, scan.laser), receipt.sent)
       .assign(scan.mr_scan.begin(), scan.mr_scan.end());
   encode(scan.info, context.outputs.add(context.channel(channel::kMrScanInfo, scan.laser)));
-}
-
-/// Real returns that the model does not explain become obstacles for agents, such as people.
-void update_obstacles(const TickContext& context, const SweepPoses& poses, double sigma,
-                      const ScanPath& path) {
-  ScanState& scan = path.scan;
-  const scan::BeamSet beams = scan::beam_set(scan.real, scan.beam_time);
-  const LaserDescription& laser = laser_of(context, scan);
-  if (!scan.building_cast)
-    path.site.caster.cast_building(poses.laser, beams, scan.doors, laser.convention.range_max,
-                                   scan.building_hits);
-  explain_by_other_robots(context, poses.laser, path);
-  const SimulationTime taken = path.pose.clock.to_server(scan.real.stamp);
-  track_people(context,
-               {0, scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma, taken, {}},
-               path.real, path.people);
-  scan.obstacles.clear();
-  for (const scan::UnexplainedDisc& disc :
-       scan.unexplained.find(scan.real, laser, poses.laser, scan.beam_time, scan.building_hits, sigma)) {
-    if (!near_person(path.people.bystanders, disc.center))
-      scan.obstacles.push_back({disc.center, disc.radius});
-  }
-  scan.obstacles_seen = context.now;
-  path.simulation.set_real_obstacles(scan.obstacles, scan.sensor);
-}
-
-void learn_from_scan(const TickContext& context, const Outcome& outcome, const SweepPoses& poses,
-                     const ScanPath& path) {
-  report_injection(context, outcome.text, path.injection);
-  // The pose may be known although no agent can be injected.
-  if (outcome.cause != Degraded::none && outcome.cause != Degraded::error) return;
-  const double sigma = pose::predicted_error(poses.end, poses.laser.T_map_laser_end.translation());
-  // Without a model everything real is unexplained, and people cannot be told from walls.
-  if (outcome.cause == Degraded::none && !current_model(context.configuration, path.site).entities.empty())
-    update_obstacles(context, poses, sigma, path);
-  update_door_angles(context,
-                     {path.scan.sensor, path.scan.real, laser_of(context, path.scan), path.scan.beam_time,
-                      poses.laser, sigma},
-                     path.doors, path.simulation);
 }
 
 /// A message of another type on SCAN, or not as long as it declares, is not forwarded: receivers of MR_SCAN
@@ -371,6 +315,10 @@ void report_foreign(const TickContext& context, const Message& input, std::size_
 
 }  // namespace
 
+const LaserDescription& laser_of(const TickContext& context, const ScanState& scan) {
+  return scan.beams.corrected ? *scan.beams.corrected : context.robot().laser_at(scan.laser);
+}
+
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages) {
   if (!has_form_of_scan(input.payload)) return report_foreign(context, input, path.scan.laser);
@@ -379,14 +327,9 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
   ++context.tally.scans_of_real_lasers;
   path.injection.last_scan = context.now;
   SweepPoses poses;
-  const Outcome outcome = compute_scan(context, input, path, poses, stages);
+  const ScanOutcome outcome = compute_scan(context, input, path, poses, stages);
   publish_scan(context, input, outcome, path.scan, sink);
-  if (path.scan.have_real)
-    watch_scans(context, path.scan.real, path.scan.laser, path.injection.laser, path.scan.watch);
   learn_from_scan(context, outcome, poses, path);
-  if (path.scan.have_real)
-    watch_beam_order(context, path.scan.real, path.scan.laser, path.injection.laser, path.pose,
-                     path.scan.beams);
 }
 
 void handle_line(const TickContext& context, const Message& input, ScanState& scan) {
@@ -396,12 +339,6 @@ void handle_line(const TickContext& context, const Message& input, ScanState& sc
   if (const Status read = decode(input.channel, input.payload, line); !read)
     return refuse(context, read.error());
   scan.line = std::move(line);
-}
-
-void forget_old_obstacles(const TickContext& context, ScanState& scan, simulation::Simulation& simulation) {
-  if (scan.obstacles.empty() || context.now - scan.obstacles_seen <= kObstacleLife) return;
-  scan.obstacles.clear();
-  simulation.set_real_obstacles(scan.obstacles, scan.sensor);
 }
 
 }  // namespace parhelion::tick

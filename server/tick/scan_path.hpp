@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "fusion/scan/augment.hpp"
@@ -84,6 +85,22 @@ struct ScanPath {
   const RealRobots& real;
 };
 
+/// Of a scan: injected, or why it goes out as it came.
+struct ScanOutcome {
+  Degraded cause = Degraded::none;
+  std::string text;  ///< empty where injected
+};
+
+/// The robot and the world at the first and last beam; valid where the scan was injected into, or could have
+/// been but for its predicted error (Degraded::error).
+struct SweepPoses {
+  pose::PoseAtInstant start, end;
+  scan::LaserMotion laser;
+};
+
+/// As described, or as its scans have shown it to be (BeamWatch).
+const LaserDescription& laser_of(const TickContext& context, const ScanState& scan);
+
 /// Computes MR_SCAN, passes it to the sink, and then uses the scan for the server's own state (people,
 /// obstacles missing in the model, door angles), in this order.
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
@@ -91,8 +108,5 @@ void process_scan(const TickContext& context, const Message& input, const ScanPa
 
 /// LINES does not affect the tick: the newest is kept for the mapper.
 void handle_line(const TickContext& context, const Message& input, ScanState& scan);
-
-/// At each step: removes obstacles that no scan has shown for a while.
-void forget_old_obstacles(const TickContext& context, ScanState& scan, simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick
