@@ -1,32 +1,12 @@
 // The log reader on hostile files: it ends, accounts for every byte, and what it returns could have been
 // written.
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cstdio>
 #include <cstdlib>
 
 #include "protocols/bus/log_file.hpp"
+#include "tests/fuzz/memory_file.hpp"
 #include "tests/protocols/codec_samples.hpp"
 
 namespace {
-
-/// A file in memory that is opened by path.
-class MemoryFile {
- public:
-  MemoryFile() : file_(memfd_create("parhelion-fuzz", 0)), path_("/proc/self/fd/" + std::to_string(file_)) {
-    if (file_ < 0) std::abort();
-  }
-  const std::string& hold(parhelion::Bytes bytes) const {
-    if (ftruncate(file_, 0) != 0) std::abort();
-    if (pwrite(file_, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) std::abort();
-    return path_;
-  }
-
- private:
-  int file_;
-  std::string path_;
-};
 
 std::vector<std::uint8_t> good_log() {
   std::vector<std::uint8_t> log;
@@ -49,7 +29,7 @@ std::vector<std::uint8_t> good_log() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const MemoryFile file;
+  static const parhelion::fuzz::MemoryFile file;
   static const std::vector<std::uint8_t> good = good_log();
   std::vector<std::uint8_t> log(data, data + size);
   // Half of the inputs are laid over a good log, from an offset that they choose.
