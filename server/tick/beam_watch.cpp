@@ -1,9 +1,7 @@
 #include "server/tick/beam_watch.hpp"
 
-#include <cstdio>
 #include <utility>
 
-#include "fusion/pose/odometry/odometry_comparison.hpp"
 #include "protocols/channels.hpp"
 
 namespace parhelion::tick {
@@ -18,19 +16,15 @@ std::optional<Pose2> step_since(const std::optional<SensorTime>& before, SensorT
   return from->inverse() * *to;
 }
 
-void report(const TickContext& context, std::size_t laser, const std::string& laser_name, int comparisons,
-            double interval) {
-  char value[32];
-  std::snprintf(value, sizeof value, "%.6g s", interval);
+void report(const TickContext& context, std::size_t laser, const std::string& laser_name,
+            const pose::BeamOrder& order) {
   Event event;
   event.stamp = context.now;
   event.kind = EventKind::scans_conflict;
   event.subject = context.robot().name;
   event.object = laser_name;
-  event.text = context.channel(channel::kScan, laser) + ": " +
-               pose::advice(pose::OdometryFault::beams_reversed) + " (" + std::to_string(comparisons) +
-               " scans of turns compared: it is " + value +
-               "); where the robot turned, virtual objects stood wrong until here";
+  event.text = context.channel(channel::kScan, laser) + ": " + order.advice() +
+               "; until here virtual objects stood wrong where the robot turned";
   publish_event(context, event);
 }
 
@@ -45,12 +39,12 @@ void watch_beam_order(const TickContext& context, const Scan& scan, std::size_t 
   const Verdict verdict = watch.order->add(scan, step_since(watch.newest, scan.stamp, pose.track));
   watch.newest = scan.stamp;
   if (verdict == Verdict::unknown) return;
-  if (verdict == Verdict::reversed) {
+  if (watch.order->differs()) {
     watch.corrected = described;
-    watch.corrected->beam_interval = -described.beam_interval;
+    watch.order->correct(*watch.corrected);
     // What it has learned of the map's accuracy came from bent scans.
     if (laser == 0 && pose.refiner) pose.refiner.emplace(*watch.corrected, context.configuration.map);
-    report(context, laser, laser_name, watch.order->comparisons(), watch.corrected->beam_interval);
+    report(context, laser, laser_name, *watch.order);
   }
   watch.concluded = true;
   watch.order.reset();

@@ -59,9 +59,10 @@ void read_all(BagSource& source, std::size_t size) {
     const auto more = source.next(message);
     check(more);
     if (more && !*more) return;
+    if (!more) continue;
     std::uint64_t sum = 0;
-    for (const std::uint8_t byte : message.bytes.bytes) sum += more ? byte : 0;
-    if (sum == ~std::uint64_t{0}) std::abort();  // all bytes were read: they belong to somebody
+    for (const std::uint8_t byte : message.bytes.bytes) sum += byte;
+    if (sum == ~std::uint64_t{0}) std::abort();  // reads all bytes: they have to be the message's own
   }
   std::abort();
 }

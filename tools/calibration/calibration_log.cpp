@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fusion/pose/calibration/recorded_sweeps.hpp"
+#include "fusion/pose/matching/beam_order.hpp"
 #include "tools/calibration/calibration_failure.hpp"
 #include "tools/calibration/calibration_verdict.hpp"
 
@@ -214,6 +215,8 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   if (std::none_of(report.refusals.begin(), report.refusals.end(), names_it))
     add_repeated_scans(read->drive, report);
   judge(options, report);
+  if (const auto order = pose::beam_order_of(parts.calibrating.scans, *report.after.laser); order.differs())
+    report.warnings.push_back(order.advice() + ", and calibrate again");
   return report;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/import/recorded_beams.hpp"
 
 #include <cstddef>
+#include <cstdio>
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
@@ -34,14 +35,14 @@ void RecordedBeams::add(std::string_view channel, const Scan& scan) {
 std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string>& notes) const {
   std::optional<RobotDescription> result;
   for (std::size_t i = 0; i < lasers_.size(); ++i) {
-    if (lasers_[i].order.verdict() != BeamOrder::Verdict::reversed) continue;
+    if (!lasers_[i].order.differs()) continue;
     if (!result) result = robot_;
     LaserDescription& laser = i == 0 ? *result->laser : result->further_lasers[i - 1].laser;
-    laser.beam_interval = -laser.beam_interval;
-    notes.push_back(lasers_[i].channel + ": the last beam of a message is measured first, as " +
-                    std::to_string(lasers_[i].order.comparisons()) +
-                    " scans of turns show, which the source does not say: beam_interval is " +
-                    (laser.beam_interval < 0 ? "negative" : "positive"));
+    lasers_[i].order.correct(laser);
+    char text[64];
+    std::snprintf(text, sizeof text, ": beam_interval is %.6g s", laser.beam_interval);
+    notes.push_back(lasers_[i].channel + ": the source describes it otherwise, but " +
+                    lasers_[i].order.what() + text);
   }
   return result;
 }

@@ -23,7 +23,7 @@ class RecordedBeams {
   void add(const Odometry& odometry);
   void add(std::string_view channel, const Scan& scan);
 
-  /// The description with the lasers whose beams were measured in reverse order, each said in `notes`;
+  /// The description with the lasers whose beams were measured in another order, each said in `notes`;
   /// nullopt: scans have shown none.
   std::optional<RobotDescription> corrected(std::vector<std::string>& notes) const;
 

@@ -169,12 +169,10 @@ class Checker {
 
   void check_beam_order(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {
     const pose::BeamOrder order = pose::beam_order_of(seen.scans, laser);
-    if (order.verdict() == pose::BeamOrder::Verdict::reversed)
-      contradicts(channel + " beam_interval: " + number(laser.beam_interval) +
-                  " s, but the beams of a message are measured in the other order, as " +
-                  std::to_string(order.comparisons()) + " scans of turns show; change its sign");
+    if (order.differs())
+      contradicts(channel + " beam_interval: " + number(laser.beam_interval) + " s, but " + order.advice());
     if (order.verdict() == pose::BeamOrder::Verdict::as_described)
-      agrees(channel + " beam_interval, by its sign");
+      agrees(channel + (laser.beam_interval == 0 ? " without beam_interval" : " beam_interval, by its sign"));
   }
 
   void check_stamp_beam(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {

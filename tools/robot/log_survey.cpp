@@ -321,8 +321,7 @@ LaserDescription laser_seen(const LaserSurvey& survey) {
   laser.beams = static_cast<int>(survey.beams);
   laser.angle_min = survey.angle_min;
   laser.angle_increment = survey.angle_increment;
-  if (pose::beam_order_of(survey.scans, laser).verdict() == pose::BeamOrder::Verdict::reversed)
-    laser.beam_interval = -laser.beam_interval;
+  pose::beam_order_of(survey.scans, laser).correct(laser);
   return laser;
 }
 

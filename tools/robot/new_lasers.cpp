@@ -233,7 +233,8 @@ class LaserWriter {
     }
     line("scan_period: " + formatted("%.4g s", laser.scan_period), "[log] median of the stamps");
     line("beam_interval: " + formatted("%.4g s", laser.beam_interval),
-         laser.beam_interval < 0
+         laser.beam_interval == 0 ? "[log] turns show that the beams are measured at once"
+         : laser.beam_interval < 0
              ? "[log] [guess] of a mirror that turns once a scan; turns show that the last beam is the first"
              : "[log] [guess] of a mirror that turns once a scan; calibrate can find its sign");
     line("beams: " + std::to_string(laser.beams), "[log]");

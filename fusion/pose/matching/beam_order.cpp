@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 
 #include "fusion/pose/matching/scan_match.hpp"
 #include "fusion/pose/matching/scan_points.hpp"
@@ -36,6 +38,18 @@ LaserDescription with_beams(LaserDescription laser, double interval) {
   return laser;
 }
 
+/// s between two beams as described, or of a laser that turns once a scan.
+double sweeping_interval(const LaserDescription& laser) {
+  if (laser.beam_interval != 0) return std::abs(laser.beam_interval);
+  return std::abs(laser.angle_increment) / (2 * std::numbers::pi) * laser.scan_period;
+}
+
+LaserDescription without_times(LaserDescription laser) {
+  laser.beam_interval = laser.pass_period = 0;
+  laser.passes = 1;
+  return laser;
+}
+
 /// Without far ones: a map of a damaged scan would have no end.
 std::vector<Eigen::Vector2d> near_points(const Scan& scan, const LaserDescription& laser,
                                          const SweepMotion& sweep) {
@@ -56,15 +70,30 @@ Match matched(const std::vector<Eigen::Vector2d>& first, const std::vector<Eigen
 
 }  // namespace
 
-BeamOrder::BeamOrder(const LaserDescription& laser)
-    : described_(laser), reversed_(with_beams(laser, -laser.beam_interval)), at_once_(with_beams(laser, 0)) {
-  at_once_.pass_period = 0;
+void BeamOrder::Rivals::add(double first_cost, double second_cost) {
+  second_better += first_cost > second_cost ? 1 : 0;
+  sum += std::clamp(first_cost - second_cost, -kMaxPreference, kMaxPreference);
 }
+
+bool BeamOrder::Rivals::second_wins(int comparisons) const {
+  return sum > kEnough && second_better >= kAgreeing * comparisons;
+}
+
+bool BeamOrder::Rivals::first_wins(int comparisons) const {
+  return sum < -kEnough && second_better <= (1 - kAgreeing) * comparisons;
+}
+
+BeamOrder::BeamOrder(const LaserDescription& laser)
+    : described_interval_(laser.beam_interval),
+      at_once_(without_times(laser)),
+      forward_(with_beams(laser.beam_interval != 0 ? laser : at_once_, sweeping_interval(laser))),
+      backward_(with_beams(forward_, -forward_.beam_interval)),
+      shown_(laser) {}
 
 BeamOrder::Verdict BeamOrder::add(const Scan& scan, const std::optional<Pose2>& step) {
   if (verdict_ != Verdict::unknown || comparisons_ >= kMax || followed_ >= kMaxFollowed) return verdict_;
   if (scan.is_timed() || scan.ranges.empty()) return verdict_;
-  const SweepSpan span = sweep_span(described_, scan.ranges.size());
+  const SweepSpan span = sweep_span(forward_, scan.ranges.size());
   if (span.end - span.begin < kShortSweep) return verdict_;
   sweep_seconds_ = (span.end - span.begin).seconds();
   const Pose2 T_local_newest = T_local_newest_;
@@ -110,24 +139,18 @@ void BeamOrder::compare(const View& view) {
     return;
   }
   if (std::abs(turn - turn_during(first_->sweep)) < kTurning && std::abs(moved.yaw) < kFarTurned) return;
-  if (const auto better = preference(view)) {
-    ++comparisons_;
-    for_reversed_ += *better > 0;
-    sum_ += std::clamp(*better, -kMaxPreference, kMaxPreference);
-    conclude();
-  }
-}
-
-/// By how much the reversed order fits better; nullopt: the scans do not fit.
-std::optional<double> BeamOrder::preference(const View& view) const {
   const Pose2 expected = first_->T_local_base.inverse() * view.T_local_base;
   const auto with = [&](const LaserDescription& laser) {
     return matched(near_points(first_->scan, laser, first_->sweep), near_points(view.scan, laser, view.sweep),
                    expected);
   };
-  const Match described = with(described_), reversed = with(reversed_);
-  if (std::max(described.explained, reversed.explained) < kMinExplained) return std::nullopt;
-  return described.cost - reversed.cost;
+  const Match forward = with(forward_), backward = with(backward_), at_once = with(at_once_);
+  if (std::max({forward.explained, backward.explained, at_once.explained}) < kMinExplained) return;
+  ++comparisons_;
+  forward_backward_.add(forward.cost, backward.cost);
+  forward_at_once_.add(forward.cost, at_once.cost);
+  backward_at_once_.add(backward.cost, at_once.cost);
+  conclude();
 }
 
 BeamOrder beam_order_of(std::span<const Scan> scans, const LaserDescription& laser) {
@@ -136,11 +159,50 @@ BeamOrder beam_order_of(std::span<const Scan> scans, const LaserDescription& las
   return order;
 }
 
+/// The two directions of a sweep differ the most and are told apart first. Against a sweep as described no
+/// more is asked of beams at once than that they fit no better; one that is not described has to be shown.
 void BeamOrder::conclude() {
-  const double fraction = static_cast<double>(for_reversed_) / comparisons_;
-  if (comparisons_ < kFewest || std::abs(sum_) <= kEnough) return;
-  if (sum_ > 0 && fraction >= kAgreeing) verdict_ = Verdict::reversed;
-  if (sum_ < 0 && fraction <= 1 - kAgreeing) verdict_ = Verdict::as_described;
+  if (comparisons_ < kFewest) return;
+  if (forward_at_once_.second_wins(comparisons_) && backward_at_once_.second_wins(comparisons_)) {
+    verdict_ = described_interval_ == 0 ? Verdict::as_described : Verdict::at_once;
+    if (differs()) shown_ = at_once_;
+    return;
+  }
+  const bool is_forward = forward_backward_.first_wins(comparisons_);
+  if (!is_forward && !forward_backward_.second_wins(comparisons_)) return;
+  const Rivals& at_once = is_forward ? forward_at_once_ : backward_at_once_;
+  const LaserDescription& shown = is_forward ? forward_ : backward_;
+  if (described_interval_ == 0) {
+    if (!at_once.first_wins(comparisons_)) return;
+    verdict_ = Verdict::swept;
+  } else {
+    if (at_once.sum > 0) return;
+    verdict_ = shown.beam_interval == described_interval_ ? Verdict::as_described : Verdict::reversed;
+  }
+  if (differs()) shown_ = shown;
+}
+
+void BeamOrder::correct(LaserDescription& laser) const {
+  laser.beam_interval = shown_.beam_interval;
+  laser.passes = shown_.passes;
+  laser.pass_period = shown_.pass_period;
+}
+
+std::string BeamOrder::what() const {
+  std::string how = "all at once, not one after the other as described";
+  if (verdict_ == Verdict::reversed) how = "in the reverse of the described order";
+  if (verdict_ == Verdict::swept)
+    how = std::string("one after the other, the ") + (shown_.beam_interval < 0 ? "last" : "first") +
+          " one first, not all at once as described";
+  return "the laser measures the beams of a message " + how + ", as " + std::to_string(comparisons_) +
+         " scans of turns show";
+}
+
+std::string BeamOrder::advice() const {
+  char text[96];
+  std::snprintf(text, sizeof text, ": write beam_interval: %.6g s in the robot description",
+                shown_.beam_interval);
+  return what() + text;
 }
 
 }  // namespace parhelion::pose

@@ -100,8 +100,8 @@ const char* to_string(OdometryFault fault) {
       return "silent";
     case OdometryFault::laser_frozen:
       return "laser_frozen";
-    case OdometryFault::beams_reversed:
-      return "beams_reversed";
+    case OdometryFault::beam_order:
+      return "beam_order";
     case OdometryFault::inconsistent:
       return "inconsistent";
   }
@@ -141,10 +141,10 @@ const char* advice(OdometryFault fault) {
       return "no odometry arrives: check its process and the bus";
     case OdometryFault::laser_frozen:
       return "the laser repeats one scan while odometry moves: check its driver";
-    case OdometryFault::beams_reversed:
-      return "the laser measures the beams of a message in the reverse of the described order; from here on "
-             "scans are placed so: change the sign of beam_interval in the robot's description, as parhelion "
-             "calibrate does, and make the map again";
+    case OdometryFault::beam_order:
+      return "the laser measures the beams of a message in another order than described: change "
+             "beam_interval "
+             "in the robot description, and make the map again";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }

@@ -25,8 +25,8 @@ enum class OdometryFault : std::uint8_t {
   stamps_jumped,         ///< stamps are no longer on the clock of the scans
   silent,                ///< no message arrives
   laser_frozen,          ///< the laser repeats one scan
-  beams_reversed,  ///< the laser measures the last beam of a message first, its description states otherwise
-  inconsistent,    ///< contradicts the scans in another way
+  beam_order,    ///< the laser measures the beams of a message in another order of time than described
+  inconsistent,  ///< contradicts the scans in another way
 };
 /// As in JSON: "rotation_reversed".
 const char* to_string(OdometryFault fault);

@@ -1,21 +1,18 @@
 #include "fusion/pose/tracking/beam_correction.hpp"
 
 #include <algorithm>
-#include <string>
 
 namespace parhelion::pose {
 
 void BeamCorrection::learn(const Scan& scan, const ScanOdometry::Step& step, const ScanTracking& tracking,
                            LaserDescription& laser) {
   if (!wanted_ || order_.verdict() != BeamOrder::Verdict::unknown) return;
-  if (order_.add(scan, step.known ? std::optional(step.reported) : std::nullopt) !=
-      BeamOrder::Verdict::reversed)
-    return;
-  laser.beam_interval = -laser.beam_interval;
+  order_.add(scan, step.known ? std::optional(step.reported) : std::nullopt);
+  if (!order_.differs()) return;
+  order_.correct(laser);
   before_ = tracking.findings().size();
-  finding_ = OdometryFinding{OdometryFault::beams_reversed, scan.stamp, std::nullopt,
-                             advice(OdometryFault::beams_reversed) + std::string(" (") +
-                                 std::to_string(order_.comparisons()) + " scans of turns compared)"};
+  finding_ = OdometryFinding{OdometryFault::beam_order, scan.stamp, std::nullopt,
+                             order_.advice() + ", and make the map again; from here on scans are placed so"};
 }
 
 std::vector<OdometryFinding> BeamCorrection::among(const std::vector<OdometryFinding>& findings) const {

@@ -20,7 +20,7 @@ class BeamCorrection {
   /// `wanted`: false for who compares both orders.
   BeamCorrection(const LaserDescription& laser, bool wanted) : order_(laser), wanted_(wanted) {}
 
-  /// To be called with each scan before it is placed. Reverses the order in `laser` once scans have shown
+  /// To be called with each scan before it is placed. Puts the order in `laser` right once scans have shown
   /// that it is wrong.
   void learn(const Scan& scan, const ScanOdometry::Step& step, const ScanTracking& tracking,
              LaserDescription& laser);

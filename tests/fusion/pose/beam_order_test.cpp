@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "fusion/pose/odometry/scan_odometry.hpp"
@@ -21,7 +22,7 @@ using Verdict = BeamOrder::Verdict;
 
 constexpr double kInterval = 0.09 / 361;  // s between two beams: a laser that turns ten times a second
 
-Verdict order_in(const SweptDrive& drive) {
+BeamOrder beam_order_of(const SweptDrive& drive) {
   BeamOrder order(*drive.robot.laser);
   ScanOdometry odometry;
   for (const test::DriveInput& input : drive.inputs) {
@@ -31,8 +32,10 @@ Verdict order_in(const SweptDrive& drive) {
       order.add(*input.scan, step->step);
     }
   }
-  return order.verdict();
+  return order;
 }
+
+Verdict order_in(const SweptDrive& drive) { return beam_order_of(drive).verdict(); }
 
 TEST(BeamOrder, IsFoundWhereADriverReversesTheBeams) {
   for (const std::uint32_t seed : {21U, 22U, 23U}) {
@@ -53,7 +56,27 @@ TEST(BeamOrder, IsFoundWithOdometryWhoseClockIsOff) {
 TEST(BeamOrder, IsLeftOpenWhereNothingShowsIt) {
   constexpr double brief = 0.02 / 361;
   EXPECT_EQ(order_in(test::swept_drive(25, brief, -brief)), Verdict::unknown) << "a short sweep";
-  EXPECT_EQ(order_in(test::swept_drive(26, kInterval, 0)), Verdict::unknown) << "scans of one instant";
+  SweptDrive undescribed = test::swept_drive(25, 0, kInterval);
+  undescribed.robot.laser->scan_period = 0;
+  EXPECT_EQ(order_in(undescribed), Verdict::unknown) << "how long a turn takes is not described";
+}
+
+TEST(BeamOrder, IsFoundWhereAllBeamsAreMeasuredAtOnce) {
+  EXPECT_EQ(order_in(test::swept_drive(26, kInterval, 0)), Verdict::at_once);
+  EXPECT_EQ(order_in(test::swept_drive(26, -kInterval, 0)), Verdict::at_once);
+}
+
+TEST(BeamOrder, OfALaserThatTurnsOnceAScanIsFoundWithoutADescriptionOfItsTimes) {
+  for (const double real : {kInterval, -kInterval, 0.0}) {
+    SweptDrive drive = test::swept_drive(32, 0, real);
+    drive.robot.laser->scan_period = kInterval * 2 * std::numbers::pi / drive.robot.laser->angle_increment;
+    EXPECT_EQ(order_in(drive), real == 0 ? Verdict::as_described : Verdict::swept) << real;
+    const BeamOrder order = beam_order_of(drive);
+    EXPECT_NEAR(order.beam_interval(), real, 1e-9);
+    LaserDescription corrected = *drive.robot.laser;
+    order.correct(corrected);
+    EXPECT_EQ(corrected.beam_interval, order.beam_interval());
+  }
 }
 
 TEST(BeamOrder, IsNotDoubtedForReversedOdometryOrALaserUpsideDown) {
@@ -119,8 +142,8 @@ TEST(BeamOrder, IsPutRightWhileAMapIsMade) {
   const CausalMap wrong = causal_map(test::swept_drive(29, kInterval, -kInterval));
   EXPECT_TRUE(right.findings.empty());
   ASSERT_EQ(wrong.findings.size(), 1U);
-  EXPECT_EQ(wrong.findings[0].fault, OdometryFault::beams_reversed);
-  EXPECT_THAT(wrong.findings[0].text, testing::HasSubstr("change the sign of beam_interval"));
+  EXPECT_EQ(wrong.findings[0].fault, OdometryFault::beam_order);
+  EXPECT_THAT(wrong.findings[0].text, testing::HasSubstr("in the reverse of the described order"));
   const auto worst = [](const CausalMap& m) {
     return *std::max_element(m.turned_wrong.begin() + static_cast<long>(m.turned_wrong.size() / 2),
                              m.turned_wrong.end());

@@ -32,7 +32,7 @@ TEST(BeamOrderCheck, ContradictsADescriptionWithTheWrongSign) {
   const test::SweptDrive drive = test::swept_drive(41, kInterval, -kInterval);
   const auto log = surveyed(drive);
   ASSERT_TRUE(log.ok()) << log.error().message;
-  const auto wrong = Contains(HasSubstr("measured in the other order"));
+  const auto wrong = Contains(HasSubstr("in the reverse of the described order"));
   EXPECT_THAT(check_description(drive.robot, *log).contradictions, wrong);
   RobotDescription right = drive.robot;
   right.laser->beam_interval = -kInterval;
@@ -45,6 +45,12 @@ TEST(BeamOrderCheck, GivesANewDescriptionTheRightSign) {
     ASSERT_TRUE(log.ok()) << log.error().message;
     EXPECT_EQ(laser_seen(*log->laser).beam_interval < 0, interval < 0);
   }
+}
+
+TEST(BeamOrderCheck, GivesANewDescriptionBeamsAtOnceWhereTurnsShowThem) {
+  const auto log = surveyed(test::swept_drive(42, kInterval, 0));
+  ASSERT_TRUE(log.ok()) << log.error().message;
+  EXPECT_EQ(laser_seen(*log->laser).beam_interval, 0);
 }
 
 }  // namespace
