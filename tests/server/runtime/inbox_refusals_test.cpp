@@ -1,0 +1,112 @@
+#include <algorithm>
+#include <thread>
+
+#include "tests/server/runtime/inbox_fixture.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+class InboxRefusalTest : public InboxTest {
+ protected:
+  void send_spawn(std::uint64_t request) { send_spawn(request, *robot_); }
+  static void send_spawn(std::uint64_t request, Bus& sender) {
+    AgentSpawn spawn;
+    spawn.request = request;
+    spawn.agent.name = "box_1";
+    std::vector<std::uint8_t> bytes;
+    encode(spawn, bytes);
+    ASSERT_TRUE(sender.publish("MR_SPAWN", bytes).ok());
+  }
+  static std::uint64_t request_of(const Arrived& arrived) {
+    AgentSpawn spawn;
+    return decode(arrived.message.channel, arrived.message.payload, spawn) ? spawn.request : 0;
+  }
+};
+
+TEST_F(InboxRefusalTest, InboxRefusesNoCommandOfASenderForTheFloodOfAnother) {
+  InboxLimits limits;
+  limits.commands = 20;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  const auto instructor = hub_.connect();
+  for (std::uint64_t i = 1; i <= 100; ++i) send_spawn(i);
+  send_stop("robot_1", true);
+  send_spawn(1000, *instructor);
+  send_spawn(1001, *instructor);
+  for (std::uint64_t i = 101; i <= 200; ++i) send_spawn(i);
+  std::vector<std::uint64_t> requests;
+  int stops = 0;
+  for (const Arrived& taken : take_all(inbox)) {
+    if (taken.message.channel == "MR_SPAWN")
+      requests.push_back(request_of(taken));
+    else
+      ++stops;
+  }
+  ASSERT_EQ(requests.size(), 20U);
+  EXPECT_TRUE(std::is_sorted(requests.begin(), requests.end())) << "in the order in which they came";
+  EXPECT_EQ(requests[18], 1000U);
+  EXPECT_EQ(requests[19], 1001U);
+  EXPECT_EQ(stops, 1) << "the stop of an agent is no command that is refused";
+  const auto refused = inbox.take_refused_commands();
+  EXPECT_EQ(refused.size(), 182U);
+  EXPECT_LE(*std::max_element(refused.begin(), refused.end()), 200U);
+}
+
+/// Not one a turn: the replies must come while somebody waits for them.
+TEST_F(InboxRefusalTest, InboxRefusesAllLateCommandsAtOnce) {
+  InboxLimits limits;
+  limits.command_age = milliseconds(1);
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now())) << "from here on commands age";
+  for (std::uint64_t i = 1; i <= 500; ++i) send_spawn(i);
+  for (int i = 0; i < 10; ++i) send("ODOMETRY");
+  inbox.close();
+  const WallTime received = steady_now();
+  while (steady_now() - received <= milliseconds(1)) std::this_thread::yield();  // the loop is behind
+  ASSERT_TRUE(inbox.take(steady_now()));
+  EXPECT_EQ(inbox.take_refused_commands().size(), 500U);
+}
+
+TEST_F(InboxRefusalTest, InboxRefusesCommandsBeyondItsLimitByTheirRequests) {
+  InboxLimits limits;
+  limits.commands = 20;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  for (std::uint64_t i = 1; i <= 50; ++i) send_spawn(i);
+  send_stop("", true);
+  send_scan(1);
+  const auto all = take_all(inbox);
+  EXPECT_EQ(all.size(), 22U) << "stop and scan are not limited by commands";
+  const auto refused = inbox.take_refused_commands();
+  ASSERT_EQ(refused.size(), 30U);
+  for (std::size_t i = 0; i < refused.size(); ++i) EXPECT_EQ(refused[i], 21 + i) << "the newest, in order";
+  EXPECT_EQ(inbox.dropped(), 30U);
+  EXPECT_TRUE(inbox.take_refused_commands().empty()) << "reported once";
+}
+
+TEST_F(InboxRefusalTest, InboxRemembersALimitedNumberOfRefusals) {
+  InboxLimits limits;
+  limits.commands = 1;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  const std::uint64_t count = 2 * Inbox::kMaxRefusals;
+  for (std::uint64_t i = 1; i <= count; ++i) send_spawn(i);
+  EXPECT_EQ(take_all(inbox).size(), 1U);
+  EXPECT_EQ(inbox.take_refused_commands().size(), Inbox::kMaxRefusals);
+  EXPECT_EQ(inbox.dropped(), count - 1) << "all are counted";
+}
+
+/// Its sender was told that there is no reply: it must not happen later. A stop must.
+TEST_F(InboxRefusalTest, InboxRefusesCommandsThatWaitedTooLongButNoStop) {
+  InboxLimits limits;
+  limits.command_age = milliseconds(50);
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now())) << "from here on commands age";
+  for (std::uint64_t i = 1; i <= 3; ++i) send_spawn(i);
+  send_stop("", true);
+  send("TELEOP");
+  std::this_thread::sleep_for(std::chrono::milliseconds(120));  // the loop is behind
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{1, 2, 3}));
+}
+
+}  // namespace
+}  // namespace parhelion::runtime
