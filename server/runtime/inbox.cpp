@@ -19,13 +19,18 @@ constexpr Duration kForeignAgain = seconds(60.0);  // continued publishing is no
 constexpr int kMaxMessagesAtEnd =
     4096;  // limit for draining the bus, so that a continuous sender cannot prevent the end
 
-bool may_be_dropped(tick::InputKind kind) {
-  return kind == tick::InputKind::camera || kind == tick::InputKind::depth ||
-         kind == tick::InputKind::lines || kind == tick::InputKind::odometry ||
-         kind == tick::InputKind::pose_cov || kind == tick::InputKind::none;
+/// A newer one replaces it: the oldest is dropped.
+bool is_other(tick::InputKind kind) {
+  return kind != tick::InputKind::scan && kind != tick::InputKind::command &&
+         kind != tick::InputKind::emergency_stop;
 }
 
-bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
+std::size_t bytes_of(const Arrived& arrived) { return sizeof(Arrived) + arrived.message.payload.size(); }
+
+bool engages_stop(const Message& message) {
+  EmergencyStopCommand command;
+  return decode(message.channel, message.payload, command).ok() && command.engaged;
+}
 
 }  // namespace
 
@@ -68,33 +73,35 @@ void Inbox::run() {
   }
 }
 
-Inbox::Queue& Inbox::queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot) {
-  const bool of_agent = kind == tick::InputKind::agent_teleop || kind == tick::InputKind::agent_joint_command;
-  const bool robots = !of_agent && is_robot_channel(channels_.canonical(channel));
-  return robots ? queues_[robot] : queues_.back();
+Inbox::Queue& Inbox::queue_of(const Arrived& arrived) {
+  const bool of_agent =
+      arrived.kind == tick::InputKind::agent_teleop || arrived.kind == tick::InputKind::agent_joint_command;
+  const bool robots = !of_agent && is_robot_channel(channels_.canonical(arrived.message.channel));
+  return robots ? queues_[arrived.robot] : queues_.back();
 }
 
 void Inbox::push(Message message) {
   Arrived arrived;
   arrived.received = steady_now();
-  const tick::InputKind kind = channels_.kind(message.channel, nullptr, &arrived.robot, &arrived.sensor);
-  if (kind == tick::InputKind::none) return note_foreign(message);
+  arrived.kind = channels_.kind(message.channel, nullptr, &arrived.robot, &arrived.sensor);
+  if (arrived.kind == tick::InputKind::none) return note_foreign(message);
   // Messages that are not scans are not forwarded as one.
-  if (kind == tick::InputKind::scan && has_form_of_scan(message.payload))
+  if (arrived.kind == tick::InputKind::scan && has_form_of_scan(message.payload))
     arrived.ticket = guards_[arrived.robot][arrived.sensor]->watch(message.payload);
   arrived.message = std::move(message);
   {
     const std::lock_guard lock(mutex_);
-    Queue& queue = queue_of(kind, arrived.message.channel, arrived.robot);
-    enqueue(queue, kind, std::move(arrived));
+    Queue& queue = queue_of(arrived);
+    enqueue(queue, std::move(arrived));
   }
   changed_.notify_one();  // the loop, after the lock is released
 }
 
 /// An emergency stop, or its release, that precedes what waits; nullopt: no such message.
-std::optional<EmergencyStopCommand> Inbox::first_stop(tick::InputKind kind, const Message& message) const {
+std::optional<EmergencyStopCommand> Inbox::first_stop(const Arrived& arrived) const {
   EmergencyStopCommand command;
-  if (kind != tick::InputKind::emergency_stop || !decode(message.channel, message.payload, command) ||
+  if (arrived.kind != tick::InputKind::emergency_stop ||
+      !decode(arrived.message.channel, arrived.message.payload, command) ||
       !tick::is_for_trainee(configuration_, command))
     return std::nullopt;
   return command;
@@ -111,26 +118,33 @@ bool Inbox::has_room(const Queue& queue, const EmergencyStopCommand& stop) const
   return true;
 }
 
-void Inbox::enqueue(Queue& queue, tick::InputKind kind, Arrived arrived) {
-  if (auto stop = first_stop(kind, arrived.message)) {
-    if (has_room(queue, *stop)) {
-      queue.stops.push_back({std::move(arrived), std::move(*stop)});
-    } else {
-      ++dropped_;
-    }
-    return;
-  }
-  if (!make_room(queue, kind, arrived)) return;
-  if (may_be_dropped(kind)) {
-    ++queue.others;
+void Inbox::enqueue(Queue& queue, Arrived arrived) {
+  if (auto stop = first_stop(arrived)) return enqueue_stop(queue, {std::move(arrived), std::move(*stop)});
+  if (!make_room(queue, arrived)) return;
+  if (is_other(arrived.kind)) {
+    Load& load = queue.others[static_cast<std::size_t>(arrived.kind)];
+    ++load.count;
+    load.bytes += bytes_of(arrived);
+    queue.other_bytes += bytes_of(arrived);
   } else {
-    queue.bytes += arrived.message.payload.size();
+    queue.bytes += bytes_of(arrived);
   }
-  if (kind == tick::InputKind::command) {
+  if (arrived.kind == tick::InputKind::command) {
     ++queue.commands;
     ++queue.commands_of[arrived.message.sender];
   }
   queue.waiting.push_back(std::move(arrived));
+}
+
+/// A stop that is dropped repeats one that waits, whose reply its sender gets or repeats it.
+void Inbox::enqueue_stop(Queue& queue, Stop stop) {
+  if (has_room(queue, stop.command)) {
+    queue.stops.push_back(std::move(stop));
+  } else if (stop.command.engaged) {
+    ++dropped_;
+  } else {
+    refuse_command(stop.arrived.message);
+  }
 }
 
 void Inbox::note_foreign(const Message& message) {
@@ -142,20 +156,20 @@ void Inbox::note_foreign(const Message& message) {
 }
 
 /// False: the new input is dropped.
-bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived) {
-  if (may_be_dropped(kind)) {
-    if (queue.others >= limits_.others) drop(queue, oldest(queue, may_be_dropped));
+bool Inbox::make_room(Queue& queue, const Arrived& arrived) {
+  if (is_other(arrived.kind)) {
+    make_room_for_other(queue, arrived);
     return true;
   }
-  if (kind == tick::InputKind::command && queue.commands >= limits_.commands &&
+  if (arrived.kind == tick::InputKind::command && queue.commands >= limits_.commands &&
       !make_room_for_command(queue, arrived.message))
     return false;
-  while (queue.bytes > 0 && queue.bytes + arrived.message.payload.size() > limits_.bytes) {
-    const auto scan = oldest(queue, is_scan);
-    if (scan == queue.waiting.end() && kind == tick::InputKind::scan)
+  while (queue.bytes > 0 && queue.bytes + bytes_of(arrived) > limits_.bytes) {
+    const auto scan = oldest(queue, tick::InputKind::scan);
+    if (scan == queue.waiting.end() && arrived.kind == tick::InputKind::scan)
       break;  // only commands left: a scan is kept regardless
     if (scan == queue.waiting.end()) {
-      ++dropped_;
+      refuse_command(arrived.message);
       return false;
     }
     if (scan->ticket != 0) {
@@ -165,6 +179,16 @@ bool Inbox::make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived
     drop(queue, scan);
   }
   return true;
+}
+
+void Inbox::make_room_for_other(Queue& queue, const Arrived& arrived) {
+  if (queue.others[static_cast<std::size_t>(arrived.kind)].count >= limits_.others)
+    drop(queue, oldest(queue, arrived.kind));
+  while (queue.other_bytes > 0 && queue.other_bytes + bytes_of(arrived) > limits_.other_bytes) {
+    const auto largest = std::max_element(queue.others.begin(), queue.others.end(),
+                                          [](const Load& a, const Load& b) { return a.bytes < b.bytes; });
+    drop(queue, oldest(queue, static_cast<tick::InputKind>(largest - queue.others.begin())));
+  }
 }
 
 /// False: the new command is refused, as its sender has the most.
@@ -178,8 +202,7 @@ bool Inbox::make_room_for_command(Queue& queue, const Message& message) {
     return false;
   }
   const auto newest = std::find_if(queue.waiting.rbegin(), queue.waiting.rend(), [&](const Arrived& waiting) {
-    return waiting.message.sender == longest->first &&
-           channels_.kind(waiting.message.channel) == tick::InputKind::command;
+    return waiting.message.sender == longest->first && waiting.kind == tick::InputKind::command;
   });
   refuse_command(newest->message);
   forget(queue, *newest);
@@ -187,10 +210,9 @@ bool Inbox::make_room_for_command(Queue& queue, const Message& message) {
   return true;
 }
 
-std::deque<Arrived>::iterator Inbox::oldest(Queue& queue, bool (*wanted)(tick::InputKind)) {
-  return std::find_if(queue.waiting.begin(), queue.waiting.end(), [&](const Arrived& waiting) {
-    return wanted(channels_.kind(waiting.message.channel));
-  });
+std::deque<Arrived>::iterator Inbox::oldest(Queue& queue, tick::InputKind kind) {
+  return std::find_if(queue.waiting.begin(), queue.waiting.end(),
+                      [&](const Arrived& waiting) { return waiting.kind == kind; });
 }
 
 void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
@@ -200,13 +222,15 @@ void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
 }
 
 void Inbox::forget(Queue& queue, const Arrived& leaving) {
-  const tick::InputKind kind = channels_.kind(leaving.message.channel);
-  if (may_be_dropped(kind)) {
-    --queue.others;
+  if (is_other(leaving.kind)) {
+    Load& load = queue.others[static_cast<std::size_t>(leaving.kind)];
+    --load.count;
+    load.bytes -= bytes_of(leaving);
+    queue.other_bytes -= bytes_of(leaving);
   } else {
-    queue.bytes -= leaving.message.payload.size();
+    queue.bytes -= bytes_of(leaving);
   }
-  if (kind != tick::InputKind::command) return;
+  if (leaving.kind != tick::InputKind::command) return;
   --queue.commands;
   const auto sender = queue.commands_of.find(leaving.message.sender);
   if (--sender->second == 0) queue.commands_of.erase(sender);
@@ -227,13 +251,23 @@ Arrived Inbox::pop(Queue& queue) {
   return arrived;
 }
 
+/// A release would free a robot that its sender believes to be stopped. A paused process receives late what
+/// the kernel has kept for it: hence the arrival, by the wall clock.
 bool Inbox::is_late(const Arrived& arrived) const {
-  return channels_.kind(arrived.message.channel) == tick::InputKind::command &&
-         steady_now() - std::max(arrived.received, *first_take_) > limits_.command_age;
+  const bool stop = arrived.kind == tick::InputKind::emergency_stop;
+  if (arrived.kind != tick::InputKind::command && !stop) return false;
+  const Duration here = steady_now() - arrived.received;
+  const Duration since_arrival{wall_now().ns - arrived.message.arrival.ns};
+  const Duration waited = std::min(std::max(here, since_arrival), steady_now() - *first_take_);
+  return waited > limits_.command_age && !(stop && engages_stop(arrived.message));
 }
 
 /// All of the oldest at once: with one a turn the replies would come after nobody waits for them any more.
 void Inbox::refuse_late_commands(Queue& queue) {
+  while (!queue.stops.empty() && is_late(queue.stops.front().arrived)) {
+    refuse_command(queue.stops.front().arrived.message);
+    queue.stops.pop_front();
+  }
   while (!queue.waiting.empty() && is_late(queue.waiting.front())) {
     refuse_command(queue.waiting.front().message);
     forget(queue, queue.waiting.front());

@@ -1,6 +1,7 @@
 // Received inputs, each with a strictly increasing arrival stamp of the session clock.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <deque>
@@ -26,6 +27,7 @@ namespace parhelion::runtime {
 
 struct Arrived {
   Message message;
+  tick::InputKind kind = tick::InputKind::none;
   std::size_t robot = 0;     ///< whose input it is; 0 for those of the session
   std::size_t sensor = 0;    ///< of that robot: the laser of a scan, the camera of an image
   std::uint64_t ticket = 0;  ///< of the laser's guard, for scans
@@ -35,15 +37,17 @@ struct Arrived {
 
 using Guards = std::vector<std::vector<Guard*>>;
 
-/// Limits of a queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams a
-/// second.
+/// Limits of a queue. Bytes are those of payloads, and sizeof(Arrived) for each input.
 struct InboxLimits {
-  std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
-  std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
-  std::size_t commands = 1000;                ///< of instructors, waiting: a scenario's whole crowd
-  std::size_t stops = 256;                    ///< emergency stops of trainees' robots, and their releases
-  /// Longest wait of an instructor's command, from the first call of take() on. `inject` and pages wait
-  /// longer for a reply: what they report as failed must not happen later.
+  std::size_t others = 256;  ///< of each kind but scans and commands; beyond it the oldest is dropped
+  std::size_t other_bytes = std::size_t{64} << 20;  ///< of these kinds together
+  /// Of scans and commands: enough for more than half an hour of ten scans of 361 beams a second.
+  std::size_t bytes = std::size_t{64} << 20;
+  std::size_t commands = 1000;  ///< of instructors, waiting: a scenario's whole crowd
+  std::size_t stops = 256;      ///< emergency stops of trainees' robots, and their releases
+  /// Longest wait of an instructor's command or release of an emergency stop, in the kernel and here, from
+  /// the first call of take() on. `inject` and pages wait longer for a reply: what they report as failed must
+  /// not happen later.
   Duration command_age = driving_timing::kMaxCommandAge;
 };
 
@@ -54,12 +58,15 @@ struct InboxLimits {
 /// in the order in which they came; while many wait, each second input is another one. The stop of an agent
 /// waits in turn, behind what makes the agent: the session's inputs stay in the order in which they came.
 ///
-/// The queues are bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given up to the
-/// guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it was
-/// acknowledged. When `commands` wait, the newest command of the sender that has the most is refused, so that
-/// a flood costs no other sender a command. So is one that has waited longer than `command_age`. Of emergency
-/// stops beyond `stops` a release is dropped, and so is a stop that only repeats what the last ones that wait
-/// say: no robot stays free.
+/// The queues are bounded, and dropped inputs are counted. Of what a newer one replaces (odometry, poses,
+/// IMU, joints, images, TELEOP) each kind has its own limit: a source that sends too much costs no other kind
+/// an input. Beyond `other_bytes` the oldest of the kind with the most bytes is dropped. Beyond `bytes` the
+/// oldest scan is given up to the guard, which publishes it raw; if no scan is queued, the newest command is
+/// refused, before it was acknowledged. When `commands` wait, the newest command of the sender that has the
+/// most is refused, so that a flood costs no other sender a command. Of emergency stops beyond `stops` a
+/// release is refused, and a stop is dropped that only repeats what the last ones that wait say: no robot
+/// stays free. A command that has waited longer than `command_age` is refused, and so is a release; a stop is
+/// never too old.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
@@ -101,26 +108,33 @@ class Inbox {
     Arrived arrived;
     EmergencyStopCommand command;
   };
+  static constexpr std::size_t kKinds = static_cast<std::size_t>(tick::InputKind::operators) + 1;
+  struct Load {
+    std::size_t count = 0, bytes = 0;
+  };
   struct Queue {
     std::deque<Stop> stops;  // before all that waits
     std::deque<Arrived> waiting;
-    std::size_t others = 0, bytes = 0, commands = 0;   // as in InboxLimits
-    std::map<std::uint64_t, std::size_t> commands_of;  // by sender, see Message::sender
+    std::array<Load, kKinds> others;                       // by kind, see InboxLimits::others
+    std::size_t other_bytes = 0, bytes = 0, commands = 0;  // as in InboxLimits
+    std::map<std::uint64_t, std::size_t> commands_of;      // by sender, see Message::sender
   };
-  Queue& queue_of(tick::InputKind kind, std::string_view channel, std::size_t robot);
+  Queue& queue_of(const Arrived& arrived);
   Queue* next_queue();
-  std::optional<EmergencyStopCommand> first_stop(tick::InputKind kind, const Message& message) const;
+  std::optional<EmergencyStopCommand> first_stop(const Arrived& arrived) const;
   bool has_room(const Queue& queue, const EmergencyStopCommand& stop) const;
-  void enqueue(Queue& queue, tick::InputKind kind, Arrived arrived);
-  bool make_room(Queue& queue, tick::InputKind kind, const Arrived& arrived);
+  void enqueue(Queue& queue, Arrived arrived);
+  void enqueue_stop(Queue& queue, Stop stop);
+  bool make_room(Queue& queue, const Arrived& arrived);
+  void make_room_for_other(Queue& queue, const Arrived& arrived);
   bool make_room_for_command(Queue& queue, const Message& message);
   Arrived pop(Queue& queue);
   bool is_late(const Arrived& arrived) const;
   void refuse_late_commands(Queue& queue);
   void refuse_command(const Message& message);
   void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
-  void forget(Queue& queue, const Arrived& leaving);
-  std::deque<Arrived>::iterator oldest(Queue& queue, bool (*wanted)(tick::InputKind));
+  static void forget(Queue& queue, const Arrived& leaving);
+  static std::deque<Arrived>::iterator oldest(Queue& queue, tick::InputKind kind);
 
   Bus& bus_;
   const tick::Configuration& configuration_;

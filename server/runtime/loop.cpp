@@ -9,6 +9,23 @@ namespace {
 constexpr Duration kIdle = milliseconds(100);
 constexpr Duration kAskAgain = seconds(10.0);
 
+constexpr int kCommands = 4 * 1024;  // more than an inbox keeps: it refuses with a reply what is too much
+
+/// Messages of a channel that wait on the bus until the inbox receives them. The bus drops the oldest without
+/// a reply.
+int capacity_of(tick::InputKind kind) {
+  switch (kind) {
+    case tick::InputKind::teleop:
+    case tick::InputKind::camera:
+      return 1;  // the newest alone counts
+    case tick::InputKind::command:
+    case tick::InputKind::emergency_stop:
+      return kCommands;
+    default:
+      return 64;
+  }
+}
+
 }  // namespace
 
 Result<std::optional<std::vector<RobotDescription>>> wait_for_robots(
@@ -68,8 +85,7 @@ Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const S
     const tick::InputKind kind = configuration.channels.kind(input);
     if (kind == tick::InputKind::loop || kind == tick::InputKind::robot || kind == tick::InputKind::model)
       continue;  // the server's own, read before the start
-    const bool newest_only = kind == tick::InputKind::teleop || kind == tick::InputKind::camera;
-    if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
+    if (const Status subscribed = bus.subscribe(input, capacity_of(kind)); !subscribed)
       return subscribed.error();
   }
   // Subscribed only to detect other publishers.

@@ -17,6 +17,15 @@ class InboxRefusalTest : public InboxTest {
     encode(spawn, bytes);
     ASSERT_TRUE(sender.publish("MR_SPAWN", bytes).ok());
   }
+  static std::uint64_t request_of_stop(const Arrived& arrived) {
+    EmergencyStopCommand command;
+    return decode(arrived.message.channel, arrived.message.payload, command) ? command.request : 0;
+  }
+  /// The loop takes nothing for longer than this.
+  static void be_behind(Duration age) {
+    const WallTime from = steady_now();
+    while (steady_now() - from <= age) std::this_thread::yield();
+  }
   static std::uint64_t request_of(const Arrived& arrived) {
     AgentSpawn spawn;
     return decode(arrived.message.channel, arrived.message.payload, spawn) ? spawn.request : 0;
@@ -60,8 +69,7 @@ TEST_F(InboxRefusalTest, InboxRefusesAllLateCommandsAtOnce) {
   for (std::uint64_t i = 1; i <= 500; ++i) send_spawn(i);
   for (int i = 0; i < 10; ++i) send("ODOMETRY");
   inbox.close();
-  const WallTime received = steady_now();
-  while (steady_now() - received <= milliseconds(1)) std::this_thread::yield();  // the loop is behind
+  be_behind(milliseconds(1));
   ASSERT_TRUE(inbox.take(steady_now()));
   EXPECT_EQ(inbox.take_refused_commands().size(), 500U);
 }
@@ -102,10 +110,89 @@ TEST_F(InboxRefusalTest, InboxRefusesCommandsThatWaitedTooLongButNoStop) {
   for (std::uint64_t i = 1; i <= 3; ++i) send_spawn(i);
   send_stop("", true);
   send("TELEOP");
-  std::this_thread::sleep_for(std::chrono::milliseconds(120));  // the loop is behind
+  inbox.close();
+  be_behind(milliseconds(50));
   const auto all = take_all(inbox);
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{1, 2, 3}));
+}
+
+/// Its sender, and whoever stands before the robot, believe that it is stopped.
+TEST_F(InboxRefusalTest, InboxRefusesAReleaseThatWaitedTooLong) {
+  InboxLimits limits;
+  limits.command_age = milliseconds(50);
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now())) << "from here on commands age";
+  send_stop("rover", false, 1);
+  send_stop("rover", true, 2);
+  send_stop("", false, 3);
+  send_stop("robot_1", false, 4);  // an agent's
+  send_stop("robot_1", true, 5);
+  inbox.close();
+  be_behind(milliseconds(50));
+  std::vector<std::uint64_t> taken;
+  for (const Arrived& each : take_all(inbox)) taken.push_back(request_of_stop(each));
+  EXPECT_EQ(taken, (std::vector<std::uint64_t>{2, 5}));
+  std::vector<std::uint64_t> refused = inbox.take_refused_commands();
+  std::sort(refused.begin(), refused.end());
+  EXPECT_EQ(refused, (std::vector<std::uint64_t>{1, 3, 4}));
+}
+
+TEST_F(InboxRefusalTest, InboxTakesAReleaseThatDidNotWaitTooLong) {
+  Inbox inbox(*server_, configuration_, {{&guard_}});
+  EXPECT_FALSE(inbox.take(steady_now()));
+  send_stop("rover", true, 1);
+  send_stop("rover", false, 2);
+  EXPECT_EQ(take_all(inbox).size(), 2U);
+  EXPECT_TRUE(inbox.take_refused_commands().empty());
+}
+
+/// A bus whose messages waited in the kernel while the process was paused.
+class LateBus : public Bus {
+ public:
+  LateBus(Bus& bus, Duration age) : bus_(bus), age_(age) {}
+  Result<bool> receive(Message& message, Duration timeout) override {
+    auto received = bus_.receive(message, timeout);
+    message.arrival = message.arrival + Duration{-age_.ns};
+    return received;
+  }
+  Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
+    return bus_.publish(channel, payload);
+  }
+  Status subscribe(const std::string& pattern, int capacity) override {
+    return bus_.subscribe(pattern, capacity);
+  }
+  std::uint64_t dropped() const override { return bus_.dropped(); }
+
+ private:
+  Bus& bus_;
+  const Duration age_;
+};
+
+TEST_F(InboxRefusalTest, InboxRefusesWhatWaitedInTheKernelOfAPausedProcess) {
+  LateBus bus(*server_, seconds(10.0));
+  InboxLimits limits;
+  limits.command_age = milliseconds(50);
+  Inbox inbox(bus, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now()));
+  be_behind(milliseconds(50));  // nothing is older than the first take
+  send_spawn(1);
+  send_stop("", false, 2);
+  send_stop("", true, 3);
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(request_of_stop(all[0]), 3U);
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{2, 1}));
+}
+
+TEST_F(InboxRefusalTest, InboxRefusesAReleaseBeyondItsLimitByItsRequest) {
+  InboxLimits limits;
+  limits.stops = 2;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  for (std::uint64_t i = 1; i <= 4; ++i) send_stop("", false, i);
+  send_stop("", true, 5);
+  EXPECT_EQ(take_all(inbox).size(), 3U);
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{3, 4}));
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ TEST_F(InboxTest, InboxTakesTheStopOfAnAgentBehindTheCommandThatMakesIt) {
 
 TEST_F(InboxTest, InboxTakesAStopWhateverElseWaits) {
   InboxLimits limits;
-  limits.bytes = 40;
+  limits.bytes = 40 * (1 + sizeof(Arrived));
   Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   for (int i = 0; i < 100; ++i) send("MR_SPAWN");
   send_stop("", true);

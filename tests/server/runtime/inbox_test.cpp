@@ -1,9 +1,17 @@
+#include <map>
 #include <thread>
 
 #include "tests/server/runtime/inbox_fixture.hpp"
 
 namespace parhelion::runtime {
 namespace {
+
+Scenario with_pose() {
+  Scenario scenario;
+  scenario.level = 3;
+  scenario.pose.emplace();
+  return scenario;
+}
 
 TEST_F(InboxTest, InboxWakesUpWithoutMessages) {
   Inbox inbox(*server_, configuration_, {{&guard_}});
@@ -59,11 +67,50 @@ TEST_F(InboxTest, InboxNeverDropsQueuedScansAndCommands) {
   EXPECT_EQ(inbox.take_given_up(), 0U);
 }
 
+/// Whatever the kind, it is bounded, the newest stay, and no other kind loses one.
+TEST_F(InboxTest, InboxDropsTheOldestOfAKindThatFloods) {
+  for (const char* flood :
+       {"IMU", "JOINT_STATE", "POSE", "POSE_COV", "ODOMETRY", "TELEOP", "JOINT_CMD", "CAMERA", "DEPTH",
+        "OPERATOR", "MR_AGENT_robot_1_TELEOP", "MR_AGENT_robot_1_JOINT_CMD"}) {
+    configuration_.channels = tick::ChannelMap(std::string(flood) == "POSE" ? with_pose() : Scenario{});
+    Inbox inbox(*server_, configuration_, {{&guard_}});
+    const std::string other = std::string(flood) == "ODOMETRY" ? "IMU" : "ODOMETRY";
+    send(other, 77);
+    for (int i = 0; i < 1000; ++i) send(flood, static_cast<std::uint8_t>(i));
+    int others = 0, taken = 0;
+    for (const Arrived& each : take_all(inbox)) {
+      others += each.message.channel == other;
+      if (each.message.channel == flood) {
+        EXPECT_EQ(each.message.payload[0], (1000 - 256 + taken++) % 256) << flood;
+      }
+    }
+    EXPECT_EQ(taken, 256) << flood;
+    EXPECT_EQ(others, 1) << flood;
+    EXPECT_EQ(inbox.dropped(), 1000U - 256U) << flood;
+  }
+}
+
+TEST_F(InboxTest, InboxBoundsTheBytesOfImagesAndKeepsWhatIsSmall) {
+  InboxLimits limits;
+  limits.other_bytes = 100'000;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  for (int i = 0; i < 20; ++i) send("ODOMETRY");
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(robot_->publish(i % 2 == 0 ? "CAMERA" : "DEPTH", std::vector<std::uint8_t>(10'000)).ok());
+  }
+  std::map<std::string, std::size_t> taken;
+  for (const Arrived& each : take_all(inbox)) ++taken[each.message.channel];
+  EXPECT_EQ(taken["ODOMETRY"], 20U);
+  EXPECT_LE(taken["CAMERA"] + taken["DEPTH"], 10U);
+  EXPECT_GE(taken["CAMERA"], 1U);
+  EXPECT_GE(taken["DEPTH"], 1U);
+}
+
 TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
   std::vector<std::uint8_t> one;
   encode(Scan{}, one);
   InboxLimits limits;
-  limits.bytes = 10 * one.size();
+  limits.bytes = 10 * (one.size() + sizeof(Arrived));
   Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   for (int i = 0; i < 25; ++i) send_scan(static_cast<std::uint8_t>(i));
   const auto taken = take_all(inbox);
@@ -82,7 +129,7 @@ TEST_F(InboxTest, InboxPassesTheOldestScansToTheGuardUnderMemoryPressure) {
 
 TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
   InboxLimits limits;
-  limits.bytes = 10;
+  limits.bytes = 10 * (1 + sizeof(Arrived));
   Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   for (int i = 0; i < 25; ++i) send("MR_SPAWN", static_cast<std::uint8_t>(i));
   send_scan(77);
@@ -101,7 +148,7 @@ TEST_F(InboxTest, InboxRefusesNewCommandsUnderMemoryPressure) {
 
 TEST_F(InboxTest, InboxTakesACommandInTurnWithTheInputsOfARobotThatSendsTooMuch) {
   Inbox inbox(*server_, configuration_, {{&guard_}});
-  for (int i = 0; i < 1000; ++i) send("TELEOP");
+  for (int i = 0; i < 1000; ++i) send_scan(1);
   send("MR_SPAWN", 7);
   const auto all = take_all(inbox);
   ASSERT_EQ(all.size(), 1001U);
