@@ -234,6 +234,7 @@ Status fill(const Json& message, const std::string& type, ClientMessage& read) {
   read.text = word(message, "text");
   read.role = role_of(word(message, "to_role"));
   read.value = number(message, "value", 0);
+  if (message.contains("seen")) read.seen = number(message, "seen", 0);
   if (type == "control") {
     const std::string action = word(message, "action");
     if ((action == "rate" || action == "seek") && !message.contains("value"))

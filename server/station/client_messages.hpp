@@ -43,7 +43,8 @@ struct ClientMessage {
     estop_release,
   };
   Kind kind = Kind::subscribe;
-  std::uint64_t request = 0;  ///< repeated in the reply; 0: none
+  std::uint64_t request = 0;   ///< repeated in the reply; 0: none
+  std::optional<double> seen;  ///< s of the session, that the page's last `control` had when it sent this
   Subscription subscription;
   InstructorCommand command;  ///< without stamp and request, which the instructor service adds
   std::string name, text;

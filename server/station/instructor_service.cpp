@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "protocols/channels.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/saved_scenario.hpp"
 
@@ -12,7 +13,8 @@ namespace {
 
 using Kind = ClientMessage::Kind;
 
-constexpr Duration kPatience = seconds(3.0);  // timeout of the server's reply
+constexpr Duration kPatience = seconds(3.0);                    // timeout of the server's reply
+constexpr Duration kMaxDelay = driving_timing::kMaxCommandAge;  // of a message, by the page's `seen`
 constexpr double kMessagesPerSecond = 50, kAtOnce = 100;
 constexpr std::size_t kMaxUnanswered = 1000;
 
@@ -95,6 +97,16 @@ Status InstructorService::check_rate(Subscriber& subscriber, WallTime now) const
   return {};
 }
 
+/// A connection that hangs delivers later what its sender was told had failed.
+Status InstructorService::check_delay(const ClientMessage& message) const {
+  if (!message.seen) return {};
+  const ControlState now = feed_.control();
+  const double delay = (now.position - *message.seen) / std::max(1.0, now.rate);
+  if (delay <= kMaxDelay.seconds()) return {};
+  return Error{"delayed by the connection for more than " + std::to_string(kMaxDelay.ns / 1'000'000'000) +
+               " s; nothing was changed. Repeat it"};
+}
+
 void InstructorService::receive(WebClient& client, std::string_view text, WallTime now) {
   Subscriber* subscriber = feed_.subscribers().find(client.id());
   if (subscriber == nullptr) return;
@@ -113,6 +125,10 @@ void InstructorService::receive(WebClient& client, std::string_view text, WallTi
         Error{std::string(role_name(client.who().role)) + "s may not do this: " + to_string(message->kind)};
     note(client.who(), client.remote(), summary(*message), refused);
     return answer(client, request, refused, {});
+  }
+  if (const Status prompt = check_delay(*message); !prompt) {
+    note(client.who(), client.remote(), summary(*message), prompt);
+    return answer(client, request, prompt, {});
   }
   if (message->kind == Kind::subscribe) return feed_.subscribe(client.id(), message->subscription);
   if (const double more = cost(message->kind) - 1; more == 0 || subscriber->allowance >= more + kSpared) {

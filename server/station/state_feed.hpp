@@ -53,6 +53,7 @@ class StateFeed {
 
   SimulationTime begun() const { return start(); }  ///< epoch: no session yet
   double t(SimulationTime instant) const { return (instant - start()).seconds(); }
+  ControlState control() const;
   SimulationTime now() const { return simulation_time(options_.clock()); }
   bool recorded() const { return options_.hello_fields.recorded; }
   const ServerStatus& status() const { return status_; }
@@ -142,7 +143,6 @@ class StateFeed {
   std::string operators_text(const View& view) const;
   std::string injection_text(const RobotFeed& robot, const View& view) const;
   void update(View& view, WallTime now);
-  ControlState control() const;
   void forget_silent_operators(WallTime now);
   void send_operators();
 

@@ -76,6 +76,7 @@ class TeleopService {
   /// An emergency stop or its release, sent to the server until it replies.
   struct StopRequest {
     bool stop = true;
+    std::string stopped_by;  ///< of a release: who had pressed the stop
     std::uint64_t number = 0;
     WallTime sent;
     int times = 0;
@@ -101,6 +102,7 @@ class TeleopService {
   bool is_trainees(const std::string& robot) const;
   Status send_stop(const TeleopRobot& robot);
   Status send_stop_request(const std::string& robot, StopRequest& request);
+  void handle_reply_to_release(const std::string& robot, const StopRequest& release, bool accepted);
   void repeat_stop_requests(WallTime now);
   std::uint64_t next_request();
   void refuse(TeleopClient& teleop_client, const Status& why);

@@ -12,6 +12,7 @@ namespace {
 constexpr int kMaxAttempts = 10;  // times that the server is asked at that pace: then for a stop each tenth
 constexpr std::size_t kMaxUnanswered = 100;  // requests of others
 constexpr const char* kElsewhere = "another console";
+constexpr const char* kServer = "the server";
 
 }  // namespace
 
@@ -25,9 +26,14 @@ void TeleopService::handle(const EmergencyStopCommand& command) {
 
 void TeleopService::handle(const Event& event) {
   const std::lock_guard lock(mutex_);
-  if (event.kind != EventKind::command_accepted) return;
-  for (auto& [robot, request] : stop_requests_)
-    request.answered = request.answered || request.number == event.request;
+  const bool accepted = event.kind == EventKind::command_accepted;
+  if (!accepted && event.kind != EventKind::command_refused) return;
+  for (auto& [robot, request] : stop_requests_) {
+    if (request.number != event.request) continue;
+    request.answered = request.answered || accepted || !request.stop;
+    if (!request.stop) handle_reply_to_release(robot, request, accepted);
+  }
+  if (!accepted) return;
   const auto other = requests_of_others_.find(event.request);
   if (other == requests_of_others_.end()) return;
   for (const std::string& robot : options_.robots) {
@@ -35,6 +41,21 @@ void TeleopService::handle(const Event& event) {
       apply_emergency_stop(robot, other->second.engaged);
   }
   requests_of_others_.erase(other);
+}
+
+/// A release that the server refuses leaves the robot stopped, and the page must show it. A release is sent
+/// several times: a later one may be accepted.
+void TeleopService::handle_reply_to_release(const std::string& robot, const StopRequest& release,
+                                            bool accepted) {
+  if (accepted == (stopped_by_.count(robot) == 0)) return;
+  if (accepted) {
+    stopped_by_.erase(robot);
+  } else {
+    stopped_by_[robot] = release.stopped_by;
+  }
+  send_about(robot, estop_text(robot, release.stopped_by, !accepted));
+  audit(kServer, (accepted ? "releases the emergency stop of " : "does not release ") + robot);
+  if (options_.stops_changed) options_.stops_changed(active_stops());
 }
 
 /// The server has stopped or released the robot at somebody else's request: follow it here.
@@ -101,7 +122,7 @@ Status TeleopService::stop_locked(const std::string& robot, const std::string& b
     }
     if (stopped_by_.insert({name, by}).second) {
       news = true;
-      stop_requests_[name] = {true, next_request(), {}, 0, false};
+      stop_requests_[name] = {true, {}, next_request(), {}, 0, false};
       send_about(name, estop_text(name, by, true));
     }
     if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
@@ -139,9 +160,9 @@ Status TeleopService::release_locked(const std::string& robot, const std::string
       ++stop;
       continue;
     }
-    const std::string name = stop->first;
+    const auto [name, presser] = *stop;
     stop = stopped_by_.erase(stop);
-    stop_requests_[name] = {false, next_request(), {}, 0, false};
+    stop_requests_[name] = {false, presser, next_request(), {}, 0, false};
     if (Status sent = send_stop_request(name, stop_requests_[name]); !sent) all = sent;
     send_about(name, estop_text(name, by, false));
     audit(by, "releases the emergency stop of " + name);

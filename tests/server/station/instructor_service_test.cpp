@@ -150,6 +150,35 @@ TEST_F(InstructorServiceTest, AnObserverCannotSendCommands) {
   }
 }
 
+/// The page has reported by then that it failed. A stop is never too late.
+TEST_F(InstructorServiceTest, AMessageThatTheConnectionDelayedChangesNothing) {
+  std::vector<bool> stops;
+  station::InstructorOptions options;
+  options.emergency_stop = [&](bool on, const std::string&, const station::Identity&) {
+    return stops.push_back(on), Status();
+  };
+  begin(configuration({}), options);
+  t_ = 100;
+  const auto client = open();
+  const auto send = [&](const std::string& message, double seen) {
+    service_->receive(*client, message + R"(,"request":3,"seen":)" + std::to_string(seen) + "}", now());
+  };
+  for (const double seen : {0.0, 97.9}) {
+    send(R"({"type":"estop_release")", seen);
+    EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
+    EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("delayed"));
+    send(R"({"type":"agent","action":"remove_all")", seen);
+    EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
+  }
+  EXPECT_TRUE(stops.empty());
+  EXPECT_TRUE(commands().empty());
+  service_->receive(*client, R"({"type":"estop","request":4})", now());
+  send(R"({"type":"estop_release")", 98.1);
+  EXPECT_EQ(stops, (std::vector<bool>{true, false}));
+  send(R"({"type":"agent","action":"remove_all")", 99.9);
+  EXPECT_EQ(commands().size(), 1U);
+}
+
 TEST_F(InstructorServiceTest, ASessionWithARealRobotCannotBePaused) {
   begin(configuration({}));
   const auto client = open();

@@ -54,6 +54,45 @@ TEST_F(TeleopServiceTest, HoldsAnEmergencyStopUntilItIsReset) {
             audited_.end());
 }
 
+/// The robot is still stopped, and everybody must see that.
+TEST_F(TeleopServiceTest, ShowsTheStopAgainWhoseReleaseTheServerRefuses) {
+  auto anna = open("anna");
+  ASSERT_TRUE(service_->stop("trainee", "anna").ok());
+  ASSERT_TRUE(service_->release_stop("trainee", "ines").ok());
+  published();  // updates orders_
+  Event reply;
+  reply.request = orders_.back().request;
+  ASSERT_FALSE(orders_.back().engaged);
+  EXPECT_TRUE(service_->stops().empty());
+  reply.kind = EventKind::command_refused;
+  service_->handle(reply);
+  ASSERT_EQ(service_->stops().size(), 1U);
+  EXPECT_EQ(service_->stops()[0].by, "anna");
+  EXPECT_NE(anna->texts("estop").back().find(R"("on":true)"), std::string::npos);
+  const std::size_t told = anna->texts("estop").size();
+  service_->handle(reply);
+  EXPECT_EQ(anna->texts("estop").size(), told) << "refused several times, shown once";
+  reply.kind = EventKind::command_accepted;  // of the same request, sent once more
+  service_->handle(reply);
+  EXPECT_TRUE(service_->stops().empty());
+  EXPECT_NE(anna->texts("estop").back().find(R"("on":false)"), std::string::npos);
+}
+
+TEST_F(TeleopServiceTest, KeepsANewStopWhateverTheReplyToAnEarlierRelease) {
+  ASSERT_TRUE(service_->stop("trainee", "anna").ok());
+  ASSERT_TRUE(service_->release_stop("trainee", "ines").ok());
+  published();  // updates orders_
+  Event reply;
+  reply.request = orders_.back().request;
+  ASSERT_TRUE(service_->stop("trainee", "bert").ok());
+  for (const EventKind kind : {EventKind::command_refused, EventKind::command_accepted}) {
+    reply.kind = kind;
+    service_->handle(reply);
+    ASSERT_EQ(service_->stops().size(), 1U);
+    EXPECT_EQ(service_->stops()[0].by, "bert");
+  }
+}
+
 TEST_F(TeleopServiceTest, ReleasesOnlyTheStopsThatOneselfHasPressed) {
   EXPECT_FALSE(service_->release_own_stop("", "anna").ok()) << "none is active";
   ASSERT_TRUE(service_->stop("trainee", "anna").ok());
