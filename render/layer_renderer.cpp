@@ -134,7 +134,7 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
   }
   if (!list.shadows.empty()) {
     gl_.DrawBuffers(2, colour_only);
-    use(shadow_, view, far, scenery != nullptr ? kOcclusionBias : 0, nullptr);
+    use(shadow_, view, far, kOcclusionBias, nullptr);
     draw_shadows(list.shadows, scenery != nullptr);
   }
   gl_.DrawBuffers(2, both);

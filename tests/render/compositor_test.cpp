@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "render/egl_context.hpp"
 #include "tests/render/scenes.hpp"
 
@@ -67,6 +69,29 @@ TEST(Compositor, KeepsStampFormatAndMetadataAndListsVisibleBodies) {
   EXPECT_EQ(answer.image.metadata.size(), 1U);
   EXPECT_EQ(answer.visible, std::vector<std::string>{"red"});
   EXPECT_NE(answer.image.bytes, job.image.bytes);
+}
+
+/// The shadow lies in the floor's own plane, whatever of the picture the model explains.
+TEST(Compositor, TheModelledFloorHidesNoShadow) {
+  SemanticModel model;
+  ModelEntity floor = wall("floor", 0, 0, 0, 40, 0.1, EntityLabel::floor);
+  floor.T_map_body = Transform<Map, Body>::planar(0, 0, 0, -0.05);  // its top is at z = 0
+  floor.size = {40, 40, 0.1};
+  model.entities = {floor};
+  const auto on_floor = compositor(model), without_model = compositor();
+  ASSERT_TRUE(on_floor && without_model);
+  for (const double distance : {1.5, 3.0, 6.0}) {
+    const RenderJob job = robot_job(raw_image(PixelFormat::bgr), distance);
+    const auto a = on_floor->compose_pixels(job), b = without_model->compose_pixels(job);
+    ASSERT_TRUE(a.ok() && b.ok());
+    const auto covered = [](const auto& pixels) {
+      return pixels->mask.size() -
+             static_cast<std::size_t>(std::count(pixels->mask.begin(), pixels->mask.end(), 0));
+    };
+    EXPECT_NEAR(static_cast<double>(covered(a)), static_cast<double>(covered(b)),
+                0.01 * static_cast<double>(covered(b)))
+        << distance;
+  }
 }
 
 TEST(Compositor, UncoveredPixelsAreUnchanged) {
