@@ -1,10 +1,13 @@
 // Bounded queues of one endpoint, one per subscription: a full queue drops its oldest message and counts it.
-// All queues together hold a limited number of bytes; a channel that floods loses its own messages.
+// All queues together hold a limited number of bytes; a channel that floods loses its own messages. A queue
+// that drops a message keeps its turn: where more comes than is read, a queue for the newest message alone
+// would else always be the youngest, and never be read.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -28,7 +31,9 @@ class SubscriptionQueues {
     const auto no_room = [&] {
       return into.waiting.size() == into.capacity || bytes_ + payload.size() > kMaxBytes;
     };
+    std::optional<std::uint64_t> turn;  // of the oldest that was dropped
     while (!into.waiting.empty() && no_room()) {
+      if (!turn) turn = into.waiting.front().number;
       bytes_ -= into.waiting.front().message.payload.size();
       keep_spare(std::move(into.waiting.front().message));
       into.waiting.pop_front();
@@ -45,9 +50,11 @@ class SubscriptionQueues {
     message.payload.assign(payload.begin(), payload.end());
     message.sender = sender;
     into.waiting.push_back({next_number_++, std::move(message)});
+    if (turn) into.waiting.front().number = *turn;
   }
 
-  /// The oldest message of all queues; its buffers are swapped with those of `message`, which are reused.
+  /// The oldest message of all queues, in the order in which they came but for queues that dropped some; its
+  /// buffers are swapped with those of `message`, which are reused.
   bool pop(Message& message) {
     Queue* first = nullptr;
     for (Queue& queue : queues_) {

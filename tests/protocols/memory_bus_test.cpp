@@ -1,6 +1,7 @@
 // The bus within one process: order, bounds, counts, threads.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "protocols/bus/bus.hpp"
@@ -92,6 +93,33 @@ TEST(MemoryBus, ADestroyedEndpointReceivesNothing) {
   ASSERT_TRUE(stays->publish("A", number(1)));
   Message message;
   EXPECT_TRUE(receive(*stays, message));
+}
+
+/// Else a page shows no world while its scans go on: the newest world is always younger than the scans.
+TEST(MemoryBus, TheNewestOfAChannelIsReadHoweverFarTheReaderIsBehind) {
+  for (const int capacity : {1, 3}) {
+    MemoryBusHub hub;
+    const auto sender = hub.connect(), reader = hub.connect();
+    ASSERT_TRUE(reader->subscribe("SCAN", 64).ok());
+    ASSERT_TRUE(reader->subscribe("WORLD", capacity).ok());
+    std::vector<int> worlds;
+    for (int i = 0; i < 200; ++i) {
+      const std::uint8_t bytes[] = {static_cast<std::uint8_t>(i)};
+      for (int scan = 0; scan < 3; ++scan) ASSERT_TRUE(sender->publish("SCAN", bytes).ok());
+      ASSERT_TRUE(sender->publish("WORLD", bytes).ok());
+      for (int read = 0; read < 2; ++read) {  // of four
+        Message message;
+        ASSERT_TRUE(*reader->receive(message, Duration{0}));
+        if (message.channel != "WORLD") continue;
+        worlds.push_back(message.payload[0]);
+        EXPECT_LT(i - message.payload[0], capacity) << "one of the newest";
+      }
+    }
+    // As many as the reader's share of all: at least one for each turn of the queue of scans.
+    EXPECT_GE(worlds.size(), 10U) << capacity;
+    EXPECT_TRUE(std::is_sorted(worlds.begin(), worlds.end()));
+    EXPECT_GT(worlds.back(), 150);
+  }
 }
 
 TEST(MemoryBus, KeepsEachThreadsMessagesAndTheirOrder) {
