@@ -71,7 +71,7 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
     await page.getByRole("tab", { name: "Events" }).click();
     await page.getByRole("combobox", { name: "Robot" }).selectOption({ label: "Trainee's robot (trainee)" });
     await page.locator("[data-age]").waitFor();
-    await page.getByLabel("Name of the scenario").fill("with_visitors");
+    await page.getByLabel("Scenario name").fill("with_visitors");
     await page.getByRole("button", { name: "Save as scenario" }).click();
     await until("the saved scenario", () => existsSync(join(scratch, "site", "scenarios", "with_visitors.yaml")));
   });

@@ -196,7 +196,7 @@ export const strings = {
   first: {
     title: "First steps",
     steps: {
-      instructor: "New here? Select an object on the left, then press on the plan to place it. Or:",
+      instructor: "New here? Select an object under Add, then press on the plan to place it. Or:",
       trainee: "New here? Hold W or push the stick to drive, release to stop. A and D turn, S reverses, Space brakes, X is the emergency stop. Score and Briefing list your tasks.",
       observer: "New here? You are observing: nothing you press changes the session. 3D, Diagnostics and the tabs show more.",
       recorded: "New here? Space plays and pauses, the arrow keys step and change the speed. Drag the bar below to any time.",
@@ -389,7 +389,7 @@ export const strings = {
     mark: "Add a mark", markText: "Note", marked: "Mark added",
     startNow: "Start the training", started: "Training started",
     end: "End and grade", endSure: "Press again to end the session",
-    save: "Save as scenario", saveName: "Name of the scenario",
+    save: "Save as scenario", saveName: "Scenario name",
     scripts: "Scripts", start: (name: string) => `Start ${name}`,
     faults: "Faults", lasting: "Duration (s)",
     faultKinds: { camera_delay: "Video delay", camera_loss: "Video dropout", laser_dropouts: "Laser dropout", low_battery: "Low battery", dead_wheel: "Dead wheel" },
@@ -402,7 +402,7 @@ export const strings = {
   },
   play: {
     bar: "Recording", soFar: "Session history", seekSoFar: "Time in the session", onFromHere: "Play from here",
-    ago: (seconds: string) => `${seconds} ago`, now: "now",
+    ago: (seconds: string) => `${seconds} ago`, now: "now", atEnd: "end",
     seek: "Time in the recording",
     play: "Play (Space)", pause: "Pause (Space)", step: "Next message (right arrow)", slower: "Slower (down)", faster: "Faster (up)",
     rate: (rate: number) => `× ${rate.toFixed(rate < 1 ? 2 : 1)}`,

@@ -1,7 +1,8 @@
 import { clockText, leftText } from "../../../../server/station/web/src/events/clock_text";
 import { eventGroups, filtered, groupOf, seekMarks, weightOf } from "../../../../server/station/web/src/events/kinds";
-import { detailOf } from "../../../../server/station/web/src/events/words";
+import { detailOf, nameOfEvent } from "../../../../server/station/web/src/events/words";
 import type { SessionEvent } from "../../../../server/station/web/src/session/protocol";
+import { strings } from "../../../../server/station/web/src/strings.en";
 import { countsOf, stagesOf } from "../../../../server/station/web/src/events/stages";
 import { doorAt } from "../../../../server/station/web/src/instructor/doors";
 import { outline, placement, pathWith } from "../../../../server/station/web/src/instructor/gestures";
@@ -105,6 +106,11 @@ test("the keys of ros2 bag play", () => {
   expect(playCommand("ArrowRight", false, { ...state, paused: false })).toEqual({ action: "seek", value: 15 });
   expect(playCommand("ArrowLeft", false, state)).toEqual({ action: "seek", value: 0 });
   expect(playCommand("KeyQ", false, state)).toBeUndefined();
+});
+
+test("every event's name begins like a sentence", () => {
+  for (const kind of [...Object.keys(strings.eventKinds), "zone_entered", "step_climbed", "a_kind_of_a_later_server"])
+    expect(nameOfEvent({ kind })).toMatch(/^[A-Z][^_]*$/);
 });
 
 test("a task's event names the robot where several have the same tasks", () => {

@@ -5,7 +5,8 @@ import { strings } from "../strings.en";
 
 export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
   if (event.kind === "mark") return strings.events.mark;  // an instructor's, of the page alone
-  return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
+  const plain = event.kind.replaceAll("_", " ");
+  return strings.eventKinds[event.kind] ?? plain.charAt(0).toUpperCase() + plain.slice(1);
 }
 
 /** The bus carries no personal names: a user of a page appears with role and number. */

@@ -85,8 +85,8 @@ export type ServerMessage = Hello | Entities | Events | Score | Status | Injecti
   | Robots | People | Known | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
-export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report"; [field: string]: unknown }
-export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_release"; [field: string]: unknown }
+export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report" | "estop_release"; [field: string]: unknown }
+export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],

@@ -10,6 +10,8 @@ import { Requests } from "./requests";
 /** s of silence above which the page shows a warning: the server sends something each second. */
 export const SILENT_S = 2.5;
 const MAX_EVENTS = 5000;
+/** What the server refuses if the connection delayed it: by then the page has reported that it failed. */
+const TIMED: ReadonlySet<string> = new Set(["agent", "script", "fault", "start", "report", "estop_release"]);
 const UNKNOWN_FORM: Shape[] = [{ shape: "box", size: [0.3, 0.3, 0.3], at: [0, 0, 0.15], turn: [0, 0, 0, 1], colour: [0.5, 0.5, 0.5] }];
 
 class Session {
@@ -109,7 +111,8 @@ class Session {
 
   /** Sends a command; resolves with the server's reply, or `ok: false` and the reason. */
   ask(message: Ask): Promise<Reply> {
-    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, request })), strings.link);
+    const seen = TIMED.has(message.type) && this.control ? { seen: this.control.position } : {};
+    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...seen, request })), strings.link);
   }
 
   /** Sends a message without a reply; false: not connected. */
