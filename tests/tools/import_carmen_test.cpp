@@ -35,6 +35,15 @@ const Imported& intel_import() {
   return imported;
 }
 
+TEST(ImportCarmen, AByteOrderMarkIsNoPartOfTheFirstLine) {
+  const TemporaryFolder folder;
+  test::write_text(folder / "marked.log", "\xEF\xBB\xBF" + std::string(kFlaserLine) + kOdomLine);
+  const auto report = import_recording(test::import_options(folder / "marked.log", folder / "out.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_NE(report->find("SCAN"), nullptr);
+  EXPECT_TRUE(report->left_out.empty());
+}
+
 TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
   PARHELION_NEEDS_RECORDING(intel());
   const ImportReport& report = intel_import().report;

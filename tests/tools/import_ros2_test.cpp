@@ -58,6 +58,49 @@ void expect_same(const std::vector<Message>& events, const std::vector<Message>&
   }
 }
 
+/// `stamp`: of the scans' and transforms' headers; `received`: of the first.
+WrittenBag bag_with_tf(std::uint32_t stamp, std::uint32_t received) {
+  WrittenBag bag;
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    test::RosBytes scan, moved;
+    scan.header(stamp, 0, "laser");
+    for (const float value : {-1.0F, 1.0F, 0.5F, 0.0F, 0.1F, 0.2F, 30.0F}) scan.add(value);
+    scan.array<float>({1, 2, 3, 4, 5}).array<float>({});
+    moved.add(std::uint32_t{1})
+        .header(stamp, 0, "odom")
+        .text("base_link")
+        .doubles({0.1 * i, 0, 0, 0, 0, 0, 1});
+    bag.add("/tf", "tf2_msgs/TFMessage", received + i, moved);
+    bag.add("/scan", "sensor_msgs/LaserScan", received + i, scan);
+  }
+  return bag;
+}
+
+/// ROS writes zero where a driver sets no stamp. An instant of zero would be believed by all that follows.
+TEST(ImportRos2, MessagesWithoutAStampGetTheTimeOfRecordingAndTheReportSaysSo) {
+  const TemporaryFolder folder;
+  bag_with_tf(0, 100).write(folder / "in.bag");
+  bag_with_tf(0, 100).write_database(folder / "in.db3");
+  for (const char* file : {"in.bag", "in.db3"}) {
+    auto options = test::import_options(folder / file, folder / "out.lcm");
+    options.overwrite = true;
+    const auto report = import_recording(options, {});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const ImportedLog log(folder / "out.lcm");
+    for (const char* channel : {"SCAN", "ODOMETRY"}) {
+      std::vector<std::int64_t> stamps;
+      for (const Message& event : log.events)
+        if (event.channel == channel) stamps.push_back(leading_stamp(event.payload)->utime());
+      EXPECT_EQ(stamps,
+                (std::vector<std::int64_t>{100'000'005, 101'000'005, 102'000'005, 103'000'005, 104'000'005}))
+          << file << ", " << channel;
+      EXPECT_THAT(report->notes,
+                  testing::Contains(HasSubstr(std::string(channel) + ": 5 of its messages have no stamp")))
+          << file;
+    }
+  }
+}
+
 TEST(ImportRos2, TheSameMessagesGiveTheSameLogWhateverTheFormat) {
   const TemporaryFolder folder;
   const WrittenBag bag = test::small_bag();

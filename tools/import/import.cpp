@@ -78,9 +78,11 @@ std::vector<std::string> findings(const ImportReport& report) {
   }
   for (const ChannelReport& channel : report.channels) {
     if (channel.backward > 0) {
-      lines.push_back(channel.channel + ": " + grouped(channel.backward) + " stamps go backwards, by up to " +
-                      seconds_text(channel.backward_max) + ", first at " + channel.backward_first +
-                      "; kept in file order");
+      lines.push_back(
+          channel.channel + ": " + grouped(channel.backward) +
+          (channel.backward == 1 ? " stamp goes backwards, by " : " stamps go backwards, by up to ") +
+          seconds_text(channel.backward_max) + ", first at " + channel.backward_first +
+          "; kept in file order");
     }
     if (channel.gaps > 0) {
       lines.push_back(channel.channel + ": " + grouped(channel.gaps) +

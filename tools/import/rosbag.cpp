@@ -1,6 +1,9 @@
 // ROS recordings: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist, Imu,
 // JointState.
 #include <cmath>
+#include <functional>
+#include <map>
+#include <string>
 
 #include "protocols/channels.hpp"
 #include "tools/import/importers.hpp"
@@ -50,10 +53,25 @@ class Copy {
     return {};
   }
 
+  /// A driver that leaves the stamp at zero.
+  void note_unstamped() const {
+    for (const auto& [channel, count] : unstamped_) {
+      writer_.note(
+          channel + ": " + std::to_string(count) +
+          " of its messages have no stamp in their header: they get " +
+          "the time of recording, which is later than the measurement. Let the driver set header.stamp");
+    }
+  }
+
  private:
   template <class T>
   Status put(std::string_view channel, T item, const BagMessage& message) {
-    if (item.stamp.ns == 0) item.stamp = {message.received.ns};
+    if (item.stamp.ns == 0) {
+      if (message.received.ns == 0)
+        return refuse(message, Error{"its header has no stamp, and the recording no time of it"});
+      item.stamp = {message.received.ns};
+      ++unstamped_[std::string(channel)];
+    }
     return writer_.put(channel, item, message.number, arrival_of(message, item.stamp));
   }
   Status refuse(const BagMessage& message, const Error& error) {
@@ -83,7 +101,7 @@ class Copy {
         continue;
       }
       // Some publishers repeat tf with the same stamp.
-      if (transform.header.stamp == last_tf_) {
+      if (transform.header.stamp == last_tf_ && last_tf_->ns != 0) {
         writer_.leave_out("repeated tf");
         continue;
       }
@@ -147,6 +165,7 @@ class Copy {
   RecordingWriter& writer_;
   const BagChoice& choice_;
   std::optional<SensorTime> last_tf_;
+  std::map<std::string, std::size_t> unstamped_;  // by channel
 };
 
 /// Calls take(message) for each message, and damage(number, what) for unreadable parts. Stops at the first
@@ -260,10 +279,12 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
   for (std::string& note : notes) writer->note(std::move(note));
   if (const Status written = writer->describe(*robot, *survey.first_stamp.get()); !written)
     return written.error();
+  Copy copy(*writer, *choice);
   const Status copied =
-      each_message(options, progress, 0.5, Copy(*writer, *choice),
+      each_message(options, progress, 0.5, std::ref(copy),
                    [&](Place place, const std::string& what) { writer->refuse(place, what); });
   if (!copied) return copied.error();
+  copy.note_unstamped();
   auto finished = writer->finish();
   if (!finished || options.urdf.empty()) return finished;
   const Status written = write_text(options.urdf.string(), survey.urdf, options.overwrite);

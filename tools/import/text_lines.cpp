@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 namespace parhelion::tools {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::size_t kChunkBytes = 1U << 16;
 constexpr std::size_t kLongestLine = 16U << 20;
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // some editors write it before the first line
 
 /// Source of inflated bytes.
 class ByteSource {
@@ -155,13 +157,15 @@ Result<TextLines> TextLines::open(const std::filesystem::path& path) {
   if (!state->bytes) return Error{state->path + ": cannot be opened: " + std::strerror(errno)};
   std::error_code ignored;
   state->total = static_cast<double>(std::filesystem::file_size(path, ignored));
+  state->fill();
+  if (state->buffer.starts_with(kByteOrderMark)) state->taken = kByteOrderMark.size();
   return TextLines(std::move(state));
 }
 
 Result<std::string> TextLines::peek(std::size_t n) {
-  while (state_->buffer.size() < n && !state_->at_end) state_->fill();
+  while (state_->buffer.size() - state_->taken < n && !state_->at_end) state_->fill();
   if (state_->damaged && state_->buffer.empty()) return state_->damage("the compressed data is damaged");
-  return state_->buffer.substr(0, n);
+  return state_->buffer.substr(state_->taken, n);
 }
 
 Result<bool> TextLines::next(std::string& line) {
