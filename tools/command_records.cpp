@@ -154,8 +154,11 @@ Status import_from(const Arguments& arguments) {
   if (!records) return records.error();
   const auto taken = training::take(*records, *histories);
   if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing was imported"};
-  std::printf("%zu trainees and %zu sessions are new; %zu sessions existed already\n", taken->trainees,
-              taken->sessions, taken->present);
+  const auto counted = [](std::size_t count, const std::string& what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  };
+  std::printf("new: %s, %s; already there: %s\n", counted(taken->trainees, "trainee").c_str(),
+              counted(taken->sessions, "session").c_str(), counted(taken->present, "session").c_str());
   if (histories->skipped > 0)
     std::printf("%zu statements have no result and were left out\n", histories->skipped);
   return {};

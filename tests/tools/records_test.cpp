@@ -112,7 +112,7 @@ TEST_F(RecordsCommand, ExportedRecordsAreImportedOnce) {
     ASSERT_EQ(run_command({"records", "export", "--format", format, "-o", out}).exit, 0);
     const std::string other = folder_ / (std::string(format) + ".db");
     for (const char* expected :
-         {"1 trainees and 1 sessions are new", "0 sessions are new; 1 sessions existed already"}) {
+         {"new: 1 trainee, 1 session; already there: 0 sessions", "0 sessions; already there: 1 session"}) {
       const auto ran = test::run({"records", "import", out, "--database", other}, folder_ / "said.txt");
       EXPECT_EQ(ran.exit, 0) << ran.output;
       EXPECT_THAT(ran.output, HasSubstr(expected));
