@@ -134,6 +134,10 @@ Result<MapHeader> read_header(const std::string& path) {
     }
   } catch (const YAML::BadFile&) {
     return Error{path + ": cannot be opened; expected a ROS map YAML file"};
+  } catch (const YAML::BadConversion& error) {
+    return fail(error.mark,
+                "expected text for image and mode, 0 or 1 for negate, and numbers for resolution, origin "
+                "and the thresholds");
   } catch (const YAML::Exception& error) {
     return fail(error.mark, error.msg);
   }

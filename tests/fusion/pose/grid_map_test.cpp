@@ -98,6 +98,17 @@ TEST_F(GridMapFile, ErrorsNameTheLineAndWhatWasExpected) {
   EXPECT_NE(error_of("image: m.pgm\nresolution: 0.1\n").find("origin"), std::string::npos);
   EXPECT_NE(error_of(good + "mode: raw\n").find("bad.yaml:4"), std::string::npos);
   EXPECT_NE(error_of(good + "free_thresh: 0.9\n").find("free_thresh"), std::string::npos);
+  for (const char* value : {"resolution: fine", "origin: [0, nan, 0]", "negate: maybe", "free_thresh: []"}) {
+    const std::string named = value;
+    std::string text = "image: m.pgm\n";
+    for (const char* each : {"resolution: 0.1", "origin: [0, 0, 0]"})
+      if (named.substr(0, named.find(':')) != std::string(each).substr(0, named.find(':')))
+        text += std::string(each) + "\n";
+    const std::string error = error_of(text + named + "\n");
+    EXPECT_NE(error.find("expected text for image and mode, 0 or 1 for negate, and numbers"),
+              std::string::npos)
+        << value << ": " << error;
+  }
   EXPECT_NE(error_of("[1, 2\n").find("bad.yaml:"), std::string::npos);
   EXPECT_NE(error_of("image: none.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n").find("none.pgm"),
             std::string::npos);
