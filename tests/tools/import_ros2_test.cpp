@@ -77,7 +77,7 @@ WrittenBag bag_with_tf(std::uint32_t stamp, std::uint32_t received) {
 }
 
 /// ROS writes zero where a driver sets no stamp. An instant of zero would be believed by all that follows.
-TEST(ImportRos2, MessagesWithoutAStampGetTheTimeOfRecordingAndTheReportSaysSo) {
+TEST(ImportRos2, MessagesWithoutAStampGetTheTimeOfRecordingAndANote) {
   const TemporaryFolder folder;
   bag_with_tf(0, 100).write(folder / "in.bag");
   bag_with_tf(0, 100).write_database(folder / "in.db3");

@@ -69,9 +69,9 @@ TEST_F(TeleopServiceTest, ShowsTheStopAgainWhoseReleaseTheServerRefuses) {
   ASSERT_EQ(service_->stops().size(), 1U);
   EXPECT_EQ(service_->stops()[0].by, "anna");
   EXPECT_NE(anna->texts("estop").back().find(R"("on":true)"), std::string::npos);
-  const std::size_t told = anna->texts("estop").size();
+  const std::size_t reported = anna->texts("estop").size();
   service_->handle(reply);
-  EXPECT_EQ(anna->texts("estop").size(), told) << "refused several times, shown once";
+  EXPECT_EQ(anna->texts("estop").size(), reported) << "refused several times, shown once";
   reply.kind = EventKind::command_accepted;  // of the same request, sent once more
   service_->handle(reply);
   EXPECT_TRUE(service_->stops().empty());
