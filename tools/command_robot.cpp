@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <sstream>
 
 #include "protocols/robot.hpp"
 #include "server/tick/configuration.hpp"
@@ -61,6 +62,16 @@ void show_findings(const char* command, const std::vector<std::string>& findings
     std::fprintf(stderr, "parhelion robot %s: warning: %s\n", command, finding.c_str());
 }
 
+std::size_t lines_with(const std::string& text, const std::string& mark) {
+  std::istringstream lines(text);
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comment = line.find('#');
+    count += comment != std::string::npos && comment > 0 && line.find(mark, comment) != std::string::npos;
+  }
+  return count;
+}
+
 Exit run_new(const Arguments& arguments) {
   if (const Status free = check_writable(arguments.output, arguments.overwrite); !free)
     return failed("new", free.error());
@@ -83,8 +94,10 @@ Exit run_new(const Arguments& arguments) {
   if (!written) return failed("new", written.error());
   show_findings("new", made->notes);
   show_findings("new", implausible_values(*robot));
-  const Status usable = tick::check_robot(*robot);
-  return usable ? Exit::done : failed("new", usable.error());
+  if (const Status usable = tick::check_robot(*robot); !usable) return failed("new", usable.error());
+  std::printf("%s: robot description '%s'; lines with a [guess]: %zu. Measure these values\n",
+              arguments.output.c_str(), robot->name.c_str(), lines_with(made->text, " [guess]"));
+  return Exit::done;
 }
 
 Exit run_check(const Arguments& arguments) {

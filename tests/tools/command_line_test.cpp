@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "protocols/bus/log_file.hpp"
 #include "tests/server/tick/synthetic.hpp"
@@ -54,6 +55,20 @@ TEST(CommandLine, FullHelpContainsTheHelpOfEachCommand) {
     asked.emplace_back("--help");
     EXPECT_THAT(all.output, HasSubstr("== " + name + " ==\n" + run_command(asked).output));
   }
+}
+
+TEST(CommandLine, RobotNewPrintsWhatItWroteAndHowManyValuesAreGuesses) {
+  const test::TemporaryFolder folder;
+  const std::string urdf = std::string(PARHELION_SOURCE_DIR) + "/server/robots/rover.urdf";
+  const auto ran =
+      test::run({"robot", "new", "--urdf", urdf, "-o", folder / "robot.yaml"}, folder / "said.txt");
+  EXPECT_EQ(ran.exit, 0) << ran.output;
+  std::ifstream file(folder / "robot.yaml");
+  int guesses = -1;  // the first line explains the mark
+  for (std::string line; std::getline(file, line);) guesses += line.find("[guess]") != std::string::npos;
+  EXPECT_GT(guesses, 3);
+  EXPECT_THAT(ran.output, HasSubstr("robot.yaml: robot description 'rover'; lines with a [guess]: " +
+                                    std::to_string(guesses) + ". Measure"));
 }
 
 TEST(CommandLine, ParseOnlyChecksTheArgumentsAndRunsNothing) {
