@@ -200,9 +200,22 @@ void PeopleTracker::merge_companions() {
     }
     track.companion_time = std::max(track.companion_time + (track.companion != 0 ? dt_ : -dt_), 0.0);
   }
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    if (!track.person || track.seen != newest_ || stood_alone(track) || !away_from_persons(i)) continue;
+    track.alone = std::min(track.alone + dt_, kMergeAfter.seconds());
+  }
   std::erase_if(tracks_, [](const Track& track) {
     return track.companion != 0 && track.companion_time >= kMergeAfter.seconds();
   });
+}
+
+bool PeopleTracker::away_from_persons(std::size_t index) const {
+  for (std::size_t j = 0; j < tracks_.size(); ++j) {
+    if (j == index || !tracks_[j].person) continue;
+    if ((places_[j] - places_[index]).squaredNorm() <= kMaxStride * kMaxStride) return false;
+  }
+  return true;
 }
 
 /// Where what is not a person seems to move, too, the pose is wrong.
@@ -260,6 +273,7 @@ void PeopleTracker::recognise() {
     if (lost == nullptr) continue;
     found.id = std::exchange(lost->id, 0);
     found.confirmed = lost->confirmed;
+    found.alone = lost->alone;
   }
   std::erase_if(tracks_, [](const Track& track) { return track.id == 0; });
   std::erase_if(lost_,

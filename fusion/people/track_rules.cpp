@@ -87,9 +87,13 @@ bool was_there_before(const Track& track, const SegmentEvidence& evidence, Simul
   return evidence.place.occupied_for > (now - track.arrival) + milliseconds(300);
 }
 
+bool stood_alone(const Track& track) { return track.alone >= kMergeAfter.seconds(); }
+
 bool belongs_to(const Track& part, const Track& whole) {
   const double apart = (whole.position() - part.position()).norm();
   if (apart > kCompanionDistance || !may_be_part(part, whole)) return false;
+  // Two who meet remain two, however few returns are left of them.
+  if (stood_alone(part) && stood_alone(whole)) return false;
   // Who was a person for a while is not part of another only for standing close by, and nothing that is not
   // close is missing from a complete one.
   const bool persons = part.confirmed.ns != 0 && whole.confirmed.ns != 0;

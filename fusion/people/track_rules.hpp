@@ -35,6 +35,8 @@ bool pair_of_legs(const Segment& a, const SegmentEvidence& evidence_a, const Seg
                   const SegmentEvidence& evidence_b);
 /// The place was occupied before the track came: the segment is not what the track was.
 bool was_there_before(const Track& track, const SegmentEvidence& evidence, SimulationTime now);
+/// Has been a person so far from all others that it is nobody's other leg.
+bool stood_alone(const Track& track);
 /// A part that is tracked by itself although it is one of `whole`, the other leg for example.
 bool belongs_to(const Track& part, const Track& whole);
 /// How far a newly found person is from where somebody lost may be by now; below 1: may be the same person.

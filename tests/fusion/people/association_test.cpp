@@ -126,6 +126,16 @@ TEST(TracksOfOnePerson, two_persons_who_stand_close_by_stay_two) {
   EXPECT_TRUE(belongs_to(part, older));
 }
 
+TEST(TracksOfOnePerson, two_who_have_each_been_alone_stay_two) {
+  Track older = person_at(1, 0, 0), newer = person_at(2, 0.2, 0);
+  for (Track* track : {&older, &newer}) {
+    EXPECT_TRUE(belongs_to(newer, older));  // both have to
+    track->alone = kMergeAfter.seconds();
+  }
+  EXPECT_FALSE(belongs_to(newer, older));
+  EXPECT_FALSE(belongs_to(older, newer));
+}
+
 /// One pair at a time, the reference for PairLogOdds.
 float log_odds_of(const Trees& trees, const PossiblePart& part) {
   const float first = evaluate({trees.start, trees.trees.first(PairLogOdds::kFirstTrees)}, part.features);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -188,6 +189,34 @@ TEST(PeopleTracker, recognises_a_walker_who_comes_out_from_behind_a_board) {
   ASSERT_GT(after.size(), 15U);
   EXPECT_EQ(std::count(before.begin(), before.end(), before[0]), std::ssize(before));
   EXPECT_EQ(std::count(after.begin(), after.end(), before[0]), std::ssize(after));
+}
+
+/// Two come from both sides, stand 0.36 m apart with one leg behind the other, and go back.
+TEST(PeopleTracker, keeps_the_identities_of_two_who_meet) {
+  Fixture fixture;
+  std::array<std::vector<std::uint32_t>, 2> left, right;  // before they meet, after
+  for (int k = 0; k < 110; ++k) {
+    const double y = 0.18 + 0.08 * (k < 40 ? 40 - k : std::max(k - 65, 0));
+    const bool walk = k < 40 || k > 65;
+    const double swing = walk ? 0.2 * std::sin(0.5 * k) : 0;
+    const Scan scan = scan_of([&](double angle) {
+      double range = 19.0;
+      for (const double side : {-1.0, 1.0})
+        range = std::min({range, to_disc(angle, {2.4, side * (y + swing)}, 0.07),
+                          to_disc(angle, {2.6, side * (y - swing)}, 0.07)});
+      return range;
+    });
+    for (const Mover& mover : fixture.update(scan, 0.1 * k)) {
+      if (mover.kind != MoverClass::person || mover.seen != mover.stamp || (k >= 35 && k < 75)) continue;
+      (mover.position.y() > 0 ? left : right)[k < 50 ? 0 : 1].push_back(mover.id);
+    }
+  }
+  for (const auto& [before, after] : {left, right}) {
+    ASSERT_GT(before.size(), 15U);
+    ASSERT_GT(after.size(), 15U);
+    EXPECT_EQ(std::count(before.begin(), before.end(), before[0]), std::ssize(before));
+    EXPECT_EQ(std::count(after.begin(), after.end(), before[0]), std::ssize(after));
+  }
 }
 
 TEST(PeopleTracker, notices_that_one_of_two_feet_was_set_elsewhere) {
