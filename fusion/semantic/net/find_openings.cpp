@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fusion/semantic/net/opening_surroundings.hpp"
 #include "fusion/semantic/net/wall_candidates.hpp"
 #include "fusion/semantic/net/wall_storeys.hpp"
 #include "protocols/quantile.hpp"
@@ -14,6 +15,7 @@ constexpr double kJamb = 0.15;         ///< m of solid wall beside an opening
 constexpr double kSolidColumn = 0.5;   ///< minimum fraction of a column that is measured
 constexpr double kShallow = 0.015;     ///< m, minimum recess of a leaf above noise
 constexpr double kLevelFace = 0.008;   ///< m, maximum roughness of a wall's face and of a leaf
+constexpr double kFlat = 0.8;          ///< minimum fraction of a wall's face that is this even
 
 /// Distance of `value` to [low, high], in units of `margin`.
 double outside(double value, double low, double high, double margin) {
@@ -59,16 +61,27 @@ bool is_hidden(const WallRaster& raster, int c0, int c1, double low, double high
 /// that hides the whole opening, such as a leaf ajar, gives no sill, nor does one before a floor that goes on
 /// into the opening (`sill_floor`: along this fraction of it).
 double sill_of(const WallRaster& raster, int c0, int c1, double floor, double sill_floor) {
+  constexpr double kLowSill = 0.25, kHighSill = 1.3;  // m
   const double beside = density_beside(raster, c0, c1, floor + 0.2, floor + kMaxFurniture);
-  double z = floor + 0.1;
-  for (; z < floor + 1.6; z += raster.row) {
+  const auto solid = [&](double z) {
     const WallRaster::Fractions row = raster.fractions(c0, c1, z, z + raster.row);
     const bool hidden = raster.viewpoints_known
                             ? sill_floor < 0.6 && is_hidden(raster, c0, c1, z, z + raster.row)
                             : beside > 0 && row.hidden > 0.5 * beside * row.cells;
-    if (row.measured <= 0.5 && !hidden) break;
+    return row.measured > 0.5 || hidden;
+  };
+  double z = floor + 0.1;
+  while (z < floor + 1.6 && solid(z)) z += raster.row;
+  // The foot of the wall may be hidden from some sides, and its upper part be measured.
+  if (z < floor + kLowSill) {
+    int rows = 0, filled = 0;
+    for (double over = floor + 0.1; over < floor + kHighSill; over += raster.row) {
+      const bool here = raster.fractions(c0, c1, over, over + raster.row).measured > 0.5;
+      ++rows, filled += here;
+      if (here && 3 * filled >= 2 * rows) z = over + raster.row;
+    }
   }
-  return z > floor + 0.25 && z < floor + 1.3 ? z - raster.row : floor;
+  return z > floor + kLowSill && z < floor + kHighSill ? z - raster.row : floor;
 }
 
 /// Whether it goes up to the ceiling between walls that do, too, and was looked through down to the floor
@@ -90,11 +103,12 @@ bool is_passage(const Opening& opening, const WallCandidate& wall) {
 void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNetOptions& options) {
   const double room = wall.ceiling - wall.floor, height = opening.head - wall.floor;
   const bool viewpoints_known = wall.raster.viewpoints_known;
-  // A lintel that fills the rest of a low room need not be visible; what is closed up to the ceiling is a
-  // niche or a cupboard.
+  // A lintel that fills the rest of a low room need not be visible between walls that reach as high; what is
+  // closed up to the ceiling is a niche or a cupboard.
   const bool niche = opening.closed > 0.35 && opening.head > wall.ceiling - 0.2;
-  const bool lintel = opening.lintel > 0.4 ||
-                      (!niche && room < options.door_height_max + 0.2 && room > options.door_height_min);
+  const bool lintel =
+      opening.lintel > 0.4 || (!niche && opening.jambs > 0.6 && room < options.door_height_max + 0.2 &&
+                               room > options.door_height_min);
   const bool passage = is_passage(opening, wall);
   // A window front is as wide, but has a sill, and its head is higher; behind a wardrobe the wall's other
   // face closes it.
@@ -115,6 +129,8 @@ void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNe
                                                 : -0.5;
   door += opening.closed > 0.35 ? 2 : unclosed;
   if (opening.closed <= 0.35) door += opening.sill_floor > 0.6 ? 1 : opening.sill_floor < 0.2 ? -1 : 0;
+  // Behind furniture the wall's other face looks like a leaf.
+  if (opening.hidden || (opening.niche && !opening.seen_through)) door -= 3;
   opening.door_score = door;
 
   double window = -1.5;
@@ -163,21 +179,17 @@ double empty_fraction(const WallRaster& raster, int c0, int c1, double low, doub
   return expected < 20 ? 0 : std::clamp(1 - met / expected, 0.0, 1.0);
 }
 
-/// Fraction of the columns from c0 to c1 where the floor was measured in the wall's plane and behind it.
-double floor_through(const PlanPoints& points, const WallCandidate& wall, int c0, int c1) {
-  const WallRaster& raster = wall.raster;
-  std::vector<bool> floor_seen(static_cast<std::size_t>(c1 - c0));
-  points.near_segment(raster.start + c0 * raster.column * raster.along,
-                      raster.start + c1 * raster.column * raster.along, 0.4,
-                      [&](const PlanPoints::Point& point) {
-                        if (std::abs(point.p.z() - wall.floor) > 0.06) return;
-                        const Eigen::Vector2d d = point.p.head<2>().cast<double>() - raster.start;
-                        const int c = static_cast<int>(std::floor(raster.along.dot(d) / raster.column));
-                        const double offset = raster.away.dot(d);
-                        if (c >= c0 && c < c1 && offset > 0.05 && offset < 0.4)
-                          floor_seen[static_cast<std::size_t>(c - c0)] = true;
-                      });
-  return static_cast<double>(std::count(floor_seen.begin(), floor_seen.end(), true)) / std::max(1, c1 - c0);
+/// Fraction of the plane above a door's height that is measured beside an opening, on the side where it is
+/// less. 1: no plane is left there.
+double jambs_of(const WallCandidate& wall, int c0, int c1) {
+  constexpr int kBeside = 6;         // columns
+  constexpr double kOverDoor = 2.1;  // m
+  const auto measured = [&](int from, int to) {
+    const WallRaster::Fractions seen =
+        wall.raster.fractions(from, to, wall.floor + kOverDoor, wall.ceiling - 0.1);
+    return seen.cells > 0 ? seen.measured : 1;
+  };
+  return std::min(measured(c0 - kBeside, c0), measured(c1, c1 + kBeside));
 }
 
 /// The opening in columns [c0, c1), measured.
@@ -190,7 +202,11 @@ Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std
   opening.from = (c0 - 1) * raster.column;
   opening.to = (c1 + 1) * raster.column;
   opening.head = head_of(raster, c0, c1, wall.floor, wall.ceiling);
-  opening.sill_floor = floor_through(points, wall, c0, c1);
+  const OpeningSurroundings around = surroundings_of(points, wall, c0, c1, low, std::min(high, opening.head));
+  opening.sill_floor = around.floor_behind;
+  opening.hidden = is_behind_furniture(around);
+  opening.niche = around.niche > 0.5;
+  opening.jambs = jambs_of(wall, c0, c1);
   opening.sill = sill_of(raster, c0, c1, wall.floor, opening.sill_floor);
   opening.lintel = raster.fractions(c0, c1, opening.head, wall.ceiling - 0.1).measured;
   const double from = std::max(low, opening.sill), to = std::min(high, opening.head);
@@ -208,20 +224,17 @@ Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std
   return opening;
 }
 
-/// Leaves behind the face by less than the tolerance of the plane: smooth stretches of a door's width, with
-/// the face itself on both sides.
-std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
-                                    const SemanticNetOptions& options) {
-  const WallRaster& raster = wall.raster;
-  std::vector<float> faces;
-  for (const float face : raster.face) {
-    if (std::isfinite(face)) faces.push_back(face);
-  }
-  if (faces.size() < 20) return {};
-  const double plane = median(faces);
-  std::vector<bool> on_face;
-  for (const float face : raster.face) on_face.push_back(std::abs(face - plane) < kLevelFace);
-  std::vector<Opening> found;
+/// Columns [first, end) of a face that lie behind its plane by the same depth.
+struct RecessedColumns {
+  int first = 0, end = 0;
+  double depth = 0;  ///< m
+};
+
+/// Smooth stretches of a door's width behind the plane of the face, with the face itself on both sides.
+std::vector<RecessedColumns> recessed_stretches(const WallRaster& raster, double plane,
+                                                const std::vector<bool>& on_face,
+                                                const SemanticNetOptions& options) {
+  std::vector<RecessedColumns> found;
   const int jamb = static_cast<int>(kJamb / raster.column);
   // In a voxel map places are known to half of a voxel: a wall across its grid looks as if it had steps.
   const double shallow = std::max(kShallow, options.voxel / 2);
@@ -234,19 +247,41 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
         ++end;
       const double width = (end - c) * raster.column;
       if (width > options.door_width_min - 0.05 && width < options.door_width_max + 0.05 &&
-          count_in(on_face, c - 2 * jamb, c) >= jamb && count_in(on_face, end, end + 2 * jamb) >= jamb) {
-        Opening leaf =
-            measure_opening(points, wall, index, c, end, wall.floor + 0.2, wall.floor + kMaxFurniture);
-        leaf.from = c * raster.column, leaf.to = end * raster.column;
-        leaf.sill = wall.floor;
-        leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge cannot be measured
-        leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1, leaf.seen_through = false;
-        score_opening(leaf, wall, options);
-        leaf.door_score -= 1;  // a panel or a poster is equally smooth
-        found.push_back(leaf);
-      }
+          count_in(on_face, c - 2 * jamb, c) >= jamb && count_in(on_face, end, end + 2 * jamb) >= jamb)
+        found.push_back({c, end, recess});
     }
     c = end;
+  }
+  return found;
+}
+
+/// Leaves behind the face by less than the tolerance of the plane. A face that waves has none.
+std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
+                                    const SemanticNetOptions& options) {
+  const WallRaster& raster = wall.raster;
+  std::vector<float> faces;
+  for (const float face : raster.face) {
+    if (std::isfinite(face)) faces.push_back(face);
+  }
+  if (faces.size() < 20) return {};
+  const double plane = median(faces);
+  std::vector<bool> on_face;
+  for (const float face : raster.face) on_face.push_back(std::abs(face - plane) < kLevelFace);
+  const std::vector<RecessedColumns> stretches = recessed_stretches(raster, plane, on_face, options);
+  auto rest = static_cast<double>(faces.size());  // columns
+  for (const RecessedColumns& stretch : stretches) rest -= stretch.end - stretch.first;
+  if (static_cast<double>(count_in(on_face, 0, raster.columns)) < kFlat * rest) return {};
+  std::vector<Opening> found;
+  for (const auto& [first, end, recess] : stretches) {
+    Opening leaf =
+        measure_opening(points, wall, index, first, end, wall.floor + 0.2, wall.floor + kMaxFurniture);
+    leaf.from = first * raster.column, leaf.to = end * raster.column;
+    leaf.sill = wall.floor;
+    leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge cannot be measured
+    leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1, leaf.seen_through = false;
+    score_opening(leaf, wall, options);
+    leaf.door_score -= 1;  // a panel or a poster is equally smooth
+    found.push_back(leaf);
   }
   return found;
 }
