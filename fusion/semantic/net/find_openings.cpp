@@ -213,6 +213,8 @@ Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std
   const WallRaster::Fractions body = raster.fractions(c0, c1, from, to);
   opening.closed = body.behind;
   opening.seen_through = body.rays >= 10 && body.behind < 0.35;
+  opening.walked_through = !raster.viewpoints_known && body.behind < 0.35 && opening.lintel < 0.4 &&
+                           !opening.niche && opening.sill_floor > 0.6 && around.floor_before > 0.6;
   opening.empty = empty_fraction(raster, c0, c1, from, to);
   double sum = 0;
   int n = 0;

@@ -19,9 +19,10 @@ struct Opening {
   double recess = 0;          ///< m, distance behind the wall's plane of the surface that closes it; 0: open
   double closed = 0;          ///< fraction closed by something behind
   bool seen_through = false;
-  double empty = 0;       ///< fraction of the rays expected to hit something that did not
-  double sill_floor = 0;  ///< fraction of its width along which the floor continues through it
-  double lintel = 0;      ///< fraction of the plane above it that is measured
+  bool walked_through = false;  ///< without viewpoints: no lintel, and floor before and behind it
+  double empty = 0;             ///< fraction of the rays expected to hit something that did not
+  double sill_floor = 0;        ///< fraction of its width along which the floor continues through it
+  double lintel = 0;            ///< fraction of the plane above it that is measured
   double jambs = 0;     ///< fraction of the plane above a door's height that is measured at both sides of it
   bool hidden = false;  ///< something stands before it
   bool niche = false;   ///< a surface 0.4 to 0.8 m behind closes it

@@ -73,7 +73,8 @@ std::vector<std::size_t> openings_that_cut(const NetCandidates& candidates, cons
     const Opening& opening = candidates.walls.openings[o];
     if (opening.wall != wall || opening.from < stretch.from || opening.to > stretch.to) continue;
     if (labelling.openings[o].label != EntityLabel::unknown ||
-        (opening.seen_through && opening.width() > 0.3) || leads_to_door(candidates, labelling, o))
+        ((opening.seen_through || opening.walked_through) && opening.width() > 0.3) ||
+        leads_to_door(candidates, labelling, o))
       cuts.push_back(o);
   }
   return cuts;

@@ -110,13 +110,13 @@ TEST(FalseDoorways, AWindowOverAWallWhoseFootIsHiddenIsNone) {
   EXPECT_EQ(number_at(cloud, EntityLabel::window, {3.5, 4}), 1);
 }
 
-/// A low room across which a wall stands up to this height, with a gap of 0.9 m. Floor and ceiling go on.
-cloud::PointCloud<Map> low_room_with_gap(double top) {
+/// A low room across which a wall stands up to this height, with a gap. Floor and ceiling go on.
+cloud::PointCloud<Map> low_room_with_gap(double top, double gap = 0.9) {
   CloudSampler sampler(600, 0.004, 86);
   sampler.room({0, 0}, {8, 8}, 0, 2.45);
   for (const double y : {4.0, 4.1}) {
     sampler.wall({0, y}, {3, y}, 0, top);
-    sampler.wall({3.9, y}, {8, y}, 0, top);
+    sampler.wall({3 + gap, y}, {8, y}, 0, top);
   }
   return sampler.cloud();
 }
@@ -124,6 +124,19 @@ cloud::PointCloud<Map> low_room_with_gap(double top) {
 TEST(FalseDoorways, AGapBetweenPartitionsBelowTheCeilingIsNone) {
   EXPECT_EQ(number_at(low_room_with_gap(2.05), EntityLabel::door, {3.45, 4}), 0);
   EXPECT_EQ(number_at(low_room_with_gap(2.45), EntityLabel::door, {3.45, 4}), 1);
+}
+
+TEST(FalseDoorways, NoWallIsDrawnAcrossAGapWithFloorAtBothSides) {
+  const cloud::PointCloud<Map> cloud = low_room_with_gap(2.05, 0.65);
+  const auto surfaces = segment(cloud);
+  ASSERT_TRUE(surfaces);
+  const auto net = label_entities(cloud, *surfaces, {});
+  ASSERT_TRUE(net);
+  for (const ModelEntity& e : net->entities) {
+    const Eigen::Vector3d gap = e.T_map_body.inverse() * Eigen::Vector3d(3.3, 4.05, 1);
+    EXPECT_FALSE(e.label == EntityLabel::wall && (gap.cwiseAbs().array() < 0.5 * e.size.array() + 0.1).all())
+        << e.name;
+  }
 }
 
 }  // namespace
