@@ -28,6 +28,8 @@ class Marks {
       : points_(points), wall_(wall), raster_(wall.raster), first_(c0 - kBesideOpening), columns_(c1 - c0) {
     row_ = std::max(raster_.row_of(low + 0.5 * raster_.row), 0);
     rows_ = std::max(std::min(raster_.row_of(high + 0.5 * raster_.row), raster_.rows) - row_, 0);
+    lowest_ = std::min(wall.floor - kLow, raster_.z_low + row_ * raster_.row);
+    highest_ = std::max(wall.floor + kTall, raster_.z_low + (row_ + rows_) * raster_.row);
     behind_.resize(static_cast<std::size_t>(columns_ + 2 * kBesideOpening));
     before_.resize(behind_.size());
     low_.resize(behind_.size());
@@ -35,8 +37,10 @@ class Marks {
   }
 
   void add(const PlanPoints::Point& point) {
+    const double z = point.p.z();
+    if (z < lowest_ || z > highest_) return;
     const Eigen::Vector2d d = point.p.head<2>().cast<double>() - raster_.start;
-    const double offset = raster_.away.dot(d), z = point.p.z();
+    const double offset = raster_.away.dot(d);
     if (std::abs(offset) < kAtWall || offset < -kBeyond || offset > kNicheBack) return;
     const int c = cloud::floor_index(raster_.along.dot(d) / raster_.column) - first_;
     if (c < 0 || c >= columns_ + 2 * kBesideOpening) return;
@@ -73,6 +77,7 @@ class Marks {
   const WallCandidate& wall_;
   const WallRaster& raster_;
   int first_, columns_, row_ = 0, rows_ = 0;
+  double lowest_ = 0, highest_ = 0;  ///< m, heights of points that matter
   std::vector<bool> behind_, before_, low_, niche_;
 };
 
