@@ -33,9 +33,15 @@ double weighted_cost(const std::vector<Pose2>& poses, const std::vector<PoseGrap
   return cost;
 }
 
+/// The places of its entries are analysed once for all steps with the same edges.
+struct Solver {
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
+  bool analysed = false;
+};
+
 /// One damped Gauss-Newton step; pose 0 has no column.
 std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
-                           const std::vector<double>& weights, double damping) {
+                           const std::vector<double>& weights, double damping, Solver& solver) {
   const auto n = static_cast<Eigen::Index>(3 * (poses.size() - 1));
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(edges.size() * 36);
@@ -66,9 +72,11 @@ std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<Po
   for (Eigen::Index i = 0; i < n; ++i) entries.emplace_back(i, i, damping);
   Eigen::SparseMatrix<double> H(n, n);
   H.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(H);
-  if (solver.info() != Eigen::Success) return poses;
-  const Eigen::VectorXd step = solver.solve(-b);
+  if (!solver.analysed) solver.cholesky.analyzePattern(H);
+  solver.analysed = true;
+  solver.cholesky.factorize(H);
+  if (solver.cholesky.info() != Eigen::Success) return poses;
+  const Eigen::VectorXd step = solver.cholesky.solve(-b);
   std::vector<Pose2> next = poses;
   for (std::size_t i = 1; i < next.size(); ++i) {
     const Eigen::Vector3d d = step.segment<3>(3 * (static_cast<Eigen::Index>(i) - 1));
@@ -78,11 +86,11 @@ std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<Po
 }
 
 std::vector<Pose2> minimized(std::vector<Pose2> poses, const std::vector<PoseGraphEdge>& edges,
-                             const std::vector<double>& weights) {
+                             const std::vector<double>& weights, Solver& solver) {
   constexpr int max_steps = 20;
   double damping = 1e-3, cost = weighted_cost(poses, edges, weights);
   for (int i = 0; i < max_steps; ++i) {
-    std::vector<Pose2> next = stepped(poses, edges, weights, damping);
+    std::vector<Pose2> next = stepped(poses, edges, weights, damping, solver);
     const double next_cost = weighted_cost(next, edges, weights);
     if (next_cost > cost) {
       damping *= 100;
@@ -103,6 +111,7 @@ std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
                                        const std::vector<PoseGraphEdge>& edges, int iterations) {
   std::vector<Pose2> result = poses;
   if (poses.size() < 2) return result;
+  Solver solver;
   for (int iteration = 0; iteration < iterations; ++iteration) {
     // Wide at first: before a long loop is closed its own edges seem wrong too (graduated non-convexity, Yang
     // et al. 2020).
@@ -111,7 +120,7 @@ std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
     std::vector<double> weights;
     for (const PoseGraphEdge& edge : edges)
       weights.push_back(edge.loop ? loop_weight(edge, result, knee) : 1);
-    result = minimized(std::move(result), edges, weights);
+    result = minimized(std::move(result), edges, weights, solver);
   }
   return result;
 }
