@@ -33,8 +33,8 @@ LoopComparison::LoopComparison(std::size_t index, std::vector<std::size_t> scans
 
 bool LoopComparison::step(const LoopSearch& search, Submap& submap) {
   if (scans_.size() < kEnoughScans) return true;
-  if (!submap.surroundings) {
-    submap.surroundings = search.surroundings(submap);
+  if (!submap.surroundings || !submap.surroundings->is_complete()) {
+    search.add_surroundings(submap);
     return false;
   }
   SubmapContext& around = *submap.surroundings;

@@ -44,30 +44,39 @@ std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
   return result;
 }
 
-std::unique_ptr<SubmapContext> LoopSearch::surroundings(const Submap& submap) const {
+void LoopSearch::add_surroundings(Submap& submap) const {
   constexpr std::size_t points = 180, beams = 90;
-  constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
-  auto result = std::make_unique<SubmapContext>();
-  result->surfels = std::make_unique<SurfelMap>(options_.cell);
-  result->seen = SeenArea({0, 0}, kFar);
+  constexpr std::size_t enough = 6000;  // points: a millisecond
+  constexpr std::size_t skipped = 2;    // keyframes: one of so many shows what is free
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
-  const Range range = with_margin(submap, 1.5 * options_.submap_length);
+  if (!submap.surroundings) {
+    submap.surroundings = std::make_unique<SubmapContext>();
+    submap.surroundings->surfels = std::make_unique<SurfelMap>(options_.cell);
+    submap.surroundings->seen = SeenArea({0, 0}, kFar);
+    const Range range = with_margin(submap, 1.5 * options_.submap_length);
+    submap.surroundings->begin = submap.surroundings->next = range.begin;
+    submap.surroundings->end = range.end;
+    submap.surroundings->stride = range.stride;
+  }
+  SubmapContext& result = *submap.surroundings;
   const auto is_far = [](const Eigen::Vector2d& p_anchor) { return !(p_anchor.norm() < kFar); };
   std::vector<Eigen::Vector2d> near;
-  for (std::size_t i = range.begin; i < range.end; i += range.stride) {
+  std::size_t added = 0;
+  for (; !result.is_complete() && added < enough; result.next += result.stride) {
+    const std::size_t i = result.next;
     const ScanPoints& scan = keyframes_[i].scan;
     const Pose2 T_anchor_base = T_anchor_map * poses_[i];
     near.clear();
     std::copy_if(scan.points.begin(), scan.points.end(), std::back_inserter(near),
                  [&](const Eigen::Vector2d& p) { return !is_far(T_anchor_base * p); });
-    result->surfels->add(near, T_anchor_base);
-    for (const Eigen::Vector2d& p : thinned(near, points)) result->points.push_back(T_anchor_base * p);
-    if ((i - range.begin) % (skipped * range.stride) != 0) continue;
+    added += near.size();
+    result.surfels->add(near, T_anchor_base);
+    for (const Eigen::Vector2d& p : thinned(near, points)) result.points.push_back(T_anchor_base * p);
+    if ((i - result.begin) % (skipped * result.stride) != 0) continue;
     const Eigen::Vector2d laser = T_anchor_base * scan.laser;
     for (const Eigen::Vector2d& p : thinned(scan.points, beams))
-      result->seen.add_beam(laser, T_anchor_base * p);
+      result.seen.add_beam(laser, T_anchor_base * p);
   }
-  return result;
 }
 
 bool LoopSearch::may_close(std::size_t keyframe, const Submap& submap, double window) const {

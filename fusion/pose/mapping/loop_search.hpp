@@ -37,6 +37,10 @@ struct LoopClosingOptions {
 /// More of the path around a submap, to search in and to judge what is found, as far as 50 m from it. In the
 /// submap's frame.
 struct SubmapContext {
+  /// Keyframes that are still to be added, every `stride`-th.
+  std::size_t begin = 0, next = 0, end = 0, stride = 1;
+
+  bool is_complete() const { return next >= end; }
   std::unique_ptr<SurfelMap> surfels;
   std::unique_ptr<CorrelativeMap> likelihood;  ///< empty until it is needed
   std::vector<Eigen::Vector2d> points;         ///< thinned, for the likelihood
@@ -77,8 +81,9 @@ class LoopSearch {
   Submap submap(std::size_t begin, std::size_t end) const;
   /// With half the stretch's length of path before and after it.
   std::unique_ptr<SurfelMap> surfels(const Submap& submap) const;
-  /// With one and a half of its lengths before and after it; without a likelihood.
-  std::unique_ptr<SubmapContext> surroundings(const Submap& submap) const;
+  /// With one and a half of its lengths before and after it; without a likelihood. Each call adds keyframes
+  /// with some thousands of points, until it is complete.
+  void add_surroundings(Submap& submap) const;
   /// `window`: m, error of the expected pose.
   bool may_close(std::size_t keyframe, const Submap& submap, double window) const;
   /// Matches the scan of `keyframe`, starting from where `correction` puts it. nullopt: the submap does not

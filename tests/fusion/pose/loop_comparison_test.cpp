@@ -47,7 +47,7 @@ struct TwoVisits {
     LoopComparison comparison(0, again, window);
     int parts = 1;
     while (!comparison.step(search, submap)) ++parts;
-    EXPECT_LE(parts, 12) << "the expected place, eight others, and three steps before";
+    EXPECT_LE(parts, 17) << "the expected place, eight others, and eight steps before, six for surroundings";
     return comparison.closures(search, submap);
   }
 };
@@ -110,6 +110,29 @@ TEST(LoopComparison, DoorsThatAreSeenBetterDoNotDrawTheRobotPastNearerOnes) {
             << along << " " << shift;
       }
     }
+  }
+}
+
+TEST(LoopSearch, AddsTheSurroundingsOfASubmapInPartsOfThousandsOfPoints) {
+  const TwoVisits visits({.seed = 5}, {});
+  const LoopClosingOptions options;
+  const LoopSearch search(visits.keyframes, visits.poses, options);
+  Submap submap = search.submap(50, 75);
+  std::size_t next = 0;
+  int parts = 0;
+  do {
+    search.add_surroundings(submap);
+    std::size_t points = 0;
+    for (std::size_t k = parts == 0 ? submap.surroundings->begin : next; k < submap.surroundings->next; ++k)
+      points += visits.keyframes[k].scan.points.size();
+    EXPECT_LE(points, 7000U);
+    next = submap.surroundings->next;
+    ++parts;
+  } while (!submap.surroundings->is_complete());
+  EXPECT_GE(parts, 3);
+  for (std::size_t k = 50; k < 75; ++k) {
+    const Pose2 T_anchor_base = visits.poses[submap.anchor].inverse() * visits.poses[k];
+    EXPECT_TRUE(submap.surroundings->seen.is_inside(T_anchor_base.position())) << k;
   }
 }
 
