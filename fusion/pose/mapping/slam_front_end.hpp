@@ -1,6 +1,7 @@
 // The SLAM front end: each scan is matched to the surfels of the recent path.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -62,6 +63,10 @@ class SlamFrontEnd {
   const ScanTracking& tracking() const { return tracking_; }
   const OdometryScale& scale() const { return scale_; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+  /// Keyframes in the map that scans are matched to.
+  std::size_t keyframes_in_map() const {
+    return static_cast<std::size_t>(std::count(in_map_.begin(), in_map_.end(), 1));
+  }
   /// Moves the keyframes, the robot with the last, and from here on matches to the old surroundings, too.
   void correct(const LoopCorrection& correction);
   /// The first keyframe whose pose has changed since the last call, as the path was bent with its walls.
@@ -104,7 +109,8 @@ class SlamFrontEnd {
   Companions companions_;
   SurfelMap fine_, coarse_;
   std::vector<Keyframe> keyframes_;
-  std::vector<char> in_map_;  ///< per keyframe
+  std::vector<char> in_map_;     ///< per keyframe
+  bool is_map_complete_ = true;  ///< no keyframe waits to be added
   HeadingDrift heading_;
   std::optional<std::size_t> bent_from_;  ///< first keyframe
   double joined_until_ = 0;               ///< m of path, up to which old surroundings fit to the new ones

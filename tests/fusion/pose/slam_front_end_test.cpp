@@ -110,6 +110,44 @@ test::TrueBuilding tunnel(std::uint32_t seed, int niches) {
   return building;
 }
 
+/// After a loop the local map is made anew, a few keyframes a scan: a scan must not wait for all of them.
+TEST(SlamFrontEnd, MakesTheMapAnewOverSomeScansAfterALoop) {
+  test::TrueDriveOptions options;
+  options.seed = 7;
+  const test::TrueDrive drive = test::true_drive(test::office(7), test::robot_with_laser(), options);
+  SlamFrontEnd front_end(drive.robot, {});
+  ScanOdometry odometry;
+  std::optional<Pose2> T_true_map;
+  std::size_t scans = 0, before = 0;
+  for (const test::DriveInput& input : test::inputs_of(drive)) {
+    if (!input.scan) {
+      front_end.add(odometry.add(input.odometry));
+      continue;
+    }
+    const auto step = odometry.step_to(*input.scan, *drive.robot.laser);
+    if (!step) continue;
+    const auto estimate = front_end.add(deskewed(*input.scan, *drive.robot.laser, step->sweep), *step);
+    const Pose2 truth = drive.at(input.scan->stamp);
+    if (!T_true_map) T_true_map = truth * estimate.T_map_base.inverse();
+    ++scans;
+    if (scans == 400) {
+      before = front_end.keyframes_in_map();
+      LoopCorrection same;
+      for (const Keyframe& keyframe : front_end.keyframes()) same.poses.push_back(keyframe.T_map_base);
+      front_end.correct(same);
+      EXPECT_GT(before, 40U);
+      EXPECT_LE(front_end.keyframes_in_map(), 13U);
+    }
+    if (scans < 400) continue;
+    EXPECT_EQ(estimate.state, SlamState::tracking);
+    EXPECT_LT(((*T_true_map * estimate.T_map_base).position() - truth.position()).norm(), 0.05) << scans;
+    if (scans < 430) continue;
+    EXPECT_GE(front_end.keyframes_in_map(), before);
+    return;
+  }
+  FAIL() << "the drive is too short";
+}
+
 TEST(SlamFrontEnd, ATunnelKeepsItsLengthAndStaysStraight) {
   RobotDescription robot = test::robot_with_laser();
   robot.laser->beams = 181;
