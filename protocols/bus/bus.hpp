@@ -20,7 +20,8 @@ namespace parhelion {
 struct Message {
   std::string channel;
   ArrivalTime
-      arrival;  ///< log: the event's timestamp; network: microseconds of receipt, not yet strictly increasing
+      arrival;  ///< log: the event's timestamp; network: microseconds of receipt, not yet strictly
+                ///< increasing, and younger than that of a later message where only the newest is kept
   std::vector<std::uint8_t> payload;
   /// The same for all messages of one sender: its key where messages are signed, else its socket, whose
   /// address can be forged. 0: unknown, as in a log.

@@ -1,7 +1,7 @@
 // Bounded queues of one endpoint, one per subscription: a full queue drops its oldest message and counts it.
-// All queues together hold a limited number of bytes; a channel that floods loses its own messages. A queue
-// that drops a message keeps its turn: where more comes than is read, a queue for the newest message alone
-// would else always be the youngest, and never be read.
+// All queues together hold a limited number of bytes; the one that holds most of them loses its messages. A
+// queue for the newest message alone keeps its turn when that is replaced: else it would always be the
+// youngest where more comes than is read, and never be read.
 #pragma once
 
 #include <algorithm>
@@ -28,33 +28,34 @@ class SubscriptionQueues {
   void push(std::size_t queue, std::string_view channel, ArrivalTime arrival,
             std::span<const std::uint8_t> payload, std::uint64_t sender = 0) {
     Queue& into = queues_[queue];
-    const auto no_room = [&] {
-      return into.waiting.size() == into.capacity || bytes_ + payload.size() > kMaxBytes;
-    };
-    std::optional<std::uint64_t> turn;  // of the oldest that was dropped
-    while (!into.waiting.empty() && no_room()) {
-      if (!turn) turn = into.waiting.front().number;
-      bytes_ -= into.waiting.front().message.payload.size();
-      keep_spare(std::move(into.waiting.front().message));
-      into.waiting.pop_front();
-      ++dropped_;
+    std::optional<std::uint64_t> turn;
+    if (into.waiting.size() == into.capacity) {
+      if (into.capacity == 1) turn = into.waiting.front().number;
+      drop_oldest(into);
     }
-    if (no_room()) {
-      ++dropped_;
-      return;
+    while (bytes_ + payload.size() > kMaxBytes) {
+      Queue& largest = *std::max_element(queues_.begin(), queues_.end(),
+                                         [](const Queue& a, const Queue& b) { return a.bytes < b.bytes; });
+      Queue& loser = largest.bytes > into.bytes + payload.size() ? largest : into;
+      if (loser.waiting.empty()) {
+        ++dropped_;
+        return;
+      }
+      drop_oldest(loser);
     }
+    into.bytes += payload.size();
     bytes_ += payload.size();
     Message message = reuse();
     message.channel.assign(channel);
     message.arrival = arrival;
     message.payload.assign(payload.begin(), payload.end());
     message.sender = sender;
-    into.waiting.push_back({next_number_++, std::move(message)});
-    if (turn) into.waiting.front().number = *turn;
+    const std::uint64_t number = next_number_++;
+    into.waiting.push_back({turn.value_or(number), std::move(message)});
   }
 
-  /// The oldest message of all queues, in the order in which they came but for queues that dropped some; its
-  /// buffers are swapped with those of `message`, which are reused.
+  /// The oldest message of all queues, but for the turn of the newest alone; its buffers are swapped with
+  /// those of `message`, which are reused.
   bool pop(Message& message) {
     Queue* first = nullptr;
     for (Queue& queue : queues_) {
@@ -62,7 +63,9 @@ class SubscriptionQueues {
       if (first == nullptr || queue.waiting.front().number < first->waiting.front().number) first = &queue;
     }
     if (first == nullptr) return false;
-    bytes_ -= first->waiting.front().message.payload.size();
+    const std::size_t size = first->waiting.front().message.payload.size();
+    first->bytes -= size;
+    bytes_ -= size;
     std::swap(message, first->waiting.front().message);
     keep_spare(std::move(first->waiting.front().message));
     first->waiting.pop_front();
@@ -87,7 +90,17 @@ class SubscriptionQueues {
   struct Queue {
     std::size_t capacity;
     std::deque<Waiting> waiting;
+    std::size_t bytes = 0;  // of its payloads
   };
+
+  void drop_oldest(Queue& queue) {
+    const std::size_t size = queue.waiting.front().message.payload.size();
+    queue.bytes -= size;
+    bytes_ -= size;
+    keep_spare(std::move(queue.waiting.front().message));
+    queue.waiting.pop_front();
+    ++dropped_;
+  }
 
   Message reuse() {
     if (spare_.empty()) return {};
