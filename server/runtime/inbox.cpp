@@ -19,17 +19,21 @@ constexpr Duration kForeignAgain = seconds(60.0);  // continued publishing is no
 constexpr int kMaxMessagesAtEnd =
     4096;  // limit for draining the bus, so that a continuous sender cannot prevent the end
 
-/// A newer one replaces it: the oldest is dropped.
-bool is_other(tick::InputKind kind) {
+/// Then the oldest of a kind is dropped.
+bool is_replaced_by_newer(tick::InputKind kind) {
   return kind != tick::InputKind::scan && kind != tick::InputKind::command &&
          kind != tick::InputKind::emergency_stop;
 }
 
 std::size_t bytes_of(const Arrived& arrived) { return sizeof(Arrived) + arrived.message.payload.size(); }
 
-bool engages_stop(const Message& message) {
+/// The request number of a release of an emergency stop; nullopt: another message.
+std::optional<std::uint64_t> release_in(const Arrived& arrived) {
   EmergencyStopCommand command;
-  return decode(message.channel, message.payload, command).ok() && command.engaged;
+  if (arrived.kind != tick::InputKind::emergency_stop ||
+      !decode(arrived.message.channel, arrived.message.payload, command) || command.engaged)
+    return std::nullopt;
+  return command.request;
 }
 
 }  // namespace
@@ -121,7 +125,7 @@ bool Inbox::has_room(const Queue& queue, const EmergencyStopCommand& stop) const
 void Inbox::enqueue(Queue& queue, Arrived arrived) {
   if (auto stop = first_stop(arrived)) return enqueue_stop(queue, {std::move(arrived), std::move(*stop)});
   if (!make_room(queue, arrived)) return;
-  if (is_other(arrived.kind)) {
+  if (is_replaced_by_newer(arrived.kind)) {
     Load& load = queue.others[static_cast<std::size_t>(arrived.kind)];
     ++load.count;
     load.bytes += bytes_of(arrived);
@@ -136,14 +140,14 @@ void Inbox::enqueue(Queue& queue, Arrived arrived) {
   queue.waiting.push_back(std::move(arrived));
 }
 
-/// A stop that is dropped repeats one that waits, whose reply its sender gets or repeats it.
+/// A stop that is dropped only repeats one that waits.
 void Inbox::enqueue_stop(Queue& queue, Stop stop) {
   if (has_room(queue, stop.command)) {
     queue.stops.push_back(std::move(stop));
   } else if (stop.command.engaged) {
     ++dropped_;
   } else {
-    refuse_command(stop.arrived.message);
+    refuse(stop.arrived);
   }
 }
 
@@ -157,19 +161,16 @@ void Inbox::note_foreign(const Message& message) {
 
 /// False: the new input is dropped.
 bool Inbox::make_room(Queue& queue, const Arrived& arrived) {
-  if (is_other(arrived.kind)) {
+  if (is_replaced_by_newer(arrived.kind)) {
     make_room_for_other(queue, arrived);
     return true;
   }
-  if (arrived.kind == tick::InputKind::command && queue.commands >= limits_.commands &&
-      !make_room_for_command(queue, arrived.message))
-    return false;
   while (queue.bytes > 0 && queue.bytes + bytes_of(arrived) > limits_.bytes) {
     const auto scan = oldest(queue, tick::InputKind::scan);
     if (scan == queue.waiting.end() && arrived.kind == tick::InputKind::scan)
       break;  // only commands left: a scan is kept regardless
     if (scan == queue.waiting.end()) {
-      refuse_command(arrived.message);
+      refuse(arrived);
       return false;
     }
     if (scan->ticket != 0) {
@@ -178,7 +179,8 @@ bool Inbox::make_room(Queue& queue, const Arrived& arrived) {
     }
     drop(queue, scan);
   }
-  return true;
+  return arrived.kind != tick::InputKind::command || queue.commands < limits_.commands ||
+         make_room_for_command(queue, arrived.message);
 }
 
 void Inbox::make_room_for_other(Queue& queue, const Arrived& arrived) {
@@ -222,7 +224,7 @@ void Inbox::drop(Queue& queue, std::deque<Arrived>::iterator waiting) {
 }
 
 void Inbox::forget(Queue& queue, const Arrived& leaving) {
-  if (is_other(leaving.kind)) {
+  if (is_replaced_by_newer(leaving.kind)) {
     Load& load = queue.others[static_cast<std::size_t>(leaving.kind)];
     --load.count;
     load.bytes -= bytes_of(leaving);
@@ -251,25 +253,26 @@ Arrived Inbox::pop(Queue& queue) {
   return arrived;
 }
 
-/// A release would free a robot that its sender believes to be stopped. A paused process receives late what
-/// the kernel has kept for it: hence the arrival, by the wall clock.
+/// A release would free a robot that its sender believes to be stopped: a copy of one that was refused is
+/// late, too. A paused process receives late what the kernel has kept for it: hence the arrival, by the wall
+/// clock. Where that is set forward, what waits is refused.
 bool Inbox::is_late(const Arrived& arrived) const {
-  const bool stop = arrived.kind == tick::InputKind::emergency_stop;
-  if (arrived.kind != tick::InputKind::command && !stop) return false;
+  const auto release = release_in(arrived);
+  if (arrived.kind != tick::InputKind::command && !release) return false;
+  if (release && is_refused_release(*release)) return true;
   const Duration here = steady_now() - arrived.received;
   const Duration since_arrival{wall_now().ns - arrived.message.arrival.ns};
-  const Duration waited = std::min(std::max(here, since_arrival), steady_now() - *first_take_);
-  return waited > limits_.command_age && !(stop && engages_stop(arrived.message));
+  return std::min(std::max(here, since_arrival), steady_now() - *first_take_) > limits_.command_age;
 }
 
 /// All of the oldest at once: with one a turn the replies would come after nobody waits for them any more.
 void Inbox::refuse_late_commands(Queue& queue) {
   while (!queue.stops.empty() && is_late(queue.stops.front().arrived)) {
-    refuse_command(queue.stops.front().arrived.message);
+    refuse(queue.stops.front().arrived);
     queue.stops.pop_front();
   }
   while (!queue.waiting.empty() && is_late(queue.waiting.front())) {
-    refuse_command(queue.waiting.front().message);
+    refuse(queue.waiting.front());
     forget(queue, queue.waiting.front());
     queue.waiting.pop_front();
   }
@@ -282,6 +285,21 @@ void Inbox::refuse_command(const Message& message) {
   (void)tick::read_command(channels_, message, command);  // of an unreadable one, what could be read
   const std::uint64_t request = request_of(command);
   if (request != 0 && refused_commands_.size() < kMaxRefusals) refused_commands_.push_back(request);
+}
+
+/// One reply is enough for all copies of a release, and no flood of refused commands displaces it.
+void Inbox::refuse(const Arrived& arrived) {
+  const auto release = release_in(arrived);
+  if (!release) return refuse_command(arrived.message);
+  ++dropped_;
+  if (*release == 0 || is_refused_release(*release)) return;
+  refused_releases_.push_back(*release);
+  if (refused_releases_.size() > kMaxRefusedReleases) refused_releases_.pop_front();
+  if (refused_commands_.size() < kMaxRefusals + kMaxRefusedReleases) refused_commands_.push_back(*release);
+}
+
+bool Inbox::is_refused_release(std::uint64_t request) const {
+  return std::find(refused_releases_.begin(), refused_releases_.end(), request) != refused_releases_.end();
 }
 
 /// The session's for a stop, but not twice in a row while others have inputs; else the one whose turn it is,
@@ -311,7 +329,7 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
     }
     Arrived arrived = pop(*queue);
     if (is_late(arrived)) {  // while this waited for another input
-      refuse_command(arrived.message);
+      refuse(arrived);
       continue;
     }
     lock.unlock();

@@ -65,8 +65,8 @@ struct InboxLimits {
 /// refused, before it was acknowledged. When `commands` wait, the newest command of the sender that has the
 /// most is refused, so that a flood costs no other sender a command. Of emergency stops beyond `stops` a
 /// release is refused, and a stop is dropped that only repeats what the last ones that wait say: no robot
-/// stays free. A command that has waited longer than `command_age` is refused, and so is a release; a stop is
-/// never too old.
+/// stays free. A command that has waited longer than `command_age` is refused, and so is a release, with all
+/// copies of it that follow; a stop is never too old.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
@@ -93,7 +93,7 @@ class Inbox {
   std::uint64_t take_given_up();
   static constexpr std::size_t kMaxRefusals = 2000;
   /// Request numbers of instructors' commands that were refused and not yet taken, the oldest first. At most
-  /// kMaxRefusals are kept, further ones are only counted as dropped.
+  /// kMaxRefusals are kept, and some more releases; further ones are only counted as dropped.
   std::vector<std::uint64_t> take_refused_commands(std::size_t max_count = kMaxRefusals);
   /// Channels (see SentMessages::foreign()) with messages of other publishers since the last call, ascending;
   /// each at most once a minute. Messages do not identify their sender.
@@ -108,6 +108,7 @@ class Inbox {
     Arrived arrived;
     EmergencyStopCommand command;
   };
+  static constexpr std::size_t kMaxRefusedReleases = 256;
   static constexpr std::size_t kKinds = static_cast<std::size_t>(tick::InputKind::operators) + 1;
   struct Load {
     std::size_t count = 0, bytes = 0;
@@ -131,7 +132,9 @@ class Inbox {
   Arrived pop(Queue& queue);
   bool is_late(const Arrived& arrived) const;
   void refuse_late_commands(Queue& queue);
+  void refuse(const Arrived& arrived);
   void refuse_command(const Message& message);
+  bool is_refused_release(std::uint64_t request) const;
   void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
   static void forget(Queue& queue, const Arrived& leaving);
   static std::deque<Arrived>::iterator oldest(Queue& queue, tick::InputKind kind);
@@ -150,6 +153,7 @@ class Inbox {
   bool took_stop_ = false;  // the last input was one
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::vector<std::uint64_t> refused_commands_;
+  std::deque<std::uint64_t> refused_releases_;  // request numbers, the newest last
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel
   std::string fault_;

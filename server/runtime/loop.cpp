@@ -9,7 +9,7 @@ namespace {
 constexpr Duration kIdle = milliseconds(100);
 constexpr Duration kAskAgain = seconds(10.0);
 
-constexpr int kCommands = 4 * 1024;  // more than an inbox keeps: it refuses with a reply what is too much
+constexpr int kCommands = 4 * 1024;  // more than an inbox keeps, which refuses the excess with a reply
 
 /// Messages of a channel that wait on the bus until the inbox receives them. The bus drops the oldest without
 /// a reply.

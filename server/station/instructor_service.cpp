@@ -101,6 +101,9 @@ Status InstructorService::check_rate(Subscriber& subscriber, WallTime now) const
 Status InstructorService::check_delay(const ClientMessage& message) const {
   if (!message.seen) return {};
   const ControlState now = feed_.control();
+  constexpr double kAhead = 1;  // s, of a session that has not been there yet
+  if (!feed_.recorded() && *message.seen > now.position + kAhead)
+    return Error{"sent before the server was started again; nothing was changed. Repeat it"};
   const double delay = (now.position - *message.seen) / std::max(1.0, now.rate);
   if (delay <= kMaxDelay.seconds()) return {};
   return Error{"delayed by the connection for more than " + std::to_string(kMaxDelay.ns / 1'000'000'000) +

@@ -102,7 +102,7 @@ class TeleopService {
   bool is_trainees(const std::string& robot) const;
   Status send_stop(const TeleopRobot& robot);
   Status send_stop_request(const std::string& robot, StopRequest& request);
-  void handle_reply_to_release(const std::string& robot, const StopRequest& release, bool accepted);
+  void stop_again(const std::string& robot);
   void repeat_stop_requests(WallTime now);
   std::uint64_t next_request();
   void refuse(TeleopClient& teleop_client, const Status& why);

@@ -30,8 +30,9 @@ void TeleopService::handle(const Event& event) {
   if (!accepted && event.kind != EventKind::command_refused) return;
   for (auto& [robot, request] : stop_requests_) {
     if (request.number != event.request) continue;
-    request.answered = request.answered || accepted || !request.stop;
-    if (!request.stop) handle_reply_to_release(robot, request, accepted);
+    const bool refused_release = !accepted && !request.stop;
+    request.answered = request.answered || accepted;
+    if (refused_release) stop_again(robot);
   }
   if (!accepted) return;
   const auto other = requests_of_others_.find(event.request);
@@ -43,19 +44,12 @@ void TeleopService::handle(const Event& event) {
   requests_of_others_.erase(other);
 }
 
-/// A release that the server refuses leaves the robot stopped, and the page must show it. A release is sent
-/// several times: a later one may be accepted.
-void TeleopService::handle_reply_to_release(const std::string& robot, const StopRequest& release,
-                                            bool accepted) {
-  if (accepted == (stopped_by_.count(robot) == 0)) return;
-  if (accepted) {
-    stopped_by_.erase(robot);
-  } else {
-    stopped_by_[robot] = release.stopped_by;
-  }
-  send_about(robot, estop_text(robot, release.stopped_by, !accepted));
-  audit(kServer, (accepted ? "releases the emergency stop of " : "does not release ") + robot);
-  if (options_.stops_changed) options_.stops_changed(active_stops());
+/// The server has refused the release: the robot is still stopped, and everybody must see that. A release is
+/// sent several times, and a later one may still be accepted: a new stop follows it.
+void TeleopService::stop_again(const std::string& robot) {
+  const std::string by = stop_requests_[robot].stopped_by;
+  audit(kServer, "does not release " + robot);
+  static_cast<void>(stop_locked(robot, by));  // repeated until the server replies
 }
 
 /// The server has stopped or released the robot at somebody else's request: follow it here.

@@ -161,11 +161,11 @@ void refuse_late_command(const TickContext& context, std::uint64_t request) {
   answer.stamp = context.now;
   answer.kind = EventKind::command_refused;
   answer.request = request;
-  answer.text =
-      "too many commands were waiting, or this one waited for longer than " +
-      std::to_string(driving_timing::kMaxCommandAge.ns / 1'000'000'000) +
-      " s; nothing was changed. Repeat it; if the server cannot keep up, remove agents first, or send "
-      "fewer commands";
+  answer.text = "too many commands were waiting, or this one waited for longer than " +
+                std::to_string(driving_timing::kMaxCommandAge.ns / 1'000'000'000) +
+                " s; nothing was changed, and a robot that was stopped still is. Repeat it; if the server "
+                "cannot keep up, remove agents first, or send "
+                "fewer commands";
   publish_event(context, answer);
 }
 

@@ -138,22 +138,13 @@ TEST_F(InboxRefusalTest, InboxRefusesAReleaseThatWaitedTooLong) {
   EXPECT_EQ(refused, (std::vector<std::uint64_t>{1, 3, 4}));
 }
 
-TEST_F(InboxRefusalTest, InboxTakesAReleaseThatDidNotWaitTooLong) {
-  Inbox inbox(*server_, configuration_, {{&guard_}});
-  EXPECT_FALSE(inbox.take(steady_now()));
-  send_stop("rover", true, 1);
-  send_stop("rover", false, 2);
-  EXPECT_EQ(take_all(inbox).size(), 2U);
-  EXPECT_TRUE(inbox.take_refused_commands().empty());
-}
-
-/// A bus whose messages waited in the kernel while the process was paused.
+/// A bus whose first messages waited in the kernel while the process was paused.
 class LateBus : public Bus {
  public:
-  LateBus(Bus& bus, Duration age) : bus_(bus), age_(age) {}
+  LateBus(Bus& bus, Duration age, int messages) : bus_(bus), age_(age), messages_(messages) {}
   Result<bool> receive(Message& message, Duration timeout) override {
     auto received = bus_.receive(message, timeout);
-    message.arrival = message.arrival + Duration{-age_.ns};
+    if (received && *received && messages_-- > 0) message.arrival = message.arrival + Duration{-age_.ns};
     return received;
   }
   Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
@@ -167,10 +158,37 @@ class LateBus : public Bus {
  private:
   Bus& bus_;
   const Duration age_;
+  int messages_;
 };
 
+/// A station sends a release several times. Once its sender was told that the robot stays stopped, it does.
+TEST_F(InboxRefusalTest, InboxRefusesTheLaterCopiesOfAReleaseThatItRefused) {
+  InboxLimits limits;
+  limits.command_age = seconds(1.0);
+  LateBus bus(*server_, seconds(10.0), 1);
+  Inbox inbox(bus, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now()));
+  be_behind(limits.command_age);  // nothing is older than the first take
+  for (const std::uint64_t request : {7, 7, 8}) send_stop("", false, request);
+  const auto all = take_all(inbox);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(request_of_stop(all[0]), 8U) << "another release is none of its copies";
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{7})) << "one reply is enough";
+}
+
+TEST_F(InboxRefusalTest, InboxTakesAReleaseThatDidNotWaitTooLong) {
+  InboxLimits limits;
+  limits.command_age = seconds(1000);
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  EXPECT_FALSE(inbox.take(steady_now()));
+  send_stop("rover", true, 1);
+  send_stop("rover", false, 2);
+  EXPECT_EQ(take_all(inbox).size(), 2U);
+  EXPECT_TRUE(inbox.take_refused_commands().empty());
+}
+
 TEST_F(InboxRefusalTest, InboxRefusesWhatWaitedInTheKernelOfAPausedProcess) {
-  LateBus bus(*server_, seconds(10.0));
+  LateBus bus(*server_, seconds(10.0), 3);
   InboxLimits limits;
   limits.command_age = milliseconds(50);
   Inbox inbox(bus, configuration_, {{&guard_}}, limits);

@@ -163,10 +163,11 @@ TEST_F(InstructorServiceTest, AMessageThatTheConnectionDelayedChangesNothing) {
   const auto send = [&](const std::string& message, double seen) {
     service_->receive(*client, message + R"(,"request":3,"seen":)" + std::to_string(seen) + "}", now());
   };
-  for (const double seen : {0.0, 97.9}) {
+  for (const double seen : {0.0, 97.9, 5000.0}) {
     send(R"({"type":"estop_release")", seen);
     EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
-    EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("delayed"));
+    EXPECT_THAT(client->newest("reply")["text"].get<std::string>(),
+                HasSubstr(seen > t_ ? "started again" : "delayed"));
     send(R"({"type":"agent","action":"remove_all")", seen);
     EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
   }

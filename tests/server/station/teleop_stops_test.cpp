@@ -69,13 +69,20 @@ TEST_F(TeleopServiceTest, ShowsTheStopAgainWhoseReleaseTheServerRefuses) {
   ASSERT_EQ(service_->stops().size(), 1U);
   EXPECT_EQ(service_->stops()[0].by, "anna");
   EXPECT_NE(anna->texts("estop").back().find(R"("on":true)"), std::string::npos);
+  published();
+  EXPECT_TRUE(orders_.back().engaged)
+      << "the server is told, whatever it does with a later copy of the release";
+  EXPECT_NE(orders_.back().request, reply.request);
   const std::size_t reported = anna->texts("estop").size();
-  service_->handle(reply);
+  for (const EventKind kind : {EventKind::command_refused, EventKind::command_accepted}) {
+    reply.kind = kind;  // of copies
+    service_->handle(reply);
+    EXPECT_EQ(service_->stops().size(), 1U);
+  }
   EXPECT_EQ(anna->texts("estop").size(), reported) << "refused several times, shown once";
-  reply.kind = EventKind::command_accepted;  // of the same request, sent once more
-  service_->handle(reply);
-  EXPECT_TRUE(service_->stops().empty());
-  EXPECT_NE(anna->texts("estop").back().find(R"("on":false)"), std::string::npos);
+  ASSERT_TRUE(service_->stop("trainee", "bert").ok());
+  published();
+  EXPECT_TRUE(orders_.back().engaged) << "pressed once more: never a release";
 }
 
 TEST_F(TeleopServiceTest, KeepsANewStopWhateverTheReplyToAnEarlierRelease) {
