@@ -107,7 +107,8 @@ class PoseTrack {
   /// Of odometry, as scans show it, in addition to the robot description's.
   const OnlineOdometryCalibration& calibration() const { return calibration_; }
   bool has_odometry() const { return !odometry_.empty(); }
-  /// T_odom_base as odometry has it, without SLAM and scans; nullopt: no sample within the history there.
+  /// T_odom_base by odometry with its followed offset and scale, not by a pose of SLAM or of a scan; nullopt:
+  /// no sample within the history there.
   std::optional<Pose2> odometry_at(SensorTime t) const;
 
   /// Since the newest estimate of SLAM.

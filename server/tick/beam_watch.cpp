@@ -24,7 +24,7 @@ void report(const TickContext& context, std::size_t laser, const std::string& la
   event.subject = context.robot().name;
   event.object = laser_name;
   event.text = context.channel(channel::kScan, laser) + ": " + order.advice() +
-               "; until here virtual objects stood wrong where the robot turned";
+               "; until now virtual objects stood wrong where the robot turned";
   publish_event(context, event);
 }
 
@@ -32,13 +32,13 @@ void report(const TickContext& context, std::size_t laser, const std::string& la
 
 void watch_beam_order(const TickContext& context, const Scan& scan, std::size_t laser,
                       const std::string& laser_name, PoseState& pose, BeamWatch& watch) {
-  using Verdict = pose::BeamOrder::Verdict;
-  if (watch.concluded) return;
+  // A simulated laser is as it is described.
+  if (watch.concluded || simulates_trainee(context.configuration.scenario)) return;
   const LaserDescription& described = context.robot().laser_at(laser);
   if (!watch.order) watch.order.emplace(described);
-  const Verdict verdict = watch.order->add(scan, step_since(watch.newest, scan.stamp, pose.track));
+  watch.order->add(scan, step_since(watch.newest, scan.stamp, pose.track));
   watch.newest = scan.stamp;
-  if (verdict == Verdict::unknown) return;
+  if (!watch.order->done()) return;
   if (watch.order->differs()) {
     watch.corrected = described;
     watch.order->correct(*watch.corrected);

@@ -1,5 +1,5 @@
-// In which order a real laser measures its beams, as its scans of turns show it: a description that says the
-// opposite is put right for the session.
+// In which order a real laser measures its beams, as its scans of turns show it: a description that differs
+// is put right for the session.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace parhelion::tick {
 
-/// Of one laser. Its memory is freed once the order is known.
+/// Of one laser. Its memory is freed once the order is known, or is not looked for any more.
 struct BeamWatch {
   std::optional<pose::BeamOrder> order;  ///< none: before the first scan, or once it has concluded
   bool concluded = false;

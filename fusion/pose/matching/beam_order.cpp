@@ -18,6 +18,7 @@ constexpr double kOverlap = 1.5;                      ///< of that: a longer swe
 constexpr std::size_t kPointsToFollow = 120;
 constexpr double kFar = 50;       ///< m from the base
 constexpr double kStands = 5e-4;  ///< m and rad, of odometry from scan to scan
+constexpr double kMoves = 5e-3;   ///< m and rad, of a match of two scans
 /// rad, during a sweep: at rest, and enough to tell the orders apart.
 constexpr double kAtRest = 0.004, kTurning = 0.03;
 /// Of a turn: by so much its rate may change from one scan to the next.
@@ -30,7 +31,7 @@ constexpr double kMinExplained = 0.5;
 /// Of the difference of two costs (MatchOptions): what one comparison counts at most, and what all have to
 /// show. Chosen on the TurtleBot 4 of docs/measurements/calibration.md and on Neatos.
 constexpr double kMaxPreference = 20, kEnough = 100;
-constexpr int kFewest = 8, kMax = 60, kMaxFollowed = 2000;
+constexpr int kFewest = 8, kMax = 60, kMaxMoving = 2000, kMaxFollowed = 20'000;
 constexpr double kAgreeing = 0.8;
 
 LaserDescription with_beams(LaserDescription laser, double interval) {
@@ -38,10 +39,12 @@ LaserDescription with_beams(LaserDescription laser, double interval) {
   return laser;
 }
 
-/// s between two beams as described, or of a laser that turns once a scan.
-double sweeping_interval(const LaserDescription& laser) {
+/// s between two beams as described, or of a laser that turns once a scan; 0: the scan shows no such laser.
+double sweeping_interval(const LaserDescription& laser, const Scan& scan) {
   if (laser.beam_interval != 0) return std::abs(laser.beam_interval);
-  return std::abs(laser.angle_increment) / (2 * std::numbers::pi) * laser.scan_period;
+  const double turn = std::abs(double{scan.angle_increment}) / (2 * std::numbers::pi);
+  const bool possible = turn * static_cast<double>(scan.ranges.size() - 1) <= 1.01;  // of a whole turn
+  return possible ? turn * laser.scan_period : 0;
 }
 
 LaserDescription without_times(LaserDescription laser) {
@@ -83,17 +86,27 @@ bool BeamOrder::Rivals::first_wins(int comparisons) const {
   return sum < -kEnough && second_better <= (1 - kAgreeing) * comparisons;
 }
 
-BeamOrder::BeamOrder(const LaserDescription& laser)
-    : described_interval_(laser.beam_interval),
-      at_once_(without_times(laser)),
-      forward_(with_beams(laser.beam_interval != 0 ? laser : at_once_, sweeping_interval(laser))),
-      backward_(with_beams(forward_, -forward_.beam_interval)),
-      shown_(laser) {}
+BeamOrder::BeamOrder(const LaserDescription& laser) : described_(laser), shown_(laser) {}
+
+/// False: the scan shows no sweep.
+bool BeamOrder::describe_orders(const Scan& scan) {
+  if (forward_) return true;
+  const double interval = sweeping_interval(described_, scan);
+  if (interval == 0) return false;
+  at_once_ = without_times(described_);
+  forward_ = with_beams(described_.beam_interval != 0 ? described_ : *at_once_, interval);
+  backward_ = with_beams(*forward_, -interval);
+  return true;
+}
+
+bool BeamOrder::done() const {
+  return verdict_ != Verdict::unknown || comparisons_ >= kMax || moved_ >= kMaxMoving ||
+         followed_ >= kMaxFollowed;
+}
 
 BeamOrder::Verdict BeamOrder::add(const Scan& scan, const std::optional<Pose2>& step) {
-  if (verdict_ != Verdict::unknown || comparisons_ >= kMax || followed_ >= kMaxFollowed) return verdict_;
-  if (scan.is_timed() || scan.ranges.empty()) return verdict_;
-  const SweepSpan span = sweep_span(forward_, scan.ranges.size());
+  if (done() || scan.is_timed() || scan.ranges.empty() || !describe_orders(scan)) return verdict_;
+  const SweepSpan span = sweep_span(*forward_, scan.ranges.size());
   if (span.end - span.begin < kShortSweep) return verdict_;
   sweep_seconds_ = (span.end - span.begin).seconds();
   const Pose2 T_local_newest = T_local_newest_;
@@ -123,10 +136,11 @@ std::optional<Twist2> BeamOrder::follow(const Scan& scan, const std::optional<Po
   ++followed_;
   const bool is_near = step && step->finite() && step->position().norm() < kMaxMoved;
   const Pose2 start = is_near ? *step : Pose2{};
-  const Match match = matched(near_points(*newest_, at_once_, {}),
-                              thinned(near_points(scan, at_once_, {}), kPointsToFollow), start);
+  const Match match = matched(near_points(*newest_, *at_once_, {}),
+                              thinned(near_points(scan, *at_once_, {}), kPointsToFollow), start);
   if (match.explained < kMinExplained) return std::nullopt;
   T_local_newest_ = T_local_newest_ * match.T_map_base;
+  moved_ += match.T_map_base.position().norm() > kMoves || std::abs(match.T_map_base.yaw) > kMoves;
   return twist_between({}, match.T_map_base, passed.seconds());
 }
 
@@ -144,7 +158,7 @@ void BeamOrder::compare(const View& view) {
     return matched(near_points(first_->scan, laser, first_->sweep), near_points(view.scan, laser, view.sweep),
                    expected);
   };
-  const Match forward = with(forward_), backward = with(backward_), at_once = with(at_once_);
+  const Match forward = with(*forward_), backward = with(*backward_), at_once = with(*at_once_);
   if (std::max({forward.explained, backward.explained, at_once.explained}) < kMinExplained) return;
   ++comparisons_;
   forward_backward_.add(forward.cost, backward.cost);
@@ -164,20 +178,20 @@ BeamOrder beam_order_of(std::span<const Scan> scans, const LaserDescription& las
 void BeamOrder::conclude() {
   if (comparisons_ < kFewest) return;
   if (forward_at_once_.second_wins(comparisons_) && backward_at_once_.second_wins(comparisons_)) {
-    verdict_ = described_interval_ == 0 ? Verdict::as_described : Verdict::at_once;
-    if (differs()) shown_ = at_once_;
+    verdict_ = described_.beam_interval == 0 ? Verdict::as_described : Verdict::at_once;
+    if (differs()) shown_ = *at_once_;
     return;
   }
   const bool is_forward = forward_backward_.first_wins(comparisons_);
   if (!is_forward && !forward_backward_.second_wins(comparisons_)) return;
   const Rivals& at_once = is_forward ? forward_at_once_ : backward_at_once_;
-  const LaserDescription& shown = is_forward ? forward_ : backward_;
-  if (described_interval_ == 0) {
+  const LaserDescription& shown = is_forward ? *forward_ : *backward_;
+  if (described_.beam_interval == 0) {
     if (!at_once.first_wins(comparisons_)) return;
     verdict_ = Verdict::swept;
   } else {
     if (at_once.sum > 0) return;
-    verdict_ = shown.beam_interval == described_interval_ ? Verdict::as_described : Verdict::reversed;
+    verdict_ = shown.beam_interval == described_.beam_interval ? Verdict::as_described : Verdict::reversed;
   }
   if (differs()) shown_ = shown;
 }

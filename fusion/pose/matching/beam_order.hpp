@@ -22,7 +22,8 @@ namespace parhelion::pose {
 /// as a laser needs that turns once a scan. How fast the robot turns is seen from each scan to the next, so
 /// odometry may be late or wrong, but must not stand still. Nothing is concluded from a laser whose whole
 /// sweep takes less than 40 ms, or from scans that have times of their own. Deterministic; does nothing once
-/// it has concluded, after 60 comparisons, or after 2,000 scans of a robot that moves.
+/// it has concluded, after 60 comparisons, or after 2,000 scans of a robot that moves (20,000 where no
+/// odometry tells that it stands).
 class BeamOrder {
  public:
   enum class Verdict : std::uint8_t {
@@ -39,6 +40,8 @@ class BeamOrder {
   /// save them where it stands; nullopt: unknown. Returns the verdict.
   Verdict add(const Scan& scan, const std::optional<Pose2>& step);
   Verdict verdict() const { return verdict_; }
+  /// Further scans change nothing.
+  bool done() const;
   /// Scans have shown another order than the described one.
   bool differs() const { return verdict_ != Verdict::unknown && verdict_ != Verdict::as_described; }
   /// s, as scans show it, negative where the last beam is measured first; as described before a verdict.
@@ -70,15 +73,17 @@ class BeamOrder {
   double turn_during(const SweepMotion& sweep) const { return sweep.twist.wz * sweep_seconds_; }
   void conclude();
 
-  double described_interval_;  ///< s
-  LaserDescription at_once_, forward_, backward_, shown_;
+  bool describe_orders(const Scan& scan);
+
+  LaserDescription described_, shown_;
+  std::optional<LaserDescription> at_once_, forward_, backward_;  ///< none: before the first scan
   double sweep_seconds_ = 0;
   std::optional<Scan> newest_;
   std::optional<Twist2> before_newest_;  ///< from the scan before it
   Pose2 T_local_newest_;
   std::optional<View> first_;  ///< before the turn
   Verdict verdict_ = Verdict::unknown;
-  int followed_ = 0;  ///< scans
+  int followed_ = 0, moved_ = 0;  ///< scans
   int comparisons_ = 0;
   Rivals forward_backward_, forward_at_once_, backward_at_once_;
 };

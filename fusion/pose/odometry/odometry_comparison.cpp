@@ -143,8 +143,7 @@ const char* advice(OdometryFault fault) {
       return "the laser repeats one scan while odometry moves: check its driver";
     case OdometryFault::beam_order:
       return "the laser measures the beams of a message in another order than described: change "
-             "beam_interval "
-             "in the robot description, and make the map again";
+             "beam_interval";
     case OdometryFault::inconsistent:
       return "odometry contradicts the scans: check encoders, wheels and the laser's mounting";
   }

@@ -11,8 +11,9 @@ void BeamCorrection::learn(const Scan& scan, const ScanOdometry::Step& step, con
   if (!order_.differs()) return;
   order_.correct(laser);
   before_ = tracking.findings().size();
-  finding_ = OdometryFinding{OdometryFault::beam_order, scan.stamp, std::nullopt,
-                             order_.advice() + ", and make the map again; from here on scans are placed so"};
+  finding_ = OdometryFinding{
+      OdometryFault::beam_order, scan.stamp, std::nullopt,
+      order_.advice() + ", and make the map again; from here on scans are corrected in that order"};
 }
 
 std::vector<OdometryFinding> BeamCorrection::among(const std::vector<OdometryFinding>& findings) const {
