@@ -66,13 +66,15 @@ class Copy {
  private:
   template <class T>
   Status put(std::string_view channel, T item, const BagMessage& message) {
-    if (item.stamp.ns == 0) {
+    const bool unstamped = item.stamp.ns <= 0;
+    if (unstamped) {
       if (message.received.ns == 0)
         return refuse(message, Error{"its header has no stamp, and the recording no time of it"});
       item.stamp = {message.received.ns};
-      ++unstamped_[std::string(channel)];
     }
-    return writer_.put(channel, item, message.number, arrival_of(message, item.stamp));
+    Status done = writer_.put(channel, item, message.number, arrival_of(message, item.stamp));
+    if (done && unstamped) ++unstamped_[std::string(channel)];
+    return done;
   }
   Status refuse(const BagMessage& message, const Error& error) {
     writer_.refuse(message.number, message.topic + ": " + error.message);
@@ -101,11 +103,13 @@ class Copy {
         continue;
       }
       // Some publishers repeat tf with the same stamp.
-      if (transform.header.stamp == last_tf_ && last_tf_->ns != 0) {
+      const SensorTime stamp =
+          transform.header.stamp.ns > 0 ? transform.header.stamp : SensorTime{message.received.ns};
+      if (stamp == last_tf_) {
         writer_.leave_out("repeated tf");
         continue;
       }
-      last_tf_ = transform.header.stamp;
+      last_tf_ = stamp;
       const Odometry odometry{transform.header.stamp, planar<Odom, Base>(transform.pose)};
       if (Status done = put(channel::kOdometry, odometry, message); !done) return done;
     }
