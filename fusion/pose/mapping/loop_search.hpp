@@ -37,14 +37,14 @@ struct LoopClosingOptions {
 /// More of the path around a submap, to search in and to judge what is found, as far as 50 m from it. In the
 /// submap's frame.
 struct SubmapContext {
-  /// Keyframes that are still to be added, every `stride`-th.
+  /// Range of keyframes, every `stride`-th; those from `next` on are still to be added.
   std::size_t begin = 0, next = 0, end = 0, stride = 1;
-
-  bool is_complete() const { return next >= end; }
   std::unique_ptr<SurfelMap> surfels;
   std::unique_ptr<CorrelativeMap> likelihood;  ///< empty until it is needed
   std::vector<Eigen::Vector2d> points;         ///< thinned, for the likelihood
   SeenArea seen;
+
+  bool is_complete() const { return next >= end; }
 };
 
 /// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.

@@ -70,13 +70,13 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const Sca
   const ScanOdometry::Step step = scale_.applied(reported);
   const ScanPoints scan = without_companions(whole_scan, step);
   Estimate estimate;
+  if (!is_map_complete_) update_local_map();
   if (keyframes_.empty()) {
     matched_ = scan.stamp;
     if (!scan.points.empty()) keep(scan, 1);
   } else if (displaced_) {
     wait(whole_scan, step, estimate);
   } else {
-    if (!is_map_complete_) update_local_map();
     const Pose2 before = pose_;
     const Pose2 moved = track(scan, step, estimate);
     driven_ += moved.position().norm();
@@ -175,6 +175,8 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
                          Estimate& estimate) {
   const Keyframe& newest = keyframes_.back();
   doubt_.add(scan, before, pose_, step, 1);
+  // What is usual was learned in the whole map.
+  if (!is_map_complete_) return;
   const Pose2 T_keyframe_map = newest.T_map_base.inverse();
   check_.add(newest.scan, scan, {T_keyframe_map * pose_, T_keyframe_map * before * step.step},
              estimate.explained);
