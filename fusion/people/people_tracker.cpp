@@ -18,8 +18,9 @@ constexpr double kUnassigned = 0.5;
 /// Two scans this far apart show as much as three of a laser with 12 scans a second: enough for somebody who
 /// is plain to see.
 constexpr Duration kTwoScans = milliseconds(160);
-constexpr double kPlainToSee = 1.2;  // log-odds
-constexpr double kNearby = 1.5;      // m: a new track this near to a person is often of that person
+constexpr double kPlainToSee = 1.2;    // log-odds
+constexpr double kNearby = 1.5;        // m: a new track this near to a person is often of that person
+constexpr double kMaxUnwatched = 0.2;  // s: of a longer gap between two scans no more counts as seen
 
 }  // namespace
 
@@ -203,7 +204,7 @@ void PeopleTracker::merge_companions() {
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     Track& track = tracks_[i];
     if (!track.person || track.seen != newest_ || stood_alone(track) || !away_from_persons(i)) continue;
-    track.alone = std::min(track.alone + dt_, kMergeAfter.seconds());
+    track.alone = std::min(track.alone + std::min(dt_, kMaxUnwatched), kAloneFor.seconds());
   }
   std::erase_if(tracks_, [](const Track& track) {
     return track.companion != 0 && track.companion_time >= kMergeAfter.seconds();

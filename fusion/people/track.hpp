@@ -99,7 +99,7 @@ struct Track {
   bool robot = false;           ///< at the place of a known robot
   std::uint32_t companion = 0;  ///< id of another track very close to it
   double companion_time = 0;    ///< s with a companion, less those without
-  double alone = 0;             ///< s as a person more than a stride from all others, at most kMergeAfter
+  double alone = 0;  ///< s as a person more than a stride from all other persons, at most kAloneFor
 
   Eigen::Vector2d position() const { return state.head<2>(); }
   Eigen::Vector2d velocity() const { return state.tail<2>(); }

@@ -87,7 +87,7 @@ bool was_there_before(const Track& track, const SegmentEvidence& evidence, Simul
   return evidence.place.occupied_for > (now - track.arrival) + milliseconds(300);
 }
 
-bool stood_alone(const Track& track) { return track.alone >= kMergeAfter.seconds(); }
+bool stood_alone(const Track& track) { return track.alone >= kAloneFor.seconds(); }
 
 bool belongs_to(const Track& part, const Track& whole) {
   const double apart = (whole.position() - part.position()).norm();

@@ -20,6 +20,7 @@ inline constexpr Duration kLegMemory = seconds(0.6);
 inline constexpr double kLogOddsAveraging = 0.15;      // s
 inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised for so long
 inline constexpr Duration kMergeAfter = seconds(0.4);
+inline constexpr Duration kAloneFor = seconds(0.4);  // to be nobody's part later
 
 struct ObservedSegment {
   const Segment& segment;

@@ -107,8 +107,8 @@ void score_opening(Opening& opening, const WallCandidate& wall, const SemanticNe
   // closed up to the ceiling is a niche or a cupboard.
   const bool niche = opening.closed > 0.35 && opening.head > wall.ceiling - 0.2;
   const bool lintel =
-      opening.lintel > 0.4 || (!niche && opening.jambs > 0.6 && room < options.door_height_max + 0.2 &&
-                               room > options.door_height_min);
+      opening.lintel > 0.4 || (!niche && opening.beside_lintel > 0.6 &&
+                               room < options.door_height_max + 0.2 && room > options.door_height_min);
   const bool passage = is_passage(opening, wall);
   // A window front is as wide, but has a sill, and its head is higher; behind a wardrobe the wall's other
   // face closes it.
@@ -181,7 +181,7 @@ double empty_fraction(const WallRaster& raster, int c0, int c1, double low, doub
 
 /// Fraction of the plane above a door's height that is measured beside an opening, on the side where it is
 /// less. 1: no plane is left there.
-double jambs_of(const WallCandidate& wall, int c0, int c1) {
+double beside_lintel(const WallCandidate& wall, int c0, int c1) {
   constexpr int kBeside = 6;         // columns
   constexpr double kOverDoor = 2.1;  // m
   const auto measured = [&](int from, int to) {
@@ -206,7 +206,7 @@ Opening measure_opening(const PlanPoints& points, const WallCandidate& wall, std
   opening.sill_floor = around.floor_behind;
   opening.hidden = is_behind_furniture(around);
   opening.niche = around.niche > 0.5;
-  opening.jambs = jambs_of(wall, c0, c1);
+  opening.beside_lintel = beside_lintel(wall, c0, c1);
   opening.sill = sill_of(raster, c0, c1, wall.floor, opening.sill_floor);
   opening.lintel = raster.fractions(c0, c1, opening.head, wall.ceiling - 0.1).measured;
   const double from = std::max(low, opening.sill), to = std::min(high, opening.head);
@@ -280,7 +280,8 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
     leaf.from = first * raster.column, leaf.to = end * raster.column;
     leaf.sill = wall.floor;
     leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge cannot be measured
-    leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1, leaf.seen_through = false;
+    leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1;
+    leaf.seen_through = leaf.niche = leaf.walked_through = false;  // it is shut
     score_opening(leaf, wall, options);
     leaf.door_score -= 1;  // a panel or a poster is equally smooth
     found.push_back(leaf);

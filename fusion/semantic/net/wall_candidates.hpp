@@ -23,7 +23,8 @@ struct Opening {
   double empty = 0;             ///< fraction of the rays expected to hit something that did not
   double sill_floor = 0;        ///< fraction of its width along which the floor continues through it
   double lintel = 0;            ///< fraction of the plane above it that is measured
-  double jambs = 0;     ///< fraction of the plane above a door's height that is measured at both sides of it
+  double beside_lintel =
+      0;                ///< fraction of the plane above a door's height that is measured, at the lesser side
   bool hidden = false;  ///< something stands before it
   bool niche = false;   ///< a surface 0.4 to 0.8 m behind closes it
   double door_score = 0, window_score = 0;  ///< log odds against "a gap"
