@@ -46,9 +46,9 @@ std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
 
 void LoopSearch::add_surroundings(Submap& submap) const {
   constexpr std::size_t points = 180, beams = 90;
-  constexpr std::size_t enough = 6000;           // points: a millisecond
-  constexpr std::size_t fewest = 12, most = 40;  // keyframes of a part
-  constexpr std::size_t skipped = 2;             // keyframes: one of so many shows what is free
+  constexpr std::size_t enough = 6000;                           // points: a millisecond
+  constexpr std::size_t min_keyframes = 12, max_keyframes = 40;  // keyframes of a part
+  constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
   if (!submap.surroundings) {
     submap.surroundings = std::make_unique<SubmapContext>();
@@ -63,7 +63,9 @@ void LoopSearch::add_surroundings(Submap& submap) const {
   const auto is_far = [](const Eigen::Vector2d& p_anchor) { return !(p_anchor.norm() < kFar); };
   std::vector<Eigen::Vector2d> near;
   std::size_t added = 0, keyframes = 0;
-  const auto has_room = [&] { return keyframes < fewest || (added < enough && keyframes < most); };
+  const auto has_room = [&] {
+    return keyframes < min_keyframes || (added < enough && keyframes < max_keyframes);
+  };
   for (; !result.is_complete() && has_room(); result.next += result.stride, ++keyframes) {
     const std::size_t i = result.next;
     const ScanPoints& scan = keyframes_[i].scan;
