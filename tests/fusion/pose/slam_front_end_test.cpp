@@ -140,7 +140,9 @@ TEST(SlamFrontEnd, MakesTheMapAnewOverSomeScansAfterALoop) {
       EXPECT_LE(front_end.keyframes_in_map(), 13U);
     }
     if (scans < 400) continue;
-    if (scans > 400 && until_now < before) EXPECT_GT(front_end.keyframes_in_map(), until_now) << scans;
+    if (scans > 400 && until_now < before) {
+      EXPECT_GT(front_end.keyframes_in_map(), until_now) << scans;
+    }
     EXPECT_LE(front_end.keyframes_in_map(), until_now + 26) << scans;
     EXPECT_EQ(estimate.state, SlamState::tracking);
     EXPECT_LT(((*T_true_map * estimate.T_map_base).position() - truth.position()).norm(), 0.05) << scans;
