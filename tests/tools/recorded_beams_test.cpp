@@ -35,7 +35,7 @@ TEST(RecordedBeams, AreDescribedInTheOrderThatTurnsShow) {
   const test::SweptDrive drive = test::swept_drive(31, kInterval, -kInterval);
   const auto report = written(drive, test::import_options(folder / "in", folder / "out.lcm"));
   ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_THAT(report->notes, Contains(HasSubstr("SCAN: the last beam of a message is measured first")));
+  EXPECT_THAT(report->notes, Contains(HasSubstr("in the reverse of the described order")));
   const test::ImportedLog log(folder / "out.lcm");
   EXPECT_EQ(log.robot().laser->beam_interval, -kInterval);
   EXPECT_EQ(log.events.size(), drive.inputs.size() + 1) << "the rest of the log is as it was";
