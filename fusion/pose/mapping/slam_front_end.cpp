@@ -47,6 +47,9 @@ constexpr double kAsUsual = 0.95;
 /// it is 0.1 m or more, in offices 0.02 m or less.
 constexpr double kShownWell = 0.02, kHardlyShown = 0.05;
 
+/// Keyframes: with fewer, a robot is not taken for picked up.
+constexpr std::size_t kKnowsWhatStands = 5;
+
 /// Points of keyframes that a scan adds to the local map, about: some 0.6 ms. After a loop the map is made
 /// anew over some scans.
 constexpr std::size_t kPointsAdded = 4000;
@@ -175,8 +178,9 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
                          Estimate& estimate) {
   const Keyframe& newest = keyframes_.back();
   doubt_.add(scan, before, pose_, step, 1);
-  // What is usual was learned in the whole map.
-  if (!is_map_complete_) return;
+  // What is usual was learned in the whole map. And of the first scans alone nobody knows what stands, and
+  // what are people.
+  if (!is_map_complete_ || keyframes_.size() < kKnowsWhatStands) return;
   const Pose2 T_keyframe_map = newest.T_map_base.inverse();
   check_.add(newest.scan, scan, {T_keyframe_map * pose_, T_keyframe_map * before * step.step},
              estimate.explained);

@@ -110,6 +110,38 @@ test::TrueBuilding tunnel(std::uint32_t seed, int niches) {
   return building;
 }
 
+/// Three people before the laser, each 60 beams wide, who walk past one another.
+void put_people_before(Scan& scan, std::size_t number) {
+  for (std::size_t person = 0; person < 3; ++person) {
+    const std::size_t first = 20 + 100 * person + (person % 2 == 0 ? 9 * number : 60 - 9 * number);
+    for (std::size_t i = first; i < first + 60; ++i)
+      scan.ranges.at(i) = 1.0F + 0.1F * static_cast<float>(person);
+  }
+}
+
+TEST(SlamFrontEnd, TakesNoRobotForPickedUpWhereItsFirstScansShowPeople) {
+  test::TrueDriveOptions options;
+  options.seed = 8;
+  const test::TrueDrive drive = test::true_drive(test::office(8), test::robot_with_laser(), options);
+  SlamFrontEnd front_end(drive.robot, {});
+  ScanOdometry odometry;
+  std::size_t scans = 0;
+  for (const test::DriveInput& input : test::inputs_of(drive)) {
+    if (!input.scan) {
+      front_end.add(odometry.add(input.odometry));
+      continue;
+    }
+    const auto step = odometry.step_to(*input.scan, *drive.robot.laser);
+    if (!step) continue;
+    Scan scan = *input.scan;
+    if (scans < 7) put_people_before(scan, scans);
+    front_end.add(deskewed(scan, *drive.robot.laser, step->sweep), *step);
+    ASSERT_FALSE(front_end.is_displaced()) << "scan " << scans;
+    if (++scans == 100) return;
+  }
+  FAIL() << "the drive is too short";
+}
+
 /// After a loop the local map is made anew, a few keyframes a scan: a scan must not wait for all of them.
 TEST(SlamFrontEnd, MakesTheMapAnewOverSomeScansAfterALoop) {
   test::TrueDriveOptions options;
