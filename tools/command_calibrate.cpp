@@ -2,11 +2,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "protocols/channels.hpp"
 #include "tools/calibration/calibration_log.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
-#include "tools/robot/check_description.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion::tools {
@@ -14,18 +12,16 @@ namespace {
 
 constexpr const char* kDescription =
     "Measure odometry scale, mounting of the laser, time offsets of odometry, inertial sensor and camera, "
-    "and the "
-    "laser's own noise from a drive, and write them into the robot description";
+    "and the laser's own noise from a drive, and write them into the robot description";
 constexpr const char* kFooter =
     "Examples:\n"
     "  parhelion calibrate drive.lcm -o robot.yaml --picture calibration.png\n"
     "  parhelion calibrate drive.lcm --map site.yaml --track-width 0.45 -o robot.yaml\n\n"
     "The end of the drive is kept for validation: odometry is compared with the scans there, before and "
-    "after. "
-    "What\n"
-    "the drive does not show is left as it was, with a line that says which drive would show it. Height and "
-    "tilt\n"
-    "of the laser are not calibrated: give them in the description as they are.\n\n"
+    "after.\n"
+    "What the drive does not show is left as it was, with a line that says which drive would show it. Height "
+    "and\n"
+    "tilt of the laser are not calibrated: give them in the description as they are.\n\n"
     "Exit code 0: the description is written. Exit code 1: the result is refused, and no description is "
     "written:\n"
     "odometry or laser are faulty, odometry agrees worse with the scans than before, or the validation part "
@@ -56,15 +52,6 @@ Status write(const Arguments& arguments, const CalibrationReport& report) {
   return written;
 }
 
-/// A stamp that is of another beam than described moves all beams of a scan, and not odometry alone.
-void warn_of_stamps(const CalibrationOptions& options, CalibrationReport& report) {
-  if (options.scan_channel != channel::kScan || options.odometry_channel != channel::kOdometry) return;
-  const auto log = survey_log(options.input.string());
-  if (!log || !log->laser || !report.before.laser) return;
-  if (const auto wrong = wrong_stamp_beam(*report.before.laser, *log->laser))
-    report.warnings.push_back("laser " + *wrong);
-}
-
 Exit run(const Arguments& arguments) {
   for (const std::string& path : {arguments.output, arguments.summary, arguments.picture}) {
     if (const Status free = check_writable(path, arguments.overwrite); !free) return failed(free.error());
@@ -78,7 +65,6 @@ Exit run(const Arguments& arguments) {
       calibrate_log(arguments.options, [&line](double done, double total) { line.update(done, total); });
   line.finish();
   if (!report) return failed(report.error());
-  warn_of_stamps(arguments.options, *report);
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion calibrate: %s\n", finding.c_str());
   if (report->refused > 0)

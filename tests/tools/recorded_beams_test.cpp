@@ -1,6 +1,11 @@
-// Imported recordings whose source states the wrong order of a laser's beams.
+// Imported recordings whose source states the wrong order of a laser's beams, or the wrong beam of the stamp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "tests/fusion/pose/swept_drive.hpp"
 #include "tests/temporary_folder.hpp"
@@ -13,7 +18,8 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr double kInterval = 0.09 / 361;  // s between two beams
+constexpr double kSweep = 0.09;             // s, of a scan
+constexpr double kInterval = kSweep / 361;  // s between two beams
 
 Result<ImportReport> written(const test::SweptDrive& drive, const ImportOptions& options) {
   auto writer = RecordingWriter::create(options, "drive, message ", "messages");
@@ -52,6 +58,74 @@ TEST(RecordedBeams, StayAsTheSourceStatesThemWhereThatIsRight) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_TRUE(report->notes.empty());
   EXPECT_EQ(test::ImportedLog(folder / "out.lcm").robot().laser->beam_interval, kInterval);
+}
+
+/// When and at which stamps messages of a drive arrive, s.
+struct Timing {
+  double scan_stamp = 0;      ///< after the instant of the first beam
+  double odometry_delay = 0;  ///< from its measurement to its arrival
+  double log_clock = 0;       ///< behind the robot's
+};
+
+/// Writes a drive whose scans arrive 2 ms after their last beam.
+Result<ImportReport> written_as_received(const test::SweptDrive& drive, const Timing& timing,
+                                         const ImportOptions& options) {
+  struct Received {
+    ArrivalTime at;
+    test::DriveInput input;
+  };
+  std::vector<Received> all;
+  for (test::DriveInput input : drive.inputs) {
+    const SensorTime measured = input.scan ? input.scan->stamp : input.odometry.stamp;
+    const double delay = input.scan ? kSweep + 0.002 : timing.odometry_delay;
+    if (input.scan) input.scan->stamp = input.scan->stamp + seconds(timing.scan_stamp);
+    all.push_back({ArrivalTime{measured.ns} + seconds(delay - timing.log_clock), std::move(input)});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
+  auto writer = RecordingWriter::create(options, "drive, message ", "messages");
+  if (!writer) return writer.error();
+  if (const Status described = writer->describe(drive.robot, SensorTime{} + seconds(1000)); !described)
+    return described.error();
+  Place place = 0;
+  for (const auto& [at, input] : all) {
+    ++place;
+    const Status put = input.scan ? writer->put(channel::kScan, *input.scan, place, at)
+                                  : writer->put(channel::kOdometry, input.odometry, place, at);
+    if (!put) return put.error();
+  }
+  return writer->finish();
+}
+
+TEST(RecordedBeams, HaveTheStampAtTheBeamThatArrivalShows) {
+  const test::TemporaryFolder folder;
+  const auto options = test::import_options(folder / "in", folder / "out.lcm");
+  const test::SweptDrive drive = test::swept_drive(33, kInterval, kInterval);
+  using StampBeam = LaserDescription::StampBeam;
+  const auto imported = [&](const Timing& timing) {
+    std::filesystem::remove(options.output);
+    const auto report = written_as_received(drive, timing, options);
+    EXPECT_TRUE(report.ok()) << report.error().message;
+    const StampBeam beam = test::ImportedLog(options.output).robot().laser->stamp_beam;
+    const auto noted = testing::Matches(Contains(HasSubstr("stamp_beam is last")));
+    EXPECT_EQ(noted(report->notes), beam == StampBeam::last);
+    return beam;
+  };
+  for (const double clock : {0.0, 0.06, 3.0}) {
+    EXPECT_EQ(imported({kSweep, 0.005, clock}), StampBeam::last) << clock;
+    EXPECT_EQ(imported({0, 0.005, clock}), StampBeam::first) << clock;
+    EXPECT_EQ(imported({0, 0.04, clock}), StampBeam::first) << "slow odometry, " << clock;
+  }
+}
+
+TEST(RecordedBeams, KeepTheBeamOfTheStampWhereNoArrivalIsRecorded) {
+  const test::TemporaryFolder folder;
+  test::SweptDrive drive = test::swept_drive(34, kInterval, kInterval);
+  for (test::DriveInput& input : drive.inputs) {
+    if (input.scan) input.scan->stamp = input.scan->stamp + seconds(kSweep);
+  }
+  const auto report = written(drive, test::import_options(folder / "in", folder / "out.lcm"));
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_TRUE(report->notes.empty());
 }
 
 }  // namespace

@@ -82,8 +82,10 @@ class DriveReader {
   }
 
   template <class T>
-  void take_sample(const Message& event, Kind kind, std::vector<T>& samples) {
-    if (decoded(event, samples)) result.drive.events.push_back({kind, samples.size() - 1});
+  bool take_sample(const Message& event, Kind kind, std::vector<T>& samples) {
+    if (!decoded(event, samples)) return false;
+    result.drive.events.push_back({kind, samples.size() - 1});
+    return true;
   }
 
   void take(const Message& event) {
@@ -92,9 +94,11 @@ class DriveReader {
       RobotMessage message;
       if (decode(event.channel, event.payload, message).ok()) yaml_ = message.yaml;
     } else if (event.channel == options_.scan_channel) {
-      take_sample(event, Kind::scan, drive.scans);
+      if (take_sample(event, Kind::scan, drive.scans))
+        result.scan_arrivals.add(drive.scans.back().stamp, event.arrival);
     } else if (event.channel == options_.odometry_channel) {
-      take_sample(event, Kind::odometry, drive.odometry);
+      if (take_sample(event, Kind::odometry, drive.odometry))
+        result.odometry_arrivals.add(drive.odometry.back().stamp, event.arrival);
     } else if (event.channel == options_.imu_channel) {
       take_sample(event, Kind::inertial, drive.inertial);
     } else if (event.channel == options_.camera_channel) {

@@ -12,6 +12,7 @@
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
+#include "tools/arrivals.hpp"
 
 namespace parhelion::tools {
 
@@ -35,6 +36,7 @@ struct RecordedDrive {
 
 struct ReadDrive {
   RecordedDrive drive;
+  Arrivals scan_arrivals, odometry_arrivals;
   RobotDescription robot;
   std::size_t images = 0;             ///< on the camera's channel
   std::uint64_t refused = 0;          ///< events that could not be decoded

@@ -182,6 +182,15 @@ Result<std::vector<pose::LaserPose>> calibrate_in_rounds(const RecordedDrive& dr
   return std::move(best->drive.motion.laser);
 }
 
+/// A stamp that is of another beam than described moves all beams of a scan, and not odometry alone.
+void warn_of_stamps(const ReadDrive& read, CalibrationReport& report) {
+  const Scan& first = read.drive.scans.front();
+  if (!first.angles.empty() || first.is_timed()) return;
+  const ScanArrival arrival = scan_arrival(read.scan_arrivals, read.odometry_arrivals);
+  if (const auto early = early_arrival(*report.before.laser, first.ranges.size(), arrival))
+    report.warnings.push_back("laser " + stamp_beam_advice(*early));
+}
+
 }  // namespace
 
 Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
@@ -215,6 +224,7 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   if (std::none_of(report.refusals.begin(), report.refusals.end(), names_it))
     add_repeated_scans(read->drive, report);
   judge(options, report);
+  warn_of_stamps(*read, report);
   if (const auto order = pose::beam_order_of(parts.calibrating.scans, *report.after.laser); order.differs())
     report.warnings.push_back(order.advice() + ", and calibrate again");
   return report;

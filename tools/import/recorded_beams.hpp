@@ -1,7 +1,9 @@
-// In which order of time the lasers of a recording measure their beams. Most sources do not say it truly: a
-// driver that sorts the beams of a laser that turns clockwise calls the last one the first.
+// In which order of time the lasers of a recording measure their beams, and which of them is at the stamp.
+// Most sources do not say it truly: a driver that sorts the beams of a laser that turns clockwise calls the
+// last one the first, and many take the time when a scan arrives for that of its first beam.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +14,7 @@
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
+#include "tools/arrivals.hpp"
 
 namespace parhelion::tools {
 
@@ -20,11 +23,11 @@ class RecordedBeams {
   explicit RecordedBeams(const RobotDescription& robot);
 
   /// Messages of the recording, in its order.
-  void add(const Odometry& odometry);
-  void add(std::string_view channel, const Scan& scan);
+  void add(const Odometry& odometry, ArrivalTime arrival);
+  void add(std::string_view channel, const Scan& scan, ArrivalTime arrival);
 
-  /// The description with the lasers whose beams were measured in another order, each said in `notes`;
-  /// nullopt: scans have shown none.
+  /// The description with the lasers whose beams were measured in another order, or whose stamps are those of
+  /// the last beam (early_arrival), each said in `notes`; nullopt: the recording shows none.
   std::optional<RobotDescription> corrected(std::vector<std::string>& notes) const;
 
  private:
@@ -32,8 +35,12 @@ class RecordedBeams {
     std::string channel;
     pose::ScanOdometry odometry;
     pose::BeamOrder order;
+    Arrivals arrivals;
+    std::size_t beams = 0;   ///< of the first scan
+    bool own_times = false;  ///< a scan has the times or angles of its beams
   };
   RobotDescription robot_;
+  Arrivals odometry_;
   std::vector<Laser> lasers_;  ///< as RobotDescription::laser_at counts them
 };
 

@@ -193,10 +193,10 @@ Status RecordingWriter::put(std::string_view channel, const T& item, Place place
   trail.stamps.emplace_back(item.stamp, place);
   if constexpr (std::is_same_v<T, Scan>) {
     ++trail.report.beams[item.ranges.size()];
-    if (state_->beams) state_->beams->add(channel, item);
+    if (state_->beams) state_->beams->add(channel, item, arrival);
   }
   if constexpr (std::is_same_v<T, Odometry>) {
-    if (state_->beams) state_->beams->add(item);
+    if (state_->beams) state_->beams->add(item, arrival);
   }
   return {};
 }

@@ -15,8 +15,6 @@ namespace {
 constexpr double kRare = 1e-3;  // fraction of ranges that may be damage
 constexpr double kSelf = 0.8;   // fraction of scans in which a beam sees the robot itself
 constexpr double kPeriodError = 0.1;
-/// s from the measurement of odometry to its arrival that is no sign of anything else.
-constexpr double kOdometryDelay = 0.02;
 
 std::string percent(double fraction) {
   char text[32];
@@ -176,8 +174,9 @@ class Checker {
   }
 
   void check_stamp_beam(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {
-    const auto wrong = wrong_stamp_beam(laser, seen);
-    if (wrong) contradicts(channel + " " + *wrong);
+    if (seen.own_angles) return;
+    if (const auto early = early_arrival(laser, seen.beams, seen.arrival))
+      contradicts(channel + " " + stamp_beam_advice(*early));
   }
 
   void check_ranges(const LaserDescription& laser, const LaserSurvey& seen) {
@@ -278,17 +277,6 @@ class Checker {
 };
 
 }  // namespace
-
-std::optional<std::string> wrong_stamp_beam(const LaserDescription& laser, const LaserSurvey& seen) {
-  if (!seen.odometry_lag || seen.own_angles) return std::nullopt;
-  const double last =
-      std::max(laser.beam_time(0, seen.beams), laser.beam_time(seen.beams - 1, seen.beams)).seconds();
-  const double early = last + std::min(*seen.odometry_lag, -seen.arrival_delay);
-  if (early <= std::max(last / 2, kOdometryDelay)) return std::nullopt;
-  return "stamp_beam: scans arrive " + number(1e3 * early) +
-         " ms before the instant that the description gives for their last beam; the driver probably takes "
-         "the time when a scan arrives: set stamp_beam: last, then let calibrate measure the rest";
-}
 
 DescriptionCheck check_description(const RobotDescription& robot, const LogSurvey& log) {
   return Checker(robot, log).run();

@@ -22,32 +22,12 @@ constexpr std::size_t kMaxScans = 2000;
 constexpr double kRepeated = 0.005;  // minimum fraction of ranges that makes a value no return
 constexpr double kSpeedSpan = 0.5;   // s over which a speed is measured
 
-double median(std::vector<double> values) { return quantile(values, 0.5, QuantileRank::upper); }
-
 double median_period(std::vector<SensorTime> stamps) {
   std::vector<double> periods;
   for (std::size_t i = 1; i < stamps.size(); ++i) periods.push_back((stamps[i] - stamps[i - 1]).seconds());
   std::erase_if(periods, [](double period) { return !(period > 0); });
   if (periods.empty()) return 0;
   return median(std::move(periods));
-}
-
-/// s; of instants as far apart as damaged events have them, too.
-double between(std::int64_t from_ns, std::int64_t to_ns) {
-  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
-}
-
-/// s by which stamps advance in a second of arrivals, median over spans of 2 s; 1 where there is none.
-double stamp_rate(const std::vector<SensorTime>& stamps, const std::vector<ArrivalTime>& arrivals) {
-  constexpr double kSpan = 2;
-  std::vector<double> rates;
-  for (std::size_t from = 0, to = 1; to < stamps.size(); ++to) {
-    const double span = between(arrivals[from].ns, arrivals[to].ns);
-    if (span >= 0 && span < kSpan) continue;
-    if (span > 0) rates.push_back(between(stamps[from].ns, stamps[to].ns) / span);
-    from = to;
-  }
-  return rates.empty() ? 1 : median(std::move(rates));
 }
 
 template <class Message>
@@ -61,66 +41,15 @@ class Collected {
       return;
     }
     if constexpr (std::is_same_v<Message, Image>) decoded.bytes = {};  // an hour of pictures fills the memory
+    times.add(decoded.stamp, message.arrival);
     messages.push_back(std::move(decoded));
-    arrivals.push_back(message.arrival);
-  }
-  std::vector<SensorTime> stamps() const {
-    std::vector<SensorTime> all;
-    for (const Message& each : messages) all.push_back(each.stamp);
-    return all;
   }
   std::vector<Message> messages;
-  std::vector<ArrivalTime> arrivals;
+  Arrivals times;
 
  private:
   bool failed_ = false;
 };
-
-/// s by which stamps of `second` are older than those of `first` in messages that arrive one after the other,
-/// median; nullopt: there are none.
-template <class First, class Second>
-std::optional<double> lag_between(const Collected<First>& first, const Collected<Second>& second) {
-  const auto stamps = first.stamps(), others = second.stamps();
-  std::vector<double> lags;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < stamps.size(); ++i) {
-    while (next < others.size() && second.arrivals[next] <= first.arrivals[i]) ++next;
-    if (next == 0) continue;
-    lags.push_back(between(others[next - 1].ns, second.arrivals[next - 1].ns) -
-                   between(stamps[i].ns, first.arrivals[i].ns));
-  }
-  if (lags.empty()) return std::nullopt;
-  return median(std::move(lags));
-}
-
-/// Importers write the stamp where the source has no time of arrival.
-template <class Message>
-bool has_arrivals(const Collected<Message>& collected) {
-  const auto stamps = collected.stamps();
-  for (std::size_t i = 0; i < stamps.size(); ++i)
-    if (stamps[i].utime() != collected.arrivals[i].utime()) return true;
-  return false;
-}
-
-/// Whether odometry's own delay can be told from that of the scans.
-bool are_independent(const Collected<Scan>& scans, const Collected<Odometry>& odometry) {
-  std::set<SensorTime> others;
-  for (const SensorTime stamp : odometry.stamps()) others.insert(stamp);
-  const auto stamps = scans.stamps();
-  const auto shared =
-      std::count_if(stamps.begin(), stamps.end(), [&](SensorTime stamp) { return others.contains(stamp); });
-  return has_arrivals(scans) && has_arrivals(odometry) &&
-         2 * static_cast<std::size_t>(shared) < stamps.size();
-}
-
-/// s, median.
-double arrival_delay(const Collected<Scan>& scans) {
-  const auto stamps = scans.stamps();
-  std::vector<double> delays;
-  for (std::size_t i = 0; i < stamps.size(); ++i)
-    delays.push_back(between(stamps[i].ns, scans.arrivals[i].ns));
-  return median(std::move(delays));
-}
 
 /// Number of beams, angle of the first and between two, of most scans.
 struct Form {
@@ -223,7 +152,7 @@ OdometrySurvey survey_odometry(std::vector<Odometry> samples) {
 
 ImageSurvey survey_images(const Collected<Image>& images) {
   const Image& first = images.messages.front();
-  return {images.messages.size(), first.width, first.height, median_period(images.stamps())};
+  return {images.messages.size(), first.width, first.height, median_period(images.times.stamps)};
 }
 
 }  // namespace
@@ -262,26 +191,20 @@ Result<LogSurvey> survey_log(const std::string& path) {
   }
   survey.joints.assign(joints.begin(), joints.end());
   survey.imu = !imu.messages.empty();
-  survey.odometry_lag = lag_between(scans[channel::kScan], odometry);
+  survey.odometry_lag = lag_between(scans[channel::kScan].times, odometry.times);
   for (auto& [name, collected] : scans) {
     if (collected.messages.empty()) continue;
-    const auto stamps = collected.stamps();
-    const double rate = stamp_rate(stamps, collected.arrivals);
-    const auto lag = are_independent(collected, odometry) ? lag_between(collected, odometry) : std::nullopt;
-    const double delay = arrival_delay(collected);
-    LaserSurvey laser = survey_laser(std::move(collected.messages), stamps);
-    laser.stamp_rate = rate;
-    laser.odometry_lag = lag;
-    laser.arrival_delay = delay;
+    LaserSurvey laser = survey_laser(std::move(collected.messages), collected.times.stamps);
+    laser.stamp_rate = stamp_rate(collected.times);
+    laser.arrival = scan_arrival(collected.times, odometry.times);
     if (name == channel::kScan)
       survey.laser = std::move(laser);
     else
       survey.further_lasers.emplace(name, std::move(laser));
   }
   if (odometry.messages.size() > 1) {
-    const double rate = stamp_rate(odometry.stamps(), odometry.arrivals);
     survey.odometry = survey_odometry(std::move(odometry.messages));
-    survey.odometry->stamp_rate = rate;
+    survey.odometry->stamp_rate = stamp_rate(odometry.times);
   }
   if (!camera.messages.empty()) survey.camera = survey_images(camera);
   if (!depth.messages.empty()) survey.depth = survey_images(depth);

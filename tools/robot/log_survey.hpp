@@ -11,6 +11,7 @@
 #include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
+#include "tools/arrivals.hpp"
 
 namespace parhelion::tools {
 
@@ -23,12 +24,7 @@ struct LaserSurvey {
   double period = 0;                         ///< s, median between two stamps
   double stamp_rate = 1;                     ///< s by which stamps advance in a second of the log
   std::size_t backward_stamps = 0;
-  /// s, median over scans and the ODOMETRY that arrived before each: the scan's stamp less that of ODOMETRY.
-  /// nullopt: no ODOMETRY, the log has no times of arrival but the stamps, or ODOMETRY waits for the scan,
-  /// whose stamp it has.
-  std::optional<double> odometry_lag;
-  double arrival_delay =
-      0;  ///< s from its stamp to its arrival, median; by two clocks if the log has another
+  ScanArrival arrival;
   float min_range = 0, max_range = 0;      ///< m, of ranges > 0 that are finite and not `repeated`
   double zero = 0, nan = 0, infinite = 0;  ///< fractions of all ranges
   /// A greatest finite range that many beams report exactly: what the sensor writes without a return.
