@@ -160,20 +160,26 @@ Result<std::vector<pose::LaserPose>> calibrate_in_rounds(const RecordedDrive& dr
   if (!best) return best.error();
   const RobotDescription robot = report.reversed_beams ? with_reversed_beams(report.before) : report.before;
   report.after = pose::with_motion_parameters(robot, best->motion.parameters);
-  double refused_offset = 0;  // s
+  std::optional<Round> refused;
   for (const bool second : {true, false}) {
     const Deskew deskew = second ? Deskew::recorded : report.deskew;
     auto next = calibrated(drive, report.after, deskew, options, report,
                            second ? share(progress, 25, 45) : share(progress, 45, 65));
     if (!next) return next.error();
     if (second && next->motion.noise.misfit() > best->motion.noise.misfit()) {
-      refused_offset = next->motion.parameters.odometry.time_offset;
+      refused = std::move(*next);
       continue;
     }
     report.deskew = deskew;
     best = std::move(*next);
+    // Live, the first round may owe its small errors to odometry that came at the instant of each scan.
+    if (refused && refused->motion.noise.misfit() < best->motion.noise.misfit()) {
+      report.deskew = Deskew::recorded;
+      std::swap(*best, *refused);
+    }
     report.after = pose::with_motion_parameters(robot, best->motion.parameters);
   }
+  const double refused_offset = refused ? refused->motion.parameters.odometry.time_offset : 0;  // s
   report.sweep_sigma = sweep_sigma(drive, *best, refused_offset, report);
   report.check_fitted = pose::check_motion(best->drive.motion, best->motion.parameters, kWindow);
   add_faults(best->drive, report.first_scan, report);
