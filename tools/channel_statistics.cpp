@@ -9,13 +9,6 @@
 namespace parhelion::tools {
 namespace {
 
-/// The eight bytes after the fingerprint: utime in all our types.
-std::int64_t first_member(const std::vector<std::uint8_t>& payload) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 8; i < 16; ++i) value = value << 8 | payload[i];
-  return static_cast<std::int64_t>(value);
-}
-
 std::vector<std::int64_t> differences(const std::vector<std::int64_t>& times) {
   std::vector<std::int64_t> steps;
   for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
@@ -24,14 +17,20 @@ std::vector<std::int64_t> differences(const std::vector<std::int64_t>& times) {
 
 }  // namespace
 
+std::optional<std::int64_t> utime_of(Bytes payload) {
+  if (payload.size() < 16 || !type_name(payload).ends_with("_t")) return std::nullopt;
+  std::uint64_t value = 0;
+  for (std::size_t i = 8; i < 16; ++i) value = value << 8 | payload[i];  // after the fingerprint
+  return static_cast<std::int64_t>(value);
+}
+
 void ChannelStatistics::add(const Message& message) {
   ++count_;
   bytes_ += message.payload.size();
   const std::string type = type_name(message.payload);
   type_ = count_ == 1 || type == type_ ? type : "mixed";
   arrivals_.push_back(message.arrival.utime());
-  const bool known = type.ends_with("_t") && message.payload.size() >= 16;
-  if (known) stamps_.push_back(first_member(message.payload));
+  if (const auto utime = utime_of(message.payload)) stamps_.push_back(*utime);
 }
 
 double ChannelStatistics::rate() const {

@@ -2,12 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/codec.hpp"
 
 namespace parhelion::tools {
+
+/// us; nullopt: the type is none of Parhelion's, whose first member is `utime`.
+std::optional<std::int64_t> utime_of(Bytes payload);
 
 class ChannelStatistics {
  public:

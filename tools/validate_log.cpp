@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <optional>
 
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channel_map.hpp"
@@ -16,6 +17,7 @@
 #include "protocols/scenario.hpp"
 #include "server/tick/configuration.hpp"
 #include "server/tick/robot_descriptions.hpp"
+#include "tools/channel_statistics.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -135,9 +137,20 @@ bool takes(const std::string& expected, const std::string& type) {
          (expected == "twist2D_t" && type == "mbot_motor_command_t");
 }
 
+/// Of a sensor: each message is a new measurement.
+bool is_measured(std::string_view canonical) {
+  for (const char* each : {channel::kScan, channel::kLines, channel::kOdometry, channel::kPoseCov,
+                           channel::kCamera, channel::kDepth, channel::kImu}) {
+    if (canonical == each) return true;
+  }
+  return false;
+}
+
 struct ChannelCount {
   std::uint64_t messages = 0, refused = 0, unknown = 0;
-  std::string type, first_refusal;
+  std::uint64_t not_later = 0;  ///< stamps that are not later than the one before
+  std::optional<std::int64_t> utime;
+  std::string type, first_refusal, first_not_later;
 };
 
 class LogCheck {
@@ -180,8 +193,9 @@ class LogCheck {
     ++count.messages;
     const std::string type = type_name(message.payload);
     const auto parts = parse_robot_channel(message.channel);
-    const auto expected = kTypesByChannel.find(parts ? parse_sensor_channel(parts->canonical).canonical
-                                                     : std::string_view(message.channel));
+    const std::string canonical(parts ? parse_sensor_channel(parts->canonical).canonical
+                                      : std::string_view(message.channel));
+    const auto expected = kTypesByChannel.find(canonical);
     if (count.type.empty()) count.type = type;
     if (expected != kTypesByChannel.end() && !takes(expected->second, type)) {
       refuse(count, "is of type " + type + ", expected " + expected->second);
@@ -194,9 +208,19 @@ class LogCheck {
     }
     if (const Status status = check->second(message.channel, message.payload); !status) {
       refuse(count, status.error().message);
-    } else if (type == "robot_t" && note_on_robot_.empty()) {
-      look_at_robot(message);
+      return;
     }
+    if (type == "robot_t" && note_on_robot_.empty()) look_at_robot(message);
+    if (is_measured(canonical)) look_at_stamp(message, count);
+  }
+
+  /// What the server does not use, or takes for a jump of the sensor's clock.
+  void look_at_stamp(const Message& message, ChannelCount& count) {
+    const auto utime = utime_of(message.payload);
+    if (!utime) return;
+    if (count.utime && *utime <= *count.utime && count.not_later++ == 0)
+      count.first_not_later = "event " + std::to_string(events_ - 1);
+    count.utime = utime;
   }
 
   /// A log without scans is valid, but a robot that the server cannot use is worth a note.
@@ -215,14 +239,20 @@ class LogCheck {
   Validation validation(std::uint64_t skipped) {
     Validation out;
     char text[160];
-    std::snprintf(text, sizeof text, "LCM log, %llu events on %zu channels, %.3f s",
-                  static_cast<unsigned long long>(events_), channels_.size(), (last_ - first_).seconds());
+    std::snprintf(text, sizeof text, "LCM log, %llu events on %zu %s, %.3f s",
+                  static_cast<unsigned long long>(events_), channels_.size(),
+                  channels_.size() == 1 ? "channel" : "channels", (last_ - first_).seconds());
     out.summary = text;
     for (const auto& [name, count] : channels_) {
       std::snprintf(text, sizeof text, "%-24s %8llu  ", name.c_str(),
                     static_cast<unsigned long long>(count.messages));
       out.notes.push_back(
           text + (count.unknown > 0 ? "not a type of Parhelion, fingerprint " + count.type : count.type));
+      if (count.not_later > 0)
+        out.notes.push_back("warning: " + name + ": " + std::to_string(count.not_later) +
+                            (count.not_later == 1 ? " stamp is" : " stamps are") +
+                            " not later than the one before, first in " + count.first_not_later +
+                            ": utime is the instant of the measurement");
       if (count.refused == 0) continue;
       errors_.push_back(path_ + ": channel " + name + ": " + std::to_string(count.refused) + " of " +
                         std::to_string(count.messages) +

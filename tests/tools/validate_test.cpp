@@ -236,8 +236,10 @@ TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
   scan.ranges = {1, 2, 3};
   scan.angle_increment = 0.1F;
-  std::vector<Message> messages{message(channel::kScan, 10, scan), message(channel::kScan, 20, scan),
-                                message("OTHER", 30, scan)};
+  std::vector<Message> messages{message(channel::kScan, 10, scan)};
+  scan.stamp = scan.stamp + seconds(0.1);
+  messages.push_back(message(channel::kScan, 20, scan));
+  messages.push_back(message("OTHER", 30, scan));
   const std::string path = (folder_ / "a.lcm").string();
   const auto good = validate_file(write_checked_log(path, messages));
   EXPECT_THAT(good.errors, IsEmpty());
@@ -256,6 +258,25 @@ TEST_F(Validate, LogEventsAreCountedAndMistakesReported) {
   EXPECT_THAT(bad.notes[0], HasSubstr("not a type of Parhelion"));
 }
 
+TEST_F(Validate, StampsOfASensorThatDoNotAdvanceAreNoted) {
+  std::vector<Message> messages;
+  Scan scan;
+  scan.ranges = {1, 2, 3};
+  scan.angle_increment = 0.1F;
+  for (const double t : {1.0, 1.1, 1.1, 1.3, 1.2, 1.4}) {
+    scan.stamp = SensorTime{} + seconds(t);
+    for (const char* channel : {"SCAN_rear", "OTHER"}) {
+      messages.push_back(message(channel, static_cast<std::int64_t>(messages.size()), scan));
+    }
+  }
+  const auto verdict = validate_file(write_checked_log((folder_ / "d.lcm").string(), messages));
+  EXPECT_THAT(verdict.errors, IsEmpty());
+  EXPECT_THAT(verdict.notes,
+              ElementsAre(HasSubstr("OTHER"), HasSubstr("SCAN_rear"),
+                          HasSubstr("warning: SCAN_rear: 2 stamps are not later than the one before, first "
+                                    "in event 4: ")));
+}
+
 TEST_F(Validate, ADamagedLogIsAnErrorButTheRestIsCounted) {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
@@ -272,7 +293,7 @@ TEST_F(Validate, ADamagedLogIsAnErrorButTheRestIsCounted) {
   const auto verdict = validate_file(path);
   EXPECT_GE(verdict.errors.size(), 2U);
   EXPECT_THAT(verdict.errors.back(), HasSubstr("bytes lost"));
-  EXPECT_THAT(verdict.summary, HasSubstr("events on 1 channels"));
+  EXPECT_THAT(verdict.summary, HasSubstr("events on 1 channel,"));
 }
 
 TEST_F(Validate, YamlInsideALogIsChecked) {
