@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Checks what the documents say against the repository and the built program: links, commands, YAML, references."""
+"""Checks what the documents say against the repository and the built program: links, commands, YAML, diffs, references."""
 import argparse
 import os
 import subprocess
 import sys
 
 from commands import CommandChecker
+from diff_fences import Sources, check_diffs
 from documents import read_documents
 from limits import check_diagram, check_lengths
 from links import check_links, check_paths
@@ -24,11 +25,13 @@ def check_references(root, program, folder=None):
 def check_documents(root, program):
     documents = read_documents(root)
     commands = CommandChecker(root, program)
+    sources = Sources(root)
     for document in documents:
         yield from check_links(document)
         yield from check_paths(document)
         yield from commands.check(document)
         yield from check_yaml(document, program)
+        yield from check_diffs(document, sources)
     yield from check_lengths(documents)
     yield from check_diagram(root)
 

@@ -55,6 +55,19 @@ class DocumentChecks(unittest.TestCase):
     def test_nothing_is_wrong_with_what_is_right(self):
         self.assertEqual(self.problems(), [])
 
+    def test_diff_of_lines_that_are_there(self):
+        self.write("server/a.cpp", "int first;\nint second; int third;\n")
+        self.write_fence("diff", " int first;\n-int second; int third;\n+int fourth;")
+        self.assertEqual(self.problems(), [])
+        self.write_fence("diff", "- ... int third;\n+ ... int fourth;")
+        self.assertEqual(self.problems(), [])
+
+    def test_diff_of_lines_that_are_not_there(self):
+        self.write("server/a.cpp", "int first;\nint between;\nint second;\n")
+        for old in (" int other;", " int first;\n-int second;", "- ... int third;", "-int fir"):
+            self.write_fence("diff", f"{old}\n+int fourth;")
+            self.expect("docs/c.md:4", "in no source file")
+
     def test_broken_link(self):
         self.write("docs/c.md", "# C\n\nSee [d](d.md).\n")
         self.expect("docs/c.md:3", "'d.md' is not there")
