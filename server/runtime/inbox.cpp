@@ -87,6 +87,7 @@ Inbox::Queue& Inbox::queue_of(const Arrived& arrived) {
 void Inbox::push(Message message) {
   Arrived arrived;
   arrived.received = steady_now();
+  arrived.in_kernel = Duration{std::max<std::int64_t>(0, wall_now().ns - message.arrival.ns)};
   arrived.kind = channels_.kind(message.channel, nullptr, &arrived.robot, &arrived.sensor);
   if (arrived.kind == tick::InputKind::none) return note_foreign(message);
   // Messages that are not scans are not forwarded as one.
@@ -133,9 +134,9 @@ void Inbox::enqueue(Queue& queue, Arrived arrived) {
   } else {
     queue.bytes += bytes_of(arrived);
   }
-  if (arrived.kind == tick::InputKind::command) {
-    ++queue.commands;
-    ++queue.commands_of[arrived.message.sender];
+  if (Crowd* crowd = crowd_of(queue, arrived.kind)) {
+    ++crowd->count;
+    ++crowd->of[arrived.message.sender];
   }
   queue.waiting.push_back(std::move(arrived));
 }
@@ -179,8 +180,15 @@ bool Inbox::make_room(Queue& queue, const Arrived& arrived) {
     }
     drop(queue, scan);
   }
-  return arrived.kind != tick::InputKind::command || queue.commands < limits_.commands ||
-         make_room_for_command(queue, arrived.message);
+  const Crowd* crowd = crowd_of(queue, arrived.kind);
+  const std::size_t limit = crowd == &queue.commands ? limits_.commands : limits_.stops;
+  return crowd == nullptr || crowd->count < limit || make_room_among(queue, *crowd, arrived);
+}
+
+/// Inputs that are limited in number, fairly to each sender; null: no such kind.
+Inbox::Crowd* Inbox::crowd_of(Queue& queue, tick::InputKind kind) {
+  if (kind == tick::InputKind::command) return &queue.commands;
+  return kind == tick::InputKind::emergency_stop ? &queue.agent_stops : nullptr;
 }
 
 void Inbox::make_room_for_other(Queue& queue, const Arrived& arrived) {
@@ -193,20 +201,20 @@ void Inbox::make_room_for_other(Queue& queue, const Arrived& arrived) {
   }
 }
 
-/// False: the new command is refused, as its sender has the most.
-bool Inbox::make_room_for_command(Queue& queue, const Message& message) {
-  const auto longest = std::max_element(queue.commands_of.begin(), queue.commands_of.end(),
+/// False: the new one is refused, as its sender has the most.
+bool Inbox::make_room_among(Queue& queue, const Crowd& crowd, const Arrived& arrived) {
+  const auto longest = std::max_element(crowd.of.begin(), crowd.of.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-  const auto own = queue.commands_of.find(message.sender);
-  const std::size_t with_new = 1 + (own == queue.commands_of.end() ? 0 : own->second);
-  if (longest == queue.commands_of.end() || with_new >= longest->second) {
-    refuse_command(message);
+  const auto own = crowd.of.find(arrived.message.sender);
+  const std::size_t with_new = 1 + (own == crowd.of.end() ? 0 : own->second);
+  if (longest == crowd.of.end() || with_new >= longest->second) {
+    refuse(arrived);
     return false;
   }
   const auto newest = std::find_if(queue.waiting.rbegin(), queue.waiting.rend(), [&](const Arrived& waiting) {
-    return waiting.message.sender == longest->first && waiting.kind == tick::InputKind::command;
+    return waiting.message.sender == longest->first && waiting.kind == arrived.kind;
   });
-  refuse_command(newest->message);
+  refuse(*newest);
   forget(queue, *newest);
   queue.waiting.erase(std::next(newest).base());
   return true;
@@ -232,10 +240,11 @@ void Inbox::forget(Queue& queue, const Arrived& leaving) {
   } else {
     queue.bytes -= bytes_of(leaving);
   }
-  if (leaving.kind != tick::InputKind::command) return;
-  --queue.commands;
-  const auto sender = queue.commands_of.find(leaving.message.sender);
-  if (--sender->second == 0) queue.commands_of.erase(sender);
+  Crowd* crowd = crowd_of(queue, leaving.kind);
+  if (crowd == nullptr) return;
+  --crowd->count;
+  const auto sender = crowd->of.find(leaving.message.sender);
+  if (--sender->second == 0) crowd->of.erase(sender);
 }
 
 Arrived Inbox::pop(Queue& queue) {
@@ -249,20 +258,18 @@ Arrived Inbox::pop(Queue& queue) {
     forget(queue, arrived);
     queue.waiting.pop_front();
   }
-  arrived.age = Duration{wall_now().ns - arrived.message.arrival.ns};
+  arrived.age = arrived.in_kernel + (steady_now() - arrived.received);
   return arrived;
 }
 
 /// A release would free a robot that its sender believes to be stopped: a copy of one that was refused is
-/// late, too. A paused process receives late what the kernel has kept for it: hence the arrival, by the wall
-/// clock. Where that is set forward, what waits is refused.
+/// late, too. A paused process receives late what the kernel has kept for it.
 bool Inbox::is_late(const Arrived& arrived) const {
   const auto release = release_in(arrived);
   if (arrived.kind != tick::InputKind::command && !release) return false;
   if (release && is_refused_release(*release)) return true;
-  const Duration here = steady_now() - arrived.received;
-  const Duration since_arrival{wall_now().ns - arrived.message.arrival.ns};
-  return std::min(std::max(here, since_arrival), steady_now() - *first_take_) > limits_.command_age;
+  const WallTime now = steady_now();
+  return std::min(arrived.in_kernel + (now - arrived.received), now - *first_take_) > limits_.command_age;
 }
 
 /// All of the oldest at once: with one a turn the replies would come after nobody waits for them any more.

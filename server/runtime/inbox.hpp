@@ -32,6 +32,7 @@ struct Arrived {
   std::size_t sensor = 0;    ///< of that robot: the laser of a scan, the camera of an image
   std::uint64_t ticket = 0;  ///< of the laser's guard, for scans
   WallTime received;         ///< steady clock, at receipt
+  Duration in_kernel;        ///< before its receipt, by the wall clock: the kernel's stamps are of that
   Duration age;              ///< since its receipt by the kernel, when it was taken
 };
 
@@ -44,7 +45,7 @@ struct InboxLimits {
   /// Of scans and commands: enough for more than half an hour of ten scans of 361 beams a second.
   std::size_t bytes = std::size_t{64} << 20;
   std::size_t commands = 1000;  ///< of instructors, waiting: a scenario's whole crowd
-  std::size_t stops = 256;      ///< emergency stops of trainees' robots, and their releases
+  std::size_t stops = 256;  ///< emergency stops of trainees' robots, and their releases; as many of agents
   /// Longest wait of an instructor's command or release of an emergency stop, in the kernel and here, from
   /// the first call of take() on. `inject` and pages wait longer for a reply: what they report as failed must
   /// not happen later.
@@ -63,10 +64,11 @@ struct InboxLimits {
 /// an input. Beyond `other_bytes` the oldest of the kind with the most bytes is dropped. Beyond `bytes` the
 /// oldest scan is given up to the guard, which publishes it raw; if no scan is queued, the newest command is
 /// refused, before it was acknowledged. When `commands` wait, the newest command of the sender that has the
-/// most is refused, so that a flood costs no other sender a command. Of emergency stops beyond `stops` a
-/// release is refused, and a stop is dropped that only repeats what the last ones that wait say: no robot
-/// stays free. A command that has waited longer than `command_age` is refused, and so is a release, with all
-/// copies of it that follow; a stop is never too old.
+/// most is refused, so that a flood costs no other sender a command; the same holds of the stops of agents
+/// and their releases. Of the other emergency stops beyond `stops` a release is refused, and a stop is
+/// dropped that only repeats what the last ones that wait say: no robot stays free. A command that has waited
+/// longer than `command_age` is refused, and so is a release, with all copies of it that follow; a stop is
+/// never too old. Setting the wall clock makes nothing older that has been received.
 class Inbox {
  public:
   /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
@@ -113,12 +115,16 @@ class Inbox {
   struct Load {
     std::size_t count = 0, bytes = 0;
   };
+  struct Crowd {
+    std::size_t count = 0;
+    std::map<std::uint64_t, std::size_t> of;  // by sender, see Message::sender
+  };
   struct Queue {
     std::deque<Stop> stops;  // before all that waits
     std::deque<Arrived> waiting;
-    std::array<Load, kKinds> others;                       // by kind, see InboxLimits::others
-    std::size_t other_bytes = 0, bytes = 0, commands = 0;  // as in InboxLimits
-    std::map<std::uint64_t, std::size_t> commands_of;      // by sender, see Message::sender
+    std::array<Load, kKinds> others;         // by kind, see InboxLimits::others
+    std::size_t other_bytes = 0, bytes = 0;  // as in InboxLimits
+    Crowd commands, agent_stops;             // of those that wait
   };
   Queue& queue_of(const Arrived& arrived);
   Queue* next_queue();
@@ -128,7 +134,7 @@ class Inbox {
   void enqueue_stop(Queue& queue, Stop stop);
   bool make_room(Queue& queue, const Arrived& arrived);
   void make_room_for_other(Queue& queue, const Arrived& arrived);
-  bool make_room_for_command(Queue& queue, const Message& message);
+  bool make_room_among(Queue& queue, const Crowd& crowd, const Arrived& arrived);
   Arrived pop(Queue& queue);
   bool is_late(const Arrived& arrived) const;
   void refuse_late_commands(Queue& queue);
@@ -137,6 +143,7 @@ class Inbox {
   bool is_refused_release(std::uint64_t request) const;
   void drop(Queue& queue, std::deque<Arrived>::iterator waiting);
   static void forget(Queue& queue, const Arrived& leaving);
+  static Crowd* crowd_of(Queue& queue, tick::InputKind kind);
   static std::deque<Arrived>::iterator oldest(Queue& queue, tick::InputKind kind);
 
   Bus& bus_;

@@ -2,6 +2,7 @@
 #include <thread>
 
 #include "tests/server/runtime/inbox_fixture.hpp"
+#include "tests/wall_clock_step.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -201,6 +202,48 @@ TEST_F(InboxRefusalTest, InboxRefusesWhatWaitedInTheKernelOfAPausedProcess) {
   ASSERT_EQ(all.size(), 1U);
   EXPECT_EQ(request_of_stop(all[0]), 3U);
   EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{2, 1}));
+}
+
+/// An administrator, or a time server, sets the clock while they wait.
+TEST_F(InboxRefusalTest, InboxTakesWhatWaitsWhileTheWallClockIsSet) {
+  Inbox inbox(*server_, configuration_, {{&guard_}});
+  EXPECT_FALSE(inbox.take(steady_now()));
+  be_behind(milliseconds(2));
+  send_spawn(1);
+  send_stop("", false, 2);
+  send("TELEOP");
+  inbox.close();
+  for (const double step : {3600.0, -3600.0, 3600.0}) {
+    const test::WallClockStep set(seconds(step));
+    const auto arrived = inbox.take(steady_now());
+    ASSERT_TRUE(arrived) << step;
+    EXPECT_LT(arrived->age, seconds(1000)) << step;
+    EXPECT_GE(arrived->age.ns, 0) << step;
+  }
+  EXPECT_TRUE(inbox.take_refused_commands().empty());
+}
+
+/// Each waits in turn, behind the command that makes its agent.
+TEST_F(InboxRefusalTest, InboxBoundsTheStopsOfAgentsFairly) {
+  InboxLimits limits;
+  limits.stops = 10;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  for (std::uint64_t i = 1; i <= 100; ++i) send_stop("agent_" + std::to_string(i), i % 2 == 0, i);
+  const auto instructor = hub_.connect();
+  std::vector<std::uint8_t> bytes;
+  EmergencyStopCommand stop;
+  stop.robot = "robot_1";
+  stop.request = 1000;
+  stop.engaged = true;
+  encode(stop, bytes);
+  ASSERT_TRUE(instructor->publish("MR_EMERGENCY_STOP", bytes).ok());
+  send_spawn(1001);
+  std::vector<std::uint64_t> requests;
+  for (const Arrived& taken : take_all(inbox))
+    requests.push_back(std::max(request_of(taken), request_of_stop(taken)));
+  EXPECT_EQ(requests, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 1000, 1001}));
+  const auto refused = inbox.take_refused_commands();
+  EXPECT_EQ(refused.size(), 91U) << "each is answered";
 }
 
 TEST_F(InboxRefusalTest, InboxRefusesAReleaseBeyondItsLimitByItsRequest) {
