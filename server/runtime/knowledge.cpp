@@ -140,7 +140,8 @@ void Knowledge::handle_picture_of(const AgentDefinition& agent, const WorldMessa
 
 void Knowledge::take(const Event& event, const WorldMessage& world) {
   if (event.kind == EventKind::agent_spawned) agents_.insert(event.subject);
-  if (event.kind == EventKind::object_reported) reported_[event.subject].insert(event.object);
+  if (event.kind == EventKind::object_reported && agents_.contains(event.object))
+    reported_[event.subject].insert(event.object);
   if (event.kind != EventKind::contact_started || event.undetectable) return;
   // The building is no entity of the world, and so is not noted.
   if (is_trainees(event.subject)) note(event.subject, event.object, SensedBy::touch, world);

@@ -13,6 +13,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr std::size_t kKeptEvents = 500;
+constexpr std::size_t kShownOperators = 64;  // names come from the bus
 constexpr Duration kPointsPeriod = milliseconds(200), kPicturePeriod = milliseconds(100);
 constexpr std::string_view kAgentPrefix = "MR_AGENT_", kScanSuffix = "_SCAN";
 
@@ -399,6 +400,7 @@ void StateFeed::handle_operator(const Message& message, WallTime now) {
   OperatorStatus status;
   if (!decode(message.channel, message.payload, status)) return;
   const auto known = operators_.find(status.name);
+  if (known == operators_.end() && operators_.size() >= kShownOperators) return;
   const bool news = known == operators_.end() || known->second.first.robot != status.robot ||
                     known->second.first.state != status.state;
   operators_changed_ = operators_changed_ || news;

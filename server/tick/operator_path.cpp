@@ -58,6 +58,21 @@ void refuse_console(const TickContext& context, const OperatorStatus& status, co
   publish_event(context, event);
 }
 
+/// False: too many of all operators within a second.
+bool may_switch(SimulationTime now, OperatorSwitches& switches) {
+  if (now - switches.since >= seconds(1.0)) switches = {now, 0};
+  return ++switches.count <= OperatorSwitches::kMaxPerSecond;
+}
+
+/// Empty: the operator may drive another robot than before.
+std::string switch_fault(const TickContext& context, bool is_new, const OperatorPath& path) {
+  if (is_new && path.operators.size() >= kMaxOperators)
+    return std::to_string(kMaxOperators) + " operators drive already; expected no more";
+  if (may_switch(context.now, path.switches)) return {};
+  return "operators changed robots more than " + std::to_string(OperatorSwitches::kMaxPerSecond) +
+         " times within a second";
+}
+
 }  // namespace
 
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path) {
@@ -72,6 +87,11 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
       return refuse_console(context, status,
                             {input.channel + ": drives '" + status.robot + "', and there is no such robot"},
                             path.refusal_reported);
+    if (before != status.robot) {
+      const std::string fault = switch_fault(context, known == operators.end(), path);
+      if (!fault.empty())
+        return refuse_console(context, status, {input.channel + ": " + fault}, path.refusal_reported);
+    }
     const std::string driver = other_driver(status.robot, status.name, operators);
     if (!driver.empty()) path.contest(status.robot);
     if (before != status.robot && !driver.empty() && path.is_driven(status.robot)) {

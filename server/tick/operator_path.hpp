@@ -18,12 +18,21 @@ struct DrivingOperator {
   ArrivalTime received;  ///< of the newest status
 };
 
-/// The driving operators, by name.
+/// The driving operators, by name: at most kMaxOperators, since names come from the bus.
 using Operators = std::map<std::string, DrivingOperator>;
+inline constexpr std::size_t kMaxOperators = 64;
+
+/// Changes of the robots that operators drive, within a second. Each is an event.
+struct OperatorSwitches {
+  static constexpr int kMaxPerSecond = 20;
+  SimulationTime since;
+  int count = 0;
+};
 
 /// Dependencies of the operator path.
 struct OperatorPath {
   Operators& operators;
+  OperatorSwitches& switches;
   std::optional<SimulationTime>& refusal_reported;  ///< of an OPERATOR message; none: never
   const simulation::Simulation& simulation;
   std::function<void(const std::string& robot)> stop;  ///< stops a robot or an agent until its next command
@@ -32,8 +41,9 @@ struct OperatorPath {
 };
 
 /// OPERATOR: stops a robot when its operator leaves it or the console is lost. While an operator's dead-man
-/// is pressed, nobody else's claim of that robot is accepted. A message that is refused is an event, at most
-/// one in ten seconds: consoles send two each second.
+/// is pressed, nobody else's claim of that robot is accepted. More operators than kMaxOperators, and more
+/// switches a second than OperatorSwitches::kMaxPerSecond, are refused: no honest site has as many. A message
+/// that is refused is an event, at most one in ten seconds: consoles send two each second.
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path);
 /// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const OperatorPath& path);

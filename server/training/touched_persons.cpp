@@ -14,13 +14,17 @@ void TouchedPersons::take(const WorldMessage& world) {
 
 bool TouchedPersons::take(const Event& event) {
   if (event.kind == EventKind::operator_switched) {
-    drives_[event.subject] = event.object;
-    if (event.object == robot_ || trainees_robots_.contains(event.object))
-      home_[event.subject] = event.object;
+    note(drives_, event);
+    if (event.object == robot_ || trainees_robots_.contains(event.object)) note(home_, event);
   }
   if (event.kind == EventKind::console_lost) drives_.erase(event.subject);
   return event.kind == EventKind::person_touched && !event.undetectable &&
          (event.subject == robot_ || is_of_its_trainee(event.subject));
+}
+
+void TouchedPersons::note(std::map<std::string, std::string>& robots, const Event& switched) {
+  if (robots.size() >= kMaxOperators && !robots.contains(switched.subject)) return;
+  robots[switched.subject] = switched.object;
 }
 
 bool TouchedPersons::is_of_its_trainee(const std::string& robot) const {

@@ -28,10 +28,14 @@ class TouchedPersons {
   bool is_of_its_trainee(const std::string& robot) const;
 
   std::string robot_;
-  std::string names_;                          // of all trainees' robots, as in MR_WORLD
-  std::set<std::string> trainees_robots_;      // the same
-  std::map<std::string, std::string> drives_;  // robot by operator
-  std::map<std::string, std::string> home_;    // the trainee's robot that an operator drove last
+  std::string names_;                      // of all trainees' robots, as in MR_WORLD
+  std::set<std::string> trainees_robots_;  // the same
+  void note(std::map<std::string, std::string>& robots, const Event& switched);
+
+  // Robot by operator. Names come from the bus: of more than kMaxOperators those that are new are left out.
+  static constexpr std::size_t kMaxOperators = 1000;
+  std::map<std::string, std::string> drives_;
+  std::map<std::string, std::string> home_;  // the trainee's robot that an operator drove last
 };
 
 }  // namespace parhelion::training

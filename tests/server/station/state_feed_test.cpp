@@ -43,6 +43,27 @@ TEST_F(FeedTest, PagesShowTheAccountNameOfTheDriver) {
   EXPECT_EQ(client->newest("operators")["list"][0]["name"], "tess");
 }
 
+/// Names come from the bus: pages list some of a flood, and others again when it is over.
+TEST_F(FeedTest, PagesListABoundedNumberOfOperators) {
+  start(configuration({}));
+  const auto client = open();
+  const auto send_status = [&](const std::string& name) {
+    OperatorStatus status;
+    status.stamp = sensor_time();
+    status.name = name;
+    status.robot = "synthetic";
+    status.state = OperatorStatus::State::drives;
+    take(channel::kOperators, status);
+  };
+  for (int i = 0; i < 1000; ++i) send_status("operator_" + std::to_string(i));
+  pass(0.6);
+  EXPECT_EQ(client->newest("operators")["list"].size(), 64U);
+  pass(2);
+  send_status("tess");
+  pass(0.6);
+  EXPECT_EQ(client->newest("operators")["list"].size(), 1U);
+}
+
 TEST_F(FeedTest, PublishesEntitiesWithShapesAndFramesWithPoses) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
   const auto client = open();

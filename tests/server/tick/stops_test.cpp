@@ -238,5 +238,25 @@ TEST_F(StopsTest, OneKindOfRefusedMessagesDoesNotHideAnother) {
   EXPECT_THAT(refusals[1].text, HasSubstr("IMU"));
 }
 
+/// Names come from the bus. Each switch is an event in the log.
+TEST_F(StopsTest, OperatorsAndTheirSwitchesAreBounded) {
+  for (int i = 0; i < 3000; ++i) claim(1 + i * 0.001, "operator_" + std::to_string(i));
+  std::size_t most = 0;
+  for (const Message& each : log_) {
+    feed(each);
+    most = std::max(most, state_->operators.size());
+  }
+  EXPECT_LE(most, kMaxOperators);
+  const auto switched = [&] { return texts(EventKind::operator_switched).size(); };
+  EXPECT_LE(switched(), 4U * OperatorSwitches::kMaxPerSecond);
+  EXPECT_GE(switched(), 3U * OperatorSwitches::kMaxPerSecond);
+  const std::size_t before = switched();
+  log_.clear();
+  claim(6, "anna");
+  feed(log_.front());
+  EXPECT_EQ(switched(), before + 1) << "when the flood is over";
+  EXPECT_TRUE(state_->operators.contains("anna"));
+}
+
 }  // namespace
 }  // namespace parhelion::tick

@@ -115,5 +115,18 @@ TEST_F(TouchedPerson, by_another_trainees_robot_is_that_trainees) {
   EXPECT_EQ(grader_->grade().deductions.size(), 1U);
 }
 
+/// Names come from the bus.
+TEST_F(TouchedPerson, is_known_of_a_thousand_operators) {
+  start();
+  drives(1, "ann", "rover");
+  for (int i = 0; i < 2000; ++i) drives(1.5, "operator_" + std::to_string(i), "rover");
+  drives(2, "somebody new", "helper");
+  touch(3, "helper");
+  EXPECT_TRUE(grader_->grade().deductions.empty());
+  drives(4, "ann", "helper");
+  touch(5, "helper");
+  EXPECT_EQ(grader_->grade().deductions.size(), 1U) << "of those who drove before";
+}
+
 }  // namespace
 }  // namespace parhelion::training
