@@ -217,7 +217,8 @@ std::string control_json(const ControlState& state) {
                   {"duration", state.duration < 0 ? Json() : rounded(state.duration)},
                   {"ended", state.ended},
                   {"frozen", state.frozen},
-                  {"estop", state.estop}});
+                  {"estop", state.estop},
+                  {"clock", rounded(state.clock)}});
 }
 
 std::string hazard_json(const HazardReading& reading, double t) {

@@ -98,14 +98,13 @@ Status InstructorService::check_rate(Subscriber& subscriber, WallTime now) const
 }
 
 /// A connection that hangs delivers later what its sender was told had failed.
-Status InstructorService::check_delay(const ClientMessage& message) const {
+Status InstructorService::check_delay(const ClientMessage& message, WallTime now) {
   if (!message.seen) return {};
-  const ControlState now = feed_.control();
-  constexpr double kAhead = 1;  // s, of a session that has not been there yet
-  if (!feed_.recorded() && *message.seen > now.position + kAhead)
+  const double clock = Duration{now.ns}.seconds();
+  constexpr double kAhead = 1;  // s, of a clock that has not been there yet
+  if (*message.seen > clock + kAhead)
     return Error{"sent before the server was started again; nothing was changed. Repeat it"};
-  const double delay = (now.position - *message.seen) / std::max(1.0, now.rate);
-  if (delay <= kMaxDelay.seconds()) return {};
+  if (clock - *message.seen <= kMaxDelay.seconds()) return {};
   return Error{"delayed by the connection for more than " + std::to_string(kMaxDelay.ns / 1'000'000'000) +
                " s; nothing was changed. Repeat it"};
 }
@@ -129,7 +128,7 @@ void InstructorService::receive(WebClient& client, std::string_view text, WallTi
     note(client.who(), client.remote(), summary(*message), refused);
     return answer(client, request, refused, {});
   }
-  if (const Status prompt = check_delay(*message); !prompt) {
+  if (const Status prompt = check_delay(*message, now); !prompt) {
     note(client.who(), client.remote(), summary(*message), prompt);
     return answer(client, request, prompt, {});
   }

@@ -17,6 +17,7 @@ struct ControlState {
   bool ended = false;
   bool frozen = false;  ///< the instructor has frozen all agents
   bool estop = false;
+  double clock = 0;  ///< s, the server's monotonic clock when the station looked at it last
 };
 
 /// An empty function means that the control is not available, and pages are informed. Called on the station's

@@ -171,6 +171,7 @@ class StateFeed {
   bool operators_changed_ = false;
   bool people_shown_ = false;
   WallTime second_, half_, quarter_, depth_due_, agents_look_;  ///< due times of periodic work
+  WallTime looked_;                                             ///< steady clock of the last look()
   std::string sent_control_;
 };
 

@@ -171,6 +171,7 @@ ControlState StateFeed::control() const {
   if (state.position < 0) state.position = start_ ? std::max(0.0, t(now())) : 0;
   state.frozen = placed_.frozen();
   state.estop = options_.stopped && options_.stopped();
+  state.clock = Duration{looked_.ns}.seconds();
   return state;
 }
 
@@ -273,6 +274,7 @@ void StateFeed::send_operators() {
 }
 
 void StateFeed::look(WallTime now) {
+  looked_ = now;
   forget_silent_operators(now);
   look_from_agents(now);
   if (subscribers().empty()) return;
@@ -287,11 +289,11 @@ void StateFeed::look(WallTime now) {
     audience_.send([&](const View& view) { return robots_text(view); }, send_slot::kRobots);
   ControlState state = control();
   const std::string text = control_json(state);
-  state.position = 0;
-  std::string without_position = control_json(state);
-  if (half || without_position != sent_control_)
+  state.position = state.clock = 0;
+  std::string without_times = control_json(state);
+  if (half || without_times != sent_control_)
     audience_.send([&](const View& /*all*/) { return text; }, send_slot::kControl);
-  sent_control_ = std::move(without_position);
+  sent_control_ = std::move(without_times);
   if (!due(quarter_, now, kQuarterPeriod)) return;
   audience_.send([&](const View& view) { return plans_text(view); }, send_slot::kPlans);
   audience_.send([&](const View& view) { return known_json(view.world, start()); }, send_slot::kKnown);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/server/station/feed_fixture.hpp"
+#include "tests/server/tick/level_1.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace parhelion::test {
@@ -150,34 +151,56 @@ TEST_F(InstructorServiceTest, AnObserverCannotSendCommands) {
   }
 }
 
-/// The page has reported by then that it failed. A stop is never too late.
+/// The page has reported by then that it failed. A stop is never too late. The session's time is no measure
+/// of the delay: here it stands, as in a pause.
 TEST_F(InstructorServiceTest, AMessageThatTheConnectionDelayedChangesNothing) {
-  std::vector<bool> stops;
+  std::vector<std::string> done;
   station::InstructorOptions options;
   options.emergency_stop = [&](bool on, const std::string&, const station::Identity&) {
-    return stops.push_back(on), Status();
+    return done.emplace_back(on ? "stop" : "release"), Status();
   };
-  begin(configuration({}), options);
-  t_ = 100;
+  options.controls.end = [&] { return done.emplace_back("end"), Status(); };
+  options.controls.pause = [&](bool) { return done.emplace_back("pause"), Status(); };
+  begin(level_1(), options);
   const auto client = open();
-  const auto send = [&](const std::string& message, double seen) {
-    service_->receive(*client, message + R"(,"request":3,"seen":)" + std::to_string(seen) + "}", now());
+  pass(1);
+  const double clock = client->newest("control")["clock"];
+  const auto send = [&](const std::string& message, double ago) {
+    service_->receive(*client, message + R"(,"request":3,"seen":)" + std::to_string(clock - ago) + "}",
+                      now());
+    return client->newest("reply");
   };
-  for (const double seen : {0.0, 97.9, 5000.0}) {
-    send(R"({"type":"estop_release")", seen);
-    EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
-    EXPECT_THAT(client->newest("reply")["text"].get<std::string>(),
-                HasSubstr(seen > t_ ? "started again" : "delayed"));
-    send(R"({"type":"agent","action":"remove_all")", seen);
-    EXPECT_EQ(client->newest("reply")["ok"], false) << seen;
+  const std::vector<std::string> messages{R"({"type":"estop_release")",
+                                          R"({"type":"agent","action":"remove_all")", R"({"type":"end")",
+                                          R"({"type":"control","action":"pause")"};
+  for (const double ago : {-5.0, 2.1, 1000.0}) {
+    for (const std::string& message : messages) {
+      const auto reply = send(message, ago);
+      EXPECT_EQ(reply["ok"], false) << message << ago;
+      EXPECT_THAT(reply["text"].get<std::string>(), HasSubstr(ago < 0 ? "started again" : "delayed"));
+    }
   }
-  EXPECT_TRUE(stops.empty());
+  EXPECT_TRUE(done.empty());
   EXPECT_TRUE(commands().empty());
   service_->receive(*client, R"({"type":"estop","request":4})", now());
-  send(R"({"type":"estop_release")", 98.1);
-  EXPECT_EQ(stops, (std::vector<bool>{true, false}));
-  send(R"({"type":"agent","action":"remove_all")", 99.9);
+  for (const std::string& message : messages) send(message, 1.9);
+  EXPECT_THAT(done, testing::ElementsAre("stop", "release", "end", "pause"));
   EXPECT_EQ(commands().size(), 1U);
+}
+
+TEST_F(InstructorServiceTest, AReleaseMustSayWhenItWasSent) {
+  station::InstructorOptions options;
+  bool released = false;
+  options.emergency_stop = [&](bool on, const std::string&, const station::Identity&) {
+    released = !on;
+    return Status();
+  };
+  begin(configuration({}), options);
+  const auto client = open();
+  service_->receive(*client, R"({"type":"estop_release","request":3})", now());
+  EXPECT_EQ(client->newest("reply")["ok"], false);
+  EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("seen"));
+  EXPECT_FALSE(released);
 }
 
 TEST_F(InstructorServiceTest, ASessionWithARealRobotCannotBePaused) {

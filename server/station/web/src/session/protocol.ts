@@ -56,6 +56,8 @@ export interface Mark { type: "mark"; t: number; text: string; by: string }
 export interface Control {
   type: "control"; mode: "live" | "recorded"; paused: boolean; rate: number; position: number; duration: number | null;
   ended: boolean; frozen: boolean; estop: boolean;
+  /** s, the server's monotonic clock. */
+  clock: number;
 }
 export interface Plan { entity: string; kind: "planned" | "predicted" | "path"; points: [number, number][] }
 export interface Plans { type: "plans"; list: Plan[] }
@@ -85,7 +87,7 @@ export type ServerMessage = Hello | Entities | Events | Score | Status | Injecti
   | Robots | People | Known | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
 /** Commands that get a `reply` with the same `request`. */
-export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report" | "estop_release"; [field: string]: unknown }
+export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report" | "control" | "estop_release"; [field: string]: unknown }
 export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {

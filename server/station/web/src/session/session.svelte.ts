@@ -11,7 +11,7 @@ import { Requests } from "./requests";
 export const SILENT_S = 2.5;
 const MAX_EVENTS = 5000;
 /** What the server refuses if the connection delayed it: by then the page has reported that it failed. */
-const TIMED: ReadonlySet<string> = new Set(["agent", "script", "fault", "start", "report", "estop_release"]);
+const TIMED: ReadonlySet<string> = new Set(["agent", "script", "fault", "start", "end", "report", "control", "estop_release"]);
 const UNKNOWN_FORM: Shape[] = [{ shape: "box", size: [0.3, 0.3, 0.3], at: [0, 0, 0.15], turn: [0, 0, 0, 1], colour: [0.5, 0.5, 0.5] }];
 
 class Session {
@@ -111,14 +111,18 @@ class Session {
 
   /** Sends a command; resolves with the server's reply, or `ok: false` and the reason. */
   ask(message: Ask): Promise<Reply> {
-    const seen = TIMED.has(message.type) && this.control ? { seen: this.control.position } : {};
-    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...seen, request })), strings.link);
+    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...this.#seen(message), request })), strings.link);
   }
 
   /** Sends a message without a reply; false: not connected. */
   send(message: ClientMessage): boolean {
     if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
-    return this.#link.send(JSON.stringify(message));
+    return this.#link.send(JSON.stringify({ ...message, ...this.#seen(message) }));
+  }
+
+  /** The server refuses a message that the connection has delayed. */
+  #seen(message: { type: string }): { seen?: number } {
+    return TIMED.has(message.type) && this.control ? { seen: this.control.clock } : {};
   }
 
   /** The shapes of a part in its own frame; an unknown one is a small box. */
