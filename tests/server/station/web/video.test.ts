@@ -99,6 +99,17 @@ describe("age of a picture", () => {
     expect(freshness(20, { ms: staleMs + 1, since: "camera" })).toBe("stale");
     expect(freshness(staleMs + 1, undefined)).toBe("stale");
   });
+  test("expects the pictures of a slow session farther apart, and of a fast one no nearer", () => {
+    for (const [rate, factor] of [[0.1, 10], [0.5, 2], [1, 1], [10, 1]] as const) {
+      expect(freshness(factor * staleMs - 1, undefined, rate)).toBe("fresh");
+      expect(freshness(factor * staleMs + 1, undefined, rate)).toBe("stale");
+      for (const since of ["camera", "server"] as const) {
+        expect(freshness(20, { ms: factor * warnMs - 1, since }, rate)).toBe("fresh");
+        expect(freshness(20, { ms: factor * warnMs + 1, since }, rate)).toBe("late");
+        expect(freshness(20, { ms: factor * staleMs + 1, since }, rate)).toBe("stale");
+      }
+    }
+  });
   test("its quantiles are of what was seen", () => {
     const ages = new AgeStatistics();
     expect(ages.quantile(0.5)).toBeUndefined();

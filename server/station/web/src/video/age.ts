@@ -23,11 +23,14 @@ export function frameAge(frame: Pick<Frame, "stampUs" | "serverUs">, serverUs: n
   return { ms: Math.max(0, (serverUs - frame.serverUs) / 1000), since: "server" };
 }
 
-/** `quietMs`: since the last frame was displayed. `age`: of that frame now. */
-export function freshness(quietMs: number | undefined, age: FrameAge | undefined): Freshness {
+/** `quietMs`: since the last frame was displayed. `age`: of that frame now. `rate`: of the session, times real time: one
+ * that runs slower has its pictures as much farther apart, and each is shown as much longer. */
+export function freshness(quietMs: number | undefined, age: FrameAge | undefined, rate = 1): Freshness {
   if (quietMs === undefined) return "none";
-  if (quietMs > staleMs || (age && age.ms > staleMs)) return "stale";
-  return age && age.ms > warnMs ? "late" : "fresh";
+  const slowed = rate > 0 ? Math.min(1, rate) : 1;
+  const ageMs = (age?.ms ?? 0) * slowed;
+  if (quietMs * slowed > staleMs || ageMs > staleMs) return "stale";
+  return ageMs > warnMs ? "late" : "fresh";
 }
 
 /** Position of a recording, and since when by the page's clock. */

@@ -22,6 +22,8 @@ export class Video {
   robots = $state.raw<string[]>([]);
   /** Of the last few seconds: median and 95th percentile in ms from the camera's stamp to the screen. */
   usual = $state.raw<{ p50: number; p95: number } | null>(null);
+  /** Of the session, times real time. */
+  rate = 1;
 
   #link: Link | undefined;
   #decoder: PictureDecoder | undefined;
@@ -118,7 +120,7 @@ export class Video {
     const now = performance.now(), quiet = this.#shownAt === undefined ? undefined : now - this.#shownAt;
     const age = this.#frame && frameAge(this.#frame, this.#clock.serverUs(now));
     const before = this.freshness;
-    this.freshness = freshness(quiet, age);
+    this.freshness = freshness(quiet, age, this.rate);
     // Increases between two frames.
     this.age = age;
     this.shownAt = this.#shownAt;
