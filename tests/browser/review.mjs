@@ -99,6 +99,12 @@ try {
     await reached("ol.events button.jump");
   });
 
+  await step("events have the names of the base station's page", async () => {
+    const texts = await page.locator("ol.events li").evaluateAll((rows) => rows.map((row) => row.textContent.slice(row.querySelector("button").textContent.length + 1)));
+    assert.ok(texts.length > 0);
+    for (const text of texts) assert.match(text, /^(?:[^:]*: )?(?:[A-Z][a-z-]+)(?: [a-z]+)*/, text);
+  });
+
   await step("nothing is wider than the window", async () => {
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
   });

@@ -73,7 +73,8 @@ const TEXT = {
   units: { score: "points", speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },
   events: "Events",
   eventsLeftOut: (left) => `Omitted, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
-  kind: (kind) => kind.replaceAll("_", " "),
+  /** As on the page of the base station. */
+  kind: (kind) => (kind.charAt(0).toUpperCase() + kind.slice(1)).replaceAll("_", " ").replace("Dead man", "Dead-man"),
   event: (e) => {
     let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
     if (e.object) words += `, ${e.object}`;
