@@ -74,7 +74,10 @@ const TEXT = {
   events: "Events",
   eventsLeftOut: (left) => `Omitted, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
   /** As on the page of the base station. */
-  kind: (kind) => (kind.charAt(0).toUpperCase() + kind.slice(1)).replaceAll("_", " ").replace("Dead man", "Dead-man"),
+  kind: (kind) => {
+    const words = kind.replaceAll("_", " ").replace("dead man", "dead-man");
+    return words.charAt(0).toUpperCase() + words.slice(1);
+  },
   event: (e) => {
     let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
     if (e.object) words += `, ${e.object}`;

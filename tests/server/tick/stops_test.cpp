@@ -241,12 +241,12 @@ TEST_F(StopsTest, OneKindOfRefusedMessagesDoesNotHideAnother) {
 /// Names come from the bus. Each switch is an event in the log.
 TEST_F(StopsTest, OperatorsAndTheirSwitchesAreBounded) {
   for (int i = 0; i < 3000; ++i) claim(1 + i * 0.001, "operator_" + std::to_string(i));
-  std::size_t most = 0;
+  std::size_t max_count = 0;
   for (const Message& each : log_) {
     feed(each);
-    most = std::max(most, state_->operators.size());
+    max_count = std::max(max_count, state_->operators.size());
   }
-  EXPECT_LE(most, kMaxOperators);
+  EXPECT_LE(max_count, kMaxOperators);
   const auto switched = [&] { return texts(EventKind::operator_switched).size(); };
   EXPECT_LE(switched(), 4U * OperatorSwitches::kMaxPerSecond);
   EXPECT_GE(switched(), 3U * OperatorSwitches::kMaxPerSecond);

@@ -213,15 +213,15 @@ TEST_F(TickTest, TickFreezesAgentsButNotTheTraineesRobot) {
 TEST_F(TickTest, TickForgetsTheKindsOfRemovedAgents) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3, 2)}));
   std::int64_t us = test::kStartUs;
-  std::size_t most = 0;
+  std::size_t max_count = 0;
   for (int i = 0; i < 5000; ++i) {
     const std::string name = "box_" + std::to_string(i);
     feed(test::message(channel::kMrSpawn, us += 10, AgentSpawn{.agent = agent(name, AgentKind::box, 3, -2)}));
     ASSERT_TRUE(state_->simulation.find_agent(name)) << i;
     feed(test::message(channel::kMrRemove, us += 10, AgentRemove{.agent = name}));
-    most = std::max(most, state_->world.kinds.size());
+    max_count = std::max(max_count, state_->world.kinds.size());
   }
-  EXPECT_LT(most, 4500U);
+  EXPECT_LT(max_count, 4500U);
   EXPECT_EQ(state_->world.kinds.at("barrel_1"), AgentKind::barrel);
 }
 
