@@ -25,6 +25,7 @@
 #include "protocols/zone.hpp"
 #include "server/simulation/bodies/real_state.hpp"
 #include "server/simulation/robots/robot_motion.hpp"
+#include "server/simulation/robots/supply_state.hpp"
 #include "server/simulation/world/simulation_options.hpp"
 
 namespace parhelion::simulation {
@@ -48,14 +49,6 @@ struct DoorState {
   bool dynamic = false;  ///< moved by physics; else a real door, set by sensors and the instructor
   bool unhinged = false;
   Transform<Map, Body> T_map_leaf;  ///< at the centre of the leaf
-};
-
-/// Remaining supply of a simulated robot at the newest step; only values enabled by the scenario.
-struct SupplyState {
-  std::optional<double> radio_power;  ///< dBm received from its operator's console
-  bool radio_lost = false;
-  std::optional<double> battery_left;  ///< fraction, 0..1
-  bool battery_empty = false;
 };
 
 /// Deterministic: same calls, same states, bit for bit. One thread.

@@ -9,6 +9,7 @@
 #include "server/simulation/bodies/agents.hpp"
 #include "server/simulation/bodies/real_robot.hpp"
 #include "server/simulation/building/building.hpp"
+#include "server/simulation/world/simulation_options.hpp"
 
 namespace parhelion::simulation {
 

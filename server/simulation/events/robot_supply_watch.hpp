@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "server/simulation/robots/supply_state.hpp"
 #include "server/simulation/world/surroundings.hpp"
 
 namespace parhelion::simulation {
