@@ -1,6 +1,7 @@
 // Shapes of the bodies named by MR_WORLD: for drawing a session without simulating it.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,9 +22,11 @@
 namespace parhelion::simulation {
 
 /// Starts with the scenario's agents; a spawn counts from its agent_spawned on, because a command may be
-/// refused.
+/// refused. Of removed agents that are not the scenario's the newest kMaxRemoved are kept, for what is drawn
+/// from memory.
 class EntityShapes {
  public:
+  static constexpr std::size_t kMaxRemoved = 1000;
   using Parts = std::map<std::string, std::vector<Shape>, std::less<>>;
 
   EntityShapes(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model,
@@ -48,6 +51,7 @@ class EntityShapes {
 
  private:
   void stand(const AgentDefinition& agent);
+  void note_removal(const std::string& agent);
   const RobotModel* model_of(const std::string& name) const;
 
   Scenario scenario_;
@@ -55,6 +59,7 @@ class EntityShapes {
   std::map<std::string, Parts, std::less<>> shapes_, doors_;
   std::map<std::string, AgentDefinition, std::less<>> definitions_;
   std::map<std::uint64_t, AgentDefinition> asked_;  ///< requested spawns by request number, not confirmed yet
+  std::deque<std::string> removed_;                 ///< the newest last; none of them was spawned again
 };
 
 }  // namespace parhelion::simulation

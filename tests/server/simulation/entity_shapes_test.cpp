@@ -109,5 +109,36 @@ TEST(EntityShapes, OnlyARobotWithALaserHasALaserMount) {
   EXPECT_TRUE(shapes.laser_mount("seeing"));
 }
 
+/// A session may run for days, and agents come and go.
+TEST(EntityShapes, OldRemovedAgentsAreForgottenAndNewOnesKept) {
+  Scenario scenario;
+  scenario.level = 3;
+  scenario.agents = {test::agent("first", AgentKind::box, 1, 1)};
+  EntityShapes shapes(scenario, {}, test::room(12), {});
+  const auto spawn = [&](const std::string& name) {
+    shapes.take(spawn_of(test::agent(name, AgentKind::box, 0, 0), 1));
+    shapes.take(spawned(name, 1));
+  };
+  const auto remove = [&](const std::string& name) {
+    Event event;
+    event.kind = EventKind::agent_removed;
+    event.subject = name;
+    shapes.take(event);
+  };
+  remove("first");
+  for (const std::string name : {"box_1", "box_2", "box_3"}) spawn(name);
+  remove("box_1");
+  remove("box_2");
+  spawn("box_2");
+  for (std::size_t i = 0; i < EntityShapes::kMaxRemoved; ++i) {
+    spawn("other_" + std::to_string(i));
+    remove("other_" + std::to_string(i));
+  }
+  EXPECT_EQ(shapes.definition("box_1"), nullptr);
+  EXPECT_EQ(shapes.find("box_1", "box"), nullptr);
+  for (const std::string name : {"first", "box_2", "box_3", "other_0"})
+    EXPECT_NE(shapes.definition(name), nullptr) << name;
+}
+
 }  // namespace
 }  // namespace parhelion::simulation

@@ -188,7 +188,7 @@ TEST_F(InstructorServiceTest, AMessageThatTheConnectionDelayedChangesNothing) {
   EXPECT_EQ(commands().size(), 1U);
 }
 
-TEST_F(InstructorServiceTest, AReleaseMustSayWhenItWasSent) {
+TEST_F(InstructorServiceTest, AReleaseWithoutItsTimeIsRefused) {
   station::InstructorOptions options;
   bool released = false;
   options.emergency_stop = [&](bool on, const std::string&, const station::Identity&) {
