@@ -203,7 +203,10 @@ void PeopleTracker::merge_companions() {
   }
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     Track& track = tracks_[i];
-    if (!track.person || track.seen != newest_ || stood_alone(track) || !away_from_persons(i)) continue;
+    track.lent = std::max(track.lent - dt_, 0.0);
+    if (!track.person || track.seen != newest_ || track.alone >= kAloneFor.seconds() ||
+        !away_from_persons(track))
+      continue;
     track.alone = std::min(track.alone + std::min(dt_, kMaxUnwatched), kAloneFor.seconds());
   }
   std::erase_if(tracks_, [](const Track& track) {
@@ -211,12 +214,11 @@ void PeopleTracker::merge_companions() {
   });
 }
 
-bool PeopleTracker::away_from_persons(std::size_t index) const {
-  for (std::size_t j = 0; j < tracks_.size(); ++j) {
-    if (j == index || !tracks_[j].person) continue;
-    if ((places_[j] - places_[index]).squaredNorm() <= kMaxStride * kMaxStride) return false;
-  }
-  return true;
+bool PeopleTracker::away_from_persons(const Track& track) const {
+  return std::none_of(tracks_.begin(), tracks_.end(), [&](const Track& other) {
+    return &other != &track && other.person &&
+           (other.position() - track.position()).squaredNorm() <= kMaxStride * kMaxStride;
+  });
 }
 
 /// Where what is not a person seems to move, too, the pose is wrong.
@@ -274,7 +276,9 @@ void PeopleTracker::recognise() {
     if (lost == nullptr) continue;
     found.id = std::exchange(lost->id, 0);
     found.confirmed = lost->confirmed;
-    found.alone = lost->alone;
+    // What may be a part of somebody near by, the other leg or a stick, has to be alone itself before long.
+    found.lent = lost->alone >= kAloneFor.seconds() ? kLent.seconds() : lost->lent;
+    if (complete(found) || away_from_persons(found)) found.alone = lost->alone;
   }
   std::erase_if(tracks_, [](const Track& track) { return track.id == 0; });
   std::erase_if(lost_,

@@ -62,7 +62,7 @@ class PeopleTracker {
   std::int32_t second_leg(std::size_t first) const;
   bool near_person(const Eigen::Vector2d& place) const;
   void merge_companions();
-  bool away_from_persons(std::size_t index) const;
+  bool away_from_persons(const Track& track) const;
   bool things_move() const;
   bool plain_to_see(const Track& track) const;
   void classify(const LaserSweep& sweep);

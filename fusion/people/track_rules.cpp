@@ -34,10 +34,9 @@ bool may_be_part(const Track& part, const Track& whole) {
   return part.id > whole.id && (part.person || part.log_odds <= whole.log_odds);
 }
 
-/// Seen with both legs, or as a body.
-bool complete(const Track& track) { return two_legged(track) || track.feature(TrackFeature::width) > 0.3F; }
-
 }  // namespace
+
+bool complete(const Track& track) { return two_legged(track) || track.feature(TrackFeature::width) > 0.3F; }
 
 TrackObservation observe_one(const Segment& segment, const SegmentEvidence& evidence,
                              const Eigen::Vector2d& eye, const Track* track) {
@@ -87,7 +86,7 @@ bool was_there_before(const Track& track, const SegmentEvidence& evidence, Simul
   return evidence.place.occupied_for > (now - track.arrival) + milliseconds(300);
 }
 
-bool stood_alone(const Track& track) { return track.alone >= kAloneFor.seconds(); }
+bool stood_alone(const Track& track) { return track.alone >= kAloneFor.seconds() || track.lent > 0; }
 
 bool belongs_to(const Track& part, const Track& whole) {
   const double apart = (whole.position() - part.position()).norm();

@@ -21,6 +21,7 @@ inline constexpr double kLogOddsAveraging = 0.15;      // s
 inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised for so long
 inline constexpr Duration kMergeAfter = seconds(0.4);
 inline constexpr Duration kAloneFor = seconds(0.4);  // to be nobody's part later
+inline constexpr Duration kLent = seconds(5.0);  ///< who is recognised counts for so long as the lost one did
 
 struct ObservedSegment {
   const Segment& segment;
@@ -36,6 +37,8 @@ bool pair_of_legs(const Segment& a, const SegmentEvidence& evidence_a, const Seg
                   const SegmentEvidence& evidence_b);
 /// The place was occupied before the track came: the segment is not what the track was.
 bool was_there_before(const Track& track, const SegmentEvidence& evidence, SimulationTime now);
+/// Seen with both legs, or as a body.
+bool complete(const Track& track);
 /// Has been a person so far from all others that it is nobody's other leg.
 bool stood_alone(const Track& track);
 /// A part that is tracked by itself although it is one of `whole`, the other leg for example.

@@ -219,6 +219,37 @@ TEST(PeopleTracker, keeps_the_identities_of_two_who_meet) {
   }
 }
 
+/// One goes away. Near the place something like a leg comes up beside another person, and closer.
+/// `from`, `to`: m between the two.
+std::size_t persons_after_a_leg_comes_up(double from, double to) {
+  Fixture fixture;
+  std::size_t max_persons = 0;
+  for (int k = 0; k < 130; ++k) {
+    const double gone = -4 + 0.1 * k, other = std::max(5.1 - 0.1 * k, 0.3), swing = 0.2 * std::sin(0.6 * k);
+    const double stride = other > 0.3 ? swing : 0, apart = std::clamp(from - 0.05 * (k - 60), to, from);
+    const Scan scan = scan_of([&](double angle) {
+      double range = std::min(
+          {19.0, to_disc(angle, {2.4, other + stride}, 0.07), to_disc(angle, {2.6, other - stride}, 0.07)});
+      if (k >= 45) return std::min(range, to_disc(angle, {2.45, other - apart}, 0.06));
+      if (k >= 35) return range;
+      return std::min(
+          {range, to_disc(angle, {2.4, gone + swing}, 0.07), to_disc(angle, {2.6, gone - swing}, 0.07)});
+    });
+    const auto movers = fixture.update(scan, 0.1 * k);
+    const auto persons = std::count_if(movers.begin(), movers.end(), [](const Mover& mover) {
+      return mover.kind == MoverClass::person && mover.seen == mover.stamp;
+    });
+    if (k >= 115) max_persons = std::max(max_persons, static_cast<std::size_t>(persons));
+  }
+  return max_persons;
+}
+
+TEST(PeopleTracker, takes_no_leg_for_somebody_who_went_away_near_by) {
+  for (const double from : {0.6, 0.65, 0.7, 0.75})
+    for (const double to : {0.2, 0.25, 0.3, 0.35})
+      EXPECT_EQ(persons_after_a_leg_comes_up(from, to), 1U) << from << " m, then " << to << " m";
+}
+
 TEST(PeopleTracker, notices_that_one_of_two_feet_was_set_elsewhere) {
   Fixture fixture;
   for (int k = 0; k < 120; ++k) {
