@@ -86,7 +86,7 @@ std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
                                                 std::span<const SegmentEvidence> evidence, double dt) {
   parts_.clear();
   centers_.clear();
-  for (const Segment& segment : segments) centers_.push_back(segment.center);
+  for (const Segment& segment : segments) centers_.add(segment.center);
   person_.assign(segments.size(), {});
   person_sigmas_.assign(segments.size(), Nearest(9));
   thing_.assign(segments.size(), {});
@@ -107,9 +107,10 @@ std::span<const PossiblePart> Association::find(std::span<const Track> tracks,
 void Association::add_pairs(std::uint32_t index, const Track& track, std::span<const Segment> segments) {
   const std::array<Expected, 2> expected{expect(track, 0), expect(track, 1)};
   const Eigen::Vector2d place = track.position();
-  for (std::uint32_t s = 0; s < segments.size(); ++s) {
-    if ((centers_[s] - place).squaredNorm() > kMaxLegOffset * kMaxLegOffset) continue;
+  centers_.each(place, kMaxLegOffset, [&](std::size_t near) {
+    const auto s = static_cast<std::uint32_t>(near);
     const Segment& segment = segments[s];
+    if ((segment.center - place).squaredNorm() > kMaxLegOffset * kMaxLegOffset) return true;
     for (const std::uint32_t slot : {0U, 1U}) {
       const Expected& here = expected[slot];
       const Eigen::Vector2d off = segment.center - here.place;
@@ -124,7 +125,8 @@ void Association::add_pairs(std::uint32_t index, const Track& track, std::span<c
       if (track.person) person_sigmas_[s].add(index, distance / here.sigma);
       segment_[2 * index + slot].add(s, distance);
     }
-  }
+    return true;
+  });
 }
 
 /// Of one track. More are near it only where a scan is no scan of a place.

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "fusion/people/near_places.hpp"
 #include "fusion/people/person_trees.hpp"
 #include "fusion/people/seen_free.hpp"
 #include "fusion/people/segments.hpp"
@@ -117,7 +118,7 @@ class Association {
                         const SegmentEvidence& evidence) const;
 
   std::vector<PossiblePart> parts_;
-  std::vector<Eigen::Vector2d> centers_;                 // m, map, of each segment
+  NearPlaces centers_;                                   // of each segment
   std::vector<Nearest> person_, thing_, person_sigmas_;  // of each segment
   std::vector<Nearest> segment_;                         // of each slot
 };

@@ -189,16 +189,15 @@ bool PeopleTracker::near_person(const Eigen::Vector2d& place) const {
 
 /// Two tracks that stay close to each other are the legs of one person.
 void PeopleTracker::merge_companions() {
-  constexpr double reach = kCompanionDistance + 1e-6;
   places_.clear();
-  for (const Track& track : tracks_) places_.push_back(track.position());
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    Track& track = tracks_[i];
+  for (const Track& track : tracks_) places_.add(track.position());
+  for (Track& track : tracks_) {
     track.companion = 0;
-    for (std::size_t j = 0; j < tracks_.size() && track.companion == 0; ++j) {
-      if (i == j || (places_[j] - places_[i]).squaredNorm() > reach * reach) continue;
-      if (belongs_to(track, tracks_[j])) track.companion = tracks_[j].id;
-    }
+    places_.each(track.position(), kCompanionDistance, [&](std::size_t j) {
+      const Track& whole = tracks_[j];
+      if (&whole != &track && belongs_to(track, whole)) track.companion = whole.id;
+      return track.companion == 0;
+    });
     track.companion_time = std::max(track.companion_time + (track.companion != 0 ? dt_ : -dt_), 0.0);
   }
   for (std::size_t i = 0; i < tracks_.size(); ++i) {

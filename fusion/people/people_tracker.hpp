@@ -12,6 +12,7 @@
 #include "fusion/people/assignment.hpp"
 #include "fusion/people/association.hpp"
 #include "fusion/people/mover.hpp"
+#include "fusion/people/near_places.hpp"
 #include "fusion/people/person_trees.hpp"
 #include "fusion/people/seen_free.hpp"
 #include "fusion/people/segments.hpp"
@@ -87,7 +88,7 @@ class PeopleTracker {
   std::vector<std::int32_t> segment_of_slot_;  // two for each track
   std::vector<Track> tracks_;                  // ascending id
   std::vector<Track> lost_;                    // ended ones of persons
-  std::vector<Eigen::Vector2d> places_;        // m, map, of each track
+  NearPlaces places_;                          // of each track
   std::vector<Mover> movers_;
   SimulationTime newest_;
   double dt_ = 0;  // s between the newest scans

@@ -46,7 +46,9 @@ void SeenFree::count(Look what, bool old, Duration age, PlaceEvidence& evidence,
 
 SeenFree::Look SeenFree::look(const PastScan& past, const Eigen::Vector2d& place, double radius,
                               double sigma) const {
-  const Eigen::Vector2d p = past.T_laser_map * place;
+  const Pose2& T = past.T_laser_map;
+  const Eigen::Vector2d p(T.x + past.cos_yaw * place.x() - past.sin_yaw * place.y(),
+                          T.y + past.sin_yaw * place.x() + past.cos_yaw * place.y());
   const double distance = p.norm();
   const double half_width = radius + options_.margin + sigma;
   if (!(distance > half_width)) return Look::unknown;
@@ -103,6 +105,8 @@ void SeenFree::store(const LaserSweep& sweep, PastScan& slot) const {
   slot.T_laser_map =
       interpolate(planar(sweep.motion.T_map_laser_start), planar(sweep.motion.T_map_laser_end), 0.5)
           .inverse();
+  slot.cos_yaw = std::cos(slot.T_laser_map.yaw);
+  slot.sin_yaw = std::sin(slot.T_laser_map.yaw);
   slot.angle_min = sweep.scan.angle_min;
   slot.angle_increment = sweep.scan.angle_increment;
   const RangeConvention& convention = sweep.description.convention;

@@ -50,6 +50,7 @@ class SeenFree {
     bool valid = false;
     SimulationTime stamp;
     Pose2 T_laser_map;
+    double cos_yaw = 1, sin_yaw = 0;  ///< of that pose: sine and cosine take as long as the rest of a look
     double angle_min = 0, angle_increment = 0;
     std::vector<float> free_to;  ///< m per beam: seen free up to here; negative: unknown
   };

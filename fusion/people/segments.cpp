@@ -151,14 +151,14 @@ void SegmentedScan::close(const LaserSweep& sweep, std::size_t first, std::size_
 
 void SegmentedScan::add_neighbours() {
   centers_.clear();
-  for (const Segment& segment : segments_) centers_.push_back(segment.center);
+  for (const Segment& segment : segments_) centers_.add(segment.center);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     Segment& segment = segments_[i];
     double nearest = kNeighbourhood, second = kNeighbourhood, width = 0, straight = 1;
     int within = 0;
-    for (std::size_t j = 0; j < segments_.size(); ++j) {
-      const double squared = (centers_[j] - centers_[i]).squaredNorm();
-      if (i == j || squared >= kNeighbourhood * kNeighbourhood) continue;
+    centers_.each(segment.center, kNeighbourhood, [&](std::size_t j) {
+      const double squared = (segments_[j].center - segment.center).squaredNorm();
+      if (i == j || squared >= kNeighbourhood * kNeighbourhood) return true;
       const double distance = std::sqrt(squared);
       within += distance < 1 ? 1 : 0;
       second = std::min(second, std::max(distance, nearest));
@@ -166,7 +166,8 @@ void SegmentedScan::add_neighbours() {
         nearest = distance;
         width = segments_[j].width;
       }
-    }
+      return true;
+    });
     for (const Eigen::Vector2d& end : wide_)
       straight = std::min(straight, (end - segment.center).squaredNorm());
     straight = std::sqrt(straight);

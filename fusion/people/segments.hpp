@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fusion/people/laser_sweep.hpp"
+#include "fusion/people/near_places.hpp"
 #include "fusion/scan/sweep_rays.hpp"
 
 namespace parhelion::people {
@@ -87,8 +88,8 @@ class SegmentedScan {
   scan::SweepRays rays_;
   std::vector<Return> returns_;
   std::vector<Segment> segments_;
-  std::vector<Eigen::Vector2d> wide_;     ///< ends of segments that are too wide
-  std::vector<Eigen::Vector2d> centers_;  ///< of the segments
+  std::vector<Eigen::Vector2d> wide_;  ///< ends of segments that are too wide
+  NearPlaces centers_;                 ///< of the segments
 };
 
 }  // namespace parhelion::people
