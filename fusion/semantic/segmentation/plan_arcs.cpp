@@ -233,9 +233,11 @@ double distance_from(const std::vector<PlanLine>& lines, const Eigen::Vector2d& 
   return nearest;
 }
 
-/// Whether the arc describes the points as well as the lines, with fewer parameters. What the lines run along
-/// where the arc does not is unexplained by the arc.
-bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const std::vector<PlanLine>& lines) {
+/// Whether the arc describes the points as well as the lines that it would replace, with fewer parameters.
+/// What these run along where the arc does not is unexplained by the arc. `kept`: the other lines, which stay
+/// either way: their points are no evidence for an arc through the corners of a polygon.
+bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const std::vector<PlanLine>& lines,
+                       const std::vector<PlanLine>& kept) {
   const std::vector<ArcBin> bins = bins_along(arc, hits);
   if (static_cast<double>(bins.size()) * kBin < kCovered * (arc.high - arc.low)) return false;
   std::vector<double> weights;
@@ -245,9 +247,11 @@ bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const s
   for (const ArcBin& bin : bins) {
     const double mean = bin.across / bin.weight, share = std::min(1.0, bin.weight / usual);
     const double spread = std::max(bin.squares / bin.weight - mean * mean, kMinSpread * kMinSpread);
-    const double nearest = distance_from(lines, bin.p / bin.weight);
-    round.add(share, spread + mean * mean);
-    straight.add(share, spread + nearest * nearest);
+    const Eigen::Vector2d p = bin.p / bin.weight;
+    const double others = distance_from(kept, p), to_lines = std::min(distance_from(lines, p), others),
+                 to_arc = std::min(std::abs(mean), others);
+    round.add(share, spread + to_arc * to_arc);
+    straight.add(share, spread + to_lines * to_lines);
   }
   for (const PlanLine& line : lines) {
     const double of_bin = line.weight * kBin / (line.high - line.low), share = std::min(1.0, of_bin / usual);
@@ -307,16 +311,20 @@ std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double m
     if (replaced[pair.a] || replaced[pair.b]) continue;
     auto arc = through(lines[pair.a], lines[pair.b], smallest);
     if (!arc || !fitter.refine(*arc, smallest) || sagitta(*arc) < kMinSagitta) continue;
-    std::vector<PlanLine> along;
+    std::vector<PlanLine> along, kept;
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (replaced[i] || !runs_along(lines[i], *arc)) continue;
+      if (replaced[i]) continue;
+      if (!runs_along(lines[i], *arc)) {
+        kept.push_back(lines[i]);
+        continue;
+      }
       along.push_back(lines[i]);
       which.push_back(i);
     }
     if (along.size() < 2) continue;
     const std::vector<Hit> hits = fitter.gather(*arc, arc->low, arc->high, kLayers);
-    if (!is_sharp(hits) || !better_than_lines(*arc, hits, along)) continue;
+    if (!is_sharp(hits) || !better_than_lines(*arc, hits, along, kept)) continue;
     for (const std::size_t i : which) replaced[i] = true;
     const double half_turn = std::numbers::pi * arc->radius;
     if (arc->high - arc->low > 2 * half_turn - kGap) arc->low = -half_turn, arc->high = half_turn;

@@ -100,6 +100,26 @@ TEST(RoundWalls, AWallBesideScatteredPointsIsNone) {
   for (const VerticalSurface& wall : found->verticals) EXPECT_EQ(wall.curve, kNoCurve);
 }
 
+TEST(RoundWalls, ARoomWithCutCornersHasStraightWalls) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> longer(5.5, 9), turn(0, 1.5);
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    const double a = longer(random), b = longer(random), cut = 2;
+    const std::vector<Eigen::Vector2d> corners{{cut, 0},     {a - cut, 0}, {a, cut},     {a, b - cut},
+                                               {a - cut, b}, {cut, b},     {0, b - cut}, {0, cut}};
+    test::CloudSampler sampler(400, 0.004, 40 + seed);
+    sampler.slab({0, 0}, {a, b}, 0);
+    sampler.slab({0, 0}, {a, b}, 2.8);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      sampler.wall(corners[i], corners[(i + 1) % corners.size()], 0, 2.8);
+    sampler.turn(Eigen::Isometry3d(Eigen::AngleAxisd(turn(random), Eigen::Vector3d::UnitZ())));
+    const auto found = segment(sampler.cloud());
+    ASSERT_TRUE(found.ok());
+    EXPECT_EQ(found->verticals.size(), corners.size()) << a << " x " << b << " m";
+    for (const VerticalSurface& wall : found->verticals) EXPECT_EQ(wall.curve, kNoCurve);
+  }
+}
+
 TEST(RoundWalls, MisalignedScanLayersGiveOneWall) {
   Plan plan;
   plan.round({0, 0}, 9, 0.2, 0.9);
