@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <span>
 #include <utility>
@@ -11,7 +13,8 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kNear = 0.06;  ///< m, tolerance around a box for points on its surface
+constexpr double kNear = 0.06;                       ///< m, tolerance around a box for points on its surface
+constexpr double kEndsBelow = 0.4, kOverTop = 0.15;  ///< m, a wall's top under the ceiling; points over it
 
 /// Boxes whose points get their label, where surfaces give none.
 std::vector<const ModelEntity*> boxes_of(const SemanticNet& net) {
@@ -95,12 +98,19 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
   const Segmentation& segmentation = candidates.segmentation;
   std::vector<EntityLabel> of_surface(segmentation.verticals.size() + segmentation.horizontals.size(),
                                       EntityLabel::unknown);
+  // What lies over a wall in its plane is another thing: furniture of the storey above.
+  std::vector<float> top(of_surface.size(), std::numeric_limits<float>::lowest());
   for (std::size_t w = 0; w < labelling.walls.size(); ++w) {
+    const WallCandidate& wall = candidates.walls.walls[w];
     const EntityLabel label =
         is_other_face(candidates.walls.walls, labelling, w) ? EntityLabel::wall : labelling.walls[w].label;
+    const bool ends = wall.curve == kNoCurve && wall.ceiling - wall.z_high > kEndsBelow;
+    const float of_wall =
+        ends ? static_cast<float>(wall.z_high + kOverTop) : std::numeric_limits<float>::max();
     // A surface may go through several storeys.
-    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces) {
+    for (const std::uint32_t surface : wall.surfaces) {
       if (of_surface[surface] != EntityLabel::wall) of_surface[surface] = label;
+      if (label == EntityLabel::wall) top[surface] = std::max(top[surface], of_wall);
     }
   }
   for (std::size_t h = 0; h < labelling.horizontals.size(); ++h)
@@ -112,8 +122,10 @@ void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& cand
     BoxesByPlace::Labeller labeller(boxes);
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t surface = segmentation.surface_of[i];
-      net.labels[i] =
-          static_cast<std::uint8_t>(surface == kNoSurface ? EntityLabel::unknown : of_surface[surface]);
+      const bool over = surface != kNoSurface && of_surface[surface] == EntityLabel::wall &&
+                        cloud.points[i].z() > top[surface];
+      net.labels[i] = static_cast<std::uint8_t>(surface == kNoSurface || over ? EntityLabel::unknown
+                                                                              : of_surface[surface]);
       labeller.label(cloud.points[i], net.labels[i]);
     }
   });

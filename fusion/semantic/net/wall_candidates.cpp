@@ -10,6 +10,7 @@
 
 #include "fusion/semantic/net/free_standing.hpp"
 #include "fusion/semantic/net/hanging_wall.hpp"
+#include "fusion/semantic/net/judged_top.hpp"
 #include "fusion/semantic/net/mirrored_walls.hpp"
 #include "fusion/semantic/net/wall_storeys.hpp"
 #include "fusion/semantic/net/weigh_walls.hpp"
@@ -97,13 +98,14 @@ void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings)
     const bool in_opening = std::any_of(openings.begin(), openings.end(), [&](const Opening& opening) {
       return at > opening.from && at < opening.to && std::max(opening.door_score, opening.window_score) > 0;
     });
-    const WallRaster::Fractions whole = raster.fractions(c, c + 1, wall.visible_from, wall.ceiling - 0.15);
+    const WallRaster::Fractions whole = raster.fractions(c, c + 1, wall.visible_from, wall.judged_top - 0.15);
     seen += whole.cells * (whole.measured + whole.behind + whole.through);
     all += whole.cells;
     if (in_opening) continue;
     covered += whole.cells * whole.measured;
     cells += whole.cells;
-    const WallRaster::Fractions above = raster.fractions(c, c + 1, wall.floor + kBody, wall.ceiling - 0.15);
+    const WallRaster::Fractions above =
+        raster.fractions(c, c + 1, wall.floor + kBody, wall.judged_top - 0.15);
     upper += above.cells * above.measured;
     upper_cells += above.cells;
   }
@@ -126,7 +128,7 @@ void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
       return at > opening.from && at < opening.to && opening.door_score > 0;
     });
     if (in_door) continue;
-    for (double z = wall.visible_from; z + kRows * raster.row <= wall.ceiling - 0.1;
+    for (double z = wall.visible_from; z + kRows * raster.row <= wall.judged_top - 0.1;
          z += kRows * raster.row) {
       const WallRaster::Fractions block = raster.fractions(c, c + kColumns, z, z + kRows * raster.row);
       (block.measured >= kSolid ? solid : block.rays >= kRays ? open : unknown) += 1;
@@ -174,7 +176,9 @@ double wall_score(const WallCandidate& wall) {
   const double room = wall.ceiling - wall.floor, top = wall.z_high - wall.floor;
   double score = 6 * (wall.coverage - 0.45) + 0.6 * std::min(wall.whole_length(), 3.0) - 0.8;
   if (room > kMinWallTop + 0.4) {
-    score += wall.ceiling - wall.z_high < 0.4 ? 1.5 : top < kMinWallTop ? -6 : -1.5;
+    score += wall.ceiling - wall.z_high < 0.4                       ? 1.5
+             : top < kMinWallTop && wall.judged_top == wall.ceiling ? -6
+                                                                    : -1.5;
     score += 5 * std::min(0.0, wall.upper_coverage - 0.45);
   } else {
     // Without a ceiling height: a wall reaches the top of the measurements and bounds the floor.
@@ -261,6 +265,7 @@ std::vector<Opening> measure(const PlanPoints& points, const Segmentation& segme
   wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
   if (levels.ceiling()) wall.z_high = top_of_support(wall);  // else what is higher may not have been seen
   wall.visible_from = visible_from(segmentation, wall);
+  wall.judged_top = judged_top(points, wall);
   std::vector<Opening> openings = find_openings(points, wall, index, options);
   measure_coverage(wall, openings);
   measure_sight(wall, openings);

@@ -39,6 +39,8 @@ struct WallCandidate {
   double z_low = 0, z_high = 0, thickness = 0;
   double floor = 0, ceiling = 0;  ///< m, the levels it extends between
   double visible_from = 0;        ///< m, height above which nothing in front hides it
+  double judged_top = 0;          ///< m, height up to which its plane should be measured: the ceiling, or
+                                  ///< its own top, of a partition and where the site ends
   double coverage = 0;            ///< fraction of its plane that is measured, without openings
   double upper_coverage = 0;      ///< the same above 1.8 m from the floor
   double open = 0;                ///< observed fraction that a scanner looked through, without doors
