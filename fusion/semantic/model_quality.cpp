@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "protocols/length_text.hpp"
 
@@ -39,7 +41,22 @@ ModelDoubt doubt_of(const std::string& name, const Eigen::Vector3d& place, doubl
   return {name, place.unaryExpr(tidy), tidy(extent), reason};
 }
 
+/// Without a floor nothing says where virtual robots may drive. Its place is the middle of the site.
+std::optional<ModelDoubt> missing_floor(const BuiltModel& built) {
+  Eigen::AlignedBox3d site;
+  for (const ModelEntity& e : built.model.entities) {
+    if (e.label == EntityLabel::floor && !e.deleted) return std::nullopt;
+    site.extend(e.T_map_body.translation());
+  }
+  for (const Eigen::Vector3f& p : built.cloud.points) site.extend(p.cast<double>());
+  if (site.isEmpty()) return std::nullopt;
+  const Eigen::Vector3d middle = site.center();
+  return doubt_of("floor", {middle.x(), middle.y(), site.min().z()}, site.sizes().head<2>().maxCoeff(),
+                  "none was measured");
+}
+
 void find_doubts(const BuiltModel& built, std::vector<ModelDoubt>& doubts) {
+  if (auto doubt = missing_floor(built)) doubts.push_back(*std::move(doubt));
   for (const ModelEntity& e : built.model.entities) {
     if (const std::string reason = why(e); !reason.empty())
       doubts.push_back(doubt_of(e.name, e.T_map_body.translation(), e.size.head<2>().maxCoeff(), reason));
@@ -63,6 +80,7 @@ ModelQuality quality_of(const BuiltModel& built) {
     if (e.deleted) continue;
     if (e.label == EntityLabel::wall) quality.walls += e.size.x(), seen += e.observed * e.size.x();
     if (e.label == EntityLabel::floor) {
+      quality.has_floor = true;
       floor += e.size.head<2>().prod();
       covered += e.observed * e.size.head<2>().prod();
     }
@@ -84,8 +102,8 @@ std::string quality_line(const ModelQuality& quality) {
   line += quality.walls > 0
               ? "walls: " + length_text(quality.walls) + ", " + percent(quality.wall_support) + " measured"
               : "no walls";
-  line += "; floors: " + percent(quality.floor_cover) + " measured; " + percent(quality.unknown) +
-          " of the points unknown; ";
+  line += (quality.has_floor ? "; floors: " + percent(quality.floor_cover) + " measured; " : "; no floor; ") +
+          percent(quality.unknown) + " of the points unknown; ";
   const std::size_t n = quality.doubts.size();
   line += n == 0 ? "no doubtful part" : std::to_string(n) + (n == 1 ? " doubtful part" : " doubtful parts");
   for (std::size_t k = 0; k < std::min(n, kNamed); ++k) {

@@ -12,6 +12,7 @@ namespace parhelion::semantic {
 struct ModelQuality {
   double walls = 0;                ///< m, length of the walls
   double wall_support = 0;         ///< fraction of their faces that was measured or looked at
+  bool has_floor = false;          ///< at least one was found
   double floor_cover = 0;          ///< fraction of the floors' boxes that was measured
   bool up_doubtful = false;        ///< the model may be upside down or lie on its side
   double unknown = 0;              ///< fraction of the points in no entity and no object

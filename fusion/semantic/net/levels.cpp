@@ -127,6 +127,7 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   if (!heights.empty()) top_ = quantile(heights, 0.995), floor_ = lowest_ = quantile(heights, 0.005);
   find_parts();
   find_raised();
+  find_tops();
   find_scattered();
   double floor_area = 0, ceiling_area = 0;
   for (std::size_t h = 0; h < n; ++h) {
@@ -243,6 +244,33 @@ void Levels::find_raised() {
     if (over_floor && all[h].z > floor + kClimb) raised.push_back(h);
   }
   for (const std::size_t h : raised) floor_part_[h] += 4 * kPart;
+}
+
+/// Where the floor was cut off, or nobody saw it, walls go on below each level plate: these are the tops of
+/// tables and seats, however little lies under them.
+void Levels::find_tops() {
+  constexpr double kLong = 1.0, kHigh = 0.8, kLeast = 4;  // m: of a wall's surface; of all together
+  constexpr double kAbove = 0.12, kAboveWide = 0.25;      // m over the walls' foot
+  std::vector<std::pair<double, double>> feet;            // m: height, length
+  double all = 0;
+  for (const VerticalSurface& wall : segmentation_.verticals) {
+    const double length = (wall.end - wall.start).norm();
+    if (length < kLong || wall.z_high - wall.z_low < kHigh) continue;
+    feet.emplace_back(wall.z_low, length);
+    all += length;
+  }
+  if (all < kLeast) return;
+  std::sort(feet.begin(), feet.end());
+  double foot = feet.front().first, below = 0;
+  for (std::size_t i = 0; i < feet.size() && below < 0.5 * all; ++i)
+    foot = feet[i].first, below += feet[i].second;
+  for (std::size_t h = 0; h < segmentation_.horizontals.size(); ++h) {
+    const HorizontalSurface& plate = segmentation_.horizontals[h];
+    if (!plate.faces_down && plate.area > kMinArea &&
+        plate.z < foot + (plate.area < kStorey ? kAbove : kAboveWide))
+      return;
+  }
+  for (double& part : floor_part_) part += 4 * kPart;
 }
 
 /// Crowns of trees, eaves and the tops of hedges along a street are seen from below here and there: rooms

@@ -47,6 +47,7 @@ class Levels {
   /// Finds parts of a larger level nearby: a bow of the same floor, a lamp or a beam under the same ceiling.
   void find_parts();
   void find_raised();
+  void find_tops();
   void find_scattered();
 
   std::vector<LevelEvidence> evidence_;

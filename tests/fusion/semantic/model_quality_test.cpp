@@ -23,5 +23,24 @@ TEST(ModelQuality, TheLineNamesThreeDoubtsAndWhereTheOthersAre) {
   EXPECT_NE(five.find("and 2 more (`doubts` in the model has all)"), std::string::npos) << five;
 }
 
+TEST(ModelQuality, AModelWithoutAFloorSaysSoAndWhere) {
+  BuiltModel built;
+  built.cloud.points = {{1, 2, 0.3F}, {5, 4, 2}};
+  built.cloud.labels.assign(2, static_cast<std::uint8_t>(EntityLabel::wall));
+  built.object_of.assign(2, kNoObject);
+  const ModelQuality without = quality_of(built);
+  ASSERT_EQ(without.doubts.size(), 1U);
+  EXPECT_EQ(without.doubts[0].entity, "floor");
+  EXPECT_LT((without.doubts[0].place - Eigen::Vector3d(3, 3, 0.3)).norm(), 0.01);
+  EXPECT_NEAR(without.doubts[0].extent, 4, 0.01);
+  EXPECT_NE(quality_line(without).find("no floor;"), std::string::npos) << quality_line(without);
+  ModelEntity floor;
+  floor.label = EntityLabel::floor;
+  floor.size = {4, 2, 0.1};
+  built.model.entities.push_back(floor);
+  EXPECT_TRUE(quality_of(built).doubts.empty());
+  EXPECT_EQ(quality_line(quality_of(built)).find("no floor;"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace parhelion::semantic

@@ -1,4 +1,4 @@
-// Walls of which only a part is there or was seen.
+// Walls of which only a part is there or was seen, and clouds without a floor.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -85,6 +85,30 @@ TEST(PartialWalls, ALowFaceWithinASiteIsNone) {
   sampler.room({0, 0}, {9, 6}, 0, 2.6);
   sampler.wall({3, 3}, {6, 3}, 0, 1.2);
   EXPECT_EQ(length_along(net_of(sampler.cloud()), {2.8, 3}, {6.2, 3}), 0);
+}
+
+/// A room of which only what lies between two heights is left, with a table and a seat.
+SemanticNet sliced(double low, double high, double table) {
+  CloudSampler sampler(700, 0.004, 11);
+  sampler.room({0, 0}, {6, 5}, 0, 2.6);
+  sampler.slab({2, 2}, {3.6, 2.8}, table);
+  sampler.slab({2.6, 3.1}, {3.1, 3.6}, 0.45);
+  cloud::PointCloud<Map> cloud;
+  for (const Eigen::Vector3f& p : sampler.cloud().points) {
+    if (static_cast<double>(p.z()) > low && static_cast<double>(p.z()) < high) cloud.points.push_back(p);
+  }
+  return net_of(cloud);
+}
+
+TEST(PartialWalls, WithoutAFloorATableIsNone) {
+  const auto floors = [](const SemanticNet& net) {
+    return std::count_if(net.entities.begin(), net.entities.end(),
+                         [](const ModelEntity& e) { return e.label == EntityLabel::floor; });
+  };
+  for (const double table : {0.7, 0.9}) {
+    EXPECT_EQ(floors(sliced(0.3, 2.0, table)), 0) << table;
+    EXPECT_EQ(floors(sliced(-1, 2.0, table)), 1) << table;
+  }
 }
 
 }  // namespace
