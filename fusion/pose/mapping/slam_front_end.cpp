@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "fusion/pose/matching/scan_change.hpp"
 #include "fusion/pose/matching/weak_directions.hpp"
 
 namespace parhelion::pose {
@@ -47,6 +48,9 @@ constexpr double kAsUsual = 0.95;
 /// it is 0.1 m or more, in offices 0.02 m or less.
 constexpr double kShownWell = 0.02, kHardlyShown = 0.05;
 
+/// Returns that contradict the newest keyframe where the ground is none that the map does not reach.
+constexpr double kNotNew = 0.2;
+
 /// Keyframes: with fewer, a robot is not taken for picked up.
 constexpr std::size_t kKnowsWhatStands = 5;
 
@@ -67,7 +71,8 @@ SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options
       tracking_(robot, {.min_odometry_error = kMinOdometryError}),
       scale_(robot.odometry_error_translation),
       fine_(options.cell),
-      coarse_(4 * options.cell) {}
+      coarse_(4 * options.cell),
+      new_ground_(options.cell) {}
 
 SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const ScanOdometry::Step& reported) {
   const ScanOdometry::Step step = scale_.applied(reported);
@@ -94,6 +99,10 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const Sca
     if (moved_on && estimate.explained >= enough && !check_.is_suspected()) {
       keep(scan, estimate.explained);
       straighten();
+      estimate.keyframe = true;
+    }
+    if (is_new_ground(scan, step, estimate.explained)) {
+      go_on_in_new_ground(scan);
       estimate.keyframe = true;
     }
   }
@@ -154,6 +163,7 @@ Pose2 SlamFrontEnd::track(const ScanPoints& scan, const ScanOdometry::Step& step
     pose_ = found.expected.T_map_base;
     covariance_ = found.expected.covariance;
   }
+  is_led_by_odometry_ = found.by_odometry;
   add_weak_motion(before, found, step);
   unseen_ += unmeasured_.add(scan.stamp, pose_, shown_, found.by_odometry, tracking_.speed(), unseen_);
   return found.by_odometry ? step.step : before.inverse() * pose_;
@@ -235,6 +245,29 @@ bool SlamFrontEnd::is_undisturbed(const ScanPoints& scan) {
   if (exact && !exact_since_) exact_since_ = scan.stamp;
   if (exact) pose_ = found.T_map_base;
   return exact && scan.stamp - *exact_since_ >= kExactFor;
+}
+
+/// Odometry alone leads the robot, and nothing says that it is wrong.
+bool SlamFrontEnd::is_new_ground(const ScanPoints& scan, const ScanOdometry::Step& step, double explained) {
+  const bool led = step.known && is_led_by_odometry_ && !displaced_ && !check_.is_suspected() &&
+                   explained < 0.5 * kMinExplained && !tracking_.is_odometry_suspected();
+  const ScanPoints& newest = keyframes_.back().scan;
+  if (led && !change_between(newest, scan, keyframes_.back().T_map_base.inverse() * pose_).exceeds(kNotNew))
+    return new_ground_.add(scan, pose_, options_.match);
+  new_ground_.forget();
+  return false;
+}
+
+/// The error of the way to here is one of the map from here on.
+void SlamFrontEnd::go_on_in_new_ground(const ScanPoints& scan) {
+  keep(scan, check_.usually_explained());
+  keyframes_.back().drift += covariance_;
+  covariance_ = diagonal(kLoopSigma, kLoopYawSigma);
+  matched_ = scan.stamp;
+  heading_.restart(keyframes_);
+  tracking_.continue_from(pose_);
+  scale_.forget_motion();
+  new_ground_.forget();
 }
 
 void SlamFrontEnd::go_on(const Pose2& T_map_base, SensorTime stamp) {

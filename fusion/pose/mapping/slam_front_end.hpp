@@ -11,6 +11,7 @@
 #include "fusion/pose/mapping/displacement_check.hpp"
 #include "fusion/pose/mapping/heading_drift.hpp"
 #include "fusion/pose/mapping/keyframe.hpp"
+#include "fusion/pose/mapping/new_ground.hpp"
 #include "fusion/pose/mapping/unmeasured_motion.hpp"
 #include "fusion/pose/matching/scan_match.hpp"
 #include "fusion/pose/matching/surfel_map.hpp"
@@ -88,6 +89,8 @@ class SlamFrontEnd {
   void wait(const ScanPoints& scan, const ScanOdometry::Step& step, Estimate& estimate);
   void step_aside(const Match& beside, SensorTime stamp, Estimate& estimate);
   bool is_undisturbed(const ScanPoints& scan);
+  bool is_new_ground(const ScanPoints& scan, const ScanOdometry::Step& step, double explained);
+  void go_on_in_new_ground(const ScanPoints& scan);
   void go_on(const Pose2& T_map_base, SensorTime stamp);
   SlamState state(SensorTime stamp) const;
   ScanPoints without_companions(const ScanPoints& scan, const ScanOdometry::Step& step);
@@ -120,6 +123,7 @@ class SlamFrontEnd {
   /// As Keyframe::unseen, since the start or the last loop.
   Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
   UnmeasuredMotion unmeasured_;
+  NewGround new_ground_;
   WeakMotion weak_motion_;                                     ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
@@ -132,6 +136,7 @@ class SlamFrontEnd {
   PoseDoubt doubt_;
   DisplacementCheck check_;
   bool displaced_ = false;
+  bool is_led_by_odometry_ = true;         ///< the last scan
   std::optional<SensorTime> exact_since_;  ///< that a displaced robot seems to be where it was
 };
 

@@ -1,0 +1,51 @@
+#include "fusion/pose/mapping/new_ground.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace parhelion::pose {
+namespace {
+
+/// Returns of a scan: fewer fit anywhere.
+constexpr std::size_t kEnough = 40;
+/// m and rad of motion over which scans and odometry have to agree, as where a lost robot is found again half
+/// of that: the scans are compared with one of this place, not with a whole map.
+constexpr double kAgreedFor = 0.5;
+constexpr double kExplained = 0.5;
+/// m and rad, and of the motion: by so much odometry may be wrong.
+constexpr double kNear = 0.05, kNearFraction = 0.15;
+/// 1 sigma, m and rad: of odometry, in the match.
+constexpr double kSigma = 0.3, kYawSigma = 0.1;
+
+}  // namespace
+
+void NewGround::begin(const ScanPoints& scan, const Pose2& T_map_base) {
+  first_.emplace(cell_);
+  first_->add(scan.points, T_map_base);
+  before_ = T_map_base;
+  moved_ = 0;
+}
+
+bool NewGround::add(const ScanPoints& scan, const Pose2& T_map_base, const MatchOptions& options) {
+  if (scan.points.size() < kEnough) {
+    forget();
+    return false;
+  }
+  if (!first_) {
+    begin(scan, T_map_base);
+    return false;
+  }
+  const Pose2 step = before_.inverse() * T_map_base;
+  before_ = T_map_base;
+  moved_ += step.position().norm() + std::abs(step.yaw);
+  const Eigen::Vector3d sigma(kSigma, kSigma, kYawSigma);
+  const Eigen::Matrix3d prior = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Match found = match(*first_, scan.points, T_map_base, T_map_base, prior, options);
+  const Pose2 off = T_map_base.inverse() * found.T_map_base;
+  const bool agree = found.explained >= kExplained &&
+                     off.position().norm() + std::abs(off.yaw) < kNear + kNearFraction * moved_;
+  if (!agree) begin(scan, T_map_base);
+  return agree && moved_ >= kAgreedFor;
+}
+
+}  // namespace parhelion::pose
