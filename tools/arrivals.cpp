@@ -1,7 +1,9 @@
 #include "tools/arrivals.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <set>
 #include <utility>
 
@@ -15,11 +17,14 @@ double between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
 }
 
-/// Importers write the stamp where the source has no time of arrival.
+/// Importers write the stamp where the source has no time of arrival, or a little more where another message
+/// has that already.
 bool has_arrivals(const Arrivals& messages) {
+  constexpr std::int64_t kMoved = 100;  // us
+  std::size_t others = 0;
   for (std::size_t i = 0; i < messages.stamps.size(); ++i)
-    if (messages.stamps[i].utime() != messages.arrivals[i].utime()) return true;
-  return false;
+    others += std::abs(messages.stamps[i].utime() - messages.arrivals[i].utime()) > kMoved;
+  return 2 * others > messages.stamps.size();
 }
 
 /// Whether odometry's own delay can be told from that of the scans.
@@ -76,11 +81,19 @@ ScanArrival scan_arrival(const Arrivals& scans, const Arrivals& odometry) {
 std::optional<double> early_arrival(const LaserDescription& laser, std::size_t beams,
                                     const ScanArrival& arrival) {
   constexpr double kOdometryDelay = 0.02;  // s from the measurement of odometry to its arrival
-  if (!arrival.odometry_lag || beams == 0) return std::nullopt;
+  if (!arrival.odometry_lag || beams == 0 || laser.stamp_beam == LaserDescription::StampBeam::last)
+    return std::nullopt;
   const double last = std::max(laser.beam_time(0, beams), laser.beam_time(beams - 1, beams)).seconds();
   const double early = last + std::min(*arrival.odometry_lag, -arrival.delay);
   if (early <= std::max(last / 2, kOdometryDelay)) return std::nullopt;
   return early;
+}
+
+bool is_stamped_at_arrival(const LaserDescription& laser, std::size_t beams, const ScanArrival& arrival) {
+  const auto early = early_arrival(laser, beams, arrival);
+  if (!early) return false;
+  const double last = std::max(laser.beam_time(0, beams), laser.beam_time(beams - 1, beams)).seconds();
+  return *early > 0.8 * last && std::abs(*arrival.odometry_lag + arrival.delay) < last / 2;
 }
 
 std::string stamp_beam_advice(double early) {

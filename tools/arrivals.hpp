@@ -45,6 +45,10 @@ ScanArrival scan_arrival(const Arrivals& scans, const Arrivals& odometry);
 std::optional<double> early_arrival(const LaserDescription& laser, std::size_t beams,
                                     const ScanArrival& arrival);
 
+/// Early by nearly a whole sweep, and by clocks that agree: the stamp is that of the arrival. What is less
+/// certain may be odometry that is slow, in a log whose clock is behind.
+bool is_stamped_at_arrival(const LaserDescription& laser, std::size_t beams, const ScanArrival& arrival);
+
 /// What early_arrival() means, and what to do.
 std::string stamp_beam_advice(double early);
 

@@ -110,22 +110,36 @@ TEST(RecordedBeams, HaveTheStampAtTheBeamThatArrivalShows) {
     EXPECT_EQ(noted(report->notes), beam == StampBeam::last);
     return beam;
   };
-  for (const double clock : {0.0, 0.06, 3.0}) {
-    EXPECT_EQ(imported({kSweep, 0.005, clock}), StampBeam::last) << clock;
-    EXPECT_EQ(imported({0, 0.005, clock}), StampBeam::first) << clock;
-    EXPECT_EQ(imported({0, 0.04, clock}), StampBeam::first) << "slow odometry, " << clock;
+  EXPECT_EQ(imported({kSweep, 0.005, 0}), StampBeam::last);
+  EXPECT_EQ(imported({kSweep, 0.04, 0.02}), StampBeam::last);
+  for (const double clock : {0.0, 0.06, 0.15, 3.0}) {
+    for (const double odometry_delay : {0.005, 0.04, 0.06, 0.085})
+      EXPECT_EQ(imported({0, odometry_delay, clock}), StampBeam::first) << odometry_delay << ' ' << clock;
   }
 }
 
+TEST(RecordedBeams, KeepTheBeamOfTheStampWhereAnotherClockReceived) {
+  const test::TemporaryFolder folder;
+  const auto report = written_as_received(test::swept_drive(35, kInterval, kInterval), {kSweep, 0.005, 3},
+                                          test::import_options(folder / "in", folder / "out.lcm"));
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_THAT(report->notes, Contains(HasSubstr("set stamp_beam: last"))) << "said, not done";
+  EXPECT_EQ(test::ImportedLog(folder / "out.lcm").robot().laser->stamp_beam,
+            LaserDescription::StampBeam::first);
+}
+
+// A scan and an odometry message have the instant of another event, and are moved behind it.
 TEST(RecordedBeams, KeepTheBeamOfTheStampWhereNoArrivalIsRecorded) {
   const test::TemporaryFolder folder;
   test::SweptDrive drive = test::swept_drive(34, kInterval, kInterval);
-  for (test::DriveInput& input : drive.inputs) {
-    if (input.scan) input.scan->stamp = input.scan->stamp + seconds(kSweep);
-  }
+  const auto scan = std::find_if(drive.inputs.begin() + 100, drive.inputs.end(),
+                                 [](const test::DriveInput& each) { return each.scan.has_value(); });
+  scan->scan->stamp = std::next(scan)->odometry.stamp = std::prev(scan)->odometry.stamp;
   const auto report = written(drive, test::import_options(folder / "in", folder / "out.lcm"));
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_TRUE(report->notes.empty());
+  EXPECT_EQ(test::ImportedLog(folder / "out.lcm").robot().laser->stamp_beam,
+            LaserDescription::StampBeam::first);
 }
 
 }  // namespace

@@ -124,13 +124,16 @@ RobotDescription with_reversed_beams(RobotDescription robot) {
   return robot;
 }
 
+bool has_as_many_steps(const pose::MotionCalibration& now, const pose::MotionCalibration& then) {
+  return static_cast<double>(now.steps) >= 0.9 * static_cast<double>(then.steps);
+}
+
 /// Whether the same drive gives far smaller errors, of as many steps of odometry.
 bool is_far_better(const pose::MotionCalibration& now, const pose::MotionCalibration& then) {
   // Of the product of two variances. Right descriptions of two recorded drives with slow sweeps: 1.4 and 6.5;
   // a TurtleBot 4 whose driver reverses its beams: 0.10.
   constexpr double kFarBetter = 0.4;
-  return now.noise.misfit() < kFarBetter * then.noise.misfit() &&
-         static_cast<double>(now.steps) >= 0.9 * static_cast<double>(then.steps);
+  return now.noise.misfit() < kFarBetter * then.noise.misfit() && has_as_many_steps(now, then);
 }
 
 /// The first round, with the beams of a message in the order that the description gives, or in reverse order
@@ -173,7 +176,8 @@ Result<std::vector<pose::LaserPose>> calibrate_in_rounds(const RecordedDrive& dr
     report.deskew = deskew;
     best = std::move(*next);
     // Live, the first round may owe its small errors to odometry that came at the instant of each scan.
-    if (refused && refused->motion.noise.misfit() < best->motion.noise.misfit()) {
+    if (refused && refused->motion.noise.misfit() < best->motion.noise.misfit() &&
+        has_as_many_steps(refused->motion, best->motion)) {
       report.deskew = Deskew::recorded;
       std::swap(*best, *refused);
     }
@@ -191,7 +195,7 @@ Result<std::vector<pose::LaserPose>> calibrate_in_rounds(const RecordedDrive& dr
 /// A stamp that is of another beam than described moves all beams of a scan, and not odometry alone.
 void warn_of_stamps(const ReadDrive& read, CalibrationReport& report) {
   const Scan& first = read.drive.scans.front();
-  if (!first.angles.empty() || first.is_timed()) return;
+  if (!first.angles.empty() || !first.times.empty()) return;
   const ScanArrival arrival = scan_arrival(read.scan_arrivals, read.odometry_arrivals);
   if (const auto early = early_arrival(*report.before.laser, first.ranges.size(), arrival))
     report.warnings.push_back("laser " + stamp_beam_advice(*early));

@@ -52,17 +52,21 @@ std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string
       notes.push_back(start + recorded.order.what() + text);
     }
     if (recorded.own_times) continue;
-    if (const auto early = early_arrival(laser, recorded.beams, scan_arrival(recorded.arrivals, odometry_))) {
-      differs = true;
-      laser.stamp_beam = LaserDescription::StampBeam::last;
-      char text[160];
-      std::snprintf(
-          text, sizeof text,
-          "scans arrive %.4g ms before their last beam would be measured; the driver probably takes "
-          "the time when a scan arrives: stamp_beam is last",
-          1e3 * *early);
-      notes.push_back(start + text);
+    const ScanArrival arrival = scan_arrival(recorded.arrivals, odometry_);
+    const auto early = early_arrival(laser, recorded.beams, arrival);
+    if (!early) continue;
+    if (!is_stamped_at_arrival(laser, recorded.beams, arrival)) {
+      notes.push_back(recorded.channel + " " + stamp_beam_advice(*early));
+      continue;
     }
+    differs = true;
+    laser.stamp_beam = LaserDescription::StampBeam::last;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "scans arrive %.4g ms before their last beam would be measured; the driver probably takes "
+                  "the time when a scan arrives: stamp_beam is last",
+                  1e3 * *early);
+    notes.push_back(start + text);
   }
   if (!differs) return std::nullopt;
   return result;

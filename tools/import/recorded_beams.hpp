@@ -27,7 +27,7 @@ class RecordedBeams {
   void add(std::string_view channel, const Scan& scan, ArrivalTime arrival);
 
   /// The description with the lasers whose beams were measured in another order, or whose stamps are those of
-  /// the last beam (early_arrival), each said in `notes`; nullopt: the recording shows none.
+  /// the last beam (is_stamped_at_arrival), each said in `notes`; nullopt: the recording shows none.
   std::optional<RobotDescription> corrected(std::vector<std::string>& notes) const;
 
  private:
