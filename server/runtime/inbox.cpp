@@ -201,22 +201,31 @@ void Inbox::make_room_for_other(Queue& queue, const Arrived& arrived) {
   }
 }
 
-/// False: the new one is refused, as its sender has the most.
+/// Of the sender that has the most, the newest leaves; of stops and releases a release, while there is one.
+/// False: that is the new one.
 bool Inbox::make_room_among(Queue& queue, const Crowd& crowd, const Arrived& arrived) {
   const auto longest = std::max_element(crowd.of.begin(), crowd.of.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
   const auto own = crowd.of.find(arrived.message.sender);
   const std::size_t with_new = 1 + (own == crowd.of.end() ? 0 : own->second);
-  if (longest == crowd.of.end() || with_new >= longest->second) {
+  const bool is_own = longest == crowd.of.end() || with_new >= longest->second;
+  const std::uint64_t sender = is_own ? arrived.message.sender : longest->first;
+  const auto newest = [&](bool of_releases) {
+    return std::find_if(queue.waiting.rbegin(), queue.waiting.rend(), [&](const Arrived& waiting) {
+      return waiting.message.sender == sender && waiting.kind == arrived.kind &&
+             (!of_releases || release_in(waiting));
+    });
+  };
+  auto leaving = queue.waiting.rend();
+  if (!is_own || !release_in(arrived)) leaving = newest(true);
+  if (!is_own && leaving == queue.waiting.rend()) leaving = newest(false);
+  if (leaving == queue.waiting.rend()) {
     refuse(arrived);
     return false;
   }
-  const auto newest = std::find_if(queue.waiting.rbegin(), queue.waiting.rend(), [&](const Arrived& waiting) {
-    return waiting.message.sender == longest->first && waiting.kind == arrived.kind;
-  });
-  refuse(*newest);
-  forget(queue, *newest);
-  queue.waiting.erase(std::next(newest).base());
+  refuse(*leaving);
+  forget(queue, *leaving);
+  queue.waiting.erase(std::next(leaving).base());
   return true;
 }
 
@@ -300,13 +309,17 @@ void Inbox::refuse(const Arrived& arrived) {
   if (!release) return refuse_command(arrived.message);
   ++dropped_;
   if (*release == 0 || is_refused_release(*release)) return;
-  refused_releases_.push_back(*release);
-  if (refused_releases_.size() > kMaxRefusedReleases) refused_releases_.pop_front();
+  std::deque<std::uint64_t>& refused = first_stop(arrived) ? refused_releases_ : refused_agent_releases_;
+  refused.push_back(*release);
+  if (refused.size() > kMaxRefusedReleases) refused.pop_front();
   if (refused_commands_.size() < kMaxRefusals + kMaxRefusedReleases) refused_commands_.push_back(*release);
 }
 
 bool Inbox::is_refused_release(std::uint64_t request) const {
-  return std::find(refused_releases_.begin(), refused_releases_.end(), request) != refused_releases_.end();
+  const auto is_in = [request](const std::deque<std::uint64_t>& refused) {
+    return std::find(refused.begin(), refused.end(), request) != refused.end();
+  };
+  return is_in(refused_releases_) || is_in(refused_agent_releases_);
 }
 
 /// The session's for a stop, but not twice in a row while others have inputs; else the one whose turn it is,

@@ -160,7 +160,8 @@ class Inbox {
   bool took_stop_ = false;  // the last input was one
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::vector<std::uint64_t> refused_commands_;
-  std::deque<std::uint64_t> refused_releases_;  // request numbers, the newest last
+  // Request numbers, the newest last: of trainees' robots, and of agents, which must not displace them.
+  std::deque<std::uint64_t> refused_releases_, refused_agent_releases_;
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel
   std::string fault_;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <ctime>
 
 #include "protocols/time.hpp"
 
@@ -14,11 +16,11 @@ inline WallTime wall_now() {
               .count()};
 }
 
-/// Monotonic; for durations only.
+/// Monotonic, and goes on while the machine sleeps: what waited meanwhile is old. For durations only.
 inline WallTime steady_now() {
-  return {std::chrono::duration_cast<std::chrono::nanoseconds>(
-              std::chrono::steady_clock::now().time_since_epoch())
-              .count()};
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  return {std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec};
 }
 
 }  // namespace parhelion::runtime

@@ -73,6 +73,7 @@ const RobotModel* EntityShapes::model_of(const std::string& name) const {
 void EntityShapes::note_removal(const std::string& agent) {
   const auto of_scenario = [&](const AgentDefinition& each) { return each.name == agent; };
   if (std::any_of(scenario_.agents.begin(), scenario_.agents.end(), of_scenario)) return;
+  std::erase(removed_, agent);
   removed_.push_back(agent);
   if (removed_.size() <= kMaxRemoved) return;
   definitions_.erase(removed_.front());
@@ -81,7 +82,6 @@ void EntityShapes::note_removal(const std::string& agent) {
 }
 
 void EntityShapes::stand(const AgentDefinition& agent) {
-  std::erase(removed_, agent.name);
   definitions_[agent.name] = agent;
   if (agent.model.empty()) {
     shapes_[agent.name] = parts_of(agent);
@@ -101,6 +101,7 @@ void EntityShapes::take(const Event& event) {
   if (event.kind == EventKind::command_refused) asked_.erase(event.request);
   if (event.kind == EventKind::agent_removed) note_removal(event.subject);
   if (event.kind != EventKind::agent_spawned) return;
+  std::erase(removed_, event.subject);
   const auto asked = asked_.find(event.request);
   if (asked != asked_.end() && asked->second.name == event.subject) {
     stand(asked->second);

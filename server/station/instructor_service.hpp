@@ -48,7 +48,7 @@ class InstructorService {
     WallTime at;
   };
   Status check_rate(Subscriber& subscriber, WallTime now) const;
-  static Status check_delay(const ClientMessage& message, WallTime now);
+  Status check_delay(const ClientMessage& message, WallTime now) const;
   Result<std::string> execute(WebClient& client, const ClientMessage& message);
   Result<std::string> control(const ClientMessage& message);
   Result<std::string> save(const ClientMessage& message);

@@ -87,11 +87,6 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
       return refuse_console(context, status,
                             {input.channel + ": drives '" + status.robot + "', and there is no such robot"},
                             path.refusal_reported);
-    if (before != status.robot) {
-      const std::string fault = switch_fault(context, known == operators.end(), path);
-      if (!fault.empty())
-        return refuse_console(context, status, {input.channel + ": " + fault}, path.refusal_reported);
-    }
     const std::string driver = other_driver(status.robot, status.name, operators);
     if (!driver.empty()) path.contest(status.robot);
     if (before != status.robot && !driver.empty() && path.is_driven(status.robot)) {
@@ -102,6 +97,14 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
                             {"'" + who + "' drives '" + status.robot + "': wait until " + who +
                              " has released the dead-man, or choose another robot"},
                             path.refusal_reported);
+    }
+    if (before != status.robot) {
+      const std::string fault = switch_fault(context, known == operators.end(), path);
+      if (!fault.empty()) {
+        operators.erase(status.name);
+        if (!before.empty()) stop_if_undriven(before, path);
+        return refuse_console(context, status, {input.channel + ": " + fault}, path.refusal_reported);
+      }
     }
     operators[status.name] = {status.robot, input.arrival};
     if (before == status.robot) return;

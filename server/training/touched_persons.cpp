@@ -14,25 +14,32 @@ void TouchedPersons::take(const WorldMessage& world) {
 
 bool TouchedPersons::take(const Event& event) {
   if (event.kind == EventKind::operator_switched) {
-    note(drives_, event);
-    if (event.object == robot_ || trainees_robots_.contains(event.object)) note(home_, event);
+    note(event);
   }
-  if (event.kind == EventKind::console_lost) drives_.erase(event.subject);
+  if (const auto known = operators_.find(event.subject);
+      event.kind == EventKind::console_lost && known != operators_.end())
+    known->second.drives.clear();
   return event.kind == EventKind::person_touched && !event.undetectable &&
          (event.subject == robot_ || is_of_its_trainee(event.subject));
 }
 
-void TouchedPersons::note(std::map<std::string, std::string>& robots, const Event& switched) {
-  if (robots.size() >= kMaxOperators && !robots.contains(switched.subject)) return;
-  robots[switched.subject] = switched.object;
+void TouchedPersons::note(const Event& switched) {
+  if (operators_.size() >= kMaxOperators && !operators_.contains(switched.subject)) {
+    const auto idle = std::find_if(operators_.begin(), operators_.end(),
+                                   [](const auto& each) { return each.second.drives.empty(); });
+    if (idle == operators_.end()) return;
+    operators_.erase(idle);
+  }
+  Operator& known = operators_[switched.subject];
+  known.drives = switched.object;
+  if (switched.object == robot_ || trainees_robots_.contains(switched.object)) known.home = switched.object;
 }
 
 bool TouchedPersons::is_of_its_trainee(const std::string& robot) const {
   if (trainees_robots_.contains(robot)) return false;
-  return std::any_of(drives_.begin(), drives_.end(), [&](const auto& each) {
-    if (each.second != robot) return false;
-    const auto home = home_.find(each.first);
-    return home == home_.end() || home->second == robot_;
+  return std::any_of(operators_.begin(), operators_.end(), [&](const auto& each) {
+    const Operator& known = each.second;
+    return known.drives == robot && (known.home.empty() || known.home == robot_);
   });
 }
 

@@ -25,17 +25,21 @@ class TouchedPersons {
   bool take(const Event& event);
 
  private:
+  struct Operator {
+    std::string drives;  // empty: none now
+    std::string home;    // the trainee's robot that it drove last; empty: none
+  };
+  void note(const Event& switched);
   bool is_of_its_trainee(const std::string& robot) const;
 
   std::string robot_;
   std::string names_;                      // of all trainees' robots, as in MR_WORLD
   std::set<std::string> trainees_robots_;  // the same
-  void note(std::map<std::string, std::string>& robots, const Event& switched);
 
-  // Robot by operator. Names come from the bus: of more than kMaxOperators those that are new are left out.
+  // By name, which comes from the bus: beyond kMaxOperators one that drives nothing now is forgotten; while
+  // all drive, new ones are left out.
   static constexpr std::size_t kMaxOperators = 1000;
-  std::map<std::string, std::string> drives_;
-  std::map<std::string, std::string> home_;  // the trainee's robot that an operator drove last
+  std::map<std::string, Operator> operators_;
 };
 
 }  // namespace parhelion::training

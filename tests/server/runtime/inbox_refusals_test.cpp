@@ -206,15 +206,19 @@ TEST_F(InboxRefusalTest, InboxRefusesWhatWaitedInTheKernelOfAPausedProcess) {
 
 /// An administrator, or a time server, sets the clock while they wait.
 TEST_F(InboxRefusalTest, InboxTakesWhatWaitsWhileTheWallClockIsSet) {
-  Inbox inbox(*server_, configuration_, {{&guard_}});
+  InboxLimits limits;
+  limits.command_age = milliseconds(500);
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
   EXPECT_FALSE(inbox.take(steady_now()));
-  be_behind(milliseconds(2));
+  be_behind(milliseconds(500));  // nothing is older than the first take
   send_spawn(1);
   send_stop("", false, 2);
   send("TELEOP");
   inbox.close();
   for (const double step : {3600.0, -3600.0, 3600.0}) {
+    const WallTime before = wall_now();
     const test::WallClockStep set(seconds(step));
+    EXPECT_NEAR((wall_now() - before).seconds(), step, 10);
     const auto arrived = inbox.take(steady_now());
     ASSERT_TRUE(arrived) << step;
     EXPECT_LT(arrived->age, seconds(1000)) << step;
@@ -223,7 +227,21 @@ TEST_F(InboxRefusalTest, InboxTakesWhatWaitsWhileTheWallClockIsSet) {
   EXPECT_TRUE(inbox.take_refused_commands().empty());
 }
 
-/// Each waits in turn, behind the command that makes its agent.
+TEST_F(InboxRefusalTest, AStopOfAnAgentIsNotGivenUpForItsRelease) {
+  InboxLimits limits;
+  limits.stops = 3;
+  Inbox inbox(*server_, configuration_, {{&guard_}}, limits);
+  send_stop("agent_1", true, 1);
+  send_stop("agent_1", false, 2);
+  send_stop("agent_2", true, 3);
+  send_stop("agent_1", true, 4);
+  std::vector<std::uint64_t> taken;
+  for (const auto& each : take_all(inbox)) taken.push_back(request_of_stop(each));
+  EXPECT_EQ(taken, (std::vector<std::uint64_t>{1, 3, 4}));
+  EXPECT_EQ(inbox.take_refused_commands(), (std::vector<std::uint64_t>{2}));
+}
+
+/// Each waits in turn, behind the command that makes its agent. Releases (odd) leave before stops.
 TEST_F(InboxRefusalTest, InboxBoundsTheStopsOfAgentsFairly) {
   InboxLimits limits;
   limits.stops = 10;
@@ -241,7 +259,7 @@ TEST_F(InboxRefusalTest, InboxBoundsTheStopsOfAgentsFairly) {
   std::vector<std::uint64_t> requests;
   for (const Arrived& taken : take_all(inbox))
     requests.push_back(std::max(request_of(taken), request_of_stop(taken)));
-  EXPECT_EQ(requests, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 1000, 1001}));
+  EXPECT_EQ(requests, (std::vector<std::uint64_t>{2, 4, 6, 8, 10, 12, 14, 16, 18, 1000, 1001}));
   const auto refused = inbox.take_refused_commands();
   EXPECT_EQ(refused.size(), 91U) << "each is answered";
 }

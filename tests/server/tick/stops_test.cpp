@@ -258,5 +258,21 @@ TEST_F(StopsTest, OperatorsAndTheirSwitchesAreBounded) {
   EXPECT_TRUE(state_->operators.contains("anna"));
 }
 
+/// Whose switch is refused drives nothing any more: the robot must not stay his.
+TEST_F(StopsTest, AnOperatorWhoseSwitchIsRefusedLeavesTheRobot) {
+  start(test::configuration({agent("helper", AgentKind::robot, 3, 2)}));
+  claim(1, "anna");
+  for (int i = 0; i < 3000; ++i) claim(1.1 + i * 1e-4, "operator_" + std::to_string(i));
+  const auto to_another = [&](double t) {
+    return test::message(channel::kOperators, us(t),
+                         OperatorStatus{SensorTime::from_utime(us(t)), "anna", "helper",
+                                        OperatorStatus::State::drives, "console"});
+  };
+  for (const Message& each : log_) feed(each);
+  ASSERT_EQ(state_->operators.at("anna").robot, configuration_.robot.name);
+  feed(to_another(1.45));
+  EXPECT_FALSE(state_->operators.contains("anna"));
+}
+
 }  // namespace
 }  // namespace parhelion::tick

@@ -115,6 +115,21 @@ TEST_F(TouchedPerson, by_another_trainees_robot_is_that_trainees) {
   EXPECT_EQ(grader_->grade().deductions.size(), 1U);
 }
 
+/// Their names do not hide whose robot somebody drove last.
+TEST_F(TouchedPerson, by_another_trainee_is_that_trainees_after_a_thousand_consoles_were_lost) {
+  start();
+  world_of("rover rover_2");
+  for (int i = 0; i < 1500; ++i) {
+    const std::string name = "operator_" + std::to_string(i);
+    drives(1, name, "rover");
+    add_event(1, EventKind::console_lost, "rover", 0, 0, name);
+  }
+  drives(2, "ben", "rover_2");
+  drives(3, "ben", "helper");
+  touch(4, "helper");
+  EXPECT_TRUE(grader_->grade().deductions.empty());
+}
+
 /// Names come from the bus.
 TEST_F(TouchedPerson, is_known_of_a_thousand_operators) {
   start();
