@@ -25,8 +25,7 @@ class NewGround {
 
   double cell_;                     ///< m
   std::optional<SurfelMap> first_;  ///< what the first of these scans saw
-  Pose2 before_;                    ///< T_map_base at the previous scan
-  double moved_ = 0;                ///< m and rad since the first scan
+  Pose2 T_map_first_;               ///< the base at that scan
 };
 
 }  // namespace parhelion::pose

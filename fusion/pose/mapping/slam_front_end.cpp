@@ -214,6 +214,7 @@ void SlamFrontEnd::watch(const ScanPoints& scan, const Pose2& before, const Scan
 /// To a place beside the tracked one that the scan fits: wheels that slip or odometry that is late have led
 /// the robot astray, or it was pushed, but not carried away.
 void SlamFrontEnd::step_aside(const Match& beside, SensorTime stamp, Estimate& estimate) {
+  new_ground_.forget();
   pose_ = beside.T_map_base;
   covariance_ = diagonal(kFoundSigma, kFoundYawSigma);
   shown_.setZero();
@@ -249,8 +250,9 @@ bool SlamFrontEnd::is_undisturbed(const ScanPoints& scan) {
 
 /// Odometry alone leads the robot, and nothing says that it is wrong.
 bool SlamFrontEnd::is_new_ground(const ScanPoints& scan, const ScanOdometry::Step& step, double explained) {
-  const bool led = step.known && is_led_by_odometry_ && !displaced_ && !check_.is_suspected() &&
-                   explained < 0.5 * kMinExplained && !tracking_.is_odometry_suspected();
+  const bool led = is_map_complete_ && step.known && is_led_by_odometry_ && !displaced_ &&
+                   !check_.is_suspected() && explained < 0.5 * kMinExplained &&
+                   !tracking_.is_odometry_suspected();
   const ScanPoints& newest = keyframes_.back().scan;
   if (led && !change_between(newest, scan, keyframes_.back().T_map_base.inverse() * pose_).exceeds(kNotNew))
     return new_ground_.add(scan, pose_, options_.match);
@@ -258,11 +260,14 @@ bool SlamFrontEnd::is_new_ground(const ScanPoints& scan, const ScanOdometry::Ste
   return false;
 }
 
-/// The error of the way to here is one of the map from here on.
+/// The error of the way to here is one of the map from here on. Where it is large the robot is unsure until a
+/// loop has shown it.
 void SlamFrontEnd::go_on_in_new_ground(const ScanPoints& scan) {
-  keep(scan, check_.usually_explained());
-  keyframes_.back().drift += covariance_;
+  const Eigen::Matrix3d path_covariance = covariance_;
+  came_unmeasured_ = came_unmeasured_ || std::sqrt(std::max(path_covariance(0, 0), path_covariance(1, 1))) > kUnsureSigma;
   covariance_ = diagonal(kLoopSigma, kLoopYawSigma);
+  keep(scan, 1);
+  keyframes_.back().drift += path_covariance;
   matched_ = scan.stamp;
   heading_.restart(keyframes_);
   tracking_.continue_from(pose_);
@@ -271,6 +276,8 @@ void SlamFrontEnd::go_on_in_new_ground(const ScanPoints& scan) {
 }
 
 void SlamFrontEnd::go_on(const Pose2& T_map_base, SensorTime stamp) {
+  new_ground_.forget();
+  came_unmeasured_ = false;
   displaced_ = false;
   pose_ = T_map_base;
   covariance_ = diagonal(kFoundSigma, kFoundYawSigma);
@@ -310,7 +317,7 @@ SlamState SlamFrontEnd::state(SensorTime stamp) const {
   const OdometryFault fault = tracking_.fault();
   const bool carried = doubt_.carried() && (fault == OdometryFault::none || fault == OdometryFault::carried);
   const bool doubtful = carried || check_.is_suspected() || fault == OdometryFault::laser_frozen ||
-                        unmeasured_.is_unmeasured() ||
+                        unmeasured_.is_unmeasured() || came_unmeasured_ ||
                         (options_.doubt_mounting && tracking_.is_mounting_doubtful());
   return doubtful || sigma > kUnsureSigma || stamp - matched_ > kPatience ? SlamState::unsure
                                                                           : SlamState::tracking;
@@ -434,6 +441,8 @@ void SlamFrontEnd::update_local_map() {
 }
 
 void SlamFrontEnd::correct(const LoopCorrection& correction) {
+  new_ground_.forget();
+  came_unmeasured_ = false;
   const Pose2 T_keyframe_base = keyframes_.back().T_map_base.inverse() * pose_;
   const Pose2 before = pose_;
   for (std::size_t i = 0; i < keyframes_.size(); ++i) keyframes_[i].T_map_base = correction.poses[i];

@@ -124,7 +124,8 @@ class SlamFrontEnd {
   Eigen::Vector2d unseen_ = Eigen::Vector2d::Zero();
   UnmeasuredMotion unmeasured_;
   NewGround new_ground_;
-  WeakMotion weak_motion_;                                     ///< since the last keyframe, map frame
+  bool came_unmeasured_ = false;  ///< to this part of the map, over ground that nothing measured
+  WeakMotion weak_motion_;        ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
   /// directions.
