@@ -45,7 +45,8 @@ ModelDoubt doubt_of(const std::string& name, const Eigen::Vector3d& place, doubl
 std::optional<ModelDoubt> missing_floor(const BuiltModel& built) {
   Eigen::AlignedBox3d site;
   for (const ModelEntity& e : built.model.entities) {
-    if (e.label == EntityLabel::floor && !e.deleted) return std::nullopt;
+    if (e.deleted) continue;
+    if (e.label == EntityLabel::floor) return std::nullopt;
     site.extend(e.T_map_body.translation());
   }
   for (const Eigen::Vector3f& p : built.cloud.points) site.extend(p.cast<double>());

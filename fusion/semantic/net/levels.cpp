@@ -246,11 +246,12 @@ void Levels::find_raised() {
   for (const std::size_t h : raised) floor_part_[h] += 4 * kPart;
 }
 
-/// Where the floor was cut off, or nobody saw it, walls go on below each level plate: these are the tops of
-/// tables and seats, however little lies under them.
+/// Where the floor was cut off, or nobody saw it, walls go on below each level plate. Those that are lower
+/// than a storey's floor could be are the tops of tables and seats, however little lies under them.
 void Levels::find_tops() {
-  constexpr double kLong = 1.0, kHigh = 0.8, kLeast = 4;  // m: of a wall's surface; of all together
+  constexpr double kLong = 1.0, kHigh = 0.8, kMinLength = 4;  // m: of a wall's surface; of all together
   constexpr double kAbove = 0.12, kAboveWide = 0.25;      // m over the walls' foot
+  constexpr double kStoreyHeight = 2.2;                   // m, least
   std::vector<std::pair<double, double>> feet;            // m: height, length
   double all = 0;
   for (const VerticalSurface& wall : segmentation_.verticals) {
@@ -259,7 +260,7 @@ void Levels::find_tops() {
     feet.emplace_back(wall.z_low, length);
     all += length;
   }
-  if (all < kLeast) return;
+  if (all < kMinLength) return;
   std::sort(feet.begin(), feet.end());
   double foot = feet.front().first, below = 0;
   for (std::size_t i = 0; i < feet.size() && below < 0.5 * all; ++i)
@@ -270,7 +271,8 @@ void Levels::find_tops() {
         plate.z < foot + (plate.area < kStorey ? kAbove : kAboveWide))
       return;
   }
-  for (double& part : floor_part_) part += 4 * kPart;
+  for (std::size_t h = 0; h < floor_part_.size(); ++h)
+    if (segmentation_.horizontals[h].z < foot + kStoreyHeight) floor_part_[h] += 4 * kPart;
 }
 
 /// Crowns of trees, eaves and the tops of hedges along a street are seen from below here and there: rooms

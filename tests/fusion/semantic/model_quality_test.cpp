@@ -23,7 +23,7 @@ TEST(ModelQuality, TheLineNamesThreeDoubtsAndWhereTheOthersAre) {
   EXPECT_NE(five.find("and 2 more (`doubts` in the model has all)"), std::string::npos) << five;
 }
 
-TEST(ModelQuality, AModelWithoutAFloorSaysSoAndWhere) {
+TEST(ModelQuality, AMissingFloorIsADoubtWithItsPlace) {
   BuiltModel built;
   built.cloud.points = {{1, 2, 0.3F}, {5, 4, 2}};
   built.cloud.labels.assign(2, static_cast<std::uint8_t>(EntityLabel::wall));

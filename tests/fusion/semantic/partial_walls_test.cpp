@@ -3,23 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "fusion/semantic/net/semantic_net.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
+#include "tests/fusion/semantic/net_of.hpp"
 
 namespace parhelion::semantic {
 namespace {
 
 using test::CloudSampler;
-
-SemanticNet net_of(const cloud::PointCloud<Map>& cloud) {
-  const auto surfaces = segment(cloud);
-  if (!surfaces) throw std::runtime_error(surfaces.error().message);
-  const auto net = label_entities(cloud, *surfaces);
-  if (!net) throw std::runtime_error(net.error().message);
-  return *net;
-}
 
 /// m, of the walls that run along a segment, within 0.2 m of it.
 double length_along(const SemanticNet& net, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {

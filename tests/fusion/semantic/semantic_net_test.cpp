@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <stdexcept>
 
 #include "fusion/semantic/net/net_graph.hpp"
 #include "protocols/model_overlap.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
+#include "tests/fusion/semantic/net_of.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -22,14 +22,6 @@ using testing::HasSubstr;
 long count(const SemanticNet& net, EntityLabel label) {
   return std::count_if(net.entities.begin(), net.entities.end(),
                        [&](const ModelEntity& e) { return e.label == label; });
-}
-
-SemanticNet net_of(const cloud::PointCloud<Map>& cloud) {
-  const auto surfaces = segment(cloud);
-  if (!surfaces) throw std::runtime_error(surfaces.error().message);
-  const auto net = label_entities(cloud, *surfaces);
-  if (!net) throw std::runtime_error(net.error().message);
-  return *net;
 }
 
 TEST(SemanticNet, FindsFourWallsFloorAndCeilingOfABareRoom) {
