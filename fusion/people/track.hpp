@@ -100,8 +100,8 @@ struct Track {
   std::uint32_t companion = 0;  ///< id of another track very close to it
   double companion_time = 0;    ///< s with a companion, less those without
   double alone = 0;  ///< s as a person more than a stride from all other persons, at most kAloneFor
-  double lent =
-      0;  ///< s for which it still counts as alone, as the lost person did that it was recognised as
+  /// s in which it still counts as alone, because the lost person that it was recognised as had stood alone
+  double lent = 0;
 
   Eigen::Vector2d position() const { return state.head<2>(); }
   Eigen::Vector2d velocity() const { return state.tail<2>(); }
