@@ -264,7 +264,8 @@ bool SlamFrontEnd::is_new_ground(const ScanPoints& scan, const ScanOdometry::Ste
 /// loop has shown it.
 void SlamFrontEnd::go_on_in_new_ground(const ScanPoints& scan) {
   const Eigen::Matrix3d path_covariance = covariance_;
-  came_unmeasured_ = came_unmeasured_ || std::sqrt(std::max(path_covariance(0, 0), path_covariance(1, 1))) > kUnsureSigma;
+  came_unmeasured_ =
+      came_unmeasured_ || std::sqrt(std::max(path_covariance(0, 0), path_covariance(1, 1))) > kUnsureSigma;
   covariance_ = diagonal(kLoopSigma, kLoopYawSigma);
   keep(scan, 1);
   keyframes_.back().drift += path_covariance;

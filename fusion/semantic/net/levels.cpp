@@ -250,9 +250,9 @@ void Levels::find_raised() {
 /// than a storey's floor could be are the tops of tables and seats, however little lies under them.
 void Levels::find_tops() {
   constexpr double kLong = 1.0, kHigh = 0.8, kMinLength = 4;  // m: of a wall's surface; of all together
-  constexpr double kAbove = 0.12, kAboveWide = 0.25;      // m over the walls' foot
-  constexpr double kStoreyHeight = 2.2;                   // m, least
-  std::vector<std::pair<double, double>> feet;            // m: height, length
+  constexpr double kAbove = 0.12, kAboveWide = 0.25;          // m over the walls' foot
+  constexpr double kStoreyHeight = 2.2;                       // m, least
+  std::vector<std::pair<double, double>> feet;                // m: height, length
   double all = 0;
   for (const VerticalSurface& wall : segmentation_.verticals) {
     const double length = (wall.end - wall.start).norm();
