@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/runtime/wall_clock.hpp"
 #include "tests/server/station/http/raw_client.hpp"
 
 namespace parhelion::attack {
@@ -147,17 +148,23 @@ inline void with_paths_out_of_the_page(const Attacker& attacker, const Cookies& 
   EXPECT_EQ(attacker.get("/accounts.json", cookies.trainee), 404);
 }
 
+inline void expect_forbidden(RawClient& client, const std::string& text) {
+  const Json answer = reply(client, text);
+  EXPECT_EQ(answer.value("ok", true), false) << text;
+  EXPECT_NE(answer.value("text", "").find("s may not "), std::string::npos) << answer;
+}
+
 inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& cookies) {
   for (const std::string& cookie : {cookies.trainee, cookies.observer}) {
     RawClient client = attacker.client();
     ASSERT_EQ(client.open_socket("/ws/state", cookie).status, 101);
-    for (const char* text : {R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
-                             R"({"type":"agent","request":1,"action":"remove_all"})",
-                             R"({"type":"estop_release","request":1})", R"({"type":"end","request":1})"}) {
-      const Json answer = reply(client, text);
-      EXPECT_EQ(answer.value("ok", true), false) << text;
-      EXPECT_NE(answer.value("text", "").find("s may not "), std::string::npos) << answer;
-    }
+    for (const char* text :
+         {R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
+          R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})"})
+      expect_forbidden(client, text);
+    // The clock is the one that the server shows its pages.
+    const std::string now = std::to_string(Duration{runtime::steady_now().ns}.seconds());
+    expect_forbidden(client, R"({"type":"estop_release","request":1,"seen":)" + now + "}");
   }
 }
 
