@@ -8,8 +8,8 @@ namespace {
 
 /// Returns of a scan: fewer fit anywhere.
 constexpr std::size_t kEnough = 40;
-/// m and rad from the first scan, over which scans and odometry have to agree, as where a lost robot is found
-/// again half of that: the scans are compared with one of this place, not with a whole map.
+/// m and rad from the first scan, over which scans and odometry have to agree: twice as far as where a lost
+/// robot is found again, as they are compared with one scan of this place and not with a whole map.
 constexpr double kAgreedFor = 0.5;
 constexpr double kExplained = 0.5;
 /// m and rad, and of the motion: by so much odometry may be wrong.

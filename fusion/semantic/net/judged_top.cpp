@@ -8,7 +8,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kFrom = 0.12;      ///< m beside its plane, where its own points end
-constexpr double kBeyond = 1.0;     ///< m: within it something is measured behind all that stands in a site
+constexpr double kBeyond = 1.0;     ///< m: where nothing is measured so far behind it, the site ends
 constexpr double kThin = 0.45;      ///< m, from one face to the floor behind the other
 constexpr double kLevel = 0.1;      ///< m, of the floor
 constexpr double kNothing = 0.1;    ///< of its columns that have points beyond it
