@@ -42,8 +42,9 @@ struct OperatorPath {
 
 /// OPERATOR: stops a robot when its operator leaves it or the console is lost. While an operator's dead-man
 /// is pressed, nobody else's claim of that robot is accepted. More operators than kMaxOperators, and more
-/// switches a second than OperatorSwitches::kMaxPerSecond, are refused. On a bus without signatures a stranger can use both up. A message
-/// that is refused is an event, at most one in ten seconds: consoles send two each second.
+/// switches a second than OperatorSwitches::kMaxPerSecond, are refused. On a bus without signatures a
+/// stranger can use both up. A message that is refused is an event, at most one in ten seconds: consoles send
+/// two each second.
 void handle_operator(const TickContext& context, const Message& input, const OperatorPath& path);
 /// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const OperatorPath& path);
