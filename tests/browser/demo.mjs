@@ -43,8 +43,14 @@ try {
     assert.equal(await pause.getAttribute("title"), "A session with a real robot cannot be paused.");
     const reply = await page.evaluate(() => new Promise((resolve) => {
       const socket = new WebSocket(`${location.origin.replace("http", "ws")}/ws/state`);
-      socket.onopen = () => socket.send(JSON.stringify({ type: "control", action: "pause", request: 1 }));
-      socket.onmessage = ({ data }) => { if (typeof data === "string" && JSON.parse(data).type === "reply") resolve(JSON.parse(data)); };
+      let asked = false;
+      socket.onmessage = ({ data }) => {
+        const message = typeof data === "string" ? JSON.parse(data) : {};
+        if (message.type === "reply") resolve(message);
+        if (message.type !== "control" || asked) return;
+        asked = true;
+        socket.send(JSON.stringify({ type: "control", action: "pause", request: 1, seen: message.clock }));
+      };
     }));
     assert.equal(reply.ok, false);
     assert.match(reply.text, /a real robot cannot be paused/);

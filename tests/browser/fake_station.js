@@ -105,8 +105,8 @@
 
   const hello = {
     type: "hello", protocol: 1, who: { name: "kim", role: options.role }, server_us: 0,
-    session: { name: "workshop", mode: "live", level: 3, scenario: "workshop", robot: "rover", simulated: false, started_us: 0, mapped: false },
-    controls: { pause: false, rate: false, seek: false, end: true, save: true },
+    session: { name: "workshop", mode: options.mode ?? "live", level: 3, scenario: "workshop", robot: "rover", simulated: false, started_us: 0, mapped: false },
+    controls: { pause: false, rate: false, seek: false, end: true, save: true, ...options.controls },
     scene: { scripts: ["door_slams"], faults: ["camera_delay"], doors: ["door 3"], robot_models: ["rover", "crawler"], agents_max: 1000, briefing: "Drive to the platform." },
   };
   const near = (t) => Array.from({ length: 20 }, (_, i) => place(0, t + i * 0.15).slice(0, 2));
@@ -120,7 +120,7 @@
       setTimeout(() => { this.readyState = 1; this.onopen?.({}); if (url.includes("/ws/state")) this.#state(); }, 10);
       (globalThis.fakeSockets ??= []).push(this);
     }
-    send(text) { received.push(text); const message = JSON.parse(text); if (message.request !== undefined) this.give({ type: "reply", request: message.request, ok: true, text: "done" }); }
+    send(text) { received.push(text); const message = JSON.parse(text); if (message.request !== undefined) setTimeout(() => this.give({ type: "reply", request: message.request, ok: !options.refusal, text: options.refusal ?? "done" })); }
     close(code = 1000) { this.#timers.forEach(clearInterval); this.readyState = 3; this.onclose?.({ code }); }
     give(message) { this.onmessage?.({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
     #state() {
@@ -132,7 +132,7 @@
       this.give({ type: "score", score: 12, possible: 20, passed: null, left_s: 95, tasks: [{ name: "a", title: "Reach the platform", state: "running", points: 4, of: 10, left_s: 95 }] });
       const sendStatus = () => {
         this.give({ type: "status", values: {}, notes: {}, sensors: [{ name: "SCAN", rate_hz: 20, age_ms: 12, loss: 0, state: "ok" }] });
-        this.give({ type: "control", mode: "live", paused: false, rate: 1, position: t(), duration: null, ended: false, frozen: false, estop: globalThis.fakeStopped ?? false });
+        this.give({ type: "control", mode: options.mode ?? "live", paused: false, rate: 1, position: t(), duration: options.mode === "recorded" ? 600 : null, ended: false, frozen: false, estop: globalThis.fakeStopped ?? false, clock: performance.now() / 1000 });
         this.give({ type: "plans", list: [{ entity: "rover", kind: "predicted", points: near(t()) }, ...entities.filter((e) => e.kind === "robot" && e.id).slice(0, 6).map((e) => ({ entity: e.name, kind: "planned", points: [place(e.id, t()).slice(0, 2), place(e.id, t() + 2).slice(0, 2), place(e.id, t() + 4).slice(0, 2)] }))] });
       };
       sendStatus();

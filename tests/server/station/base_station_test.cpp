@@ -140,11 +140,11 @@ TEST_F(BaseStationTest, InstructorRoutesAreRefusedToTraineesAndObservers) {
       R"({"type":"agent","request":1,"action":"door","name":"door 1","opening":1})",
       R"({"type":"script","request":1,"name":"s"})",
       R"({"type":"fault","request":1,"kind":"camera_loss","amount":1})",
-      R"({"type":"end","request":1})",
+      R"({"type":"end","request":1,"seen":0})",
       R"({"type":"save","request":1,"name":"mine"})",
       R"({"type":"mark","request":1,"text":"x"})",
-      R"({"type":"control","request":1,"action":"pause"})",
-      R"({"type":"control","request":1,"action":"seek","value":0})"};
+      R"({"type":"control","request":1,"seen":0,"action":"pause"})",
+      R"({"type":"control","request":1,"seen":0,"action":"seek","value":0})"};
   for (const std::string role : {"trainee", "observer"}) {
     const auto client = open_client(role);
     for (const std::string& text : commands_of_instructors) {
@@ -244,7 +244,8 @@ TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
   EXPECT_THAT(RawClient(port_).get("/metrics").body, HasSubstr("parhelion_video_sent_total 0"));
 
   EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).status, 404);
-  EXPECT_EQ(ask(*open_client("instructor"), R"({"type":"end","request":1})")["ok"], true);
+  const std::string clock = std::to_string(Duration{runtime::steady_now().ns}.seconds());
+  EXPECT_EQ(ask(*open_client("instructor"), R"({"type":"end","request":1,"seen":)" + clock + "}")["ok"], true);
   const RawAnswer soon = RawClient(port_).get("/api/v1/report", admin);
   EXPECT_EQ(soon.status, 503);
   EXPECT_EQ(soon.headers.at("retry-after"), "1");

@@ -55,7 +55,7 @@ TEST(ClientMessages, EveryActionAndKindOfTheSchemaIsKnown) {
   }
   for (const char* action : {"pause", "resume", "step", "rate", "seek"})
     EXPECT_STREQ(
-        to_string(read(std::string(R"({"type":"control","value":1,"action":")") + action + "\"}").kind),
+        to_string(read(std::string(R"({"type":"control","seen":1,"value":1,"action":")") + action + "\"}").kind),
         action);
 }
 
@@ -93,9 +93,19 @@ TEST(ClientMessages, InvalidValuesAreRefusedByTheirKey) {
   EXPECT_THAT(fault(R"({"type":"agnet"})"), HasSubstr("agent"));
   EXPECT_THAT(fault(R"({"action":"spawn"})"), HasSubstr("type"));
   EXPECT_THAT(fault(R"({"type":"save","name":"../../etc/passwd"})"), HasSubstr("name"));
-  EXPECT_THAT(fault(R"({"type":"control","action":"seek"})"), HasSubstr("value"));
+  EXPECT_THAT(fault(R"({"type":"control","action":"seek","seen":1})"), HasSubstr("value"));
   EXPECT_THAT(fault(R"({"type":"report","name":"gauge","x":1})"), HasSubstr("both"));
   EXPECT_THAT(fault(R"({"type":"subscribe","world_hz":0})"), HasSubstr("world_hz"));
+}
+
+/// Without it a delay of the connection goes unnoticed.
+TEST(ClientMessages, WhatWouldBeWrongTooLateNeedsItsTime) {
+  for (const char* text : {R"({"type":"end"})", R"({"type":"control","action":"pause"})",
+                           R"({"type":"control","action":"resume"})", R"({"type":"control","action":"step"})",
+                           R"({"type":"control","action":"rate","value":2})",
+                           R"({"type":"control","action":"seek","value":2})", R"({"type":"estop_release"})"})
+    EXPECT_THAT(fault(text), HasSubstr("seen")) << text;
+  EXPECT_EQ(read(R"({"type":"end","seen":2.5})").seen, 2.5);
 }
 
 TEST(ClientMessages, InvalidMessagesAreRefused) {

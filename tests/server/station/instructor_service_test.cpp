@@ -120,11 +120,11 @@ TEST_F(InstructorServiceTest, TraineesMayReportButNotCommandAndBothAreLogged) {
   begin(configuration({}));
   const auto trainee = open(1, station::Role::trainee, "tom");
   for (const char* text :
-       {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})",
+       {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","seen":0,"request":1})",
         R"({"type":"save","request":1,"name":"mine"})", R"({"type":"mark","request":1,"text":"x"})",
         R"({"type":"fault","request":1,"kind":"dead_wheel","side":"left"})",
         R"({"type":"script","request":1,"name":"s"})",
-        R"({"type":"control","request":1,"action":"pause"})"}) {
+        R"({"type":"control","seen":0,"request":1,"action":"pause"})"}) {
     service_->receive(*trainee, text, now());
     EXPECT_EQ(trainee->newest("reply")["ok"], false) << text;
     EXPECT_THAT(trainee->newest("reply")["text"].get<std::string>(), HasSubstr("trainees may not")) << text;
@@ -206,7 +206,10 @@ TEST_F(InstructorServiceTest, AReleaseWithoutItsTimeIsRefused) {
 TEST_F(InstructorServiceTest, ASessionWithARealRobotCannotBePaused) {
   begin(configuration({}));
   const auto client = open();
-  service_->receive(*client, R"({"type":"control","request":3,"action":"pause"})", now());
+  pass(1);
+  const std::string clock = client->newest("control")["clock"].dump();
+  service_->receive(*client, R"({"type":"control","request":3,"action":"pause","seen":)" + clock + "}",
+                    now());
   EXPECT_EQ(client->newest("reply")["ok"], false);
   EXPECT_THAT(client->newest("reply")["text"].get<std::string>(), HasSubstr("real robot"));
 }
@@ -228,15 +231,15 @@ TEST_F(InstructorServiceTest, PauseRateSeekAndEndBecomePlayerCommands) {
   options.controls.end = [&] { return done.emplace_back("end"), Status(); };
   begin(configuration({}), options, true);
   const auto client = open();
-  service_->receive(*client, R"({"type":"control","request":1,"action":"pause"})", now());
-  service_->receive(*client, R"({"type":"control","request":2,"action":"resume"})", now());
-  service_->receive(*client, R"({"type":"control","request":3,"action":"seek","value":12.5})", now());
-  service_->receive(*client, R"({"type":"end","request":4})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":1,"action":"pause"})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":2,"action":"resume"})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":3,"action":"seek","value":12.5})", now());
+  service_->receive(*client, R"({"type":"end","seen":0,"request":4})", now());
   EXPECT_THAT(done, testing::ElementsAre("pause", "resume", "seek 12.500000", "end"));
   EXPECT_EQ(client->newest("reply")["ok"], true);
-  service_->receive(*client, R"({"type":"control","request":5,"action":"rate","value":3})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":5,"action":"rate","value":3})", now());
   EXPECT_EQ(client->newest("reply")["text"], "too fast");
-  service_->receive(*client, R"({"type":"control","request":6,"action":"step"})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":6,"action":"step"})", now());
   EXPECT_EQ(client->newest("reply")["ok"], false);
 }
 

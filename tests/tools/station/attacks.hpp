@@ -160,7 +160,7 @@ inline void as_a_trainee_who_instructs(const Attacker& attacker, const Cookies& 
     ASSERT_EQ(client.open_socket("/ws/state", cookie).status, 101);
     for (const char* text :
          {R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
-          R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})"})
+          R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1,"seen":0})"})
       expect_forbidden(client, text);
     // The clock is the one that the server shows its pages.
     const std::string now = std::to_string(Duration{runtime::steady_now().ns}.seconds());
