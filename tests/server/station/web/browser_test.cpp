@@ -1,4 +1,4 @@
-// The built page in a real browser; the checks are in tests/browser/headset.mjs and headset_walls.mjs.
+// The built page in a real browser; the checks are in tests/browser.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,8 +11,8 @@ namespace {
 
 const std::string kBrowserFolder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-/// Runs a program of tests/browser with the emulated headset; `last`: what it reports at its end.
-void run_with_headset(const std::string& program, const std::string& last) {
+/// Runs a program of tests/browser; `last`: what it reports at its end.
+void run_in_browser(const std::string& program, const std::string& last) {
   if (!std::filesystem::exists(kBrowserFolder + "/node_modules/iwer")) {
     // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << kBrowserFolder;
@@ -26,12 +26,14 @@ void run_with_headset(const std::string& program, const std::string& last) {
 }
 
 TEST(BrowserTest, HeadsetShowsVirtualObjectsWhereTheControllerPlacedThem) {
-  run_with_headset("headset", "ok  pictures go on while it is worn");
+  run_in_browser("headset", "ok  pictures go on while it is worn");
 }
 
 TEST(BrowserTest, RealWallsHideVirtualPersonsInAnAlignedHeadset) {
-  run_with_headset("headset_walls", "ok  a tracked marker aligns the map");
+  run_in_browser("headset_walls", "ok  a tracked marker aligns the map");
 }
+
+TEST(BrowserTest, ARefusedPressIsShown) { run_in_browser("refused", "ok  refusals are shown"); }
 
 }  // namespace
 }  // namespace parhelion::station

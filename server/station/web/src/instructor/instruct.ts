@@ -1,4 +1,4 @@
-/** Commands of the instructor: each gets a reply, which is shown. */
+/** Commands of a page: each gets a reply, which is shown. */
 import { hints } from "../layout/hints.svelte";
 import { notices } from "../session/notices.svelte";
 import type { Ask } from "../session/protocol";
@@ -11,10 +11,4 @@ export async function instruct(command: Ask, done = ""): Promise<boolean> {
   else if (done || reply.text) notices.show(done || reply.text);
   if (reply.ok && command.action === "spawn") hints.see("instructor");
   return reply.ok;
-}
-
-/** A message without a reply. */
-export function sendMessage(message: Parameters<typeof session.send>[0], notConnected: string, done = ""): void {
-  if (!session.send(message)) notices.show(notConnected, "wrong");
-  else if (done) notices.show(done);
 }

@@ -86,9 +86,10 @@ export interface Known { type: "known"; list: KnownThing[] }
 export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
   | Robots | People | Known | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
-/** Commands that get a `reply` with the same `request`. */
-export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report" | "control" | "estop_release"; [field: string]: unknown }
-export interface ClientMessage { type: "subscribe" | "chat" | "mark" | "control" | "estop"; [field: string]: unknown }
+/** Commands that get a `reply` with the same `request`: whoever sends one shows a refusal. */
+export interface Ask { type: "agent" | "script" | "fault" | "start" | "end" | "save" | "report" | "chat" | "mark" | "control" | "estop_release"; [field: string]: unknown }
+/** Never refused, or sent on another connection too. */
+export interface ClientMessage { type: "subscribe" | "estop"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
   hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],

@@ -111,13 +111,13 @@ class Session {
 
   /** Sends a command; resolves with the server's reply, or `ok: false` and the reason. */
   ask(message: Ask): Promise<Reply> {
+    if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
     return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...this.#seen(message), request })), strings.link);
   }
 
   /** Sends a message without a reply; false: not connected. */
   send(message: ClientMessage): boolean {
-    if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
-    return this.#link.send(JSON.stringify({ ...message, ...this.#seen(message) }));
+    return this.#link.send(JSON.stringify(message));
   }
 
   /** The server refuses a message that the connection has delayed. */
