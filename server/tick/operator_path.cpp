@@ -58,18 +58,36 @@ void refuse_console(const TickContext& context, const OperatorStatus& status, co
   publish_event(context, event);
 }
 
-/// False: too many of all operators within a second.
-bool may_switch(SimulationTime now, OperatorSwitches& switches) {
-  if (now - switches.since >= seconds(1.0)) switches = {now, 0};
-  return ++switches.count <= OperatorSwitches::kMaxPerSecond;
+/// Makes room for a name that is repeated. False: all have driven.
+bool displace_idle(const TickContext& context, const OperatorPath& path) {
+  Operators& operators = path.operators;
+  auto idlest = operators.end();
+  for (auto each = operators.begin(); each != operators.end(); ++each) {
+    if (each->second.has_driven) continue;
+    if (idlest == operators.end() || each->second.received < idlest->second.received) idlest = each;
+  }
+  if (idlest == operators.end()) return false;
+  const std::string name = idlest->first, robot = idlest->second.robot;
+  operators.erase(idlest);
+  stop_if_undriven(robot, path);
+  publish(
+      context, EventKind::console_lost, name, robot,
+      "displaced: " + std::to_string(kMaxOperators) + " operators claim robots, and this one has not driven");
+  return true;
 }
 
-/// Empty: the operator may drive another robot than before.
-std::string switch_fault(const TickContext& context, bool is_new, const OperatorPath& path) {
-  if (is_new && path.operators.size() >= kMaxOperators)
-    return std::to_string(kMaxOperators) + " operators drive already; expected no more";
-  if (may_switch(context.now, path.switches)) return {};
-  return "operators changed robots more than " + std::to_string(OperatorSwitches::kMaxPerSecond) +
+/// Empty: the operator may drive another robot than before. `known`: nullptr for a new name.
+std::string switch_fault(const TickContext& context, const std::string& name, const DrivingOperator* known,
+                         ArrivalTime arrival, const OperatorPath& path) {
+  OperatorAdmission& admission = path.admission;
+  const bool is_full = known == nullptr && path.operators.size() >= kMaxOperators;
+  const bool repeats = known != nullptr ? known->has_driven || arrival - known->since >= SeenNames::kRepeat
+                                        : admission.seen.repeats(name, arrival);
+  if (!is_full && admission.first_claims.spend(context.now)) return {};
+  if (repeats && admission.repeated.spend(context.now) && (!is_full || displace_idle(context, path)))
+    return {};
+  if (is_full) return std::to_string(kMaxOperators) + " operators drive already; expected no more";
+  return "operators changed robots more than " + std::to_string(SwitchBudget::kMaxPerSecond) +
          " times within a second";
 }
 
@@ -99,14 +117,19 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
                             path.refusal_reported);
     }
     if (before != status.robot) {
-      const std::string fault = switch_fault(context, known == operators.end(), path);
+      const std::string fault = switch_fault(
+          context, status.name, known == operators.end() ? nullptr : &known->second, input.arrival, path);
       if (!fault.empty()) {
         operators.erase(status.name);
         if (!before.empty()) stop_if_undriven(before, path);
         return refuse_console(context, status, {input.channel + ": " + fault}, path.refusal_reported);
       }
     }
-    operators[status.name] = {status.robot, input.arrival};
+    const auto accepted = operators.try_emplace(status.name, DrivingOperator{{}, {}, input.arrival}).first;
+    DrivingOperator& claim = accepted->second;
+    claim.robot = status.robot;
+    claim.received = input.arrival;
+    claim.has_driven = claim.has_driven || (driver.empty() && path.is_driven(status.robot));
     if (before == status.robot) return;
     if (!before.empty()) stop_if_undriven(before, path);
     return publish(context, EventKind::operator_switched, status.name, status.robot, status.text);

@@ -159,7 +159,7 @@ StartPath State::start_path() { return {waiting, simulation, scripts, faults}; }
 
 OperatorPath State::operator_path(const TickContext& context) {
   return {operators,
-          operator_switches,
+          operator_admission,
           operator_refused,
           simulation,
           [this, &context](const std::string& name) {

@@ -72,7 +72,7 @@ struct State {
   Scripts scripts;
   FaultState faults;
   Operators operators;
-  OperatorSwitches operator_switches;
+  OperatorAdmission operator_admission;
   bool waiting = false;                            ///< for the start of the training
   std::optional<SimulationTime> operator_refused;  ///< when that was last reported
   std::unique_ptr<LiveGrading> grading;            ///< null: the scenario has no training

@@ -28,6 +28,11 @@ class StopsTest : public test::TickTest {
                       OperatorStatus{SensorTime::from_utime(us(t)), name, configuration_.robot.name,
                                      OperatorStatus::State::drives, "console"}));
   }
+  void claim_agent(double t, const std::string& name) {
+    log_.push_back(test::message(channel::kOperators, us(t),
+                                 OperatorStatus{SensorTime::from_utime(us(t)), name, "helper",
+                                                OperatorStatus::State::drives, "console"}));
+  }
   /// A drive without the messages of `channel` from `begin` to `end`.
   void drive_without(double duration, const std::string& channel, double begin, double end) {
     for (Message& each : test::drive(duration)) {
@@ -248,8 +253,8 @@ TEST_F(StopsTest, OperatorsAndTheirSwitchesAreBounded) {
   }
   EXPECT_LE(max_count, kMaxOperators);
   const auto switched = [&] { return texts(EventKind::operator_switched).size(); };
-  EXPECT_LE(switched(), 4U * OperatorSwitches::kMaxPerSecond);
-  EXPECT_GE(switched(), 3U * OperatorSwitches::kMaxPerSecond);
+  EXPECT_LE(switched(), 4U * SwitchBudget::kMaxPerSecond);
+  EXPECT_GE(switched(), 3U * SwitchBudget::kMaxPerSecond);
   const std::size_t before = switched();
   log_.clear();
   claim(6, "anna");
@@ -258,20 +263,62 @@ TEST_F(StopsTest, OperatorsAndTheirSwitchesAreBounded) {
   EXPECT_TRUE(state_->operators.contains("anna"));
 }
 
+/// New names, each claimed once: they take neither the places nor the switches of consoles, which repeat
+/// theirs.
+TEST_F(StopsTest, AFloodOfNewOperatorsKeepsNoConsoleOut) {
+  for (const int rate : {64, 1000, 4000}) {
+    start(test::configuration({}));
+    log_.clear();
+    for (int i = 0; i < 4 * rate; ++i)
+      claim(1 + i / static_cast<double>(rate), "operator_" + std::to_string(i));
+    for (double t = 1.50003; t < 5; t += 0.4) claim(t, "anna");
+    std::stable_sort(log_.begin(), log_.end(),
+                     [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+    double entered = 0;
+    for (const Message& each : log_) {
+      feed(each);
+      const double t = (each.arrival.utime() - test::kStartUs) * 1e-6;
+      if (entered == 0 && state_->operators.contains("anna")) entered = t;
+      ASSERT_TRUE(entered == 0 || state_->operators.contains("anna")) << rate << " at " << t;
+    }
+    EXPECT_GT(entered, 0) << rate;
+    EXPECT_LE(entered, 3.5) << rate;
+  }
+}
+
+/// As many names as there are places, all repeated: whoever drives keeps his place, and the others lose
+/// theirs.
+TEST_F(StopsTest, AnOperatorWhoDrivesKeepsHisPlace) {
+  drive_without(8, channel::kTeleop, 0, 0);
+  hold(1, 7.5);
+  for (double t = 0.5; t < 7.5; t += 0.4) claim(t, "anna");
+  for (double t = 2; t < 7.5; t += 0.5)  // of another robot, since anna holds the dead-man of hers
+    for (int i = 0; i < 100; ++i) claim_agent(t + i * 1e-3, "operator_" + std::to_string(i));
+  for (double t = 5.0; t < 7.5; t += 0.4) claim_agent(t + 0.0003, "bob");
+  start(test::configuration({agent("helper", AgentKind::robot, 3, 2)}));
+  run();
+  EXPECT_TRUE(state_->operators.contains("anna"));
+  EXPECT_EQ(state_->operators.size(), kMaxOperators);
+  std::vector<std::string> entered;
+  for (const Event& event : decoded<Event>(channel::kMrEvents)) {
+    if (event.kind == EventKind::operator_switched) entered.push_back(event.subject);
+    EXPECT_FALSE(event.kind == EventKind::console_lost && event.subject == "anna") << event.text;
+  }
+  EXPECT_THAT(entered, testing::Contains("bob"));
+  EXPECT_LE(entered.size(), 8U * 2 * SwitchBudget::kMaxPerSecond);
+  EXPECT_TRUE(moves(6, 7));
+}
+
 /// Whose switch is refused drives nothing any more: the robot must not stay his.
 TEST_F(StopsTest, AnOperatorWhoseSwitchIsRefusedLeavesTheRobot) {
   start(test::configuration({agent("helper", AgentKind::robot, 3, 2)}));
   claim(1, "anna");
-  for (int i = 0; i < 3000; ++i) claim(1.1 + i * 1e-4, "operator_" + std::to_string(i));
-  const auto to_another = [&](double t) {
-    return test::message(channel::kOperators, us(t),
-                         OperatorStatus{SensorTime::from_utime(us(t)), "anna", "helper",
-                                        OperatorStatus::State::drives, "console"});
-  };
-  for (const Message& each : log_) feed(each);
+  for (int i = 0; i < 100; ++i) claim(1.1 + i * 1e-4, "operator_" + std::to_string(i));
+  claim_agent(1.15, "anna");
+  for (std::size_t i = 0; i + 1 < log_.size(); ++i) feed(log_[i]);
   ASSERT_EQ(state_->operators.at("anna").robot, configuration_.robot.name);
-  feed(to_another(1.45));
-  EXPECT_FALSE(state_->operators.contains("anna"));
+  feed(log_.back());
+  EXPECT_FALSE(state_->operators.contains("anna")) << "so soon, her name is not repeated";
 }
 
 }  // namespace
