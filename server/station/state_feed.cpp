@@ -7,6 +7,7 @@
 #include "protocols/channels.hpp"
 #include "server/simulation/robots/base_body.hpp"
 #include "server/station/depth_frames.hpp"
+#include "server/station/operator_name.hpp"
 #include "server/tick/instructor_input.hpp"
 
 namespace parhelion::station {
@@ -399,12 +400,36 @@ void StateFeed::handle_depth(const Message& message, std::size_t index, WallTime
 void StateFeed::handle_operator(const Message& message, WallTime now) {
   OperatorStatus status;
   if (!decode(message.channel, message.payload, status)) return;
-  const auto known = operators_.find(status.name);
-  if (known == operators_.end() && operators_.size() >= kShownOperators) return;
-  const bool news = known == operators_.end() || known->second.first.robot != status.robot ||
-                    known->second.first.state != status.state;
-  operators_changed_ = operators_changed_ || news;
-  operators_[status.name] = {status, now};
+  auto known = operators_.find(status.name);
+  const bool is_new = known == operators_.end();
+  if (is_new && operators_.size() >= kShownOperators && !make_room_for(status.name, now)) return;
+  if (is_new) known = operators_.emplace(status.name, ShownOperator{{}, now, {}}).first;
+  const OperatorStatus& before = known->second.status;
+  if (is_new || before.robot != status.robot || before.state != status.state) operators_changed_ = true;
+  known->second.status = std::move(status);
+  known->second.last = now;
+}
+
+void StateFeed::note_pages() {
+  page_operators_.clear();
+  for (const Subscriber& each : subscribers().all())
+    page_operators_.insert(operator_name(each.client->who()));
+}
+
+/// Names come from the bus. A name of an open page always has a place; another one if it is repeated, as
+/// consoles do: it displaces a name that was sent only once, else the one that has been silent for longest.
+bool StateFeed::make_room_for(const std::string& name, WallTime now) {
+  const bool is_page = page_operators_.contains(name);
+  if (!is_page && !seen_names_.repeats(name, ArrivalTime{now.ns})) return false;
+  const auto rank = [](const ShownOperator& each) { return std::pair(each.is_repeated(), each.last); };
+  auto leaves = operators_.end();
+  for (auto each = operators_.begin(); each != operators_.end(); ++each) {
+    const bool leaves_sooner = leaves == operators_.end() || rank(each->second) < rank(leaves->second);
+    if (leaves_sooner && !page_operators_.contains(each->first)) leaves = each;
+  }
+  if (leaves == operators_.end()) return is_page;
+  operators_.erase(leaves);
+  return true;
 }
 
 void StateFeed::handle_model(const Message& message) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -20,8 +21,16 @@
 #include "server/station/robot_feed.hpp"
 #include "server/station/site_json.hpp"
 #include "server/tick/configuration.hpp"
+#include "server/tick/operator_admission.hpp"
 
 namespace parhelion::station {
+
+/// An operator whom pages list: the newest status, and when the first one and that came.
+struct ShownOperator {
+  OperatorStatus status;
+  WallTime first, last;
+  bool is_repeated() const { return last - first >= tick::SeenNames::kRepeat; }
+};
 
 struct FeedOptions {
   HelloFields hello_fields;  ///< everything except the instants
@@ -144,6 +153,8 @@ class StateFeed {
   std::string injection_text(const RobotFeed& robot, const View& view) const;
   void update(View& view, WallTime now);
   void forget_silent_operators(WallTime now);
+  bool make_room_for(const std::string& operator_on_bus, WallTime now);
+  void note_pages();
   void send_operators();
 
   std::shared_ptr<const tick::Configuration> configuration_;
@@ -166,7 +177,10 @@ class StateFeed {
   Scan scan_;
   ServerStatus status_;
   std::string bus_error_;  ///< why the bus delivers nothing; empty: it works
-  std::map<std::string, std::pair<OperatorStatus, WallTime>> operators_;
+  std::map<std::string, ShownOperator> operators_;
+  std::set<std::string>
+      page_operators_;  ///< names on the bus of those who have a page open, at the last look
+  tick::SeenNames seen_names_;
   std::uint64_t model_version_ = 0;
   bool operators_changed_ = false;
   bool people_shown_ = false;

@@ -48,6 +48,7 @@ bool goes_by_itself(const WorldMessage::Entry& body) {
 
 void StateFeed::open(std::shared_ptr<WebClient> client) {
   subscribers().open(std::move(client));
+  note_pages();
   place(subscribers().all().back());
   greet(subscribers().all().back());
 }
@@ -57,7 +58,7 @@ void StateFeed::place(Subscriber& subscriber) {
   std::vector<std::string> drives;
   const auto known = operators_.find(operator_name(subscriber.client->who()));
   if (known != operators_.end()) {
-    const OperatorStatus& status = known->second.first;
+    const OperatorStatus& status = known->second.status;
     const AgentDefinition* agent = placed_.find(status.robot);
     if (status.state == OperatorStatus::State::drives && agent != nullptr) drives.push_back(agent->name);
   }
@@ -247,18 +248,17 @@ void StateFeed::send_people() {
 }
 
 void StateFeed::forget_silent_operators(WallTime now) {
-  const auto gone = std::erase_if(operators_, [&](const auto& each) {
-    return now - each.second.second > driving_timing::kOperatorShown;
-  });
+  const auto gone = std::erase_if(
+      operators_, [&](const auto& each) { return now - each.second.last > driving_timing::kOperatorShown; });
   operators_changed_ = operators_changed_ || gone > 0;
 }
 
 /// People see each other's real names.
 std::string StateFeed::operators_text(const View& view) const {
   std::vector<OperatorStatus> statuses;
-  for (const auto& [name, status] : operators_) {
-    if (!view.may_follow(status.first.robot)) continue;
-    statuses.push_back(status.first);
+  for (const auto& [name, shown] : operators_) {
+    if (!view.may_follow(shown.status.robot)) continue;
+    statuses.push_back(shown.status);
     for (const Subscriber& subscriber : audience_.subscribers().all()) {
       if (operator_name(subscriber.client->who()) == name)
         statuses.back().name = subscriber.client->who().name;
@@ -275,6 +275,7 @@ void StateFeed::send_operators() {
 
 void StateFeed::look(WallTime now) {
   looked_ = now;
+  note_pages();
   forget_silent_operators(now);
   look_from_agents(now);
   if (subscribers().empty()) return;

@@ -1,5 +1,8 @@
 #include "server/tick/operator_admission.hpp"
 
+#include <algorithm>
+#include <span>
+
 #include "protocols/driving_timing.hpp"
 #include "protocols/hash.hpp"
 
@@ -14,14 +17,20 @@ bool SwitchBudget::spend(SimulationTime now) {
 }
 
 bool SeenNames::repeats(std::string_view name, ArrivalTime now) {
-  constexpr std::size_t kPlaces = 4096;
+  constexpr std::size_t kGroups = 1024, kInGroup = 4;
   static_assert(kRepeat < driving_timing::kConsoleHeartbeat);
-  places_.resize(kPlaces);
+  places_.resize(kGroups * kInGroup);
   const std::uint64_t hash = fnv1a(name);
-  Place& place = places_[(hash ^ (hash >> 32)) % kPlaces];
-  const Duration age = now - place.first;
-  if (place.hash == hash && age < driving_timing::kConsoleSilence) return age >= kRepeat;
-  place = {hash, now};
+  const auto group = std::span(places_).subspan((hash ^ (hash >> 32)) % kGroups * kInGroup, kInGroup);
+  auto place = std::find_if(group.begin(), group.end(), [&](const Place& each) { return each.hash == hash; });
+  if (place != group.end()) {
+    const Duration age = now - place->first;
+    if (age < driving_timing::kConsoleSilence) return age >= kRepeat;
+  } else {
+    place = std::min_element(group.begin(), group.end(),
+                             [](const Place& a, const Place& b) { return a.first < b.first; });
+  }
+  *place = {hash, now};
   return false;
 }
 

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "server/simulation/bodies/bodies.hpp"
 #include "server/station/operator_name.hpp"
 #include "tests/number_at.hpp"
@@ -43,18 +45,47 @@ TEST_F(FeedTest, PagesShowTheAccountNameOfTheDriver) {
   EXPECT_EQ(client->newest("operators")["list"][0]["name"], "tess");
 }
 
-/// Names come from the bus: pages list some of a flood, and others again when it is over.
-TEST_F(FeedTest, PagesListABoundedNumberOfOperators) {
-  start(configuration({}));
-  const auto client = open();
-  const auto send_status = [&](const std::string& name) {
+class OperatorsFeedTest : public FeedTest {
+ protected:
+  void send_status(const std::string& name) {
     OperatorStatus status;
     status.stamp = sensor_time();
     status.name = name;
     status.robot = "synthetic";
     status.state = OperatorStatus::State::drives;
     take(channel::kOperators, status);
-  };
+  }
+  static std::set<std::string> names_in(const nlohmann::json& operators) {
+    std::set<std::string> names;
+    for (const auto& each : operators["list"]) names.insert(each["name"]);
+    return names;
+  }
+};
+
+/// New names all the time: who repeats his, as consoles do, is listed, and so is who has a page.
+TEST_F(OperatorsFeedTest, AFloodOfNewNamesHidesNoOperator) {
+  start(configuration({}));
+  const auto ada = open(1, station::Role::instructor, "ada"), tess = open(2, station::Role::trainee, "tess");
+  const std::string page = station::operator_name({"tess", station::Role::trainee});
+  int next = 0;
+  for (int step = 0; step < 20; ++step) {
+    for (int i = 0; i < 100; ++i) send_status("operator_" + std::to_string(next++));
+    if (step >= 5 && step % 4 == 0) send_status("anna");
+    if (step == 5) send_status(page);
+    pass(0.1);
+    if (step == 6) {
+      EXPECT_TRUE(names_in(ada->newest("operators")).contains("tess")) << "at once";
+    }
+    if (step < 14) continue;
+    EXPECT_TRUE(names_in(ada->newest("operators")).contains("anna")) << step;
+    EXPECT_LE(names_in(ada->newest("operators")).size(), 64U);
+  }
+}
+
+/// Names come from the bus: pages list some of a flood, and others again when it is over.
+TEST_F(OperatorsFeedTest, PagesListABoundedNumberOfOperators) {
+  start(configuration({}));
+  const auto client = open();
   for (int i = 0; i < 1000; ++i) send_status("operator_" + std::to_string(i));
   pass(0.6);
   EXPECT_EQ(client->newest("operators")["list"].size(), 64U);
