@@ -19,13 +19,20 @@ class NearPlaces {
   void clear() {
     blocks_.clear();
     size_ = 0;
+    first_.setZero();
+    has_first_ = false;
+    extent_ = 0;
   }
-  /// m. Coordinates are kept from the first place on, where single precision is 4 micrometres within 60 m.
+  /// m. Coordinates are kept from the first finite place on, where single precision is 4 micrometres within
+  /// 60 m.
   void add(const Eigen::Vector2d& place) {
-    if (size_ == 0) first_ = place, extent_ = 0;
+    if (!has_first_ && place.allFinite()) {
+      first_ = place;
+      has_first_ = true;
+    }
     if (size_ % kFour == 0) blocks_.emplace_back();
     const Eigen::Vector2f from_first = (place - first_).cast<float>();
-    extent_ = std::max(extent_, from_first.cwiseAbs().maxCoeff());
+    if (from_first.allFinite()) extent_ = std::max(extent_, from_first.cwiseAbs().maxCoeff());
     blocks_.back().x[size_ % kFour] = from_first.x();
     blocks_.back().y[size_ % kFour] = from_first.y();
     ++size_;
@@ -61,7 +68,8 @@ class NearPlaces {
   Eigen::Vector2d first_ = Eigen::Vector2d::Zero();
   std::vector<Block> blocks_;
   std::size_t size_ = 0;
-  float extent_ = 0;  // m, largest coordinate from the first place on
+  bool has_first_ = false;  // a finite place
+  float extent_ = 0;        // m, largest finite coordinate from the first place on
 };
 
 }  // namespace parhelion::people

@@ -63,6 +63,17 @@ TEST(NearPlaces, gives_all_that_are_near_and_hardly_any_other) {
   EXPECT_LE(sum.more, sum.near / 50);
 }
 
+TEST(NearPlaces, passes_over_what_is_far_although_the_first_place_makes_no_sense) {
+  for (const double wrong :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    std::vector<Eigen::Vector2d> places{{wrong, 0}, {0, wrong}};
+    for (int i = 0; i < 1000; ++i) places.emplace_back(20 + i, -7);
+    const Missed missed = compare(places, {40, -7}, 1.5);
+    EXPECT_EQ(missed.passed_over, 0U);
+    EXPECT_LE(missed.more, 2U) << "of 999 that are far";
+  }
+}
+
 TEST(NearPlaces, ends_where_it_is_asked_to) {
   NearPlaces places;
   for (int i = 0; i < 9; ++i) places.add({0.1 * i, 0});
