@@ -49,19 +49,24 @@ Knowledge::Knowledge(const tick::Configuration& configuration, const simulation:
       shapes_(shapes),
       briefing_(trainee_briefing(configuration)),
       visibility_(configuration.model),
-      agents_(agents_of(configuration.scenario)) {}
+      agents_of_scenario_(agents_of(configuration.scenario)),
+      agents_(agents_of_scenario_) {}
 
 void Knowledge::restart() {
-  agents_ = agents_of(configuration_.scenario);
+  agents_ = agents_of_scenario_;
   sensed_.clear();
   reported_.clear();
   numbers_.clear();
+  last_number_ = 0;
+  removals_.clear();
+  removed_.clear();
 }
 
 void Knowledge::note(const std::string& robot, const std::string& entity, SensedBy by,
                      const WorldMessage& world) {
   if (entity == robot || first_body(world, entity) == nullptr) return;
-  numbers_.try_emplace(entity, numbers_.size() + 1);
+  if (const auto [number, is_first] = numbers_.try_emplace(entity, last_number_ + 1); is_first)
+    last_number_ = number->second;
   const auto [place, is_new] = sensed_[robot].try_emplace(entity);
   Sensed& sensed = place->second;
   const SimulationTime now{world.stamp.ns};
@@ -139,13 +144,38 @@ void Knowledge::handle_picture_of(const AgentDefinition& agent, const WorldMessa
 }
 
 void Knowledge::take(const Event& event, const WorldMessage& world) {
-  if (event.kind == EventKind::agent_spawned) agents_.insert(event.subject);
+  if (event.kind == EventKind::agent_spawned) {
+    agents_.insert(event.subject);
+    removed_.erase(event.subject);
+  }
+  if (event.kind == EventKind::agent_removed) note_removal(event.subject);
   if (event.kind == EventKind::object_reported && agents_.contains(event.object))
     reported_[event.subject].insert(event.object);
   if (event.kind != EventKind::contact_started || event.undetectable) return;
   // The building is no entity of the world, and so is not noted.
   if (is_trainees(event.subject)) note(event.subject, event.object, SensedBy::touch, world);
   if (is_trainees(event.object)) note(event.object, event.subject, SensedBy::touch, world);
+}
+
+/// Names come and go as long as the session runs.
+void Knowledge::note_removal(const std::string& agent) {
+  constexpr std::size_t kMaxRemoved = 4096;
+  if (agents_of_scenario_.contains(agent)) return;
+  removed_[agent] = ++last_removal_;
+  removals_.emplace_back(agent, last_removal_);
+  if (removals_.size() <= kMaxRemoved) return;
+  const auto [oldest, number] = std::move(removals_.front());
+  removals_.pop_front();
+  const auto last = removed_.find(oldest);  // it may have been added, or removed, again
+  if (last != removed_.end() && last->second == number) forget(oldest);
+}
+
+void Knowledge::forget(const std::string& agent) {
+  removed_.erase(agent);
+  agents_.erase(agent);
+  numbers_.erase(agent);
+  for (auto& [robot, sensed] : sensed_) sensed.erase(agent);
+  for (auto& [robot, reported] : reported_) reported.erase(agent);
 }
 
 bool Knowledge::is_trainees(const std::string& robot) const {

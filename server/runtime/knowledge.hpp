@@ -2,10 +2,13 @@
 // review and a replay agree on what a trainee could know.
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocols/event.hpp"
@@ -53,7 +56,8 @@ class Knowledge {
   /// A contact is felt; a report gives an object its name.
   void take(const Event& event, const WorldMessage& world);
 
-  /// Names of all agents of the session so far, and of those that its scripts may add.
+  /// Names of the agents of the session, of those that its scripts may add, and of the last 4096 that were
+  /// removed. What robots sensed of an agent is kept for as long as its name.
   const std::set<std::string, std::less<>>& agents() const { return agents_; }
   /// What trainees are told before the start: the briefing, without values that were drawn, which may be
   /// places.
@@ -73,15 +77,22 @@ class Knowledge {
                       const WorldMessage& world);
   void look(const std::string& robot, const RobotDescription& description, const WorldMessage& world);
   const RobotDescription* model_of(const AgentDefinition& agent) const;
+  void note_removal(const std::string& agent);
+  void forget(const std::string& agent);
 
   const tick::Configuration& configuration_;
   const simulation::EntityShapes& shapes_;
   const std::string briefing_;
   Sight visibility_;
+  const std::set<std::string, std::less<>> agents_of_scenario_;
   std::set<std::string, std::less<>> agents_;
   std::map<std::string, ByEntity, std::less<>> sensed_;                              // by robot
   std::map<std::string, std::set<std::string, std::less<>>, std::less<>> reported_;  // by robot
   std::map<std::string, std::size_t, std::less<>> numbers_;                          // by entity
+  std::size_t last_number_ = 0;
+  std::deque<std::pair<std::string, std::uint64_t>> removals_;  // with their numbers, oldest first
+  std::map<std::string, std::uint64_t, std::less<>> removed_;   // by agent: its last removal
+  std::uint64_t last_removal_ = 0;
 };
 
 }  // namespace parhelion::runtime

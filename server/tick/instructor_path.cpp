@@ -117,11 +117,12 @@ struct CommandHandler {
   }
 };
 
-/// Names come and go as long as the session runs: those of removed agents are dropped now and then.
-void forget_removed(const simulation::Simulation& simulation, AgentKinds& kinds) {
-  constexpr std::size_t kKept = 4096;  // more than bodies of a session
-  if (kinds.size() < kKept) return;
-  std::erase_if(kinds, [&](const auto& each) { return simulation.find_agent(each.first) == nullptr; });
+/// Names come and go as long as the session runs: that of a removed agent is dropped.
+void publish_agent_events(const TickContext& context, const AgentPath& path) {
+  for (const Event& event : path.simulation.take_events()) {
+    if (event.kind == EventKind::agent_removed) path.kinds.erase(event.subject);
+    publish_event(context, event);
+  }
 }
 
 }  // namespace
@@ -136,13 +137,12 @@ Status apply_agent_command(const TickContext& context, const AgentCommand& comma
   Status done =
       path.simulation.command_among_robots(command, robots_to_avoid(context.configuration, command, path));
   if (done.ok() && spawn != nullptr) {
-    forget_removed(path.simulation, path.kinds);
     path.kinds[spawn->agent.name] = spawn->agent.kind;
     if (spawn->agent.camera_rate > 0)
       done = set_agent_camera(context.configuration, spawn->agent, path.simulation.now(), path.cameras);
   }
   forget_agent_cameras(path.simulation, path.cameras);
-  publish_simulation_events(context, path.simulation);
+  publish_agent_events(context, path);
   return done;
 }
 

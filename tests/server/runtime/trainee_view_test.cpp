@@ -130,6 +130,35 @@ TEST_F(TraineeViewTest, WhatIsRemovedOutOfSightStays) {
   EXPECT_THAT(shown(), ElementsAre(robot_, "object 1"));
 }
 
+/// An instructor's program adds and removes agents for a day: of the removed ones the last are known.
+TEST_F(TraineeViewTest, WhatIsKnownOfRemovedAgentsIsBounded) {
+  const auto happens = [&](EventKind kind, const std::string& subject) {
+    Event event;
+    event.kind = kind;
+    event.subject = subject;
+    knowledge_->take(event, world_);
+  };
+  const std::size_t of_scenario = knowledge_->agents().size();
+  put("crate_1", 1, 0);
+  happens(EventKind::agent_spawned, "crate_1");
+  scan({"crate_1"});
+  const std::size_t number = knowledge_->number_of("crate_1");
+  for (int i = 0; i < 10'000; ++i) {
+    happens(EventKind::agent_spawned, "box_" + std::to_string(i));
+    happens(EventKind::agent_removed, "box_" + std::to_string(i));
+    happens(EventKind::agent_removed, "again");  // one name, again and again
+    happens(EventKind::agent_spawned, "again");
+  }
+  EXPECT_LE(knowledge_->agents().size(), of_scenario + 4096 + 2);
+  EXPECT_TRUE(knowledge_->agents().contains("box_9999"));
+  EXPECT_TRUE(knowledge_->agents().contains("again")) << "it is there";
+  EXPECT_FALSE(knowledge_->agents().contains("box_0"));
+  EXPECT_EQ(knowledge_->number_of("crate_1"), number) << "not removed";
+  happens(EventKind::agent_removed, "barrel_1");
+  for (int i = 0; i < 5000; ++i) happens(EventKind::agent_removed, "box_" + std::to_string(i));
+  EXPECT_TRUE(knowledge_->agents().contains("barrel_1")) << "the scenario has it";
+}
+
 TEST_F(TraineeViewTest, ThePictureShowsWhatIsInViewAndNotHidden) {
   put("crate_1", 4, 0);
   put("barrel_1", 3, 2);   // behind the wall
