@@ -85,7 +85,9 @@ void add_batch(CLI::App& app, Exit& exit) {
   command->add_option("--threads", arguments->threads, "Parallel sessions; default: one for each processor")
       ->check(CLI::Range(1U, 1024U));
   command->add_option("-o,--output", arguments->output, "Table, .csv or .json; default: CSV on the terminal");
-  command->add_option("--shard", arguments->shard, "Only this part of them, as 2/8, for many machines")
+  command
+      ->add_option("--shard", arguments->shard,
+                   "Only one part of the logs, such as 2/8, to share them among machines")
       ->check(check_shard);
   command->add_option("--memory", arguments->memory, "For each session, MB")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 20U))

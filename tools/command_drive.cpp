@@ -81,10 +81,10 @@ void add_drive(CLI::App& app, Exit& exit) {
       ->capture_default_str();
   command
       ->add_option("--first-hold", arguments->first_hold,
-                   "s that a key counts as held until the terminal repeats it")
+                   "Seconds for which a key counts as held after its first press")
       ->check(CLI::Range(0.05, 2.0))
       ->capture_default_str();
-  command->add_option("--hold", arguments->hold, "s that it counts as held after each repeat")
+  command->add_option("--hold", arguments->hold, "Seconds for which it counts as held after each repeat")
       ->check(CLI::Range(0.05, 1.0))
       ->capture_default_str();
   arguments->bus.add_to(*command);

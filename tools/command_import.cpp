@@ -81,7 +81,7 @@ void add_import(CLI::App& app, Exit& exit) {
                    "CHANNEL=TOPIC,... where the source has several (rawlog: sensor labels); CHANNEL=none "
                    "leaves it out")
       ->delimiter(',');
-  command->add_option("--urdf", options.urdf, "FILE: writes the robot's URDF, where a ROS bag has it");
+  command->add_option("--urdf", options.urdf, "File for the robot's URDF, if the ROS bag contains it");
   command->add_option("--robot-name", options.robot_name,
                       "Name in the robot description; default: IN's name");
   command
@@ -95,7 +95,8 @@ void add_import(CLI::App& app, Exit& exit) {
       ->expected(2)
       ->default_str("0.2 0.5");
   command
-      ->add_option("--frame-rate", options.frame_rate, "Hz, of numbered RGB-D frames, which have no stamps")
+      ->add_option("--frame-rate", options.frame_rate,
+                   "Frame rate of numbered RGB-D frames, which have no stamps, Hz")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->callback([arguments, &exit] {

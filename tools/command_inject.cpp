@@ -114,14 +114,14 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember(names_up_to(kLastBehaviourKind)));
   command
       ->add_option("--waypoint", arguments->waypoints,
-                   "X,Y of a patrol or a way to go: metres, or with units; several times")
+                   "X,Y of a waypoint of patrol or go: metres, or with units; may be repeated")
       ->take_all();
   command->add_option("--target", arguments->target,
                       "Target of follow, flee or block: an agent; by default the trainee's robot");
   command->add_option("--distance", arguments->distance, "Distance from the target, m")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--yields", arguments->yields, "It avoids approaching robots");
-  command->add_flag("--leaves-doors", arguments->leaves_doors, "It does not push doors open");
+  command->add_flag("--leaves-doors", arguments->leaves_doors, "The agent does not push doors open");
   command->add_option("--amount", arguments->amount,
                       "Of a fault: s of camera_delay, fraction of camera_loss and laser_dropouts");
   command->add_option("--side", arguments->side, "Of the fault dead_wheel")
@@ -129,8 +129,7 @@ void add_inject(CLI::App& app, Exit& exit) {
   command
       ->add_option("--lasting", arguments->lasting, "Seconds that a fault lasts; without it until end-fault")
       ->check(CLI::PositiveNumber);
-  command->add_option("--opening", arguments->opening,
-                      "rad that a door is open; without it what the sensors see");
+  command->add_option("--opening", arguments->opening, "Opening angle of a door, rad; by default as sensed");
   command->add_option("--rate", arguments->rate, "Pictures per second of a robot's camera; 0: none")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));

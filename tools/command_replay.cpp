@@ -72,7 +72,7 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
   command->add_option("--robot", arguments->robot, "Robot description; overrides the ROBOT channel");
   command->add_option("--texture", arguments->texture,
-                      "Texture that simulated cameras show (map texture); a session log does not hold it");
+                      "Texture that simulated cameras show (map texture); session logs do not contain it");
   command->add_option("-o,--output", arguments->options.session, "Session log to write (inputs and outputs)");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--seed", arguments->seed, "Overrides the scenario's seed");

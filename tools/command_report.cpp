@@ -111,11 +111,12 @@ void add_report(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("-o,--output", arguments->output, "Page to write; - for standard output");
-  command->add_option("--robot", arguments->robot, "Whose session, where several robots had trainees");
+  command->add_option("--robot", arguments->robot,
+                      "Robot whose session is reported, if several robots had trainees");
   command->add_option("--against", arguments->against,
                       "A second session to compare with, such as the same log with other agents");
   command->add_option("--earlier", arguments->earlier, "The trainee's earlier sessions");
-  command->add_option("--group", arguments->group, "Sessions of others, to compare with");
+  command->add_option("--group", arguments->group, "Sessions of other trainees, to compare with");
   auto* trainee =
       command->add_option("--trainee", arguments->trainee,
                           "Trainee in the records: compare with their sessions and those of others");

@@ -139,7 +139,8 @@ void add_robot(CLI::App& app, Exit& exit) {
   make->add_flag("--yes", arguments->yes, "Ask nothing, take likely values");
   make->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
   make->callback([arguments, &exit] { exit = run_new(*arguments); });
-  CLI::App* check = robot->add_subcommand("check", "List what a log contradicts in a robot description");
+  CLI::App* check =
+      robot->add_subcommand("check", "List the values of a robot description that a log contradicts");
   check->footer(kCheckFooter);
   check->add_option("DESCRIPTION", arguments->description, "Robot description (YAML)")->required();
   check->add_option("--log", arguments->log, "LCM log of the robot's sensors, a minute with turns")

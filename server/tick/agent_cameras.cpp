@@ -20,9 +20,8 @@ Result<const CameraDescription*> camera_of(const Configuration& configuration, c
   const auto model =
       std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == agent.model; });
   if (model == models.end())
-    return Error{"the camera of '" + agent.name +
-                 "' would be that of its robot model, which is missing; give it a "
-                 "'model', such as 'rover'"};
+    return Error{"'" + agent.name +
+                 "' has no robot model, and so no camera; give it a 'model', such as 'rover'"};
   const auto& camera = (*model)->description.camera;
   if (!camera)
     return Error{"robot model '" + agent.model + "' of '" + agent.name +
@@ -41,13 +40,13 @@ Status check_agent_camera(const Configuration& configuration, const AgentDefinit
   if (agent.camera_rate == 0) return {};
   if (!(agent.camera_rate > 0))
     return Error{"the camera of '" + agent.name + "' cannot take " + hertz(agent.camera_rate) +
-                 "; expected images a second, or 0 for none"};
+                 "; expected a rate in Hz, or 0 for none"};
   if (const auto camera = camera_of(configuration, agent); !camera) return camera.error();
   double others = 0;
   for (const AgentCamera& each : cameras.cameras) others += each.agent == agent.name ? 0 : each.rate;
   const double rate_limit = configuration.scenario.max_agent_image_rate;
   if (others + agent.camera_rate <= rate_limit) return {};
-  return Error{"the cameras of agents take " + hertz(others) + ", and '" + agent.name + "' asks for " +
+  return Error{"the cameras of agents use " + hertz(others) + ", and '" + agent.name + "' asks for " +
                hertz(agent.camera_rate) + " more; together at most " + hertz(rate_limit) +
                " (the scenario's max_agent_image_rate)"};
 }

@@ -148,8 +148,8 @@ Status check_zone(const Configuration& configuration,
   if (!room) {
     const Floor floor(building, std::clamp(building->floor_height(middle), zone.bottom, zone.top), radius);
     const std::string in = floor.obstacle_at(middle);
-    return Error{what + "there is no room for the robot in it" +
-                 (in.empty() ? "" : "; it lies in '" + in + "'") + "; move it, or make it larger"};
+    return Error{what + "the robot does not fit into it" + (in.empty() ? "" : "; it lies in '" + in + "'") +
+                 "; move it, or make it larger"};
   }
   if (leads) return {};
   return Error{what + "no route leads to it from the robot's start, even with all doors open"};

@@ -43,7 +43,7 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
   const Configuration& configuration = context.configuration;
   const std::string& name = command.agent;
   if (const auto robot = configuration.find_robot(name))
-    return Error{"'" + name + "' is the trainee's robot: its camera's pictures are " +
+    return Error{"'" + name + "' is the trainee's robot: its camera images are on " +
                  configuration.channels.bus(channel::kMrCamera, *robot)};
   const AgentDefinition* known = path.simulation.find_agent(name);
   if (known == nullptr) return Error{"no agent is called '" + name + "'"};

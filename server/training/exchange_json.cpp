@@ -138,7 +138,7 @@ Result<Histories> histories_from_json(const std::string& text, const std::string
     const Json json = Json::parse(text);
     if (json.at("format") != kFormat || integer(json, "version") != kVersion)
       return Error{origin + ": expected \"format\": \"" + kFormat + "\", \"version\": " +
-                   std::to_string(kVersion) + "; if it is of a newer parhelion, use that"};
+                   std::to_string(kVersion) + "; a file of a newer version needs that version"};
     for (const Json& one : json.at("trainees")) {
       TraineeHistory& history = histories.trainees.emplace_back();
       history.trainee.pseudonym = one.at("pseudonym").get<std::string>();

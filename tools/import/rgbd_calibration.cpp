@@ -191,8 +191,8 @@ Result<RgbdCameras> read_rgbd_cameras(const fs::path& folder, RgbdFolder::Layout
   cameras.colour.height = colour_size.y();
   if (colour_size.x() > 0 && depth_size.x() > 0 && colour_size != depth_size) {
     return Error{folder.string() +
-                 ": colour and depth images differ in size and nothing says how they stand to each "
-                 "other: kapture_sensors.txt and kapture_rigs.txt are expected"};
+                 ": colour and depth images differ in size, and the pose of one camera relative to the "
+                 "other is not given; expected kapture_sensors.txt and kapture_rigs.txt"};
   }
   if (layout == RgbdFolder::Layout::seven_scenes) {
     notes.push_back("no transform between colour and depth: assumed registered");

@@ -85,11 +85,10 @@ Result<Eigen::Vector3d> find_up(const RgbdFolder& folder, const DepthSurvey& sur
   const auto refined = survey.surfaces.refine_up(up);
   if (!refined) {
     return Error{
-        "which way is up cannot be told: too few level surfaces; put gravity-direction.txt (a vector that "
-        "points "
-        "down) beside the frames"};
+        "the upward direction cannot be determined: too few level surfaces; put gravity-direction.txt (a "
+        "vector that points down) beside the frames"};
   }
-  notes.push_back("gravity is not beside the frames: up is what the level surfaces agree on");
+  notes.push_back("no gravity-direction.txt: the level surfaces give the upward direction");
   return *refined;
 }
 

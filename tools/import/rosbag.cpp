@@ -236,8 +236,8 @@ std::string advice_for_clouds(const BagSurvey& survey) {
 void note_missing(const BagChoice& choice, std::vector<std::string>& notes) {
   if (!choice.scan)
     notes.emplace_back(
-        "no SCAN: there is no sensor_msgs/LaserScan, so `slam`, `serve` and `replay` have nothing to work "
-        "on");
+        "no SCAN: there is no sensor_msgs/LaserScan, so `slam`, `serve` and `replay` have no "
+        "input");
   if (choice.scan && !choice.odometry)
     notes.emplace_back(
         "no ODOMETRY: there is neither nav_msgs/Odometry nor a tf from odom to the base; `slam` needs it. "

@@ -103,8 +103,9 @@ Status make_certificate(const std::filesystem::path& certificate, const std::fil
                         const std::vector<std::string>& names, WallTime now) {
   const bool has_certificate = std::filesystem::exists(certificate), has_key = std::filesystem::exists(key);
   if (has_certificate != has_key) {
-    return Error{(has_key ? key : certificate).string() + " is there without " +
-                 (has_key ? certificate : key).string() + "; restore both, or remove both for new ones"};
+    return Error{(has_key ? key : certificate).string() + " exists, but " +
+                 (has_key ? certificate : key).string() +
+                 " does not; restore it, or remove both to have new ones made"};
   }
   if (has_certificate) {
     const Result<Certificate> known = read_certificate(certificate);

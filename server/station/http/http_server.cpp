@@ -68,7 +68,7 @@ struct HttpServer::Implementation {
                    "' is not an address of an interface; expected one like 127.0.0.1"};
     core.encrypted = !core.options.certificate.empty();
     if (!core.encrypted && !core.options.open_to_all && !address.is_loopback()) {
-      return Error{"plain HTTP works for this machine alone; give a certificate to listen on " +
+      return Error{"without a certificate only this machine may connect; give one to listen on " +
                    core.options.address};
     }
     const tcp::endpoint endpoint(address, core.options.port);

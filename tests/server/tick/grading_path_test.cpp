@@ -184,7 +184,7 @@ TEST_F(ReachTest, OnlyZonesInsideTheRoomAreReachable) {
   EXPECT_EQ(error_of(2, 0, 0.01), "") << "smaller than a cell of the search";
   EXPECT_THAT(error_of(2, 0, 0.3, true),
               HasSubstr("task 'go': zone 'goal' cannot be reached: no route leads to it"));
-  EXPECT_THAT(error_of(1, 0, 0.04, true), HasSubstr("no room for the robot in it; it lies in 'fence'"));
+  EXPECT_THAT(error_of(1, 0, 0.04, true), HasSubstr("the robot does not fit into it; it lies in 'fence'"));
 }
 
 /// The error of a training of one task with this condition; there is a person called guide.
