@@ -20,7 +20,8 @@ constexpr const char* kFooter =
     "own stamps;\n"
     "an event's arrival is the instant at which the source received it or, where the source does not say, "
     "its own stamp,\n"
-    "and always later than the one before.";
+    "and always later than the one before.\n\n"
+    "Exit code 1 if IN is cut off or damaged: OUT then has what could be read.";
 
 /// "SCAN=/scan,CAMERA=none" as CLI11 splits it.
 bool parse_topics(const std::vector<std::string>& assignments, ImportOptions& options) {
@@ -56,7 +57,7 @@ Exit run(ImportOptions options, const std::vector<std::string>& topics) {
   for (const std::string& line : findings(*report))
     std::fprintf(stderr, "parhelion import: %s\n", line.c_str());
   std::printf("%s\n", summary_line(*report).c_str());
-  return Exit::done;
+  return report->damaged > 0 ? Exit::failed : Exit::done;
 }
 
 struct Arguments {

@@ -133,6 +133,7 @@ TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndReportsTheLine) {
   EXPECT_GT(report->find(channel::kScan)->kept, 5000U);
   EXPECT_LT(report->find(channel::kScan)->kept, 8000U);
   ASSERT_EQ(report->refused, 1U);
+  EXPECT_EQ(report->damaged, 1U);
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("truncated"));
 }
 

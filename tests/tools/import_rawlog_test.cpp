@@ -133,6 +133,7 @@ TEST(ImportRawlog, TruncatedFileKeepsReadablePartAndReportsItsEnd) {
   EXPECT_GT(report->find(channel::kScan)->kept, 90U);
   EXPECT_LT(report->find(channel::kScan)->kept, 140U);
   ASSERT_EQ(report->refused, 1U);
+  EXPECT_EQ(report->damaged, 1U);
   EXPECT_THAT(report->refusals[0].place, ::testing::StartsWith("half.rawlog, object 2"));
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("byte"));
 }

@@ -7,6 +7,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/mutation_samples.hpp"
+#include "tests/tools/process.hpp"
 #include "tools/export/mcap_records.hpp"
 #include "tools/import/bag_source.hpp"
 
@@ -177,6 +178,17 @@ TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThere) {
   EXPECT_THAT(report->refusals[0].why, HasSubstr("cut off"));
 }
 
+  EXPECT_EQ(report->damaged, 1U);
+
+  // A script must learn that half of the recording is missing.
+  const auto run = [&](const std::filesystem::path& in) {
+    return test::run({"import", in, "-o", folder / "run.lcm", "--force"}, folder / "said.txt");
+  };
+  const auto failed = run(cut);
+  EXPECT_EQ(failed.exit, 1);
+  EXPECT_THAT(failed.output, HasSubstr("is cut off or damaged at 1 place"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "run.lcm")) << "what could be read";
+  EXPECT_EQ(run(folder / "all.mcap").exit, 0);
 TEST(ImportRos2, NothingIsWrittenBesideADatabaseWithAWriteAheadLog) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "drive");

@@ -51,17 +51,18 @@ struct Survey {
   void take(const CarmenOther&) {}
 };
 
-/// Calls take(line, number) for each valid line and refuse(number, why) for the others; an error stops it.
-template <class Take, class Refuse>
+/// Calls take(line, number) for each valid line, refuse(number, why) for the others, and damage(number, why)
+/// where the file cannot be read; an error stops it.
+template <class Take, class Refuse, class Damage>
 Status each_line(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
-                 Refuse refuse) {
+                 Refuse refuse, Damage damage) {
   auto lines = TextLines::open(options.input);
   if (!lines) return lines.error();
   std::string text;
   for (;;) {
     const auto more = lines->next(text);
     if (!more) {
-      refuse(lines->number() + 1, more.error().message);
+      damage(lines->number() + 1, more.error().message);
       continue;
     }
     if (!*more) return {};
@@ -143,9 +144,8 @@ Result<RobotDescription> describe(const ImportOptions& options, const Survey& su
 Result<ImportReport> import_carmen(const ImportOptions& options, const ImportProgress& progress) {
   Survey survey;
   const auto look = [&](const auto& line, Place) { return survey.take(line), Status{}; };
-  if (const Status read = each_line(options, progress, 0, look, [](Place, const std::string&) {}); !read) {
-    return read.error();
-  }
+  const auto skip = [](Place, const std::string&) {};
+  if (const Status read = each_line(options, progress, 0, look, skip, skip); !read) return read.error();
   std::vector<std::string> kinds;
   for (const auto& [kind, seen] : survey.lasers) kinds.push_back(kind);
   const auto laser = choose_topic(options, channel::kScan, kinds, "kind of laser line");
@@ -170,12 +170,16 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
   for (std::string& note : notes) writer->note(std::move(note));
   if (const Status written = writer->describe(*robot, *survey.first_stamp.get()); !written)
     return written.error();
-  const Status read =
-      each_line(options, progress, 0.5, Copy(*writer, **laser, truth->has_value(), odometry->has_value()),
-                [&](Place place, const std::string& why) {
-                  writer->count_read();
-                  writer->refuse(place, why);
-                });
+  const Status read = each_line(
+      options, progress, 0.5, Copy(*writer, **laser, truth->has_value(), odometry->has_value()),
+      [&](Place place, const std::string& why) {
+        writer->count_read();
+        writer->refuse(place, why);
+      },
+      [&](Place place, const std::string& why) {
+        writer->count_read();
+        writer->refuse_damage(place, why);
+      });
   if (!read) return read.error();
   return writer->finish();
 }

@@ -76,6 +76,11 @@ std::vector<std::string> findings(const ImportReport& report) {
   if (report.refused > report.refusals.size()) {
     lines.push_back("refused " + grouped(report.refused - report.refusals.size()) + " more");
   }
+  if (report.damaged > 0) {
+    lines.push_back(report.input + " is cut off or damaged at " + grouped(report.damaged) +
+                    (report.damaged == 1 ? " place: " : " places: ") + report.output +
+                    " has only what could be read");
+  }
   for (const ChannelReport& channel : report.channels) {
     if (channel.backward > 0) {
       lines.push_back(

@@ -187,7 +187,7 @@ class Copy final : public RawlogVisitor {
   }
 
   void other(const std::string& class_name) override { writer_.leave_out(class_name); }
-  void damage(Place place, const std::string& what) override { writer_.refuse(place, what); }
+  void damage(Place place, const std::string& what) override { writer_.refuse_damage(place, what); }
   void read_one() override { writer_.count_read(); }
 
  private:

@@ -220,6 +220,11 @@ void RecordingWriter::refuse_at(Refusal refusal) {
     state_->report.refusals.push_back(std::move(refusal));
 }
 
+void RecordingWriter::refuse_damage(Place place, std::string why) {
+  ++state_->report.damaged;
+  refuse(place, std::move(why));
+}
+
 void RecordingWriter::leave_out(const std::string& kind) { ++state_->report.left_out[kind]; }
 void RecordingWriter::note(std::string text) { state_->report.notes.push_back(std::move(text)); }
 void RecordingWriter::count_read(std::uint64_t n) { state_->report.read += n; }

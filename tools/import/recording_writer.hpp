@@ -42,6 +42,8 @@ class RecordingWriter {
 
   void refuse(Place place, std::string why);
   void refuse_at(Refusal refusal);
+  /// The file is cut off or damaged there.
+  void refuse_damage(Place place, std::string why);
   void leave_out(const std::string& kind);
   void note(std::string text);
   void count_read(std::uint64_t n = 1);

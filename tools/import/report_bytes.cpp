@@ -40,6 +40,7 @@ Json to_json(const ImportReport& report) {
           {"left_out", report.left_out},
           {"refused", report.refused},
           {"refusals", refusals},
+          {"damaged", report.damaged},
           {"notes", report.notes},
           {"ahead", report.ahead},
           {"ahead_first_by", report.ahead_first_by.ns},
@@ -57,6 +58,7 @@ ImportReport import_report(const Json& json) {
   json.at("left_out").get_to(report.left_out);
   json.at("refused").get_to(report.refused);
   for (const Json& refusal : json.at("refusals")) report.refusals.push_back({refusal.at(0), refusal.at(1)});
+  json.at("damaged").get_to(report.damaged);
   json.at("notes").get_to(report.notes);
   json.at("ahead").get_to(report.ahead);
   json.at("ahead_first_by").get_to(report.ahead_first_by.ns);

@@ -286,7 +286,7 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
   Copy copy(*writer, *choice);
   const Status copied =
       each_message(options, progress, 0.5, std::ref(copy),
-                   [&](Place place, const std::string& what) { writer->refuse(place, what); });
+                   [&](Place place, const std::string& what) { writer->refuse_damage(place, what); });
   if (!copied) return copied.error();
   copy.note_unstamped();
   auto finished = writer->finish();
