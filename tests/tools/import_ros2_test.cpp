@@ -10,6 +10,8 @@
 #include "tests/tools/process.hpp"
 #include "tools/export/mcap_records.hpp"
 #include "tools/import/bag_source.hpp"
+#include "tools/robot/check_description.hpp"
+#include "tools/robot/log_survey.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -176,8 +178,6 @@ TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThere) {
   EXPECT_LT(report->kept(), all);
   ASSERT_EQ(report->refusals.size(), 1U);
   EXPECT_THAT(report->refusals[0].why, HasSubstr("cut off"));
-}
-
   EXPECT_EQ(report->damaged, 1U);
 
   // A script must learn that half of the recording is missing.
@@ -189,6 +189,8 @@ TEST(ImportRos2, ARecordingThatIsCutOffIsReadUpToThere) {
   EXPECT_THAT(failed.output, HasSubstr("is cut off or damaged at 1 place"));
   EXPECT_TRUE(std::filesystem::exists(folder / "run.lcm")) << "what could be read";
   EXPECT_EQ(run(folder / "all.mcap").exit, 0);
+}
+
 TEST(ImportRos2, NothingIsWrittenBesideADatabaseWithAWriteAheadLog) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "drive");
@@ -335,6 +337,17 @@ TEST(ImportRos2, ATurtleBot4IsImportedWithItsTurnedLaser) {
   EXPECT_NEAR(robot.laser->T_base_laser.yaw(), M_PI / 2, 1e-3);
   EXPECT_NEAR(robot.laser->T_base_laser.translation().z(), 0.139, 0.001);
   EXPECT_LT(robot.laser->beam_interval, 0) << "its driver reverses the beams";
+
+  const auto shipped =
+      load_robot_description(std::string(PARHELION_SOURCE_DIR) + "/examples/robot/turtlebot4_lite.yaml");
+  ASSERT_TRUE(shipped.ok()) << shipped.error().message;
+  const auto log = survey_log(folder / "out.lcm");
+  ASSERT_TRUE(log.ok()) << log.error().message;
+  EXPECT_THAT(
+      check_description(*shipped, *log).contradictions,
+      ::testing::UnorderedElementsAre(HasSubstr("no messages on CAMERA"), HasSubstr("no messages on DEPTH"),
+                                      HasSubstr("no messages on IMU"), HasSubstr("laser range_max")))
+      << "what was not recorded, and ranges beyond the data sheet's";
 }
 
 TEST(ImportRos2, ANeatoWithMessagesThatNobodyKnowsIsImported) {

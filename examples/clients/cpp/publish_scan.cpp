@@ -21,11 +21,11 @@ namespace {
 
 using Clock = std::chrono::system_clock;
 
-// The laser of examples/robot/turtlebot4_lite.yaml. It turns clockwise, so the angles decrease.
+// The laser of examples/robot/turtlebot4_lite.yaml, in the order of its driver: counter-clockwise.
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kBeams = 720;
-constexpr double kAngleMin = kPi;  // rad, of the first beam that is measured
-constexpr double kAngleIncrement = -359.0 / (kBeams - 1) * kPi / 180;  // rad
+constexpr double kAngleMin = -179.0 / 180 * kPi;                      // rad, of the first beam of a message
+constexpr double kAngleIncrement = 359.0 / (kBeams - 1) * kPi / 180;  // rad
 constexpr std::chrono::milliseconds kScanPeriod{130};
 
 constexpr double kWallDistance = 3;  // m, from the laser to each of the four walls
@@ -45,7 +45,7 @@ parhelion::pose_cov_t localize(std::int64_t utime) {
 }
 
 /// `utime` is the instant of one beam: the first, the middle or the last, according to `stamp_beam` in the
-/// robot description. Beams are in the order of measurement.
+/// robot description. Its `beam_interval` says which end of a message is measured first.
 parhelion::planar_lidar_t measure(std::int64_t utime) {
   parhelion::planar_lidar_t scan{};
   scan.utime = utime;

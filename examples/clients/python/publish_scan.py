@@ -13,10 +13,10 @@ import time
 from lcm_udp import Lcm
 from parhelion import planar_lidar_t, pose_cov_t
 
-# The laser of examples/robot/turtlebot4_lite.yaml. It turns clockwise, so the angles decrease.
+# The laser of examples/robot/turtlebot4_lite.yaml, in the order of its driver: counter-clockwise.
 BEAMS = 720
-ANGLE_MIN = math.pi  # rad, of the first beam that is measured
-ANGLE_INCREMENT = math.radians(-359 / (BEAMS - 1))
+ANGLE_MIN = math.radians(-179)  # rad, of the first beam of a message
+ANGLE_INCREMENT = math.radians(359 / (BEAMS - 1))
 SCAN_PERIOD = 0.13  # s
 
 WALL_DISTANCE = 3  # m, from the laser to each of the four walls
@@ -40,7 +40,7 @@ def localize(utime):
 
 def measure(utime):
     """`utime` is the instant of one beam: the first, the middle or the last, according to `stamp_beam` in the robot
-    description. Beams are in the order of measurement."""
+    description. Its `beam_interval` says which end of a message is measured first."""
     scan = planar_lidar_t()
     scan.utime = utime
     scan.rad0 = ANGLE_MIN
