@@ -17,7 +17,6 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t kMaxWaypoints = 10'000;
-constexpr std::size_t kMaxEntityName = 200;
 constexpr double kMaxSize = 100;  // m
 
 enum class Side : std::uint8_t { left, right };
@@ -54,9 +53,8 @@ void read_agent_or_all(wire::Reader& reader, Command& command) {
 
 /// Names of doors, objects and scripts come from the model or the scenario and may contain any bytes.
 void read_entity_name(wire::Reader& reader, const char* field, std::string& name) {
-  reader.text(field, name);
-  reader.check(!name.empty() && name.size() <= kMaxEntityName, field, "empty or too long",
-               "1 to 200 bytes, a name of the model or the scenario");
+  reader.name(field, name);
+  reader.check(!name.empty(), field, "empty", "a name of the model or the scenario");
 }
 
 double read_not_negative(wire::Reader& reader, const char* field, double limit, const char* expected) {
@@ -83,7 +81,7 @@ void read_behaviour(wire::Reader& reader, Behaviour& behaviour) {
   for (Eigen::Vector2d& p_map : behaviour.waypoints) {
     for (int i = 0; i < 2; ++i) p_map[i] = reader.bounded("waypoints", wire::kMaxPosition);
   }
-  reader.text("target", behaviour.target);
+  reader.name("target", behaviour.target);
   behaviour.distance = read_not_negative(reader, "distance", wire::kMaxPosition, "metres, not negative");
   behaviour.yields = reader.boolean("yields");
   behaviour.opens_doors = reader.boolean("opens_doors");
@@ -114,8 +112,8 @@ Status decode(std::string_view channel, Bytes bytes, AgentSpawn& command) {
   agent.size = reader.vector("size", kMaxSize);
   if (agent.size.minCoeff() <= 0) reader.fail_value("size", agent.size.minCoeff(), "metres, greater than 0");
   read_behaviour(reader, agent.behaviour);
-  reader.text("laser", agent.laser);
-  reader.text("model", agent.model);
+  reader.name("laser", agent.laser);
+  reader.name("model", agent.model);
   agent.camera_rate = read_not_negative(reader, "camera_rate", wire::kMaxRate, "Hz, not negative");
   return reader.status();
 }

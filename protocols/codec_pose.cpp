@@ -32,7 +32,7 @@ Status decode(std::string_view channel, Bytes bytes, PoseEstimate& estimate) {
   const Eigen::Vector3d position = reader.vector("pos", wire::kMaxPosition);
   estimate.T_map_base = {reader.orientation("orientation"), position};
   read_covariance(reader, estimate.covariance);
-  reader.text("map_id", estimate.map_id);
+  reader.name("map_id", estimate.map_id);
   estimate.state = reader.enumeration("state", SlamState::unsure);
   estimate.step_time = nanoseconds(reader.number<std::int64_t>("step_ns"));
   reader.check_range("step_ns", estimate.step_time.ns, 0, INT64_MAX);

@@ -138,6 +138,12 @@ void Reader::text(const char* field, std::string& text) {
   if (ok()) text.assign(first, nul);
 }
 
+void Reader::name(const char* field, std::string& text) {
+  this->text(field, text);
+  static_assert(kMaxName == 200);
+  check(text.size() <= kMaxName, field, "too long", "at most 200 bytes");
+}
+
 void Reader::raw(const char* field, std::size_t n, std::vector<std::uint8_t>& out) {
   out.clear();
   if (!take(field, n)) return;

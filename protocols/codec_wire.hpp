@@ -53,6 +53,7 @@ void big_endian(T value, std::uint8_t* at) {
 /// robot: a float that is merely finite would overflow when squared.
 inline constexpr double kMaxPosition = 1e8;
 inline constexpr double kMaxRate = 1e6;
+inline constexpr std::size_t kMaxName = 200;  ///< bytes, of a name of the model, the scenario or a sender
 
 /// Reads one message. After the first failure every read gives zero, so a decoder is a plain list of fields;
 /// `status()` then returns the error.
@@ -88,6 +89,8 @@ class Reader {
   std::size_t count(const char* field, std::size_t element_size, std::size_t max_value);
   /// A string: length with its NUL, no NUL within. Reuses the capacity of `text`.
   void text(const char* field, std::string& text);
+  /// The same for a name or a short text: of at most kMaxName bytes. Whoever refuses it may repeat it.
+  void name(const char* field, std::string& text);
   void raw(const char* field, std::size_t n, std::vector<std::uint8_t>& out);
   void skip(const char* field, std::size_t n) { take(field, n); }
   void floats(const char* field, std::size_t n, std::vector<float>& out);

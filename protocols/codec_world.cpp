@@ -45,7 +45,7 @@ Status decode(std::string_view channel, Bytes bytes, OperatorStatus& status) {
   reader.text("robot", status.robot);
   if (!status.robot.empty()) wire::check_agent_name(reader, "robot", status.robot);
   status.state = reader.enumeration("state", OperatorStatus::State::lost);
-  reader.text("text", status.text);
+  reader.name("text", status.text);
   return reader.status();
 }
 

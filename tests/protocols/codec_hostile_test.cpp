@@ -105,6 +105,31 @@ std::string refusal(const T& message) {
   return status ? "taken" : status.error().message;
 }
 
+/// Whoever refuses a name repeats it in an event, and events are kept.
+TEST(MalformedMessages, NamesOfAMegabyteAreRefusedWithoutBeingRepeated) {
+  const std::string longest(200, 'n'), too_long(1'000'000, 'n');
+  const auto expect_bounded = [&](auto message, auto text_of) {
+    text_of(message) = longest;
+    EXPECT_EQ(refusal(message), "taken");
+    text_of(message) = too_long;
+    EXPECT_NE(refusal(message).find("too long, expected at most 200 bytes"), std::string::npos);
+    EXPECT_LT(refusal(message).size(), 200U);
+  };
+  expect_bounded(
+      test::sample_spawn(), [](auto& spawn) -> auto& { return spawn.agent.behaviour.target; });
+  expect_bounded(
+      test::sample_spawn(), [](auto& spawn) -> auto& { return spawn.agent.laser; });
+  expect_bounded(
+      test::sample_spawn(), [](auto& spawn) -> auto& { return spawn.agent.model; });
+  expect_bounded(
+      ScriptStart{.script = ""}, [](auto& start) -> auto& { return start.script; });
+  expect_bounded(
+      OperatorStatus{test::kSampleStamp, "anna", "rover", {}, ""},
+      [](auto& status) -> auto& { return status.text; });
+  expect_bounded(
+      test::sample_estimate(), [](auto& estimate) -> auto& { return estimate.map_id; });
+}
+
 TEST(MalformedMessages, ImpossibleScans) {
   Scan scan = test::sample_scan();
   scan.angle_increment = 0;
