@@ -14,6 +14,7 @@ namespace parhelion::station {
 namespace {
 
 constexpr std::size_t kKeptEvents = 500;
+constexpr std::size_t kMaxEvent = 64 * 1024;  // bytes: anybody on the bus can send one, and they are kept
 constexpr std::size_t kShownOperators = 64;  // names come from the bus
 constexpr Duration kPointsPeriod = milliseconds(200), kPicturePeriod = milliseconds(100);
 constexpr std::string_view kAgentPrefix = "MR_AGENT_", kScanSuffix = "_SCAN";
@@ -236,7 +237,7 @@ std::vector<std::string> StateFeed::present_agents() {
 
 void StateFeed::handle_event(const Message& message) {
   Event event;
-  if (!decode(message.channel, message.payload, event)) return;
+  if (message.payload.size() > kMaxEvent || !decode(message.channel, message.payload, event)) return;
   note_start(event.stamp);
   placed_.take(event);
   shapes_.take(event);

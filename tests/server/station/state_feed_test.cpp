@@ -45,6 +45,21 @@ TEST_F(FeedTest, PagesShowTheAccountNameOfTheDriver) {
   EXPECT_EQ(client->newest("operators")["list"][0]["name"], "tess");
 }
 
+/// Anybody on the bus can send one, and pages get the last 500 when they open.
+TEST_F(FeedTest, AnEventOfAMegabyteIsNotKept) {
+  start(configuration({}));
+  Event event;
+  event.stamp = at(0);
+  event.kind = EventKind::movement_started;
+  for (const std::size_t size : {std::size_t{1'000'000}, std::size_t{1'000}}) {
+    event.text = std::string(size, 'x');
+    take(channel::kMrEvents, event);
+  }
+  const auto events = open()->newest("events");
+  ASSERT_EQ(events["list"].size(), 1U);
+  EXPECT_EQ(events["list"][0]["text"].get<std::string>().size(), 1'000U);
+}
+
 class OperatorsFeedTest : public FeedTest {
  protected:
   void send_status(const std::string& name) {
