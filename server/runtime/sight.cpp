@@ -71,7 +71,7 @@ bool in_image(const Eigen::Vector3d& p, const CameraIntrinsics& lens) {
 Sight::Sight(const SemanticModel& model) { set_building(model); }
 
 void Sight::set_building(const SemanticModel& model) {
-  building_.set_building(scan::BuildingTree(drawn(model), scan::BuildingTree::Doors::left_out));
+  caster_.set_building(scan::BuildingTree(drawn(model), scan::BuildingTree::Doors::left_out));
 }
 
 void Sight::set_bodies(const WorldMessage& world, const simulation::EntityShapes& shapes) {
@@ -114,10 +114,10 @@ bool Sight::sees(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const s
   const scan::BeamSet beam{0, 0, now};
   const double distance = (to - from).norm() + kBeyond;
   std::array<scan::RangeHit, 1> body{}, building{};
-  scan::cast_bodies_exact(ray, beam, motions_, distance, body);
+  caster_.cast_bodies(ray, beam, motions_, distance, body);
   if (body[0].body < 0 || motions_[static_cast<std::size_t>(body[0].body)].body->entity != entity)
     return false;
-  building_.cast_building(ray, beam, distance, building);
+  caster_.cast_building(ray, beam, distance, building);
   return body[0].range <= building[0].range;
 }
 

@@ -43,7 +43,7 @@ class Sight {
   bool sees(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const std::string& entity);
   void leave_out(const std::string& self);
 
-  scan::RayCaster building_;
+  scan::RayCaster caster_;
   std::vector<Body> bodies_;
   std::vector<scan::BodyMotion> motions_;  ///< of all but the one that looks
 };
