@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kKeptEvents = 500;
 constexpr std::size_t kMaxEvent = 64 * 1024;  // bytes: anybody on the bus can send one, and they are kept
-constexpr std::size_t kShownOperators = 64;  // names come from the bus
+constexpr std::size_t kShownOperators = 64;   // names come from the bus
 constexpr Duration kPointsPeriod = milliseconds(200), kPicturePeriod = milliseconds(100);
 constexpr std::string_view kAgentPrefix = "MR_AGENT_", kScanSuffix = "_SCAN";
 

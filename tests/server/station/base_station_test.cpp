@@ -245,7 +245,8 @@ TEST_F(BaseStationTest, FilesAreCompressedAndPendingReportsAreAnnounced) {
 
   EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).status, 404);
   const std::string clock = std::to_string(Duration{runtime::steady_now().ns}.seconds());
-  EXPECT_EQ(ask(*open_client("instructor"), R"({"type":"end","request":1,"seen":)" + clock + "}")["ok"], true);
+  EXPECT_EQ(ask(*open_client("instructor"), R"({"type":"end","request":1,"seen":)" + clock + "}")["ok"],
+            true);
   const RawAnswer soon = RawClient(port_).get("/api/v1/report", admin);
   EXPECT_EQ(soon.status, 503);
   EXPECT_EQ(soon.headers.at("retry-after"), "1");

@@ -55,7 +55,8 @@ TEST(ClientMessages, EveryActionAndKindOfTheSchemaIsKnown) {
   }
   for (const char* action : {"pause", "resume", "step", "rate", "seek"})
     EXPECT_STREQ(
-        to_string(read(std::string(R"({"type":"control","seen":1,"value":1,"action":")") + action + "\"}").kind),
+        to_string(
+            read(std::string(R"({"type":"control","seen":1,"value":1,"action":")") + action + "\"}").kind),
         action);
 }
 

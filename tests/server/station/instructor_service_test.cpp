@@ -233,7 +233,8 @@ TEST_F(InstructorServiceTest, PauseRateSeekAndEndBecomePlayerCommands) {
   const auto client = open();
   service_->receive(*client, R"({"type":"control","seen":0,"request":1,"action":"pause"})", now());
   service_->receive(*client, R"({"type":"control","seen":0,"request":2,"action":"resume"})", now());
-  service_->receive(*client, R"({"type":"control","seen":0,"request":3,"action":"seek","value":12.5})", now());
+  service_->receive(*client, R"({"type":"control","seen":0,"request":3,"action":"seek","value":12.5})",
+                    now());
   service_->receive(*client, R"({"type":"end","seen":0,"request":4})", now());
   EXPECT_THAT(done, testing::ElementsAre("pause", "resume", "seek 12.500000", "end"));
   EXPECT_EQ(client->newest("reply")["ok"], true);
