@@ -92,7 +92,8 @@ void keep_marked(const std::vector<bool>& keep, Column& column) {
   column.resize(kept);
 }
 
-void keep_marked(const std::vector<bool>& keep, cloud::PointCloud<Cloud>& cloud) {
+template <class Frame>
+void keep_marked(const std::vector<bool>& keep, cloud::PointCloud<Frame>& cloud) {
   keep_marked(keep, cloud.points);
   keep_marked(keep, cloud.normals);
   keep_marked(keep, cloud.colours);
@@ -119,21 +120,22 @@ void leave_out_far(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud>& 
                         " away from the site");
 }
 
-/// Dust and mixed pixels must not become walls that cross a room.
-void leave_out(std::vector<bool>&& strays, cloud::PointCloud<Cloud>& cloud, BuiltModel& built) {
-  const auto count = std::count(strays.begin(), strays.end(), true);
+/// `why`: what the points are.
+template <class Frame>
+void leave_out(std::vector<bool>&& marked, const std::string& why, cloud::PointCloud<Frame>& cloud,
+               BuiltModel& built) {
+  const auto count = std::count(marked.begin(), marked.end(), true);
   std::vector<bool>& left_out = built.left_out;
-  left_out.resize(left_out.empty() ? strays.size() : left_out.size());
+  left_out.resize(left_out.empty() ? marked.size() : left_out.size());
   for (std::size_t i = 0, k = 0; i < left_out.size(); ++i) {
-    if (!left_out[i]) left_out[i] = strays[k++];
+    if (!left_out[i]) left_out[i] = marked[k++];
   }
   std::ostringstream words;
   words << count << " points left out (" << std::setprecision(2)
-        << 100 * static_cast<double>(count) / static_cast<double>(strays.size())
-        << " %): strays that lie on no surface";
+        << 100 * static_cast<double>(count) / static_cast<double>(marked.size()) << " %): " << why;
   built.notes.push_back(words.str());
-  strays.flip();
-  keep_marked(strays, cloud);
+  marked.flip();
+  keep_marked(marked, cloud);
 }
 
 /// The cloud with points over its voxels, where it is a voxel map or too sparse. Leaves strays
@@ -154,7 +156,8 @@ std::optional<SpreadCloud> clean_and_spread(cloud::PointCloud<Cloud>& cloud, con
     std::vector<bool> strays;
     tbb::parallel_invoke([&] { strays = stray_points(cloud); }, [&] { sparse = sparse_spacing(cloud); });
     if (!strays.empty()) {
-      leave_out(std::move(strays), cloud, built);
+      // Dust and mixed pixels must not become walls that cross a room.
+      leave_out(std::move(strays), "strays that lie on no surface", cloud, built);
       sparse = sparse_spacing(cloud);
     }
   }
@@ -195,6 +198,33 @@ void raise(BuiltModel& built, double by) {
   built.shift = by;
 }
 
+/// Finds mirrors. What rays show to be an image is left out, and the rest is segmented again; other images
+/// become doubts.
+Status leave_out_images(const cloud::PointCloud<Map>& surfaces_of, const ModelOptions& options,
+                        Segmentation& segmentation, BuiltModel& built) {
+  built.mirrors = find_mirrors(surfaces_of, segmentation);
+  if (&surfaces_of != &built.cloud) {
+    for (Mirror& mirror : built.mirrors) mirror.certain = false;
+    return {};
+  }
+  std::vector<bool> images = seen_in_mirrors(built.cloud, built.mirrors);
+  if (images.empty()) return {};
+  std::string places;
+  for (const Mirror& mirror : built.mirrors) {
+    if (!mirror.certain) continue;
+    const Eigen::Vector2d middle = mirror.at + 0.5 * (mirror.from + mirror.to) * mirror.along();
+    places += (places.empty() ? "" : " and ") + length_text(mirror.to - mirror.from) +
+              " wide at x = " + length_text(middle.x()) + ", y = " + length_text(middle.y());
+  }
+  leave_out(std::move(images), "images in a mirror " + places, built.cloud, built);
+  auto again = options.method == SegmentationMethod::normals
+                   ? segment_by_normals(built.cloud, options.segmentation)
+                   : segment(built.cloud, options.segmentation);
+  if (!again) return again.error();
+  segmentation = std::move(*again);
+  return {};
+}
+
 Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
                          const std::function<void(const char*, int)>& progress) {
   const auto begin = [&](const char* stage, int done) {
@@ -231,6 +261,7 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
                           ? segment_by_normals(surfaces_of, options.segmentation)
                           : segment(surfaces_of, options.segmentation);
   if (!segmentation) return segmentation.error();
+  if (Status left = leave_out_images(surfaces_of, options, *segmentation, built); !left) return left.error();
   begin("label", 2);
   SemanticNetOptions net_options = options.net;
   if (spread) net_options.voxel = spread->voxel;

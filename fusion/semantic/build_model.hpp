@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/mirror_images.hpp"
 #include "fusion/semantic/net/evidence.hpp"
 #include "fusion/semantic/net/semantic_net.hpp"
 #include "fusion/semantic/objects/find_objects.hpp"
@@ -52,6 +53,7 @@ struct BuiltModel {
   std::vector<ObjectFeatures> object_features;  ///< what the kind of each was chosen by, but of kerbs
   std::vector<std::uint32_t> object_of;         ///< per point: into `objects`, or kNoObject
   SiteHeights heights;                          ///< in the levelled cloud's coordinates
+  std::vector<Mirror> mirrors;                  ///< images in those that are `certain` are left out
   double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift
 };
 

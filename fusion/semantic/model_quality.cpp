@@ -16,6 +16,8 @@ constexpr double kSeen = 0.4;        ///< fraction of a wall's piece
 constexpr double kLeaf = 0.35;       ///< fraction of a door that something closes
 constexpr double kLargeThing = 0.5;  ///< m^3, of an object without a kind
 
+constexpr const char* kImage = "may be an image in a mirror";
+
 std::string percent(double fraction) { return std::to_string(std::lround(100 * fraction)) + " %"; }
 
 /// Why an entity is doubtful; empty: it is not.
@@ -33,6 +35,21 @@ std::string why(const ModelEntity& e) {
   if (e.label == EntityLabel::door && e.observed < kLeaf && e.confidence < 0.5 * (1 + kSure))
     return "no leaf was measured";
   return "";
+}
+
+/// Whether more than a frame or a reveal of a box is behind a mirror of which only the geometry tells.
+bool may_be_image(const BuiltModel& built, const Transform<Map, Body>& T_map_body,
+                  const Eigen::Vector3d& size) {
+  constexpr double kBehind = 0.3;  // m
+  const Eigen::Vector3d half = 0.5 * size.x() * T_map_body.rotation().col(0);
+  return std::any_of(built.mirrors.begin(), built.mirrors.end(), [&](const Mirror& mirror) {
+    if (mirror.certain) return false;
+    for (const double at : {-1.0, 0.0, 1.0}) {
+      const Eigen::Vector2d p = (T_map_body.translation() + at * half).head<2>();
+      if (mirror.depth_of(p) > kBehind && mirror.has_image_at(p)) return true;
+    }
+    return false;
+  });
 }
 
 ModelDoubt doubt_of(const std::string& name, const Eigen::Vector3d& place, double extent,
@@ -59,10 +76,16 @@ std::optional<ModelDoubt> missing_floor(const BuiltModel& built) {
 void find_doubts(const BuiltModel& built, std::vector<ModelDoubt>& doubts) {
   if (auto doubt = missing_floor(built)) doubts.push_back(*std::move(doubt));
   for (const ModelEntity& e : built.model.entities) {
-    if (const std::string reason = why(e); !reason.empty())
+    const bool image = !e.locked && !e.deleted && !e.is_virtual && may_be_image(built, e.T_map_body, e.size);
+    const std::string reason = image ? kImage : why(e);
+    if (!reason.empty())
       doubts.push_back(doubt_of(e.name, e.T_map_body.translation(), e.size.head<2>().maxCoeff(), reason));
   }
   for (const ModelObject& o : built.objects) {
+    if (may_be_image(built, o.T_map_body, o.size)) {
+      doubts.push_back(doubt_of(o.name, o.T_map_body.translation(), o.size.head<2>().maxCoeff(), kImage));
+      continue;
+    }
     if (o.kind != ObjectKind::object || o.size.prod() < kLargeThing) continue;
     doubts.push_back(doubt_of(o.name, o.T_map_body.translation(), o.size.head<2>().maxCoeff(),
                               "of unknown kind, " + length_text(o.size.z()) + " high"));

@@ -10,6 +10,15 @@ namespace {
 constexpr int kOrigin = 1 << 20;  ///< indices must not be negative
 constexpr int kSide = 4, kPadded = kSide + 2;
 
+Eigen::Vector3i block_of(const Eigen::Array3i& from_origin) {
+  return {from_origin.x() >> 2, from_origin.y() >> 2, from_origin.z() >> 2};
+}
+
+std::uint64_t bit_of(const Eigen::Array3i& from_origin) {
+  const int within = (from_origin.x() & 3) + kSide * ((from_origin.y() & 3) + kSide * (from_origin.z() & 3));
+  return std::uint64_t{1} << within;
+}
+
 /// Rows of cubes along x, by z and y; bit 0 of each is one cube before the block.
 using Rows = std::array<std::array<std::uint8_t, kPadded>, kPadded>;
 
@@ -48,7 +57,7 @@ PairTable pair_table() {
 
 void OccupiedCubes::add(const Eigen::Array3i& cube) {
   const Eigen::Array3i from_origin = cube + kOrigin;
-  const Eigen::Vector3i at(from_origin.x() >> 2, from_origin.y() >> 2, from_origin.z() >> 2);
+  const Eigen::Vector3i at = block_of(from_origin);
   if (blocks_.empty() || (blocks_[last_].at != at.array()).any()) {
     std::uint32_t& number = number_of_[at];
     if (number == cloud::VoxelIndex::kNone) {
@@ -57,8 +66,13 @@ void OccupiedCubes::add(const Eigen::Array3i& cube) {
     }
     last_ = number;
   }
-  const int within = (from_origin.x() & 3) + kSide * ((from_origin.y() & 3) + kSide * (from_origin.z() & 3));
-  blocks_[last_].cubes |= std::uint64_t{1} << within;
+  blocks_[last_].cubes |= bit_of(from_origin);
+}
+
+bool OccupiedCubes::contains(const Eigen::Array3i& cube) const {
+  const Eigen::Array3i from_origin = cube + kOrigin;
+  const std::uint32_t number = number_of_.at(block_of(from_origin));
+  return number != cloud::VoxelIndex::kNone && (blocks_[number].cubes & bit_of(from_origin)) != 0;
 }
 
 std::size_t OccupiedCubes::count() const {

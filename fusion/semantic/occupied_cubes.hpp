@@ -13,6 +13,7 @@ class OccupiedCubes {
  public:
   /// `cube`: each coordinate within 2^20 of 0.
   void add(const Eigen::Array3i& cube);
+  bool contains(const Eigen::Array3i& cube) const;
   std::size_t count() const;
   /// Pairs of an occupied cube and another one among the 26 around it; each pair counts from both sides.
   std::size_t count_neighbours() const;

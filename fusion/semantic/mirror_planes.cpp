@@ -1,0 +1,168 @@
+#include "fusion/semantic/mirror_planes.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace parhelion::semantic {
+
+namespace {
+
+constexpr std::size_t kMaxCubes = 250'000;   ///< points whose cubes are marked
+constexpr std::size_t kMaxSamples = 40'000;  ///< points looked at
+constexpr double kFarthest = 15;             ///< m
+
+Eigen::Array3i cube_of(const Eigen::Vector3d& p) { return (p.array() / kMirrorCube).floor().cast<int>(); }
+
+}  // namespace
+
+SampledSite sampled_site(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
+  SampledSite site{{}, {}, {}, segmentation, cloud.viewpoints};
+  const bool rays = !cloud.viewpoints.empty() && (!cloud.scans.empty() || cloud.viewpoints.size() == 1);
+  const std::size_t step = 2 + cloud.size() / kMaxSamples, stride = 1 + cloud.size() / kMaxCubes;
+  const auto is_level = [&](std::size_t i) {
+    const std::uint32_t surface = segmentation.surface_of[i];
+    return surface != kNoSurface && surface >= segmentation.verticals.size();
+  };
+  std::size_t alike = 0;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    if (i % step != 0 && !is_level(i)) site.cubes.add(cube_of(cloud.points[i].cast<double>()));
+  }
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    const std::uint32_t surface = segmentation.surface_of[i];
+    const std::int32_t from = !rays ? -1 : cloud.scans.empty() ? 0 : cloud.scans[i];
+    site.samples.push_back({cloud.points[i].cast<double>(), surface, from});
+    if (is_level(i)) continue;
+    site.things.push_back(site.samples.back());
+    alike += site.cubes.contains(cube_of(site.things.back().p)) ? 1 : 0;
+  }
+  site.shared =
+      static_cast<double>(alike) / static_cast<double>(std::max<std::size_t>(site.things.size(), 1));
+  return site;
+}
+
+namespace {
+
+/// Walls across a mirror go on behind it as they do before it, whatever is there.
+bool runs_across(const VerticalSurface& surface, const MirrorPlane& plane) {
+  constexpr double kLong = 0.8, kAcross = 0.9;  // m; cosine
+  const Eigen::Vector2d d = surface.end - surface.start;
+  return d.norm() > kLong && std::abs(d.dot(plane.behind)) > kAcross * d.norm();
+}
+
+}  // namespace
+
+std::vector<const SitePoint*> things_behind(const SampledSite& site, const MirrorPlane& plane,
+                                            const Eigen::Vector2d& middle, std::size_t stride) {
+  std::vector<bool> across;
+  for (const VerticalSurface& surface : site.segmentation.verticals)
+    across.push_back(runs_across(surface, plane));
+  std::vector<const SitePoint*> found;
+  for (std::size_t i = 0; i < site.things.size(); i += stride) {
+    const SitePoint& thing = site.things[i];
+    const double depth = plane.depth_of(thing.p);
+    if (depth < kNearestImage || depth > kFarthest) continue;
+    if (std::abs(plane.along().dot(thing.p.head<2>() - middle)) > kFarthest) continue;
+    if (thing.surface == kNoSurface || !across[thing.surface]) found.push_back(&thing);
+  }
+  return found;
+}
+
+bool has_image(const SampledSite& site, const MirrorPlane& plane, const SitePoint& thing, double shift) {
+  return site.cubes.contains(cube_of(plane.image_of(thing.p, shift)));
+}
+
+double fraction_alike(const SampledSite& site, const MirrorPlane& plane,
+                      const std::vector<const SitePoint*>& things, double shift) {
+  const auto alike = std::count_if(things.begin(), things.end(), [&](const SitePoint* thing) {
+    return has_image(site, plane, *thing, shift);
+  });
+  const double expected = site.shared * static_cast<double>(things.size());
+  return expected > 0 ? std::min(static_cast<double>(alike) / expected, 1.0) : 0;
+}
+
+namespace {
+
+/// Of -`steps` to `steps`, the middle of those that are nearly as good as the best: a cube is wider than a
+/// step.
+template <class Quality>
+double best_step(int steps, Quality&& quality) {
+  constexpr double kNearly = 0.8;
+  std::vector<double> qualities;
+  for (int k = -steps; k <= steps; ++k) qualities.push_back(quality(k));
+  const double max_quality = *std::max_element(qualities.begin(), qualities.end());
+  double sum = 0, mean = 0;
+  for (int k = -steps; k <= steps; ++k) {
+    const double weight =
+        std::max(0.0, qualities[static_cast<std::size_t>(k + steps)] - kNearly * max_quality);
+    sum += weight, mean += weight * k;
+  }
+  return sum > 0 ? mean / sum : 0;
+}
+
+}  // namespace
+
+MirrorPlane fitted(const SampledSite& site, const MirrorPlane& plane,
+                   const std::vector<const SitePoint*>& things) {
+  constexpr double kStep = 0.01, kTurn = 0.002;  // m, rad
+  constexpr std::size_t kEnough = 800;           // things
+  std::vector<const SitePoint*> some;
+  for (std::size_t i = 0; i < things.size(); i += 1 + things.size() / kEnough) some.push_back(things[i]);
+  MirrorPlane best = plane;
+  for (int pass = 0; pass < 2; ++pass) {
+    const MirrorPlane base = best;
+    const double steps =
+        best_step(8, [&](int k) { return fraction_alike(site, base.moved(k * kStep, 0), some); });
+    const MirrorPlane moved = base.moved(steps * kStep, 0);
+    const double turns =
+        best_step(4, [&](int k) { return fraction_alike(site, moved.moved(0, k * kTurn), some); });
+    best = moved.moved(0, turns * kTurn);
+  }
+  return best;
+}
+
+ImageLayers image_layers(const SampledSite& site, const MirrorPlane& plane,
+                         const std::vector<const SitePoint*>& things) {
+  constexpr double kLayer = 0.25, kAlike = 0.5;  // m; of a layer
+  constexpr int kFewest = 4;
+  std::map<int, std::pair<int, int>> counts;  // all, alike
+  for (const SitePoint* thing : things) {
+    auto& [all, alike] = counts[static_cast<int>(plane.depth_of(thing->p) / kLayer)];
+    ++all, alike += has_image(site, plane, *thing) ? 1 : 0;
+  }
+  ImageLayers layers;
+  for (const auto& [depth, count] : counts) {
+    layers.all += count.first >= kFewest ? 1 : 0;
+    layers.alike += count.first >= kFewest && count.second > kAlike * site.shared * count.first ? 1 : 0;
+  }
+  return layers;
+}
+
+std::optional<Eigen::Vector3d> crossing(const SampledSite& site, const MirrorPlane& plane,
+                                        const SitePoint& thing) {
+  if (thing.viewpoint < 0 || static_cast<std::size_t>(thing.viewpoint) >= site.viewpoints.size())
+    return std::nullopt;
+  const Eigen::Vector3d& from = site.viewpoints[static_cast<std::size_t>(thing.viewpoint)];
+  const double before = plane.depth_of(from), after = plane.depth_of(thing.p);
+  if (before >= 0 || after <= 0) return std::nullopt;
+  return Eigen::Vector3d(from + before / (before - after) * (thing.p - from));
+}
+
+bool measured_at(const SampledSite& site, const MirrorPlane& plane, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d off(kMirrorCube * plane.behind.x(), kMirrorCube * plane.behind.y(), 0);
+  return site.cubes.contains(cube_of(p)) || site.cubes.contains(cube_of(p - off)) ||
+         site.cubes.contains(cube_of(p + off));
+}
+
+double measured_in(const SampledSite& site, const MirrorPlane& plane, double from, double to, double low,
+                   double high) {
+  int all = 0, measured = 0;
+  for (double s = from + 0.5 * kMirrorCube; s < to; s += kMirrorCube) {
+    const Eigen::Vector2d p = plane.at + s * plane.along();
+    for (double z = low + 0.5 * kMirrorCube; z < high; z += kMirrorCube)
+      ++all, measured += measured_at(site, plane, {p.x(), p.y(), z}) ? 1 : 0;
+  }
+  return static_cast<double>(measured) / std::max(all, 1);
+}
+
+}  // namespace parhelion::semantic
