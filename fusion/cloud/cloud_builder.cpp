@@ -37,6 +37,10 @@ double metres(LengthUnit unit) {
       return 0.01;
     case LengthUnit::millimetre:
       return 0.001;
+    case LengthUnit::foot:
+      return 0.3048;
+    case LengthUnit::inch:
+      return 0.0254;
     case LengthUnit::metre:
       break;
   }

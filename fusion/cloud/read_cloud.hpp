@@ -24,7 +24,7 @@ enum class ScanFormat : std::uint8_t {
   uos_3d   ///< 3DTK: one header line, then x y z [more]; the pose in a .pose file beside it
 };
 
-enum class LengthUnit : std::uint8_t { metre, centimetre, millimetre };
+enum class LengthUnit : std::uint8_t { metre, centimetre, millimetre, foot, inch };
 
 /// Axes of a file, and their conversion to x forward, y left, z up.
 enum class FileAxes : std::uint8_t {

@@ -21,6 +21,7 @@
 #include "fusion/semantic/objects/find_kerbs.hpp"
 #include "fusion/semantic/spread_voxels.hpp"
 #include "fusion/semantic/stray_points.hpp"
+#include "fusion/semantic/unit_doubt.hpp"
 #include "fusion/semantic/upside_down.hpp"
 #include "protocols/length_text.hpp"
 
@@ -62,11 +63,13 @@ Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vec
     return unit * size.maxCoeff() <= max_extent && unit * size.z() <= kHighestRoom;
   };
   if (!fits(1)) {
-    return Error{"the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
-                 length_text(size.z()) +
-                 (fits(kMillimetre)
-                      ? " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm"
-                      : " high: too large for a site in any unit; some of its points may be damaged")};
+    return Error{
+        "the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
+        length_text(size.z()) +
+        (fits(kMillimetre)
+             ? " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm, or --unit in "
+               "for inches"
+             : " high: too large for a site in any unit; some of its points may be damaged")};
   }
   if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
     notes.push_back("the cloud is only " + length_text(size.maxCoeff()) + " large and " +
@@ -326,6 +329,33 @@ Result<BuiltModel> build(cloud::PointCloud<Cloud> cloud, const ModelOptions& opt
   return built;
 }
 
+/// A hall without a door may be a room in feet: a part of its points in that unit tells.
+void doubt_unit(const ModelOptions& options, BuiltModel& built) {
+  constexpr std::size_t kEnough = 250'000;  // points: a room has ten times as many a square metre as a hall
+  const std::optional<OtherUnit> unit = unit_to_try(built.model);
+  if (!unit) return;
+  cloud::PointCloud<Cloud> part;
+  const std::size_t step = 1 + built.cloud.size() / kEnough;
+  for (std::size_t i = 0; i < built.cloud.size(); i += step) {
+    part.points.push_back(built.cloud.points[i] * static_cast<float>(unit->metres));
+    if (!built.cloud.scans.empty()) part.scans.push_back(built.cloud.scans[i]);
+  }
+  for (const Eigen::Vector3d& viewpoint : built.cloud.viewpoints)
+    part.viewpoints.push_back(unit->metres * viewpoint);
+  ModelOptions other = options;
+  other.up = Eigen::Vector3d::UnitZ();
+  other.segmentation.stages.clear();
+  other.floor_to_zero = false;
+  other.spacing.reset();
+  const auto in_other = build(std::move(part), other, {});
+  if (!in_other || !fits_people(in_other->model)) return;
+  std::ostringstream words;
+  words << "its unit may be " << unit->name << " (" << unit->metres << " m)";
+  built.notes.push_back(words.str() + ": there are no doors and stairs in metres, and there are in " +
+                        unit->name + options.unit_advice);
+  built.unit_doubt = words.str() + options.unit_advice;
+}
+
 }  // namespace
 
 Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
@@ -334,7 +364,11 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   // All loops within it use these threads.
   tbb::task_arena arena(options.segmentation.threads == 0 ? tbb::task_arena::automatic
                                                           : options.segmentation.threads);
-  return arena.execute([&] { return build(std::move(cloud), options, progress); });
+  return arena.execute([&] {
+    auto built = build(std::move(cloud), options, progress);
+    if (built) doubt_unit(options, *built);
+    return built;
+  });
 }
 
 }  // namespace parhelion::semantic

@@ -38,7 +38,8 @@ struct ModelOptions {
   /// Up direction given by the user (unit, cloud frame), within 40 degrees; without it z is up, and a cloud
   /// that seems to be upside down is rejected.
   std::optional<Eigen::Vector3d> up;
-  std::string up_advice;  ///< appended to that error and to a doubt: how the user can give the up direction
+  std::string unit_advice;  ///< appended to a doubt: how the user can give the unit
+  std::string up_advice;    ///< appended to that error and to a doubt: how the user can give the up direction
 };
 
 struct BuiltModel {
@@ -46,6 +47,7 @@ struct BuiltModel {
   cloud::PointCloud<Map> cloud;    ///< levelled, in the model's frame; labels: EntityLabel per point
   SemanticNet net;                 ///< its entities are in `model`
   bool up_doubtful = false;        ///< the cloud may be upside down or lie on its side; a note says why
+  std::string unit_doubt;          ///< why the cloud may not be in metres; empty: nothing shows that
   std::vector<std::string> notes;  ///< for the user: a suspected unit, points left out, what cannot be found
   std::vector<bool> left_out;      ///< per point of the input: not in `cloud`; empty: all are
   double floor = 0;                ///< m, top of the ground floor in the levelled cloud's coordinates

@@ -73,8 +73,17 @@ std::optional<ModelDoubt> missing_floor(const BuiltModel& built) {
                   "none was measured");
 }
 
+/// The whole site is doubtful where its unit is.
+std::optional<ModelDoubt> wrong_unit(const BuiltModel& built) {
+  if (built.unit_doubt.empty() || built.cloud.empty()) return std::nullopt;
+  Eigen::AlignedBox3d site;
+  for (const Eigen::Vector3f& p : built.cloud.points) site.extend(p.cast<double>());
+  return doubt_of("unit", site.center(), site.sizes().head<2>().maxCoeff(), built.unit_doubt);
+}
+
 void find_doubts(const BuiltModel& built, std::vector<ModelDoubt>& doubts) {
   if (auto doubt = missing_floor(built)) doubts.push_back(*std::move(doubt));
+  if (auto doubt = wrong_unit(built)) doubts.push_back(*std::move(doubt));
   for (const ModelEntity& e : built.model.entities) {
     const bool image = !e.locked && !e.deleted && !e.is_virtual && may_be_image(built, e.T_map_body, e.size);
     const std::string reason = image ? kImage : why(e);

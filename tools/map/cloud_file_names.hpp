@@ -10,7 +10,9 @@ namespace parhelion::tools {
 
 inline const std::map<std::string, cloud::LengthUnit> kLengthUnits = {{"m", cloud::LengthUnit::metre},
                                                                       {"cm", cloud::LengthUnit::centimetre},
-                                                                      {"mm", cloud::LengthUnit::millimetre}};
+                                                                      {"mm", cloud::LengthUnit::millimetre},
+                                                                      {"ft", cloud::LengthUnit::foot},
+                                                                      {"in", cloud::LengthUnit::inch}};
 inline const std::map<std::string, cloud::FileAxes> kFileAxes = {
     {"z-up", cloud::FileAxes::x_forward_z_up},
     {"y-up", cloud::FileAxes::x_right_y_up},

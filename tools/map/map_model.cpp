@@ -96,6 +96,7 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
                                  std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
   semantic::ModelOptions options = a.model;
   options.spacing = scan->spacing;
+  options.unit_advice = ": --unit ft or --unit in";
   options.up_advice = ": --flip, --axes y-up or y-down, or --no-flip where it is right as it is";
   if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);
   auto built = semantic::build_model(std::move(cloud), options,
@@ -223,7 +224,7 @@ void add_options(CLI::App& command, Arguments& a) {
       ->capture_default_str();
   command.add_flag("--floor-to-zero", a.model.floor_to_zero,
                    "Move the model so that its ground floor is z = 0");
-  command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
+  command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm, ft, in (default: by format)")
       ->transform(one_of(kLengthUnits))
       ->type_name("TEXT");
   command.add_option("--axes", a.read.axes, "Axes of the file (default: by format)")

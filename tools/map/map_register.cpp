@@ -170,7 +170,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
       "Pose of the second scan in the first: X,Y,Z,YAW (m, degrees); or a FILE with one line per scan: "
       "x y z yaw, or 16 numbers of a matrix by rows");
   command
-      .add_option("--unit", arguments.source.read.unit, "Unit of the files: m, cm, mm (default: by format)")
+      .add_option("--unit", arguments.source.read.unit,
+                  "Unit of the files: m, cm, mm, ft, in (default: by format)")
       ->transform(one_of(kLengthUnits))
       ->type_name("TEXT");
   command.add_option("--axes", arguments.source.read.axes, "Axes of the files (default: by format)")

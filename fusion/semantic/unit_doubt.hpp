@@ -1,0 +1,25 @@
+// Whether a cloud that was read in metres is in feet or inches.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocols/model.hpp"
+
+namespace parhelion::semantic {
+
+/// A unit of length that is no metre.
+struct OtherUnit {
+  const char* name = "";  ///< plural
+  double metres = 1;
+};
+
+/// The unit in which the site's storey would be as high as rooms are (2.1 to 3.6 m), where nothing that
+/// people use tells that metres are right: no doors and no stairs were found. nullopt: none.
+std::optional<OtherUnit> unit_to_try(const SemanticModel& in_metres);
+
+/// Whether a model of the same cloud, read in the unit to try, has what metres lack: a door, or a flight of
+/// stairs.
+bool fits_people(const SemanticModel& in_other_unit);
+
+}  // namespace parhelion::semantic
