@@ -21,7 +21,7 @@ constexpr const char* kFooter =
     "after.\n"
     "What the drive does not show is left as it was, with a line that says which drive would show it. Height "
     "and\n"
-    "tilt of the laser are not calibrated: give them in the description as they are.\n\n"
+    "tilt of the laser need the images of a depth camera that is fixed to the base, and furniture.\n\n"
     "Exit code 0: the description is written. Exit code 1: the result is refused, and no description is "
     "written:\n"
     "odometry or laser are faulty, odometry agrees worse with the scans than before, or the validation part "
@@ -86,8 +86,9 @@ void add_calibrate(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("calibrate", kDescription);
   command->footer(kFooter);
   command
-      ->add_option("LOG", options.input,
-                   "LCM log of a drive, with SCAN and ODOMETRY, and where there are any IMU and CAMERA")
+      ->add_option(
+          "LOG", options.input,
+          "LCM log of a drive, with SCAN and ODOMETRY, and where there are any IMU, CAMERA and DEPTH")
       ->required();
   command->add_option("-o,--output", arguments->output, "Robot description to write")->required();
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
@@ -103,6 +104,8 @@ void add_calibrate(CLI::App& app, Exit& exit) {
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
   command->add_option("--imu-channel", options.imu_channel, "Inertial sensor")->capture_default_str();
+  command->add_option("--depth-channel", options.depth_channel, "Images of the depth camera")
+      ->capture_default_str();
   command->add_option("--camera-channel", options.camera_channel, "Images of the camera")
       ->capture_default_str();
   command

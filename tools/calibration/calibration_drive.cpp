@@ -27,7 +27,7 @@ class DriveReader {
   Status read(const CalibrationProgress& progress) {
     for (const std::string& channel :
          {options_.scan_channel, options_.odometry_channel, options_.reference_channel, options_.imu_channel,
-          options_.camera_channel}) {
+          options_.camera_channel, options_.depth_channel}) {
       if (Status raw = check_raw_channel(channel); !raw) return raw;
     }
     auto reader = LogReader::open(options_.input.string());
@@ -103,6 +103,8 @@ class DriveReader {
       take_sample(event, Kind::inertial, drive.inertial);
     } else if (event.channel == options_.camera_channel) {
       ++result.images;
+    } else if (event.channel == options_.depth_channel) {
+      ++result.depth_images;
     } else if (!options_.reference_channel.empty() && event.channel == options_.reference_channel) {
       decoded(event, drive.reference);
     }
@@ -122,6 +124,8 @@ class DriveReader {
       return missing(options_.imu_channel);
     if (options_.camera_channel != CalibrationOptions().camera_channel && result.images == 0)
       return missing(options_.camera_channel);
+    if (options_.depth_channel != CalibrationOptions().depth_channel && result.depth_images == 0)
+      return missing(options_.depth_channel);
     if (options_.robot.empty() && yaml_.empty()) {
       return Error{options_.input.string() + ": has no " + channel::kRobot +
                    " event; describe the robot with --robot FILE"};

@@ -39,6 +39,7 @@ struct ReadDrive {
   Arrivals scan_arrivals, odometry_arrivals;
   RobotDescription robot;
   std::size_t images = 0;             ///< on the camera's channel
+  std::size_t depth_images = 0;       ///< on that of the depth camera
   std::uint64_t refused = 0;          ///< events that could not be decoded
   std::vector<std::string> findings;  ///< of each kind, with the number of times
 };

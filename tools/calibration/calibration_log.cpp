@@ -222,6 +222,8 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   report.camera = calibrate_camera(options, report.before, read->images, *laser, share(progress, 65, 80));
   for (TurnSensor* sensor : {&report.imu, &report.camera}) add_offset_error(report.sweep_sigma, *sensor);
   report.after = with_time_offsets(report.after, report.imu, report.camera);
+  report.level = calibrate_level(options, parts.calibrating, report.after, read->depth_images, *laser);
+  if (report.level.found) report.after = with_level(report.after, *report.level.found);
   learn_noise(parts.calibrating, report);
   if (report.validation_scans > 0) {
     if (const Status checked = check_on(parts.validation, options, report, share(progress, 80, 100));

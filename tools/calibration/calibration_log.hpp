@@ -13,6 +13,7 @@
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
+#include "tools/calibration/calibration_level.hpp"
 #include "tools/calibration/calibration_turns.hpp"
 
 namespace parhelion::tools {
@@ -25,6 +26,7 @@ struct CalibrationOptions {
   std::string odometry_channel = "ODOMETRY";
   std::string imu_channel = "IMU";
   std::string camera_channel = "CAMERA";
+  std::string depth_channel = "DEPTH";
   std::string reference_channel;     ///< poses of the base (pose_t); empty: none
   double validation_fraction = 0.3;  ///< fraction of the drive, its end, that only checks the result
   bool validate_on_start = false;    ///< its start instead
@@ -53,6 +55,7 @@ struct CalibrationReport {
   std::optional<scan::LearnedLaser> laser;      ///< nullopt: too few flat walls, see laser_note
   std::string laser_note;
   TurnSensor imu, camera;
+  FoundLevel level;
   Deskew deskew = Deskew::live;  ///< as scans and odometry agree better
   bool reversed_beams = false;   ///< `after` has the beams of a message in the other order than `before`
   double sweep_sigma = 0;        ///< s, what the sweep of a scan adds to the sigma of each time offset

@@ -33,6 +33,8 @@ constexpr Unit kUnits[] = {{P::translation_scale, "translation_scale", 1, "", 4}
 // Of other sensors; the parameter does not count.
 constexpr Unit kOffset{P::time_offset, "time_offset_ms", 1e3, "ms", 1};
 constexpr Unit kScale{P::rotation_scale, "yaw_scale", 1, "", 4};
+constexpr Unit kHeight{P::laser_x, "laser_height_mm", 1e3, "mm", 0};
+constexpr Unit kTilt{P::laser_yaw, "", kDegreesPerRadian, "deg", 2};
 constexpr Unit kBias{P::time_offset, "yaw_bias_deg_per_s", kDegreesPerRadian, "deg/s", 3};
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
@@ -82,6 +84,24 @@ std::string between_clocks(const CalibrationReport& report) {
                 1e3 * std::hypot(imu.sigma, odometry.sigma));
 }
 
+/// Height and tilt of the laser.
+std::string level_lines(const CalibrationReport& report) {
+  if (!report.level.found)
+    return report.level.note.empty() ? "" : "  laser's height and tilt kept: " + report.level.note + "\n";
+  const LaserLevel& level = *report.level.found;
+  std::string text =
+      line("laser height", report.before.laser->T_base_laser.translation().z(), level.height, kHeight) +
+      line("laser pitch more", 0, level.pitch, kTilt) + line("laser roll more", 0, level.roll, kTilt) +
+      format("    by %zu beams in %zu depth images, of which %.0f %% agree, and %zu places with edges\n",
+             level.beams, level.images, 100 * level.agreeing, level.things);
+  if (!level.camera) return text + "    no floor in the depth images: their camera counts as described\n";
+  return text + format(
+                    "    by the floor the depth camera is %.0f mm higher than described, and turned by %.1f "
+                    "deg (pitch), %.1f deg (roll)\n",
+                    1e3 * level.camera->height, kDegreesPerRadian * level.camera->pitch,
+                    kDegreesPerRadian * level.camera->roll);
+}
+
 std::string laser_lines(const CalibrationReport& report) {
   if (!report.laser) return "  laser's noise kept: " + report.laser_note + "\n";
   const scan::LearnedLaser& laser = *report.laser;
@@ -108,6 +128,8 @@ std::vector<std::string> advice_of(const CalibrationReport& report) {
     if (sensor->found)
       advice.insert(advice.end(), sensor->found->advice.begin(), sensor->found->advice.end());
   }
+  if (report.level.found)
+    advice.insert(advice.end(), report.level.found->advice.begin(), report.level.found->advice.end());
   return advice;
 }
 
@@ -193,7 +215,8 @@ std::string to_text(const CalibrationReport& report, const CalibrationOptions& o
             line("right wheel", 1, wheels.right_scale, scale) +
             line("track width", options.track_width, wheels.track_width, width);
   }
-  text += turn_lines(report.imu) + between_clocks(report) + turn_lines(report.camera) + laser_lines(report);
+  text += turn_lines(report.imu) + between_clocks(report) + turn_lines(report.camera) + level_lines(report) +
+          laser_lines(report);
   // A drive with a fault shows nothing, however it is driven.
   if (report.verdict != CalibrationVerdict::refused) {
     for (const std::string& advice : advice_of(report)) text += "  " + advice + "\n";
@@ -228,6 +251,19 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
   }
   for (const auto& [key, sensor] : {std::pair{"imu", &report.imu}, std::pair{"camera", &report.camera}}) {
     if (sensor->found || !sensor->note.empty()) json[key] = to_json(*sensor);
+  }
+  if (report.level.found) {
+    const LaserLevel& level = *report.level.found;
+    json["level"] = {{kHeight.key, to_json(level.height, kHeight.factor)},
+                     {"laser_pitch_more_deg", to_json(level.pitch, kTilt.factor)},
+                     {"laser_roll_more_deg", to_json(level.roll, kTilt.factor)},
+                     {"beams", level.beams},
+                     {"images", level.images},
+                     {"agreeing", level.agreeing},
+                     {"places", level.things},
+                     {"floor", level.camera.has_value()}};
+  } else if (!report.level.note.empty()) {
+    json["level"] = {{"note", report.level.note}};
   }
   json["advice"] = advice_of(report);
   json["reversed_beams"] = report.reversed_beams;

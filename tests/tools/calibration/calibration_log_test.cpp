@@ -95,6 +95,23 @@ TEST(CalibrationLog, StaysTrueWhereOdometryIsRough) {
   }
 }
 
+TEST(CalibrationLog, FindsTheHeightOfTheLaserInDepthImages) {
+  constexpr double kLow = 0.38, kHigh = 0.46;  // m: what hangs there and stops beams
+  const CalibrationOptions options = options_for("depth.lcm", 0);
+  LoggedDrive drive(3, {}, false, {}, 1);
+  drive.add_depth(kLow, kHigh);
+  drive.write(options.input);
+  const auto report = calibrate_log(options);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_TRUE(report->level.found) << report->level.note;
+  EXPECT_GT(report->level.found->agreeing, 0.9);
+  expect_within(report->level.found->height, (kLow + kHigh) / 2, "height");
+  EXPECT_EQ(report->after.laser->T_base_laser.translation().z(), report->level.found->height.value);
+  EXPECT_NE(to_text(*report, options).find("laser height"), std::string::npos);
+  EXPECT_NE(to_json(*report, options).find("laser_height_mm"), std::string::npos);
+  std::filesystem::remove(options.input);
+}
+
 // A slow sweep: poses that the first round makes lean towards the odometry at hand at each scan.
 TEST(CalibrationLog, FindsNoTimeOffsetInAShortDriveThatHasNone) {
   test::DriveErrors errors;

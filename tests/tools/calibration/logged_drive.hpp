@@ -13,6 +13,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "tests/fusion/pose/calibration_drive.hpp"
+#include "tests/tools/calibration/hanging_room.hpp"
 #include "tests/tools/calibration/textured_room.hpp"
 
 namespace parhelion::test {
@@ -59,6 +60,30 @@ class LoggedDrive {
     }
     add_imu();
     if (camera) add_camera();
+  }
+
+  /// Images of a depth camera on the base, and its description. All but the outer walls hang: from `low` to
+  /// `high` m above the floor.
+  void add_depth(double low, double high) {
+    const CameraDescription camera = level_camera(0);
+    robot_.depth.emplace();
+    robot_.depth->intrinsics = camera.intrinsics;
+    robot_.depth->T_base_optical = Transform<Base, DepthOptical>(camera.T_base_optical.isometry());
+    for (Message& message : messages_) {
+      if (message.channel != channel::kRobot) continue;
+      RobotMessage description;
+      description.yaml = to_yaml(robot_);
+      message.payload.clear();
+      encode(description, message.payload);
+    }
+    for (double t = 0.03; t < path_.duration() - 0.02; t += 0.4) {
+      Image like;
+      like.stamp = SensorTime{} + seconds(1000 + t);
+      like.metadata.push_back({"encoding", {'z', 'l', 'i', 'b'}});
+      const auto image = render::encode_depth(hanging_depth(camera, path_.at(t), low, high), like);
+      ASSERT_TRUE(image.ok());
+      put(t, channel::kDepth, *image);
+    }
   }
 
   void write(const std::filesystem::path& path) {
