@@ -4,13 +4,13 @@
 #include "fusion/pose/estimate.hpp"
 #include "fusion/pose/maps/frozen_map.hpp"
 #include "fusion/pose/matching/weak_directions.hpp"
-#include "fusion/pose/odometry/odometry_belief.hpp"
 #include "fusion/pose/odometry/scan_odometry.hpp"
 #include "fusion/pose/own_slam.hpp"
 #include "fusion/pose/search/localizer_search.hpp"
 #include "fusion/pose/search/wide_search.hpp"
 #include "fusion/pose/slam.hpp"
 #include "fusion/pose/tracking/beam_correction.hpp"
+#include "fusion/pose/tracking/held_pose.hpp"
 #include "fusion/pose/tracking/pose_doubt.hpp"
 #include "fusion/pose/tracking/scan_tracking.hpp"
 #include "fusion/pose/tracking/slip_check.hpp"
@@ -72,7 +72,7 @@ class Localizer final : public Slam {
         attitude_(robot.imu),
         beam_correction_(*robot.laser, options.doubt_mounting),
         tracking_(robot, {kMaxLeap, kMinOdometryError}),
-        belief_(robot.odometry_error_translation) {
+        held_(robot, {}) {
     match_.range_sigma = map_->sigma;
     match_.by_direction = true;
     if (!options.start) return;
@@ -245,23 +245,8 @@ class Localizer final : public Slam {
     }
   }
 
-  /// The pose and its covariance by a match; along a corridor by odometry, if it has been good.
   void take(const ScanTracking::Followed& found, const Pose2& step) {
-    const ScanTracking::Where& expected = found.expected;
-    Estimate2 predicted{expected.T_map_base, expected.covariance};
-    double fresh = 1;
-    if (found.by_odometry) {
-      belief_.add(pose_, expected.T_map_base, found.match);
-      if (belief_.is_good()) {
-        const double driven = step.position().norm();
-        Eigen::Matrix3d odometry = odometry_covariance(robot_, driven, std::abs(step.yaw));
-        odometry(0, 0) = odometry(1, 1) = belief_.variance(driven);
-        predicted.covariance = propagated_covariance(covariance_, pose_, expected.T_map_base, odometry);
-        fresh = new_fraction(step);
-      }
-    }
-    const Estimate2 now = joined(predicted, expected.covariance.inverse(), found.match.T_map_base,
-                                 found.match.information, fresh);
+    const Estimate2 now = held_.after({pose_, covariance_}, found, step);
     pose_ = now.T_map_base;
     covariance_ = now.covariance;
   }
@@ -285,7 +270,7 @@ class Localizer final : public Slam {
     exact_since_.reset();
     lost_since_.reset();
     search_.restart(usual_);
-    const AwayErrors& errors = belief_.is_good() ? kAway : kAwayByBadOdometry;
+    const AwayErrors& errors = held_.is_odometry_good() ? kAway : kAwayByBadOdometry;
     away_ = {errors.position, errors.yaw};
   }
 
@@ -315,7 +300,7 @@ class Localizer final : public Slam {
     const Pose2 before = pose_;
     pose_ = pose_ * step.step;
     doubt_.add(scan, before, pose_, step, 0);
-    const AwayErrors& errors = belief_.is_good() ? kAway : kAwayByBadOdometry;
+    const AwayErrors& errors = held_.is_odometry_good() ? kAway : kAwayByBadOdometry;
     const double driven = step.step.position().norm();
     away_.sigma += errors.per_metre * driven;
     away_.yaw_sigma += kAwayYawPerRadian * std::abs(step.step.yaw) + kAwayYawPerMetre * driven;
@@ -356,7 +341,7 @@ class Localizer final : public Slam {
   AttitudeTrack attitude_;
   BeamCorrection beam_correction_;
   ScanTracking tracking_;
-  OdometryBelief belief_;
+  HeldPose held_;
   PoseDoubt doubt_;
   SlipCheck slip_;
   GlobalSearch search_;

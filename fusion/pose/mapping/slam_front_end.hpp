@@ -16,6 +16,7 @@
 #include "fusion/pose/matching/scan_match.hpp"
 #include "fusion/pose/matching/surfel_map.hpp"
 #include "fusion/pose/odometry/odometry_scale.hpp"
+#include "fusion/pose/tracking/held_pose.hpp"
 #include "fusion/pose/tracking/pose_doubt.hpp"
 #include "fusion/pose/tracking/scan_tracking.hpp"
 #include "protocols/pose.hpp"
@@ -108,6 +109,7 @@ class SlamFrontEnd {
   RobotDescription robot_;
   Options options_;
   ScanTracking tracking_;
+  HeldPose held_;
   OdometryScale scale_;
   Companions companions_;
   SurfelMap fine_, coarse_;

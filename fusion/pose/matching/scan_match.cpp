@@ -19,6 +19,15 @@ constexpr double kIndependentFraction = 0.1;
 constexpr double kCrosses = 0.7;     ///< cosine between a line of points and the normal of a surface
 constexpr double kScattered = 0.25;  ///< weight of a point whose surfel is no surface
 
+/// Of a growing map. Where the information along one axis is at most this part of that across it, normals
+/// that differ from across by no more than this sine, and by so many sigmas of their own error, count as
+/// across. Chosen on generated houses with a depth camera and yards with hedges.
+constexpr double kOneDirection = 0.1, kAlike = 0.105, kAlikeSigmas = 3;
+/// Of the points of a surfel, those whose errors are independent.
+constexpr double kIndependentPoints = 0.1;
+/// Of through_variance(): what is as long runs on.
+constexpr double kRunsOn = 0.6;
+
 struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -45,7 +54,17 @@ struct Weight {
   Eigen::Vector2d operator*(const Eigen::Vector2d& v) const {
     return {xx * v.x() + xy * v.y(), xy * v.x() + yy * v.y()};
   }
+  /// The same for motions across `unit` alone.
+  Weight without(const Eigen::Vector2d& unit) const {
+    const Eigen::Vector2d of = *this * unit;
+    const double along = unit.dot(of);
+    return {xx - 2 * unit.x() * of.x() + along * unit.x() * unit.x(),
+            xy - unit.x() * of.y() - unit.y() * of.x() + along * unit.x() * unit.y(),
+            yy - 2 * unit.y() * of.y() + along * unit.y() * unit.y()};
+  }
 };
+
+bool is_surface(const Surfel& surfel, bool growing) { return surfel.flat || (growing && surfel.thick); }
 
 /// What a point at an offset from its surfel counts, and its distance from that surface (m).
 struct Weighed {
@@ -55,10 +74,10 @@ struct Weighed {
 
 /// `direction`: in the map frame. nullopt: the point says nothing of this surface. `noise`: m^2.
 std::optional<Weighed> weighed(const Surfel& surfel, const Eigen::Vector2d& offset,
-                               const ScanDirection& direction, double noise) {
+                               const ScanDirection& direction, double noise, bool growing) {
   const Eigen::Vector2d& along = direction.along;
   const bool on_line = !along.isZero(0);
-  if (surfel.flat) {
+  if (is_surface(surfel, growing)) {
     if (on_line && std::abs(along.dot(surfel.normal)) > kCrosses) return {};
     if (direction.grazing) {
       const Eigen::Vector2d normal(-along.y(), along.x());
@@ -79,9 +98,28 @@ std::optional<Weighed> weighed(const Surfel& surfel, const Eigen::Vector2d& offs
       offset.norm()};
 }
 
-/// H and b are summed by their entries, as the products of symmetric matrices repeat most of them.
+/// The map has been seen around a point: the mean of what is near lies in the point's own cell.
+bool is_seen_around(const Surfel& surfel, const Eigen::Vector2d& point, double cell) {
+  return std::floor(point.x() / cell) == std::floor(surfel.mean.x() / cell) &&
+         std::floor(point.y() / cell) == std::floor(surfel.mean.y() / cell);
+}
+
+/// A point on this surface shows nothing along the unit vector, but for errors of a growing map. `weight`: of
+/// the point.
+bool is_blind_along(const Eigen::Vector2d& unit, const Surfel& surfel, const Weight& weight, double cell) {
+  if (!is_surface(surfel, true)) return unit.dot(surfel.covariance * unit) > kRunsOn * through_variance(cell);
+  const double slope = surfel.thickness * surfel.thickness /
+                       (kIndependentPoints * static_cast<double>(surfel.points) * surfel.covariance.trace());
+  const double alike = kAlike * kAlike + kAlikeSigmas * kAlikeSigmas * slope;
+  return unit.dot(weight * unit) < alike * (weight.xx + weight.yy);
+}
+
+/// H and b are summed by their entries, as the products of symmetric matrices repeat most of them. `blind`:
+/// unit vector along which points that are blind there do not move the pose; zero: none.
 NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points,
-                          Directions directions, const Pose2& pose, const MatchOptions& options) {
+                          Directions directions, const Pose2& pose, const MatchOptions& options,
+                          const Eigen::Vector2d& blind = Eigen::Vector2d::Zero()) {
+  const bool any_blind = !blind.isZero(0);
   NormalEquations sum;
   double xx = 0, xy = 0, yy = 0, xt = 0, yt = 0, tt = 0, x = 0, y = 0, t = 0;
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
@@ -99,30 +137,46 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
       const Eigen::Vector2d& own = directions[i].along;
       direction = {{c * own.x() - s * own.y(), s * own.x() + c * own.y()}, directions[i].grazing};
     }
-    const auto found = weighed(*surfel, offset, direction, noise);
+    const auto found = weighed(*surfel, offset, direction, noise, options.growing);
     if (!found || found->distance > options.gate) continue;
     if (found->distance < options.inlier) {
       ++sum.explained;
       sum.squares += found->distance * found->distance;
     }
+    if (options.growing && !is_seen_around(*surfel, q, map.cell())) continue;
     // Geman-McClure on the normalised distance: people and moved chairs are down-weighted.
-    const Weight& W = found->weight;
-    const Eigen::Vector2d weighed_offset = W * offset;
+    Weight W = found->weight;
+    Eigen::Vector2d weighed_offset = W * offset;
     const double chi2 = offset.dot(weighed_offset);
     const double robust = kKnee / (kKnee + chi2);
     const double k = robust * robust;
     sum.cost += chi2 * robust - kKnee;
     const Eigen::Vector2d turning(-arm.y(), arm.x());  // of the point by the yaw
-    const Eigen::Vector2d weighed_turning = W * turning;
+    Eigen::Vector2d weighed_turning = W * turning;
+    tt += k * turning.dot(weighed_turning), t += k * turning.dot(weighed_offset);
+    if (any_blind && is_blind_along(blind, *surfel, W, map.cell())) {
+      W = W.without(blind);
+      weighed_offset -= blind * blind.dot(weighed_offset);
+      weighed_turning -= blind * blind.dot(weighed_turning);
+    }
     xx += k * W.xx, xy += k * W.xy, yy += k * W.yy;
-    xt += k * weighed_turning.x(), yt += k * weighed_turning.y(), tt += k * turning.dot(weighed_turning);
-    x += k * weighed_offset.x(), y += k * weighed_offset.y(), t += k * turning.dot(weighed_offset);
+    xt += k * weighed_turning.x(), yt += k * weighed_turning.y();
+    x += k * weighed_offset.x(), y += k * weighed_offset.y();
   }
   sum.cost *= kIndependentFraction;
   sum.H << xx, xy, xt, xy, yy, yt, xt, yt, tt;
   sum.H *= kIndependentFraction;
   sum.b = kIndependentFraction * Eigen::Vector3d(x, y, t);
   return sum;
+}
+
+/// Unit vector along the walls where walls of one direction are all that the points show; otherwise zero.
+Eigen::Vector2d single_direction(const Eigen::Matrix3d& H) {
+  const double mean = (H(0, 0) + H(1, 1)) / 2, half = (H(0, 0) - H(1, 1)) / 2;
+  const double radius = std::hypot(half, H(0, 1));
+  if (radius <= 0 || mean - radius > kOneDirection * (mean + radius)) return Eigen::Vector2d::Zero();
+  const double angle = 0.5 * std::atan2(2 * H(0, 1), H(0, 0) - H(1, 1));
+  return {-std::sin(angle), std::cos(angle)};
 }
 
 struct DirectedPoints {
@@ -152,8 +206,11 @@ Match match(const SurfelMap& map, const DirectedPoints& scan, const Pose2& start
             const MatchOptions& options) {
   Pose2 pose = start;
   const Eigen::Matrix3d regular = 1e-3 * Eigen::Matrix3d::Identity();
+  Eigen::Vector2d blind = Eigen::Vector2d::Zero();
+  if (options.growing)
+    blind = single_direction(equations(map, scan.points, scan.directions, pose, options).H);
   for (int i = 0; i < options.iterations; ++i) {
-    const NormalEquations sum = equations(map, scan.points, scan.directions, pose, options);
+    const NormalEquations sum = equations(map, scan.points, scan.directions, pose, options, blind);
     const Eigen::Vector3d step =
         (sum.H + prior.information + regular).ldlt().solve(-(sum.b + prior.information * prior.off(pose)));
     if (!step.allFinite()) break;

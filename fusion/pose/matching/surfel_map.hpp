@@ -16,12 +16,18 @@ namespace parhelion::pose {
 
 struct Surfel {
   Eigen::Vector2d mean;        ///< m, map frame
-  Eigen::Vector2d normal;      ///< unit; undefined where not flat
+  Eigen::Vector2d normal;      ///< unit; undefined where neither flat nor thick
   Eigen::Matrix2d covariance;  ///< m^2, of the points about the mean; larger where they are few
   double thickness = 0;        ///< m, 1 sigma along the normal
   float points = 0;            ///< number of points that it was made from
   bool flat = false;
+  /// Not flat, but its points reach across the cells: a surface that the laser's noise makes thick, and no
+  /// thing of its own size.
+  bool thick = false;
 };
+
+/// m^2, along a surface that runs evenly through the three cells that a surfel is made from.
+double through_variance(double cell);
 
 class SurfelMap {
  public:

@@ -9,15 +9,14 @@ namespace parhelion::pose {
 namespace {
 
 constexpr double kLever = 5;         ///< m: rotations are compared as distances there
-constexpr double kNewAfter = 1;      ///< m, rad
 constexpr double kAlwaysNew = 0.02;  ///< people walk while the robot stands
 
 constexpr double squared(double x) { return x * x; }
 
 }  // namespace
 
-double new_fraction(const Pose2& step) {
-  return std::clamp((step.position().norm() + std::abs(step.yaw)) / kNewAfter, kAlwaysNew, 1.0);
+double new_fraction(const Pose2& step, double metres) {
+  return std::clamp((step.position().norm() + std::abs(step.yaw)) / metres, kAlwaysNew, 1.0);
 }
 
 Eigen::Matrix3d strong_directions(const Eigen::Matrix3d& information, double sigma) {
@@ -34,8 +33,8 @@ Eigen::Matrix3d strong_directions(const Eigen::Matrix3d& information, double sig
 }
 
 Estimate2 joined(const Estimate2& predicted, const Eigen::Matrix3d& prior, const Pose2& matched,
-                 const Eigen::Matrix3d& information, double fresh) {
-  const Eigen::Matrix3d strong = strong_directions(information);
+                 const Eigen::Matrix3d& information, double fresh, double sigma) {
+  const Eigen::Matrix3d strong = strong_directions(information, sigma);
   const Eigen::Matrix3d weak = Eigen::Matrix3d::Identity() - strong;
   const Pose2& from = predicted.T_map_base;
   const Eigen::Vector3d off(matched.x - from.x, matched.y - from.y, wrap_angle(matched.yaw - from.yaw));

@@ -8,10 +8,10 @@
 
 namespace parhelion::pose {
 
-/// How much of what a scan shows of weak directions is new after a motion, 0 to 1: all of it after a metre or
-/// a radian. Until then the same edges, and the same things that the map does not have, pull each scan the
-/// same way, so that the errors of its matches do not average out.
-double new_fraction(const Pose2& step);
+/// How much of what a scan shows of weak directions is new after a motion, 0 to 1: all of it after `metres`,
+/// or as many radians. Until then the same edges, and the same things that the map does not have, pull each
+/// scan the same way, so that the errors of its matches do not average out.
+double new_fraction(const Pose2& step, double metres = 1);
 
 struct Estimate2 {
   Pose2 T_map_base;
@@ -27,8 +27,8 @@ Eigen::Matrix3d strong_directions(const Eigen::Matrix3d& information, double sig
 /// Joins a prediction and a match. `information` is that of the match's points alone (as Match::information),
 /// and `prior` is what the match was made with, about the predicted pose. Strong directions are taken from
 /// `matched`. In the others `predicted` is held, with its own covariance, which may be narrower than `prior`,
-/// against the fraction `fresh` of what the points say.
+/// against the fraction `fresh` of what the points say. `sigma`: as for strong_directions().
 Estimate2 joined(const Estimate2& predicted, const Eigen::Matrix3d& prior, const Pose2& matched,
-                 const Eigen::Matrix3d& information, double fresh);
+                 const Eigen::Matrix3d& information, double fresh, double sigma = 0.02);
 
 }  // namespace parhelion::pose

@@ -241,6 +241,12 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
       result.expected.covariance = scans.covariance;
     }
   }
+  if (options_.growing && result.by_odometry && result.match.explained >= kMatchedFraction) {
+    const bool same = is_near(free.T_map_base, result.match.T_map_base, kSame, kSameYaw);
+    result.match = refined(maps, scan, result, options);
+    // What draws the one match draws the other, and odometry must not be accused of it.
+    if (same) free = refined(maps, scan, {free, scans, false}, options);
+  }
   if (free.explained >= kMatchedFraction || !previous_) matched_ = scan.stamp;
   if (scan.stamp - matched_ > kPatience) sanity_.give_up(scan.stamp);
   if (frozen_.is_certain()) sanity_.froze(scan.stamp);
@@ -254,6 +260,16 @@ ScanTracking::Followed ScanTracking::follow(const Maps& maps, const ScanPoints& 
   weigh(maps, scan, options, result.match);
   previous_ = scan;
   return result;
+}
+
+/// Without what draws a match in a growing map. How the robot moves by scans alone needs those points: where
+/// odometry says nothing, the edge of the map shows more than it errs.
+Match ScanTracking::refined(const Maps& maps, const ScanPoints& scan, const Followed& found,
+                            const MatchOptions& options) const {
+  MatchOptions growing = options;
+  growing.growing = true;
+  return match(maps.fine, scan.points, found.match.T_map_base, found.expected.T_map_base,
+               found.expected.covariance.inverse(), growing);
 }
 
 /// Odometry has no known fault, has not just frozen, and was not stuck from the start.

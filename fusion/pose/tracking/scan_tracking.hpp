@@ -32,6 +32,9 @@ class ScanTracking {
     /// m; no match is taken that contradicts odometry by so much more than a robot moves between scans.
     double max_leap = std::numeric_limits<double>::infinity();
     double min_odometry_error = 0.002;  ///< m, 1 sigma, of a step
+    /// The map grows with the scans: a match about what odometry predicts is refined as
+    /// MatchOptions::growing.
+    bool growing = false;
   };
   ScanTracking(const RobotDescription& robot, const Options& options) : robot_(robot), options_(options) {}
 
@@ -104,6 +107,8 @@ class ScanTracking {
                         bool trusted, bool agrees, const MatchOptions& options) const;
   Match after_other_intervals(const Maps& maps, const ScanPoints& scan, const Eigen::Matrix3d& prior,
                               const Match& found, const MatchOptions& options) const;
+  Match refined(const Maps& maps, const ScanPoints& scan, const Followed& found,
+                const MatchOptions& options) const;
   bool is_trusted(const ScanOdometry::Step& step, SensorTime stamp);
   std::optional<Followed> driven_on(const Maps& maps, const ScanPoints& scan, const Where& before,
                                     const Match& standing, const MatchOptions& options) const;
