@@ -264,6 +264,14 @@ void Simulation::teleop(const std::string& agent, const Twist2& twist) {
   driven->teleop_until = now() + driving_timing::kTeleopSilence;
 }
 
+bool Simulation::is_driven(const std::string& name) const {
+  const Agent* agent = parts_->agents.find(name);
+  if (!agent || agent->definition.behaviour.kind != BehaviourKind::teleop) return false;
+  const Twist2& twist = agent->teleop;
+  const bool moves = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
+  return moves && agent->teleop_until && now() <= *agent->teleop_until;
+}
+
 void Simulation::block_sides(const std::string& agent, bool left, bool right) {
   Agent* found = parts_->agents.find(agent);
   if (found && found->robot) found->robot->block_sides(left, right);

@@ -88,6 +88,8 @@ class Simulation {
   std::optional<Transform<Map, Base>> pose_of(const std::string& agent) const;
   /// The command of a teleoperated agent; holds for 0.5 s. It is lost out of radio range.
   void teleop(const std::string& agent, const Twist2& twist);
+  /// Whether the newest command of a teleoperated agent still holds, and moves it.
+  bool is_driven(const std::string& agent) const;
   /// Blocks wheels or tracks of these sides of an articulated robot until the next call; an unknown name is
   /// ignored.
   void block_sides(const std::string& agent, bool left, bool right);

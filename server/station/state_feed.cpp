@@ -421,7 +421,7 @@ void StateFeed::note_pages() {
 /// consoles do: it displaces a name that was sent only once, else the one that has been silent for longest.
 bool StateFeed::make_room_for(const std::string& name, WallTime now) {
   const bool is_page = page_operators_.contains(name);
-  if (!is_page && !seen_names_.repeats(name, ArrivalTime{now.ns})) return false;
+  if (!is_page && !seen_names_.repeated_since(name, ArrivalTime{now.ns})) return false;
   const auto rank = [](const ShownOperator& each) { return std::pair(each.is_repeated(), each.last); };
   auto leaves = operators_.end();
   for (auto each = operators_.begin(); each != operators_.end(); ++each) {

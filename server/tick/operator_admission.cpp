@@ -16,7 +16,7 @@ bool SwitchBudget::spend(SimulationTime now) {
   return ++count_ <= kMaxPerSecond;
 }
 
-bool SeenNames::repeats(std::string_view name, ArrivalTime now) {
+std::optional<ArrivalTime> SeenNames::repeated_since(std::string_view name, ArrivalTime now) {
   constexpr std::size_t kGroups = 1024, kInGroup = 4;
   static_assert(kRepeat < driving_timing::kConsoleHeartbeat);
   places_.resize(kGroups * kInGroup);
@@ -25,13 +25,14 @@ bool SeenNames::repeats(std::string_view name, ArrivalTime now) {
   auto place = std::find_if(group.begin(), group.end(), [&](const Place& each) { return each.hash == hash; });
   if (place != group.end()) {
     const Duration age = now - place->first;
-    if (age < driving_timing::kConsoleSilence) return age >= kRepeat;
+    if (age < driving_timing::kConsoleSilence)
+      return age >= kRepeat ? std::optional(place->first) : std::nullopt;
   } else {
     place = std::min_element(group.begin(), group.end(),
                              [](const Place& a, const Place& b) { return a.first < b.first; });
   }
   *place = {hash, now};
-  return false;
+  return std::nullopt;
 }
 
 }  // namespace parhelion::tick

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,17 +24,17 @@ class SwitchBudget {
   int count_ = 0;
 };
 
-/// Console heartbeats: a console repeats its operator's name, a flood of made-up names does not.
+/// Names that are repeated: a console repeats its operator's, a flood of made-up names does not.
 class SeenNames {
  public:
   /// Time after which a name that is sent again counts as repeated. Half a heartbeat of a console.
   static constexpr Duration kRepeat = milliseconds(200);
 
-  /// A claim by this name. True: the same name has claimed a robot within the last second, and kRepeat ago or
-  /// longer. The newest names are stored by their hash, in groups of four, 64 KiB in all. Of a group the
-  /// oldest is forgotten: with 4,000 new names a second, fewer than a tenth of the names that are repeated
-  /// after 0.4 s.
-  bool repeats(std::string_view name, ArrivalTime now);
+  /// Notes a claim by this name. Returns when the name first claimed a robot if that was at least kRepeat
+  /// ago, and less than a second; else none. The newest names are stored by their hash, in groups of four,
+  /// 64 KiB in all, and a new name replaces the oldest of its group: with 4,000 new names a second, fewer
+  /// than a tenth of the names that are claimed again after 0.4 s are forgotten by then.
+  std::optional<ArrivalTime> repeated_since(std::string_view name, ArrivalTime now);
 
  private:
   struct Place {

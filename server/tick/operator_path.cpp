@@ -1,5 +1,7 @@
 #include "server/tick/operator_path.hpp"
 
+#include <algorithm>
+
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
@@ -58,13 +60,29 @@ void refuse_console(const TickContext& context, const OperatorStatus& status, co
   publish_event(context, event);
 }
 
-/// Makes room for a name that is repeated. False: all have driven.
-bool displace_idle(const TickContext& context, const OperatorPath& path) {
+bool drove_recently(const DrivingOperator& claim, SimulationTime now) {
+  return claim.drove && now - *claim.drove < kDriverKept;
+}
+
+/// Whether nobody has claimed the operator's robot before. TELEOP does not name its sender.
+bool claimed_first(const DrivingOperator& claim, const Operators& operators) {
+  return std::none_of(operators.begin(), operators.end(), [&](const auto& each) {
+    return each.second.robot == claim.robot && each.second.claimed < claim.claimed;
+  });
+}
+
+/// Makes room for a name that is repeated since then. Only a newer one has to go: of two that displaced each
+/// other in turn, each would be an event, for as long as both are repeated. False: there is none.
+bool displace_idle(const TickContext& context, ArrivalTime since, const OperatorPath& path) {
   Operators& operators = path.operators;
+  const auto idle_since = [](const DrivingOperator& claim) {
+    return claim.drove.value_or(simulation_time(claim.since));
+  };
   auto idlest = operators.end();
   for (auto each = operators.begin(); each != operators.end(); ++each) {
-    if (each->second.has_driven) continue;
-    if (idlest == operators.end() || each->second.received < idlest->second.received) idlest = each;
+    const DrivingOperator& claim = each->second;
+    if (claim.since <= since || drove_recently(claim, context.now) || path.is_driven(claim.robot)) continue;
+    if (idlest == operators.end() || idle_since(claim) < idle_since(idlest->second)) idlest = each;
   }
   if (idlest == operators.end()) return false;
   const std::string name = idlest->first, robot = idlest->second.robot;
@@ -72,19 +90,25 @@ bool displace_idle(const TickContext& context, const OperatorPath& path) {
   stop_if_undriven(robot, path);
   publish(
       context, EventKind::console_lost, name, robot,
-      "displaced: " + std::to_string(kMaxOperators) + " operators claim robots, and this one has not driven");
+      "displaced: " + std::to_string(kMaxOperators) + " operators claim robots, and this one does not drive");
   return true;
 }
 
-/// Empty: the operator may drive another robot than before. `known`: nullptr for a new name.
+/// Empty: the operator may drive another robot than before. `known`: nullptr for a new name. `since`: becomes
+/// the first status of a name that is repeated.
 std::string switch_fault(const TickContext& context, const std::string& name, const DrivingOperator* known,
-                         ArrivalTime arrival, const OperatorPath& path) {
+                         ArrivalTime arrival, const OperatorPath& path, ArrivalTime& since) {
   OperatorAdmission& admission = path.admission;
   const bool is_full = known == nullptr && path.operators.size() >= kMaxOperators;
-  const bool repeats = known != nullptr ? known->has_driven || arrival - known->since >= SeenNames::kRepeat
-                                        : admission.seen.repeats(name, arrival);
+  bool repeats = false;
+  if (known != nullptr) {
+    repeats = drove_recently(*known, context.now) || arrival - known->since >= SeenNames::kRepeat;
+  } else if (const auto repeated = admission.seen.repeated_since(name, arrival)) {
+    repeats = true;
+    since = *repeated;
+  }
   if (!is_full && admission.first_claims.spend(context.now)) return {};
-  if (repeats && admission.repeated.spend(context.now) && (!is_full || displace_idle(context, path)))
+  if (repeats && admission.repeated.spend(context.now) && (!is_full || displace_idle(context, since, path)))
     return {};
   if (is_full) return std::to_string(kMaxOperators) + " operators drive already; expected no more";
   return "operators changed robots more than " + std::to_string(SwitchBudget::kMaxPerSecond) +
@@ -116,20 +140,23 @@ void handle_operator(const TickContext& context, const Message& input, const Ope
                              " has released the dead-man, or choose another robot"},
                             path.refusal_reported);
     }
+    ArrivalTime since = input.arrival;
     if (before != status.robot) {
-      const std::string fault = switch_fault(
-          context, status.name, known == operators.end() ? nullptr : &known->second, input.arrival, path);
+      const std::string fault =
+          switch_fault(context, status.name, known == operators.end() ? nullptr : &known->second,
+                       input.arrival, path, since);
       if (!fault.empty()) {
         operators.erase(status.name);
         if (!before.empty()) stop_if_undriven(before, path);
         return refuse_console(context, status, {input.channel + ": " + fault}, path.refusal_reported);
       }
     }
-    const auto accepted = operators.try_emplace(status.name, DrivingOperator{{}, {}, input.arrival}).first;
+    const auto accepted = operators.try_emplace(status.name, DrivingOperator{{}, {}, since, {}, {}}).first;
     DrivingOperator& claim = accepted->second;
+    if (before != status.robot) claim.claimed = input.arrival;
     claim.robot = status.robot;
     claim.received = input.arrival;
-    claim.has_driven = claim.has_driven || (driver.empty() && path.is_driven(status.robot));
+    if (path.is_driven(status.robot) && claimed_first(claim, operators)) claim.drove = context.now;
     if (before == status.robot) return;
     if (!before.empty()) stop_if_undriven(before, path);
     return publish(context, EventKind::operator_switched, status.name, status.robot, status.text);

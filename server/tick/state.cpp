@@ -169,7 +169,7 @@ OperatorPath State::operator_path(const TickContext& context) {
           },
           [this, &context](const std::string& name) {
             const auto robot = context.configuration.find_robot(name);
-            return robot && robots[*robot].command.dead_man.pressed;
+            return robot ? robots[*robot].command.dead_man.pressed : simulation.is_driven(name);
           },
           [this, &context](const std::string& name) {
             if (const auto robot = context.configuration.find_robot(name))

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "tests/server/tick/tick_fixture.hpp"
 
@@ -286,15 +287,15 @@ TEST_F(StopsTest, AFloodOfNewOperatorsKeepsNoConsoleOut) {
   }
 }
 
-/// As many names as there are places, all repeated: whoever drives keeps his place, and the others lose
-/// theirs.
+/// As many names as there are places, all repeated: whoever drives keeps her place, and so does whoever came
+/// before them.
 TEST_F(StopsTest, AnOperatorWhoDrivesKeepsHisPlace) {
   drive_without(8, channel::kTeleop, 0, 0);
   hold(1, 7.5);
   for (double t = 0.5; t < 7.5; t += 0.4) claim(t, "anna");
   for (double t = 2; t < 7.5; t += 0.5)  // of another robot, since anna holds the dead-man of hers
     for (int i = 0; i < 100; ++i) claim_agent(t + i * 1e-3, "operator_" + std::to_string(i));
-  for (double t = 5.0; t < 7.5; t += 0.4) claim_agent(t + 0.0003, "bob");
+  for (double t = 1.9; t < 7.5; t += 0.4) claim_agent(t + 0.0003, "bob");
   start(test::configuration({agent("helper", AgentKind::robot, 3, 2)}));
   run();
   EXPECT_TRUE(state_->operators.contains("anna"));
@@ -302,11 +303,107 @@ TEST_F(StopsTest, AnOperatorWhoDrivesKeepsHisPlace) {
   std::vector<std::string> entered;
   for (const Event& event : decoded<Event>(channel::kMrEvents)) {
     if (event.kind == EventKind::operator_switched) entered.push_back(event.subject);
-    EXPECT_FALSE(event.kind == EventKind::console_lost && event.subject == "anna") << event.text;
+    if (event.kind != EventKind::console_lost) continue;
+    EXPECT_THAT(event.subject, testing::AllOf(testing::Ne("anna"), testing::Ne("bob"))) << event.text;
   }
   EXPECT_THAT(entered, testing::Contains("bob"));
   EXPECT_LE(entered.size(), 8U * 2 * SwitchBudget::kMaxPerSecond);
   EXPECT_TRUE(moves(6, 7));
+}
+
+/// 64 operators who came after bob, on the way into the session: his claims at 2 s and 2.4 s are one name
+/// that is repeated.
+class DisplacedTest : public StopsTest {
+ protected:
+  void SetUp() override {
+    start(test::configuration({test::agent("helper", AgentKind::robot, 3, 2, BehaviourKind::teleop)}));
+    advance_to(ArrivalTime::from_utime(us(1.9)));
+    for (std::size_t i = 0; i < kMaxOperators; ++i) {
+      const auto since = ArrivalTime::from_utime(us(2.1) + static_cast<std::int64_t>(i));
+      state_->operators[name(i)] = {configuration_.robot.name, since, since, since, {}};
+    }
+  }
+  static std::string name(std::size_t i) { return "operator_" + std::to_string(i); }
+  /// The newest TELEOP of the helper, at 2.3 s.
+  void drive_helper(const Twist2& twist) {
+    log_.push_back(test::message("MR_AGENT_helper_TELEOP", us(2.3) + 7,
+                                 TwistCommand{SensorTime::from_utime(us(2.3)), twist}));
+  }
+  /// Whose place bob gets; empty: nobody's.
+  std::string displaced() {
+    claim(2.0, "bob");
+    claim(2.4, "bob");
+    run();
+    EXPECT_EQ(state_->operators.size(), kMaxOperators);
+    std::string gone;
+    for (std::size_t i = 0; i < kMaxOperators; ++i)
+      if (!state_->operators.contains(name(i))) gone += name(i);
+    EXPECT_EQ(state_->operators.contains("bob"), !gone.empty());
+    return gone;
+  }
+};
+
+TEST_F(DisplacedTest, TheLongestIdleLeaves) {
+  const auto t = [](double s) { return SimulationTime{ArrivalTime::from_utime(us(s)).ns}; };
+  for (auto& each : state_->operators) each.second.drove = t(1.5);
+  state_->operators.at(name(7)).drove = t(1.5 - kDriverKept.seconds());
+  state_->operators.at(name(8)).drove = t(1.0 - kDriverKept.seconds());
+  EXPECT_EQ(displaced(), name(8));
+}
+
+TEST_F(DisplacedTest, NobodyWhoHasJustDrivenLeaves) {
+  for (auto& each : state_->operators)
+    each.second.drove = SimulationTime{ArrivalTime::from_utime(us(1.5)).ns};
+  EXPECT_EQ(displaced(), "");
+}
+
+TEST_F(DisplacedTest, NobodyWhoCameBeforeLeaves) {
+  for (auto& each : state_->operators) each.second.since = ArrivalTime::from_utime(us(1.99));
+  EXPECT_EQ(displaced(), "");
+}
+
+TEST_F(DisplacedTest, WhoDrivesAnAgentKeepsHisPlace) {
+  state_->operators.at(name(0)).robot = "helper";
+  drive_helper({0.3, 0, 0});
+  EXPECT_EQ(displaced(), name(1));
+  EXPECT_TRUE(state_->simulation.is_driven("helper")) << "it was not stopped";
+}
+
+TEST_F(DisplacedTest, WhoHoldsAnAgentStillMayLeave) {
+  state_->operators.at(name(0)).robot = "helper";
+  drive_helper({0, 0, 0});
+  EXPECT_EQ(displaced(), name(0));
+}
+
+/// A stranger's claim of the same robot takes nothing from whoever claimed it first.
+TEST_F(StopsTest, WhoClaimedARobotFirstHasDrivenIt) {
+  drive_without(4, channel::kTeleop, 0, 0);
+  hold(1.5, 3.5);
+  for (double t = 0.5; t < 3.5; t += 0.4) claim(t, "zoe");
+  for (double t = 0.7; t < 3.5; t += 0.4) claim(t, "anna");
+  run();
+  ASSERT_TRUE(state_->operators.contains("zoe") && state_->operators.contains("anna"));
+  EXPECT_TRUE(state_->operators.at("zoe").drove);
+  EXPECT_FALSE(state_->operators.at("anna").drove);
+}
+
+/// More consoles than places, at any phase: those outside do not take the places of those inside in turn.
+TEST_F(StopsTest, ConsolesThatFindNoPlaceDisplaceNobodyForEver) {
+  std::mt19937 random(20261130);
+  std::uniform_real_distribution<double> begin(1, 5), shift(-0.05, 0.05);
+  for (int i = 0; i < 80; ++i) {
+    for (double t = begin(random); t < 20; t += 0.4) claim(t + shift(random), "console_" + std::to_string(i));
+  }
+  run();
+  EXPECT_EQ(state_->operators.size(), kMaxOperators);
+  std::size_t all = 0, late = 0;
+  for (const Event& event : decoded<Event>(channel::kMrEvents)) {
+    if (event.kind != EventKind::operator_switched && event.kind != EventKind::console_lost) continue;
+    ++all;
+    late += event.stamp >= SimulationTime{ArrivalTime::from_utime(us(8)).ns};
+  }
+  EXPECT_LE(all, 3 * 80U);
+  EXPECT_EQ(late, 0U);
 }
 
 /// Whose switch is refused drives nothing any more: the robot must not stay his.
