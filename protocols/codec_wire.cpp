@@ -138,6 +138,16 @@ void Reader::text(const char* field, std::string& text) {
   if (ok()) text.assign(first, nul);
 }
 
+std::string clipped(std::string text) {
+  if (text.size() <= kMaxName) return text;
+  std::size_t end = kMaxName;
+  constexpr std::size_t kMaxContinuation = 3;  // bytes of a character after its first
+  const auto is_continuation = [&](std::size_t at) { return (text[at] & 0xC0) == 0x80; };
+  while (end > kMaxName - kMaxContinuation && is_continuation(end)) --end;
+  text.resize(end);
+  return text;
+}
+
 void Reader::name(const char* field, std::string& text) {
   this->text(field, text);
   static_assert(kMaxName == 200);

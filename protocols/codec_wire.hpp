@@ -55,6 +55,9 @@ inline constexpr double kMaxPosition = 1e8;
 inline constexpr double kMaxRate = 1e6;
 inline constexpr std::size_t kMaxName = 200;  ///< bytes, of a name of the model, the scenario or a sender
 
+/// At most kMaxName bytes of `text`, without a part of a UTF-8 character at its end.
+std::string clipped(std::string text);
+
 /// Reads one message. After the first failure every read gives zero, so a decoder is a plain list of fields;
 /// `status()` then returns the error.
 class Reader {

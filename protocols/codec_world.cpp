@@ -1,4 +1,6 @@
 // operator_t, event_t, world_t.
+#include <utility>
+
 #include "parhelion/event_t.hpp"
 #include "parhelion/operator_t.hpp"
 #include "parhelion/world_t.hpp"
@@ -45,7 +47,12 @@ Status decode(std::string_view channel, Bytes bytes, OperatorStatus& status) {
   reader.text("robot", status.robot);
   if (!status.robot.empty()) wire::check_agent_name(reader, "robot", status.robot);
   status.state = reader.enumeration("state", OperatorStatus::State::lost);
-  reader.name("text", status.text);
+  if (status.state == OperatorStatus::State::drives) {
+    reader.name("text", status.text);
+  } else {  // a release counts whatever its text is
+    reader.text("text", status.text);
+    status.text = wire::clipped(std::move(status.text));
+  }
   return reader.status();
 }
 

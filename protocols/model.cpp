@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "protocols/codec_wire.hpp"
 #include "protocols/model_mesh.hpp"
 #include "protocols/model_overlap.hpp"
 #include "protocols/nearest_name.hpp"
@@ -194,6 +195,10 @@ Result<SemanticModel> parse_model(const std::string& yaml, const std::string& or
   yaml::Problems problems(origin);
   SemanticModel model;
   yaml::read(*document, "map_id", model.map_id);
+  if (model.map_id.size() > wire::kMaxName)
+    problems.add(document->find("map_id")->line,
+                 "map_id has " + std::to_string(model.map_id.size()) + " bytes, expected at most " +
+                     std::to_string(wire::kMaxName) + ": POSE_COV has no longer one");
   yaml::read(*document, "source", model.source);
   yaml::read(*document, "T_map_cloud", model.T_map_cloud, problems);
   const Node& list = *document->find("entities");

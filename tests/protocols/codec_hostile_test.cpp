@@ -8,6 +8,7 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/codec_wire.hpp"
+#include "protocols/yaml/utf8.hpp"
 #include "tests/allocations.hpp"
 #include "tests/protocols/codec_samples.hpp"
 
@@ -128,6 +129,28 @@ TEST(MalformedMessages, NamesOfAMegabyteAreRefusedWithoutBeingRepeated) {
       [](auto& status) -> auto& { return status.text; });
   expect_bounded(
       test::sample_estimate(), [](auto& estimate) -> auto& { return estimate.map_id; });
+}
+
+/// A robot must not stay claimed because of a text.
+TEST(MalformedMessages, AReleaseIsReadWhateverItsText) {
+  const std::string accents = [] {
+    std::string text;
+    for (int i = 0; i < 500; ++i) text += "\u00e9";
+    return text;
+  }();
+  for (const auto state : {OperatorStatus::State::ended, OperatorStatus::State::lost}) {
+    for (const std::string& text : {"n" + accents, accents, std::string(1'000'000, 'n')}) {
+      std::vector<std::uint8_t> bytes;
+      encode(OperatorStatus{test::kSampleStamp, "anna", "rover", state, text}, bytes);
+      OperatorStatus read;
+      ASSERT_TRUE(decode("C", bytes, read).ok());
+      EXPECT_EQ(read.state, state);
+      EXPECT_GE(read.text.size(), wire::kMaxName - 1);
+      EXPECT_LE(read.text.size(), wire::kMaxName);
+      EXPECT_TRUE(text.starts_with(read.text));
+      EXPECT_EQ(yaml::find_invalid_utf8(read.text), std::nullopt);
+    }
+  }
 }
 
 TEST(MalformedMessages, ImpossibleScans) {

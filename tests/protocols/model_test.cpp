@@ -136,6 +136,9 @@ TEST(ModelFile, RefusesInconsistentMeshes) {
   EXPECT_THAT(with(one, "!!binary AAAAAAEAAAAAAAAA"),
               HasSubstr("triangle 0: expected vertices < 1, found 1"));
   EXPECT_THAT(error_of_model("entities: []\nmap_id: !!binary AAAA"), HasSubstr("found !!binary"));
+  EXPECT_THAT(error_of_model("entities: []\nmap_id: " + std::string(201, 'm')),
+              testing::AllOf(HasSubstr("201 bytes, expected at most 200"), HasSubstr(":2")));
+  EXPECT_TRUE(parse_model("entities: []\nmap_id: " + std::string(200, 'm'), "model").ok());
   EXPECT_THAT(error_of_model("entities: []\nmap_id: !!python/object AAAA"), HasSubstr("tags"));
   EXPECT_THAT(error_of_model("!!binary AAAA: 1\nentities: []"), HasSubstr("a key must be plain text"));
   EXPECT_THAT(

@@ -63,7 +63,7 @@ void OperatorConsole::set_robots(std::vector<DrivenRobot> robots) {
 
 Status OperatorConsole::publish_status(OperatorStatus::State state, const std::string& text, SensorTime now) {
   last_published_ = now;
-  encode(OperatorStatus{now, name_, driven_, state, text}, payload_);
+  encode(OperatorStatus{now, name_, driven_, state, wire::clipped(text)}, payload_);
   return bus_.publish(channel::kOperators, payload_);
 }
 
