@@ -1,8 +1,10 @@
 #include "server/runtime/knowledge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
+#include "protocols/hash.hpp"
 #include "server/simulation/robots/base_body.hpp"
 #include "server/training/briefing.hpp"
 
@@ -23,6 +25,17 @@ std::set<std::string, std::less<>> agents_of(const Scenario& scenario) {
 double range_of(const LaserDescription& laser) {
   const double range = laser.convention.range_max;
   return range > 0 ? range : std::numeric_limits<double>::infinity();
+}
+
+/// Places of a name in the filter of forgotten ones: double hashing (Kirsch and Mitzenmacher, "Less hashing,
+/// same performance", 2008).
+constexpr std::size_t kForgottenBits = std::size_t{1} << 23;
+std::array<std::size_t, 4> places_of(std::string_view name) {
+  const std::uint64_t hash = fnv1a(name);
+  const std::uint64_t step = (hash >> 32) | 1;
+  std::array<std::size_t, 4> places{};
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = (hash + i * step) % kForgottenBits;
+  return places;
 }
 
 }  // namespace
@@ -60,6 +73,7 @@ void Knowledge::restart() {
   last_number_ = 0;
   removals_.clear();
   removed_.clear();
+  forgotten_.clear();
 }
 
 void Knowledge::note(const std::string& robot, const std::string& entity, SensedBy by,
@@ -171,11 +185,19 @@ void Knowledge::note_removal(const std::string& agent) {
 }
 
 void Knowledge::forget(const std::string& agent) {
+  forgotten_.resize(kForgottenBits);
+  for (const std::size_t place : places_of(agent)) forgotten_[place] = true;
   removed_.erase(agent);
   agents_.erase(agent);
   numbers_.erase(agent);
   for (auto& [robot, sensed] : sensed_) sensed.erase(agent);
   for (auto& [robot, reported] : reported_) reported.erase(agent);
+}
+
+bool Knowledge::has_forgotten(std::string_view name) const {
+  if (forgotten_.empty()) return false;
+  const auto places = places_of(name);
+  return std::all_of(places.begin(), places.end(), [&](std::size_t place) { return forgotten_[place]; });
 }
 
 bool Knowledge::is_trainees(const std::string& robot) const {

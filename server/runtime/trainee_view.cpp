@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 namespace parhelion::runtime {
 namespace {
@@ -128,6 +129,8 @@ bool is_noticed(EventKind kind) {
   return false;
 }
 
+constexpr const char* kUnknown = "something";
+
 void stand_still(WorldMessage::Entry& body) {
   body.velocity.setZero();
   body.rotation_rate.setZero();
@@ -159,6 +162,15 @@ bool TraineeView::is_known(const std::string& name) const {
   return may_follow(name) || is_shown(name) || sensed(name) != nullptr;
 }
 
+/// Also one that was removed and forgotten.
+bool TraineeView::is_agent(const std::string& name) const {
+  if (knowledge_.agents().contains(name)) return true;
+  const auto& building = configuration_.model.entities;
+  return knowledge_.has_forgotten(name) && !may_follow(name) &&
+         std::none_of(building.begin(), building.end(),
+                      [&](const ModelEntity& entity) { return entity.name == name; });
+}
+
 bool TraineeView::is_in_briefing(const std::string& name) const {
   return find_name(knowledge_.briefing(), name) != std::string::npos;
 }
@@ -175,7 +187,7 @@ const Sensed* TraineeView::sensed(const std::string& entity) const {
 }
 
 std::string TraineeView::name_of(const std::string& entity) const {
-  if (may_follow(entity) || is_shown(entity) || !knowledge_.agents().contains(entity)) return entity;
+  if (may_follow(entity) || is_shown(entity) || !is_agent(entity)) return entity;
   const Sensed* known = sensed(entity);
   if (known == nullptr) return {};
   const bool named = std::any_of(robots_.begin(), robots_.end(), [&](const std::string& robot) {
@@ -233,15 +245,18 @@ bool TraineeView::is_for_him(const Event& event) const {
   if (!is_noticed(event.kind) || !(event.subject.empty() || is_own(event.subject))) return false;
   if (event.kind == EventKind::zone_entered || event.kind == EventKind::zone_left)
     return knows_zone(event.object);
-  return !knowledge_.agents().contains(event.object) || is_known(event.object) ||
-         event.kind == EventKind::object_reported;
+  return !is_agent(event.object) || is_known(event.object) || event.kind == EventKind::object_reported;
 }
 
 std::optional<Event> TraineeView::event(const Event& event) const {
   if (!is_for_him(event)) return std::nullopt;
   Event shown = event;
   shown.text = text(event.text);
-  if (const std::string name = name_of(event.object); !name.empty()) shown.object = name;
+  if (const std::string name = name_of(event.object); !name.empty()) {
+    shown.object = name;
+  } else if (knowledge_.has_forgotten(event.object)) {
+    shown.object = kUnknown;
+  }
   if (event.kind == EventKind::object_reported) shown.value = -1;  // else it would lead to the place
   // What decided a task or a penalty may lie where nothing was sensed.
   if (is_grading(event.kind)) shown.position.setZero();
@@ -255,11 +270,27 @@ std::string TraineeView::text(const std::string& text) const {
     std::size_t at = find_name(shown, agent);
     if (at == std::string::npos || may_follow(agent)) continue;
     std::string name = name_of(agent);
-    if (name.empty()) name = "something";
+    if (name.empty()) name = kUnknown;
     for (; at != std::string::npos; at = find_name(shown, agent, at + name.size()))
       shown.replace(at, agent.size(), name);
   }
+  replace_forgotten(shown);
   return shown;
+}
+
+void TraineeView::replace_forgotten(std::string& text) const {
+  for (auto begin = text.begin();
+       (begin = std::find_if(begin, text.end(), is_name_character)) != text.end();) {
+    auto end = std::find_if_not(begin, text.end(), is_name_character);
+    const std::string word(begin, end);
+    const auto at = begin - text.begin();
+    if (knowledge_.has_forgotten(word) && !knowledge_.agents().contains(word) && is_agent(word)) {
+      text.replace(begin, end, kUnknown);
+      begin = text.begin() + at + static_cast<std::ptrdiff_t>(std::string_view(kUnknown).size());
+    } else {
+      begin = end;
+    }
+  }
 }
 
 std::vector<Zone> TraineeView::zones() const {

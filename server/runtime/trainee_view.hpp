@@ -62,6 +62,9 @@ class TraineeView {
   bool is_in_briefing(const std::string& name) const;
   bool is_for_him(const Event& event) const;
   bool is_known(const std::string& name) const;
+  bool is_agent(const std::string& name) const;
+  /// Names of agents of which nothing is known any more.
+  void replace_forgotten(std::string& text) const;
   void add(const std::string& entity, const WorldMessage& world, KnownWorld& known) const;
 
   const tick::Configuration& configuration_;

@@ -159,6 +159,40 @@ TEST_F(TraineeViewTest, WhatIsKnownOfRemovedAgentsIsBounded) {
   EXPECT_TRUE(knowledge_->agents().contains("barrel_1")) << "the scenario has it";
 }
 
+/// Of the removed ones the trainee reads no name, also when nothing else is kept of them.
+TEST_F(TraineeViewTest, NamesOfForgottenAgentsStayHidden) {
+  for (int i = 0; i < 10'000; ++i) {
+    for (const EventKind kind : {EventKind::agent_spawned, EventKind::agent_removed}) {
+      Event event;
+      event.kind = kind;
+      event.subject = "box_" + std::to_string(i);
+      knowledge_->take(event, world_);
+    }
+  }
+  const auto view = this->view();
+  for (int i = 0; i < 10'000; i += 100) {
+    const std::string box = "box_" + std::to_string(i);
+    EXPECT_EQ(view.name_of(box), "") << box;
+    EXPECT_EQ(view.text(box + ": near (" + box + "), not " + box + "-b"),
+              "something: near (something), not " + box + "-b");
+    Event event;
+    event.kind = EventKind::near_miss;
+    event.subject = robot_;
+    event.object = box;
+    EXPECT_FALSE(view.event(event)) << box;
+    event.kind = EventKind::object_reported;
+    event.text = "no " + box;
+    const auto shown = view.event(event);
+    ASSERT_TRUE(shown) << box;
+    EXPECT_EQ(shown->text, "no something");
+    EXPECT_EQ(shown->object, knowledge_->agents().contains(box) ? box : "something");
+  }
+  for (const ModelEntity& entity : configuration_.model.entities)
+    EXPECT_EQ(view.name_of(entity.name), entity.name);
+  EXPECT_EQ(view.name_of(robot_), robot_);
+  EXPECT_EQ(view.text("the door of room 3"), "the door of room 3");
+}
+
 TEST_F(TraineeViewTest, ThePictureShowsWhatIsInViewAndNotHidden) {
   put("crate_1", 4, 0);
   put("barrel_1", 3, 2);   // behind the wall
