@@ -197,6 +197,9 @@ void raise(BuiltModel& built, double by) {
   for (ModelObject& object : built.objects) object.T_map_body = object.T_map_body.moved_by(up);
   for (Eigen::Vector3f& point : built.cloud.points) point.z() += static_cast<float>(by);
   for (Eigen::Vector3d& viewpoint : built.cloud.viewpoints) viewpoint.z() += by;
+  for (Mirror& mirror : built.mirrors) {
+    for (double* height : {&mirror.low, &mirror.high, &mirror.floor, &mirror.ceiling}) *height += by;
+  }
   built.model.T_map_cloud = built.model.T_map_cloud.moved_by(up);
   built.shift = by;
 }
@@ -366,7 +369,7 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
                                                           : options.segmentation.threads);
   return arena.execute([&] {
     auto built = build(std::move(cloud), options, progress);
-    if (built) doubt_unit(options, *built);
+    if (built && !options.unit_known) doubt_unit(options, *built);
     return built;
   });
 }

@@ -38,6 +38,7 @@ struct ModelOptions {
   /// Up direction given by the user (unit, cloud frame), within 40 degrees; without it z is up, and a cloud
   /// that seems to be upside down is rejected.
   std::optional<Eigen::Vector3d> up;
+  bool unit_known = false;  ///< by the user or the file's format: it is no doubt
   std::string unit_advice;  ///< appended to a doubt: how the user can give the unit
   std::string up_advice;    ///< appended to that error and to a doubt: how the user can give the up direction
 };

@@ -1,6 +1,8 @@
 #include "fusion/semantic/mirror_planes.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <map>
 #include <utility>
 
@@ -10,32 +12,47 @@ namespace {
 
 constexpr std::size_t kMaxCubes = 250'000;   ///< points whose cubes are marked
 constexpr std::size_t kMaxSamples = 40'000;  ///< points looked at
-constexpr double kFarthest = 15;             ///< m
 
-Eigen::Array3i cube_of(const Eigen::Vector3d& p) { return (p.array() / kMirrorCube).floor().cast<int>(); }
+/// A scrambled index (the finalizer of splitmix64): every nth point of a file may be of one ring of a
+/// scanner.
+std::uint64_t scrambled(std::uint64_t i) {
+  i = (i + 0x9E3779B97F4A7C15) * 0xBF58476D1CE4E5B9;
+  i = (i ^ i >> 27) * 0x94D049BB133111EB;
+  return i ^ i >> 31;
+}
 
 }  // namespace
 
+Eigen::Array3i mirror_cube(const Eigen::Vector3d& p, const Eigen::Vector3d& origin) {
+  constexpr double kFarthestCube = (1 << 20) - 8;  // OccupiedCubes
+  return ((p - origin).array() / kMirrorCube).floor().max(-kFarthestCube).min(kFarthestCube).cast<int>();
+}
+
 SampledSite sampled_site(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
   SampledSite site{{}, {}, {}, segmentation, cloud.viewpoints};
-  const bool rays = !cloud.viewpoints.empty() && (!cloud.scans.empty() || cloud.viewpoints.size() == 1);
-  const std::size_t step = 2 + cloud.size() / kMaxSamples, stride = 1 + cloud.size() / kMaxCubes;
+  if (!cloud.empty()) site.origin = cloud.points.front().cast<double>();
+  // One viewpoint without numbers of scans may be that of a whole registered cloud.
+  site.rays = !cloud.viewpoints.empty() && !cloud.scans.empty();
+  const std::size_t step = 4 + cloud.size() / kMaxSamples, stride = 1 + cloud.size() / kMaxCubes;
   const auto is_level = [&](std::size_t i) {
     const std::uint32_t surface = segmentation.surface_of[i];
     return surface != kNoSurface && surface >= segmentation.verticals.size();
   };
   std::size_t alike = 0;
-  for (std::size_t i = 0; i < cloud.size(); i += stride) {
-    if (i % step != 0 && !is_level(i)) site.cubes.add(cube_of(cloud.points[i].cast<double>()));
-  }
-  for (std::size_t i = 0; i < cloud.size(); i += step) {
-    const std::uint32_t surface = segmentation.surface_of[i];
-    const std::int32_t from = !rays ? -1 : cloud.scans.empty() ? 0 : cloud.scans[i];
-    site.samples.push_back({cloud.points[i].cast<double>(), surface, from});
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint64_t choice = scrambled(i);
+    if (choice % step != 0) {
+      if ((choice >> 32) % stride == 0 && !is_level(i))
+        site.cubes.add(mirror_cube(cloud.points[i].cast<double>(), site.origin));
+      continue;
+    }
+    site.samples.push_back(
+        {cloud.points[i].cast<double>(), segmentation.surface_of[i], site.rays ? cloud.scans[i] : -1});
     if (is_level(i)) continue;
     site.things.push_back(site.samples.back());
-    alike += site.cubes.contains(cube_of(site.things.back().p)) ? 1 : 0;
   }
+  for (const SitePoint& thing : site.things)
+    alike += site.cubes.contains(mirror_cube(thing.p, site.origin)) ? 1 : 0;
   site.shared =
       static_cast<double>(alike) / static_cast<double>(std::max<std::size_t>(site.things.size(), 1));
   return site;
@@ -54,22 +71,20 @@ bool runs_across(const VerticalSurface& surface, const MirrorPlane& plane) {
 
 std::vector<const SitePoint*> things_behind(const SampledSite& site, const MirrorPlane& plane,
                                             const Eigen::Vector2d& middle, std::size_t stride) {
-  std::vector<bool> across;
-  for (const VerticalSurface& surface : site.segmentation.verticals)
-    across.push_back(runs_across(surface, plane));
   std::vector<const SitePoint*> found;
   for (std::size_t i = 0; i < site.things.size(); i += stride) {
     const SitePoint& thing = site.things[i];
     const double depth = plane.depth_of(thing.p);
-    if (depth < kNearestImage || depth > kFarthest) continue;
-    if (std::abs(plane.along().dot(thing.p.head<2>() - middle)) > kFarthest) continue;
-    if (thing.surface == kNoSurface || !across[thing.surface]) found.push_back(&thing);
+    if (depth < kNearestImage || depth > kFarthestImage) continue;
+    if (std::abs(plane.along().dot(thing.p.head<2>() - middle)) > kFarthestImage) continue;
+    if (thing.surface == kNoSurface || !runs_across(site.segmentation.verticals[thing.surface], plane))
+      found.push_back(&thing);
   }
   return found;
 }
 
 bool has_image(const SampledSite& site, const MirrorPlane& plane, const SitePoint& thing, double shift) {
-  return site.cubes.contains(cube_of(plane.image_of(thing.p, shift)));
+  return site.cubes.contains(mirror_cube(plane.image_of(thing.p, shift), site.origin));
 }
 
 double fraction_alike(const SampledSite& site, const MirrorPlane& plane,
@@ -125,15 +140,24 @@ ImageLayers image_layers(const SampledSite& site, const MirrorPlane& plane,
                          const std::vector<const SitePoint*>& things) {
   constexpr double kLayer = 0.25, kAlike = 0.5;  // m; of a layer
   constexpr int kFewest = 4;
-  std::map<int, std::pair<int, int>> counts;  // all, alike
+  // m: a plane is fitted to that, and a layer that is one flat thing may be at the edge of cubes
+  constexpr std::array<double, 3> kShifts = {-0.015, 0, 0.015};
+  struct Count {
+    int all = 0;
+    std::array<int, kShifts.size()> alike{};
+  };
+  std::map<int, Count> counts;
   for (const SitePoint* thing : things) {
-    auto& [all, alike] = counts[static_cast<int>(plane.depth_of(thing->p) / kLayer)];
-    ++all, alike += has_image(site, plane, *thing) ? 1 : 0;
+    Count& count = counts[static_cast<int>(plane.depth_of(thing->p) / kLayer)];
+    ++count.all;
+    for (std::size_t k = 0; k < kShifts.size(); ++k)
+      count.alike[k] += has_image(site, plane, *thing, kShifts[k]) ? 1 : 0;
   }
   ImageLayers layers;
   for (const auto& [depth, count] : counts) {
-    layers.all += count.first >= kFewest ? 1 : 0;
-    layers.alike += count.first >= kFewest && count.second > kAlike * site.shared * count.first ? 1 : 0;
+    if (count.all < kFewest) continue;
+    const int alike = *std::max_element(count.alike.begin(), count.alike.end());
+    ++layers.all, layers.alike += alike > kAlike * site.shared * count.all ? 1 : 0;
   }
   return layers;
 }
@@ -150,8 +174,10 @@ std::optional<Eigen::Vector3d> crossing(const SampledSite& site, const MirrorPla
 
 bool measured_at(const SampledSite& site, const MirrorPlane& plane, const Eigen::Vector3d& p) {
   const Eigen::Vector3d off(kMirrorCube * plane.behind.x(), kMirrorCube * plane.behind.y(), 0);
-  return site.cubes.contains(cube_of(p)) || site.cubes.contains(cube_of(p - off)) ||
-         site.cubes.contains(cube_of(p + off));
+  const auto has_points = [&](const Eigen::Vector3d& at) {
+    return site.cubes.contains(mirror_cube(at, site.origin));
+  };
+  return has_points(p) || has_points(p - off) || has_points(p + off);
 }
 
 double measured_in(const SampledSite& site, const MirrorPlane& plane, double from, double to, double low,

@@ -16,6 +16,10 @@ namespace parhelion::semantic {
 
 constexpr double kMirrorCube = 0.06;    ///< m, side of the cubes that are compared
 constexpr double kNearestImage = 0.25;  ///< m, behind the plane: frames and reveals are nearer
+constexpr double kFarthestImage = 15;   ///< m, behind the plane and along it
+
+/// The cube of a place; those that are too far from `origin` to be marked share the outermost cubes.
+Eigen::Array3i mirror_cube(const Eigen::Vector3d& p, const Eigen::Vector3d& origin);
 
 /// A point of something that is not level.
 struct SitePoint {
@@ -30,7 +34,9 @@ struct SampledSite {
   std::vector<SitePoint> things, samples;  ///< of what is not level; of all
   const Segmentation& segmentation;
   const std::vector<Eigen::Vector3d>& viewpoints;
-  double shared = 1;  ///< fraction of things in cubes with other points
+  bool rays = false;                                 ///< viewpoints of the points are known
+  double shared = 1;                                 ///< fraction of things in cubes with other points
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< m, of the cubes: georeferenced sites are far from 0
 };
 
 /// A plane of which one side may be the image of the other.
@@ -56,8 +62,9 @@ struct ImageLayers {
   int all = 0, alike = 0;
 };
 
-/// The points looked at are not in the cubes, so that these tell how often a surface's other points share a
-/// cube with it: seldom where points are sparse. Keeps references to the arguments.
+/// The points looked at are chosen by a hash of their index, and are not in the cubes, so that these tell how
+/// often a surface's other points share a cube with it: seldom where points are sparse. Keeps references to
+/// the arguments.
 SampledSite sampled_site(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation);
 
 /// Things behind the plane, up to 15 m away and 15 m beside `middle`, but no walls across it; every

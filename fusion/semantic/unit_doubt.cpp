@@ -32,6 +32,17 @@ std::optional<OtherUnit> unit_to_try(const SemanticModel& in_metres) {
   return unit != kUnits.end() ? std::optional(*unit) : std::nullopt;
 }
 
-bool fits_people(const SemanticModel& in_other_unit) { return has_used_by_people(in_other_unit); }
+bool fits_people(const SemanticModel& in_other_unit) {
+  constexpr double kWidest = 1.3;  // m, of a door with one leaf: 4.3 ft
+  constexpr int kFewest = 2;
+  int doors = 0;
+  for (const ModelEntity& e : in_other_unit.entities) {
+    if (!is_used_by_people(e)) continue;
+    if (e.label == EntityLabel::stairs) return true;
+    if (e.size.x() > kWidest) return false;
+    ++doors;
+  }
+  return doors >= kFewest;
+}
 
 }  // namespace parhelion::semantic

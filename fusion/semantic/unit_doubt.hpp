@@ -18,8 +18,9 @@ struct OtherUnit {
 /// people use tells that metres are right: no doors and no stairs were found. nullopt: none.
 std::optional<OtherUnit> unit_to_try(const SemanticModel& in_metres);
 
-/// Whether a model of the same cloud, read in the unit to try, has what metres lack: a door, or a flight of
-/// stairs.
+/// Whether a model of the same cloud, read in the unit to try, has what metres lack: two doors, none wider
+/// than a leaf (1.3 m), or a flight of stairs. A single gate of a hall (3 by 6.6 m) is as large as a door in
+/// feet.
 bool fits_people(const SemanticModel& in_other_unit);
 
 }  // namespace parhelion::semantic

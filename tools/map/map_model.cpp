@@ -96,6 +96,7 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
                                  std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
   semantic::ModelOptions options = a.model;
   options.spacing = scan->spacing;
+  options.unit_known = a.read.unit || fs::path(a.cloud).extension() == ".3d";  // which is in centimetres
   options.unit_advice = ": --unit ft or --unit in";
   options.up_advice = ": --flip, --axes y-up or y-down, or --no-flip where it is right as it is";
   if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);

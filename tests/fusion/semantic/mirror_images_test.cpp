@@ -9,6 +9,7 @@
 #include <set>
 
 #include "fusion/semantic/build_model.hpp"
+#include "fusion/semantic/mirror_planes.hpp"
 #include "fusion/semantic/model_quality.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
@@ -51,10 +52,10 @@ struct MirroredRoom {
 };
 
 /// The room, scanned from two places, and what they see in the mirror: `seen` of that.
-MirroredRoom mirrored_room(std::uint64_t seed, double seen) {
+MirroredRoom mirrored_room(std::uint64_t seed, double seen, double density = 500) {
   MirroredRoom room;
   room.cloud.viewpoints = {{1.5, 2.2, 1.5}, {4.4, 2.6, 1.5}};
-  test::CloudSampler sampler = furnished_room(seed, 500);
+  test::CloudSampler sampler = furnished_room(seed, density);
   for (const Eigen::Vector3f& point : sampler.cloud().points) {
     const Eigen::Vector3d p = point.cast<double>();
     const bool of_glass = p.x() > kMirror - 0.05 && p.y() > kGlass.min().y() && p.y() < kGlass.max().y() &&
@@ -162,7 +163,154 @@ TEST_P(MirrorImages, ARoomBehindTheMirrorsWallStays) {
   for (const Eigen::Vector3f& p : behind.cloud().points) room.add(p.cast<double>(), 2, false);
   const auto built = build_model(room.cloud);
   ASSERT_TRUE(built) << built.error().message;
+  EXPECT_GT(fraction(built->left_out, room.is_image, true), 0.9);
   EXPECT_LT(fraction(built->left_out, room.is_image, false), 0.002);
+}
+
+TEST_P(MirrorImages, ARoomThroughADoorwayBesideTheMirrorStays) {
+  const MirroredRoom mirrored = mirrored_room(GetParam(), 0.3);
+  MirroredRoom room;
+  room.cloud.viewpoints = mirrored.cloud.viewpoints;
+  const Eigen::AlignedBox3d door(Eigen::Vector3d(kMirror - 0.05, 4.25, 0),
+                                 Eigen::Vector3d(kMirror + 0.2, 4.95, 2.05));
+  for (std::size_t i = 0; i < mirrored.is_image.size(); ++i) {
+    const Eigen::Vector3d p = mirrored.cloud.points[i].cast<double>();
+    if (mirrored.is_image[i] || !door.contains(p)) room.add(p, mirrored.cloud.scans[i], mirrored.is_image[i]);
+  }
+  test::CloudSampler behind(1500, 0.004, GetParam() + 200);
+  behind.room({kMirror + 0.12, 3}, {10.3, 9}, 0, 2.7);
+  for (const double x : {7.1, 8.3, 9.4}) {
+    behind.wall({x, 5.2}, {x, 7.5}, 0, 1.4);
+    behind.slab({x, 5.2}, {x + 0.5, 7.5}, 1.4);
+  }
+  for (const Eigen::Vector3f& point : behind.cloud().points) {
+    const Eigen::Vector3d p = point.cast<double>(), &from = room.cloud.viewpoints[0];
+    const Eigen::Vector3d at = from + (kMirror - from.x()) / (p.x() - from.x()) * (p - from);
+    if (door.contains(at)) room.add(p, 0, false);
+  }
+  const auto built = build_model(room.cloud);
+  ASSERT_TRUE(built) << built.error().message;
+  EXPECT_GT(fraction(built->left_out, room.is_image, true), 0.9);
+  EXPECT_LT(fraction(built->left_out, room.is_image, false), 0.002);
+}
+
+/// The room and what is seen of its twin behind x = kMirror, `seen` of that, through what `is_open` there.
+template <class IsOpen>
+MirroredRoom twin_rooms(std::uint64_t seed, double seen, IsOpen&& is_open) {
+  MirroredRoom rooms;
+  rooms.cloud.viewpoints = {{1.5, 2.2, 1.7}};
+  test::CloudSampler sampler = furnished_room(seed, 500);
+  for (const Eigen::Vector3f& point : sampler.cloud().points) {
+    const Eigen::Vector3d p = point.cast<double>(), twin(2 * kMirror - p.x(), p.y(), p.z());
+    const bool between = p.x() > kMirror - 0.05 && p.z() > 0.05 && p.z() < 2.65;
+    if (!between || !is_open(p)) rooms.add(between ? p - Eigen::Vector3d(0.02, 0, 0) : p, 0, false);
+    const Eigen::Vector3d& from = rooms.cloud.viewpoints[0];
+    const Eigen::Vector3d at = from + (kMirror - from.x()) / (twin.x() - from.x()) * (twin - from);
+    if (!between && is_open(at) && sampler.uniform() < seen) rooms.add(twin, 0, false);
+  }
+  return rooms;
+}
+
+TEST_P(MirrorImages, AnOfficeAlikeOnBothSidesOfAScreenStays) {
+  for (const bool glazed : {false, true}) {
+    const MirroredRoom rooms = twin_rooms(GetParam(), 0.5, [&](const Eigen::Vector3d& at) {
+      return glazed ? at.z() > 0.4 && at.z() < 2.3 && at.y() > 0.5 && at.y() < 4.5 : at.z() > 1.4;
+    });
+    const auto built = build_model(rooms.cloud);
+    ASSERT_TRUE(built) << built.error().message;
+    EXPECT_TRUE(built->left_out.empty()) << "glazed: " << glazed;
+  }
+}
+
+TEST_P(MirrorImages, ATwinRoomSeenThroughADoorwayStays) {
+  for (const bool rays : {false, true}) {
+    MirroredRoom rooms = twin_rooms(GetParam(), 1, [](const Eigen::Vector3d& at) {
+      return at.y() > 1.5 && at.y() < 3.4 && at.z() < 2.05;
+    });
+    if (!rays) rooms.cloud.viewpoints.clear(), rooms.cloud.scans.clear();
+    const auto built = build_model(rooms.cloud);
+    ASSERT_TRUE(built) << built.error().message;
+    EXPECT_TRUE(built->left_out.empty()) << "rays: " << rays;
+  }
+}
+
+TEST_P(MirrorImages, AnUpperStoreyOverTheImagesStays) {
+  MirroredRoom room = mirrored_room(GetParam(), 0.3, 900);
+  test::CloudSampler upper(150, 0.004, GetParam() + 300);
+  upper.room({0, 0}, {2 * kMirror, 5}, 3, 5.7);
+  for (const Eigen::Vector3f& p : upper.cloud().points) room.add(p.cast<double>(), 0, false);
+  room.cloud.viewpoints.clear(), room.cloud.scans.clear();
+  const auto built = build_model(room.cloud);
+  ASSERT_TRUE(built) << built.error().message;
+  ASSERT_FALSE(built->mirrors.empty());
+  if (built->mirrors[0].certain) {
+    EXPECT_GT(fraction(built->left_out, room.is_image, true), 0.9);
+  }
+  EXPECT_LT(fraction(built->left_out, room.is_image, false), 0.002);
+}
+
+TEST_P(MirrorImages, OfBothMirrorsOfALongWallAreLeftOut) {
+  const MirroredRoom one = mirrored_room(GetParam(), 0.3), other = mirrored_room(GetParam() + 10, 0.3);
+  const Eigen::Vector3d away(0, 30, 0);
+  MirroredRoom both = one;
+  for (const Eigen::Vector3d& viewpoint : one.cloud.viewpoints)
+    both.cloud.viewpoints.emplace_back(viewpoint + away);
+  for (std::size_t i = 0; i < other.is_image.size(); ++i)
+    both.add(other.cloud.points[i].cast<double>() + away, other.cloud.scans[i] + 2U, other.is_image[i]);
+  const auto built = build_model(both.cloud);
+  ASSERT_TRUE(built) << built.error().message;
+  EXPECT_EQ(built->mirrors.size(), 2U);
+  EXPECT_GT(fraction(built->left_out, both.is_image, true), 0.97);
+  EXPECT_LT(fraction(built->left_out, both.is_image, false), 0.002);
+}
+
+TEST_P(MirrorImages, AreNeverCertainWherePointsAreSparse) {
+  const MirroredRoom room = mirrored_room(GetParam(), 0.3, 60);
+  cloud::PointCloud<Map> cloud;
+  cloud.points = room.cloud.points, cloud.scans = room.cloud.scans;
+  cloud.viewpoints = room.cloud.viewpoints;
+  const auto segmentation = segment(cloud);
+  ASSERT_TRUE(segmentation) << segmentation.error().message;
+  EXPECT_THAT(seen_in_mirrors(cloud, find_mirrors(cloud, *segmentation)), testing::IsEmpty());
+}
+
+TEST_P(MirrorImages, OneViewpointWithoutScansIsNoRay) {
+  MirroredRoom room = mirrored_room(GetParam(), 0.3);
+  room.cloud.viewpoints.resize(1), room.cloud.scans.clear();
+  const auto built = build_model(room.cloud);
+  ASSERT_TRUE(built) << built.error().message;
+  ASSERT_EQ(built->mirrors.size(), 1U);
+  EXPECT_FALSE(built->mirrors[0].rays);
+  EXPECT_GT(fraction(built->left_out, room.is_image, true), 0.9);
+}
+
+TEST_P(MirrorImages, AreFoundFarFromTheOriginAndRaisedWithTheModel) {
+  MirroredRoom room = mirrored_room(GetParam(), 0.3);
+  const Eigen::Vector3d away(70'000, -50'000, 300);
+  for (Eigen::Vector3f& p : room.cloud.points) p += away.cast<float>();
+  for (Eigen::Vector3d& p : room.cloud.viewpoints) p += away;
+  ModelOptions options;
+  options.floor_to_zero = true;
+  const auto built = build_model(room.cloud, options);
+  ASSERT_TRUE(built) << built.error().message;
+  ASSERT_EQ(built->mirrors.size(), 1U);
+  EXPECT_NEAR(built->mirrors[0].low, kGlass.min().z(), 0.15);
+  EXPECT_NEAR(built->mirrors[0].high, kGlass.max().z(), 0.15);
+  EXPECT_GT(fraction(built->left_out, room.is_image, true), 0.97);
+}
+
+TEST(MirrorSamples, AreOfAllRingsOfAScanner) {
+  // 140,000 points become samples of every seventh; each seventh is of the same ring.
+  constexpr int kPoints = 140'000, kRings = 7;
+  cloud::PointCloud<Map> cloud;
+  for (int i = 0; i < kPoints; ++i)
+    cloud.points.emplace_back(static_cast<float>(i % kRings), 0.0001F * static_cast<float>(i), 0.0F);
+  Segmentation segmentation;
+  segmentation.surface_of.assign(cloud.size(), kNoSurface);
+  const SampledSite site = sampled_site(cloud, segmentation);
+  const auto of_first = std::count_if(site.samples.begin(), site.samples.end(),
+                                      [](const SitePoint& sample) { return sample.p.x() < 0.5; });
+  EXPECT_NEAR(static_cast<double>(of_first) / static_cast<double>(site.samples.size()), 1.0 / kRings, 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, MirrorImages, testing::Values(1, 2, 3));
