@@ -1,5 +1,6 @@
 #include "tools/calibration/beam_plane.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -8,7 +9,8 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kStep = 0.05;       // m, along a beam
+constexpr double kStep = 0.05;  // m, along a beam, of one up to 5 m long
+constexpr double kMaxColumns = 100;
 constexpr double kBeforeEnd = 0.15;  // m: a surface so near to its end is what a beam ends at
 constexpr float kJump = 0.2F;        // m, along the optical axis, from one column to the next
 constexpr double kZStep = 0.02, kLowest = -0.3, kMiddle = 0.3;  // m
@@ -34,8 +36,10 @@ float before_surface(const Eigen::Vector3d& p_base, const render::DepthPixels& i
 }
 
 BeamPlane::BeamPlane(const LevelBeam& beam, const render::DepthPixels& image, const render::Lens& lens,
-                     const Eigen::Isometry3d& T_optical_base) {
-  for (double s = 2 * kStep; s < beam.range - kStep / 2; s += kStep) s_.push_back(s);
+                     const Eigen::Isometry3d& T_optical_base)
+    : slope_(beam.slope) {
+  const double step = std::max(kStep, beam.range / kMaxColumns);
+  for (double s = 2 * step; s < beam.range - step / 2; s += step) s_.push_back(s);
   s_.push_back(beam.range);
   before_.reserve(s_.size() * kZ);
   for (const double s : s_) {
@@ -61,7 +65,7 @@ std::uint8_t BeamPlane::outcome(double height, double slope, const std::vector<s
   float previous = 0, now = 0;
   std::size_t crossed = 0;
   for (std::size_t j = 0; j <= last; ++j) {
-    now = before_surface(j, height + slope * s_[j]);
+    now = before_surface(j, height + (slope_ + slope) * s_[j]);
     if (now > 0) {
       in_front = true;
     } else if (in_front && previous - now < kJump) {

@@ -11,11 +11,12 @@
 
 namespace parhelion::tools {
 
-/// A beam in the frame of a base: level, of unknown height.
+/// A beam in the frame of a base, of unknown height.
 struct LevelBeam {
   Eigen::Vector2d origin, direction;  ///< m, unit
   double range = 0;                   ///< m
   double bearing = 0;                 ///< rad, of the direction in the base that carries the laser
+  double slope = 0;                   ///< by which the described laser's beam rises, m per m
 };
 
 class BeamPlane {
@@ -28,8 +29,9 @@ class BeamPlane {
   const std::vector<double>& columns() const { return s_; }
   /// m along the optical axis, of the end.
   double depth_of_end() const { return depth_of_end_; }
-  /// Of a laser `height` m high and a beam that rises by `slope`: an outcome of BeamOutcomes. A beam
-  /// contradicts where it passes through a surface, and where it ends before one. `places`: of the columns.
+  /// Of a laser `height` m high and a beam that rises by `slope` more than described: an outcome of
+  /// BeamOutcomes. A beam contradicts where it passes through a surface, and where it ends before one.
+  /// `places`: of the columns.
   std::uint8_t outcome(double height, double slope, const std::vector<std::uint8_t>& places) const;
 
  private:
@@ -38,6 +40,7 @@ class BeamPlane {
   float before_surface(std::size_t column, double z) const;
 
   std::vector<double> s_;
+  double slope_ = 0;
   std::vector<float> before_, tolerance_;
   double depth_of_end_ = 0;
 };

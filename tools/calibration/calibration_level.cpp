@@ -93,10 +93,11 @@ std::optional<BasePath::Placed> place(const Scan& scan, const BasePath& path, co
   return BasePath::Placed{interpolate(first->T_map_base, last->T_map_base, 0.5), first->part};
 }
 
-void add(const Image& image, const ScansByTime& scans, const BasePath& path, const LaserDescription& laser,
+/// False: the image cannot be decoded.
+bool add(const Image& image, const ScansByTime& scans, const BasePath& path, const LaserDescription& laser,
          LaserLevelFit& fit) {
   const auto at_image = path.at(image.stamp);
-  if (!at_image) return;
+  if (!at_image) return true;
   std::vector<PlacedScan> placed;
   for (const double apart : kApart) {
     const Scan* scan = scans.near(image.stamp + seconds(apart));
@@ -104,15 +105,18 @@ void add(const Image& image, const ScansByTime& scans, const BasePath& path, con
     const auto at_scan = place(*scan, path, laser);
     if (at_scan && at_scan->part == at_image->part) placed.push_back({scan, at_scan->T_map_base});
   }
-  if (placed.empty()) return;
-  if (const auto pixels = render::decode_depth(image)) fit.add(*pixels, at_image->T_map_base, placed);
+  if (placed.empty()) return true;
+  auto pixels = render::decode_depth(image);
+  if (!pixels) return false;
+  fit.add(std::move(*pixels), at_image->T_map_base, placed);
+  return true;
 }
 
 }  // namespace
 
 FoundLevel calibrate_level(const CalibrationOptions& options, const RecordedDrive& drive,
                            const RobotDescription& robot, std::size_t images,
-                           const std::vector<pose::LaserPose>& laser) {
+                           const std::vector<pose::LaserPose>& laser, const CalibrationProgress& progress) {
   if (images == 0) return {{}, robot.depth ? "the log has no image of the depth camera" : ""};
   if (!robot.depth) return {{}, "the robot description has no 'depth': its lens is unknown"};
   if (!robot.depth->head.empty()) return {{}, "the depth camera is carried by joints"};
@@ -129,16 +133,41 @@ FoundLevel calibrate_level(const CalibrationOptions& options, const RecordedDriv
     if (!event->has_value()) break;
     if ((*event)->channel != options.depth_channel || number++ % stride != 0) continue;
     Image image;
-    if (decode((*event)->channel, (*event)->payload, image).ok())
-      add(image, scans, path, *robot.laser, fit);
-    else
+    if (!decode((*event)->channel, (*event)->payload, image).ok() ||
+        !add(image, scans, path, *robot.laser, fit))
       ++refused;
   }
-  auto found = fit.fit();
-  if (found) return {*found, {}};
-  std::string note = found.error().message;
-  if (refused > 0) note += " (" + std::to_string(refused) + " images cannot be decoded)";
-  return {{}, std::move(note)};
+  auto found = fit.fit(progress);
+  std::string lost;
+  if (refused > 0) lost = std::to_string(refused) + " depth images cannot be decoded";
+  if (fit.left_out() > 0)
+    lost += (lost.empty() ? "" : ", ") + std::to_string(fit.left_out()) +
+            " depth images have another size or aspect than the description's";
+  if (!found) return {{}, found.error().message + (lost.empty() ? "" : " (" + lost + ")")};
+  if (!lost.empty()) found->advice.push_back(lost);
+  return {std::move(*found), {}};
+}
+
+void keep_above_floor(const RecordedDrive& part, const RobotDescription& robot, LaserLevel& level) {
+  constexpr double kMany = 0.02;  // of the hits
+  if (!level.writes_pitch && !level.writes_roll) return;
+  const LaserDescription turned = *with_level(robot, level).laser;
+  LaserLevel height_only = level;
+  height_only.writes_pitch = height_only.writes_roll = false;
+  const LaserDescription kept = *with_level(robot, height_only).laser;
+  double now = 0, before = 0;
+  std::size_t scans = 0;
+  for (const RecordedDrive::Event& event : part.events) {
+    if (event.kind != RecordedDrive::Event::Kind::scan) continue;
+    now += below_floor(part.scans[event.index], turned);
+    before += below_floor(part.scans[event.index], kept);
+    ++scans;
+  }
+  if (now <= before + kMany * static_cast<double>(scans)) return;
+  level.writes_pitch = level.writes_roll = false;
+  level.advice.emplace_back(
+      "the tilt of the laser stays as described: by the one that was found, the laser would see things below "
+      "the floor");
 }
 
 }  // namespace parhelion::tools

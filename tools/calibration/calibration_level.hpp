@@ -21,6 +21,10 @@ struct FoundLevel {
 /// calibrates. `robot`: calibrated in all but height and tilt. `images`: on the depth camera's channel.
 FoundLevel calibrate_level(const CalibrationOptions& options, const RecordedDrive& drive,
                            const RobotDescription& robot, std::size_t images,
-                           const std::vector<pose::LaserPose>& laser);
+                           const std::vector<pose::LaserPose>& laser,
+                           const CalibrationProgress& progress = {});
+
+/// Keeps the described tilt where the found one brings many hits of the part below the floor.
+void keep_above_floor(const RecordedDrive& part, const RobotDescription& robot, LaserLevel& level);
 
 }  // namespace parhelion::tools

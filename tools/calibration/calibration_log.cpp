@@ -219,14 +219,19 @@ Result<CalibrationReport> calibrate_log(const CalibrationOptions& options,
   const auto laser = calibrate_in_rounds(parts.calibrating, options, report, progress);
   if (!laser) return in_file(options, laser.error(), report);
   report.imu = calibrate_imu(read->drive, report.before, *laser);
-  report.camera = calibrate_camera(options, report.before, read->images, *laser, share(progress, 65, 80));
+  report.camera = calibrate_camera(options, report.before, read->images, *laser, share(progress, 65, 75));
   for (TurnSensor* sensor : {&report.imu, &report.camera}) add_offset_error(report.sweep_sigma, *sensor);
   report.after = with_time_offsets(report.after, report.imu, report.camera);
-  report.level = calibrate_level(options, parts.calibrating, report.after, read->depth_images, *laser);
-  if (report.level.found) report.after = with_level(report.after, *report.level.found);
+  report.level = calibrate_level(options, parts.calibrating, report.after, read->depth_images, *laser,
+                                 share(progress, 75, 85));
+  if (report.level.found) {
+    keep_above_floor(report.validation_scans > 0 ? parts.validation : parts.calibrating, report.after,
+                     *report.level.found);
+    report.after = with_level(report.after, *report.level.found);
+  }
   learn_noise(parts.calibrating, report);
   if (report.validation_scans > 0) {
-    if (const Status checked = check_on(parts.validation, options, report, share(progress, 80, 100));
+    if (const Status checked = check_on(parts.validation, options, report, share(progress, 85, 100));
         !checked)
       return in_file(options, checked.error(), report);
   }

@@ -2,6 +2,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "fusion/semantic/pictures/plan_picture.hpp"
 #include "protocols/angle_units.hpp"
@@ -94,7 +95,12 @@ std::string level_lines(const CalibrationReport& report) {
       line("laser pitch more", 0, level.pitch, kTilt) + line("laser roll more", 0, level.roll, kTilt) +
       format("    by %zu beams in %zu depth images, of which %.0f %% agree, and %zu places with edges\n",
              level.beams, level.images, 100 * level.agreeing, level.things);
-  if (!level.camera) return text + "    no floor in the depth images: their camera counts as described\n";
+  for (const auto& [name, found, writes] : {std::tuple{"pitch", level.pitch, level.writes_pitch},
+                                            std::tuple{"roll", level.roll, level.writes_roll}}) {
+    if (found.shown && !writes)
+      text += format("    %s stays as described: known too roughly, or no other than described\n", name);
+  }
+  if (!level.camera) return text + "    no floor in the depth images\n";
   return text + format(
                     "    by the floor the depth camera is %.0f mm higher than described, and turned by %.1f "
                     "deg (pitch), %.1f deg (roll)\n",
@@ -257,11 +263,17 @@ std::string to_json(const CalibrationReport& report, const CalibrationOptions& o
     json["level"] = {{kHeight.key, to_json(level.height, kHeight.factor)},
                      {"laser_pitch_more_deg", to_json(level.pitch, kTilt.factor)},
                      {"laser_roll_more_deg", to_json(level.roll, kTilt.factor)},
+                     {"writes_pitch", level.writes_pitch},
+                     {"writes_roll", level.writes_roll},
                      {"beams", level.beams},
                      {"images", level.images},
                      {"agreeing", level.agreeing},
                      {"places", level.things},
                      {"floor", level.camera.has_value()}};
+    if (level.camera)
+      json["level"]["depth_camera"] = {{"higher_mm", 1e3 * level.camera->height},
+                                       {"pitch_more_deg", kDegreesPerRadian * level.camera->pitch},
+                                       {"roll_more_deg", kDegreesPerRadian * level.camera->roll}};
   } else if (!report.level.note.empty()) {
     json["level"] = {{"note", report.level.note}};
   }

@@ -18,9 +18,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUsefulHeight = 0.05, kUsefulTilt = 1 * kDegree;
 constexpr double kDescribedHeight = 0.1, kDescribedTilt = 2.5 * kDegree;  // 1 sigma
 constexpr double kEdgePixels = 0.6, kEdgeHeight = 0.007;  // px, m: 1 sigma of the height of an edge
-constexpr double kPlace = 0.75;                           // m
-constexpr float kEdge = 0.15F;                            // m, between beams at both sides of one
-constexpr double kAgreeing = 0.5;                         // minimum fraction of beams
+constexpr double kWrittenTilt = 0.3 * kDegree;            // 1 sigma, at most
+constexpr double kLongest = 12;    // m: of things farther away depth images show no edges
+constexpr double kPlace = 0.75;    // m
+constexpr float kEdge = 0.15F;     // m, between beams at both sides of one
+constexpr double kAgreeing = 0.5;  // minimum fraction of beams
 
 Eigen::Matrix3d tilted(double pitch, double roll) {
   return (Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
@@ -47,6 +49,39 @@ class Places {
 bool is_beside_edge(const Scan& scan, std::size_t i) {
   return std::abs(scan.ranges[i - 2] - scan.ranges[i]) > kEdge ||
          std::abs(scan.ranges[i + 2] - scan.ranges[i]) > kEdge;
+}
+
+/// 2 sigma of a tilt that is written move no beam by more than 0.7 of the laser's height: SLAM takes what is
+/// lower than 0.3 of it for the floor.
+double written_tilt(double height, const LaserDescription& laser) {
+  constexpr double kOfTheHeight = 0.35, kReach = 30;  // m, where the description gives none
+  const double reach = laser.convention.range_max > 0 ? double{laser.convention.range_max} : kReach;
+  return std::min(kWrittenTilt, std::atan(kOfTheHeight * height / reach));
+}
+
+/// What is known well, and not at the edge of what is looked at.
+void set_shown(const LevelEstimate& estimate, const LaserDescription& laser, LaserLevel& result) {
+  const Level &mean = estimate.mean, &sigma = estimate.sigma;
+  const bool floor = result.camera.has_value();
+  const double described = laser.T_base_laser.translation().z(), tilt = std::hypot(mean.pitch, mean.roll);
+  const bool inside = mean.height - 2 * sigma.height > BeamOutcomes::height(0) &&
+                      mean.height + 2 * sigma.height < BeamOutcomes::height(BeamOutcomes::kHeights - 1);
+  result.height = floor && inside && sigma.height < kUsefulHeight
+                      ? pose::Measured{mean.height, sigma.height, true}
+                      : pose::Measured{described, kDescribedHeight, false};
+  const auto turned = [&](double value, double deviation) {
+    return floor && deviation < kUsefulTilt && tilt + 2 * deviation < LevelPosterior::steepest()
+               ? pose::Measured{value, deviation, true}
+               : pose::Measured{0, kDescribedTilt, false};
+  };
+  result.pitch = turned(mean.pitch, sigma.pitch);
+  result.roll = turned(mean.roll, sigma.roll);
+  const double limit = written_tilt(result.height.value, laser);
+  const auto writes = [limit](const pose::Measured& found) {
+    return found.shown && found.sigma <= limit && std::abs(found.value) >= 2 * found.sigma;
+  };
+  result.writes_pitch = writes(result.pitch);
+  result.writes_roll = writes(result.roll);
 }
 
 }  // namespace
@@ -80,22 +115,36 @@ void LaserLevelFit::add_scan(const PlacedScan& placed, const render::DepthPixels
     const Eigen::Vector3d ray =
         T_base_laser.linear() * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
     const double bearing = std::atan2(ray.y(), ray.x()), yaw = bearing + T_image_base.yaw;
+    const double along = ray.head<2>().norm();
+    if (!(along > 0 && along < kLongest)) continue;
     const LevelBeam beam{
-        T_image_laser.position(), {std::cos(yaw), std::sin(yaw)}, ray.head<2>().norm(), bearing};
+        T_image_laser.position(), {std::cos(yaw), std::sin(yaw)}, along, bearing, ray.z() / along};
     if (ends_in_view(beam, image)) in_view.push_back(beam);
   }
   const std::size_t stride = 1 + in_view.size() / kBeamsOfAScan;
   for (std::size_t i = 0; i < in_view.size(); i += stride) beams_.push_back({in_view[i], images_.size()});
 }
 
-void LaserLevelFit::add(const render::DepthPixels& image, const Pose2& T_map_base,
+void LaserLevelFit::add(render::DepthPixels image, const Pose2& T_map_base,
                         const std::vector<PlacedScan>& scans) {
-  const CameraIntrinsics& camera = robot_.depth->intrinsics;
-  if (image.width != camera.width || image.height != camera.height) return;
+  DepthCameraDescription& camera = robot_.depth.value();
+  const bool other =
+      !images_.empty() && (image.width != images_.front().width || image.height != images_.front().height);
+  const auto intrinsics = render::intrinsics_for_size(camera.intrinsics, image.width, image.height);
+  if (other || !intrinsics) {
+    ++left_out_;
+    return;
+  }
+  camera.intrinsics = *intrinsics;
+  lens_ = render::Lens(*intrinsics);
+  for (std::uint16_t& pixel : image.millimetres) {
+    const double z = 1e-3 * static_cast<double>(pixel);
+    if (z < camera.range_min || (camera.range_max > 0 && z > camera.range_max)) pixel = 0;
+  }
   const std::size_t before = beams_.size();
   for (const PlacedScan& scan : scans) add_scan(scan, image, T_map_base);
   if (beams_.size() == before) return;
-  images_.push_back(image);
+  images_.push_back(std::move(image));
   T_map_images_.push_back(T_map_base);
 }
 
@@ -110,10 +159,13 @@ void LaserLevelFit::level_camera(LaserLevel& result) {
                         std::atan2(turned(2, 1), turned(2, 2))};
 }
 
-LevelPosterior LaserLevelFit::evidence() const {
+LevelPosterior LaserLevelFit::evidence(const std::function<void(double, double)>& progress) const {
   LevelPosterior posterior;
   Places places;
+  std::size_t done = 0;
   for (const auto& [beam, image] : beams_) {
+    if (progress && done++ % 100 == 0)
+      progress(static_cast<double>(done), static_cast<double>(beams_.size()));
     const BeamPlane plane(beam, images_[image], lens_, T_optical_base_);
     std::vector<std::uint8_t> place_of;
     for (const double s : plane.columns()) {
@@ -136,7 +188,7 @@ LevelPosterior LaserLevelFit::evidence() const {
   return posterior;
 }
 
-Result<LaserLevel> LaserLevelFit::fit() {
+Result<LaserLevel> LaserLevelFit::fit(const std::function<void(double, double)>& progress) {
   LaserLevel result;
   result.images = images_.size();
   result.beams = beams_.size();
@@ -145,7 +197,7 @@ Result<LaserLevel> LaserLevelFit::fit() {
                  std::to_string(images_.size()) + " images; " + std::to_string(kMinBeams) + " in " +
                  std::to_string(kMinImages) + " are needed"};
   level_camera(result);
-  const LevelEstimate estimate = evidence().estimate();
+  const LevelEstimate estimate = evidence(progress).estimate();
   result.agreeing = estimate.agreeing;
   result.things = estimate.things;
   if (result.agreeing < kAgreeing) {
@@ -156,33 +208,47 @@ Result<LaserLevel> LaserLevelFit::fit() {
                   100 * (1 - result.agreeing));
     return Error{text};
   }
-  const auto measured = [](double value, double sigma, double useful, double described, double as_described) {
-    return sigma < useful ? pose::Measured{value, sigma, true}
-                          : pose::Measured{described, as_described, false};
-  };
-  const Level &mean = estimate.mean, &sigma = estimate.sigma;
-  result.height = measured(mean.height, sigma.height, kUsefulHeight,
-                           robot_.laser->T_base_laser.translation().z(), kDescribedHeight);
-  result.pitch = measured(mean.pitch, sigma.pitch, kUsefulTilt, 0, kDescribedTilt);
-  result.roll = measured(mean.roll, sigma.roll, kUsefulTilt, 0, kDescribedTilt);
-  if (!result.height.shown)
+  set_shown(estimate, *robot_.laser, result);
+  if (!result.camera)
+    result.advice.emplace_back(
+        "height and tilt of the laser are not shown: the depth camera sees no floor within 4 m, from which "
+        "its "
+        "own height and tilt would be known");
+  else if (!result.height.shown)
     result.advice.emplace_back(
         "the height of the laser is not shown: few edges lie near it; drive past tables, boxes and shelves "
         "that the depth camera sees");
-  if (!result.pitch.shown || !result.roll.shown)
+  if (result.camera && (!result.pitch.shown || !result.roll.shown))
     result.advice.emplace_back(
         "the tilt of the laser is not shown: drive towards and along things of about its height, near and "
         "far, ahead and at both sides");
   return result;
 }
 
+double below_floor(const Scan& scan, const LaserDescription& laser) {
+  std::size_t hits = 0, below = 0;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
+    const double angle = scan.angle(i), range = double{scan.ranges[i]};
+    const Eigen::Vector3d p =
+        laser.T_base_laser.isometry() * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
+    ++hits;
+    below += p.z() < 0 ? 1 : 0;
+  }
+  return hits == 0 ? 0 : static_cast<double>(below) / static_cast<double>(hits);
+}
+
 RobotDescription with_level(RobotDescription robot, const LaserLevel& level) {
-  if (!level.height.shown && !level.pitch.shown && !level.roll.shown) return robot;
+  if (!level.height.shown && !level.writes_pitch && !level.writes_roll) return robot;
   Eigen::Isometry3d T_base_laser = robot.laser->T_base_laser.isometry();
   if (level.height.shown) T_base_laser.translation().z() = level.height.value;
+  const double yaw = robot.laser->T_base_laser.yaw();
   T_base_laser.linear() =
-      tilted(level.pitch.shown ? level.pitch.value : 0, level.roll.shown ? level.roll.value : 0) *
+      tilted(level.writes_pitch ? level.pitch.value : 0, level.writes_roll ? level.roll.value : 0) *
       T_base_laser.linear();
+  const double turned = Transform<Base, Laser>(T_base_laser).yaw();
+  T_base_laser.linear() =
+      Eigen::AngleAxisd(wrap_angle(yaw - turned), Eigen::Vector3d::UnitZ()) * T_base_laser.linear();
   robot.laser->T_base_laser = Transform<Base, Laser>(T_base_laser);
   return robot;
 }

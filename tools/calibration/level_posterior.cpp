@@ -62,6 +62,8 @@ struct LevelPosterior::Known {
   double rate = 1;           ///< of contradictions at the best level
 };
 
+double LevelPosterior::steepest() { return kSteepest; }
+
 LevelPosterior::LevelPosterior() : costs_(kPlaces), unknown_(kPlaces) {
   const int steps = static_cast<int>(std::lround(kSteepest / kTiltStep));
   for (int p = -steps; p <= steps; ++p) {

@@ -54,6 +54,8 @@ struct LevelEstimate {
 class LevelPosterior {
  public:
   static constexpr std::size_t kPlaces = 128;
+  /// rad: pitch and roll are looked for in a circle so large.
+  static double steepest();
 
   LevelPosterior();
   void add(const BeamOutcomes& beam);

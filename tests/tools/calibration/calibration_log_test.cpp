@@ -109,6 +109,7 @@ TEST(CalibrationLog, FindsTheHeightOfTheLaserInDepthImages) {
   EXPECT_EQ(report->after.laser->T_base_laser.translation().z(), report->level.found->height.value);
   EXPECT_NE(to_text(*report, options).find("laser height"), std::string::npos);
   EXPECT_NE(to_json(*report, options).find("laser_height_mm"), std::string::npos);
+  EXPECT_NE(to_json(*report, options).find("higher_mm"), std::string::npos);
   std::filesystem::remove(options.input);
 }
 
