@@ -23,7 +23,7 @@ std::vector<std::vector<EdgePoint>> points_at(const std::vector<KerbLine>& lines
                                               std::span<const std::uint8_t> labels) {
   PlanAreas areas;
   for (const KerbLine& candidate : lines) {
-    const PlanLine& line = candidate.line;
+    const KerbAxis& line = candidate.line;
     areas.add(line.place(0.5 * (line.from + line.to)), line.along,
               {0.5 * (line.to - line.from) + kKerbReach, kKerbReach + kKerbBin});
   }
@@ -62,7 +62,7 @@ bool is_of_entity(const ModelObject& kerb, const std::vector<ModelEntity>& entit
 
 ModelObject object_of(const KerbLine& candidate, const KerbEdge& edge) {
   const double u = 0.5 * (edge.from + edge.to), tilt = std::atan(edge.slope);
-  const PlanLine& line = candidate.line;
+  const KerbAxis& line = candidate.line;
   const Eigen::Vector2d along = (line.along + edge.slope * line.up).normalized(), up(-along.y(), along.x());
   const Eigen::Vector2d on_edge = line.place(u) + (edge.offset + edge.slope * u) * line.up,
                         middle = on_edge + kDeep / 2 * up;

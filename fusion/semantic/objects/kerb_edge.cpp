@@ -62,7 +62,7 @@ bool parts_grounds(std::span<const EdgePoint> points, KerbEdge& edge) {
 }
 
 /// Where the edge was measured, from one end to the other: u and v.
-std::vector<Eigen::Vector2d> measured_edge(const PlanLine& line, std::span<const EdgePoint> points) {
+std::vector<Eigen::Vector2d> measured_edge(const KerbAxis& line, std::span<const EdgePoint> points) {
   const double begin = line.from - kKerbReach;
   std::vector<Bin> bins(static_cast<std::size_t>((line.to + kKerbReach - begin) / kKerbBin) + 1);
   for (const EdgePoint& p : points) {
@@ -106,7 +106,7 @@ KerbEdge fit_edge(std::vector<Eigen::Vector2d>& at) {
 
 }  // namespace
 
-std::optional<KerbEdge> kerb_edge(const PlanLine& line, std::span<const EdgePoint> points) {
+std::optional<KerbEdge> kerb_edge(const KerbAxis& line, std::span<const EdgePoint> points) {
   std::vector<Eigen::Vector2d> at = measured_edge(line, points);
   const auto fewest = std::max(static_cast<double>(kFewestBins), kStraight * static_cast<double>(at.size()));
   KerbEdge edge = fit_edge(at);

@@ -27,6 +27,6 @@ struct KerbEdge {
 
 /// A straight edge by least squares over stretches of kKerbBin. nullopt: shorter than kShortestKerb, not
 /// straight, less than half of it measured, or it does not part two grounds.
-std::optional<KerbEdge> kerb_edge(const PlanLine& line, std::span<const EdgePoint> points);
+std::optional<KerbEdge> kerb_edge(const KerbAxis& line, std::span<const EdgePoint> points);
 
 }  // namespace parhelion::semantic

@@ -64,7 +64,7 @@ Pieces pieces_of(const GroundLayers& ground, double lowest) {
 }
 
 struct Run {
-  PlanLine line;
+  KerbAxis line;
   std::vector<std::size_t> members;  ///< the pieces on it
 };
 

@@ -13,7 +13,7 @@ constexpr double kShortestKerb = 1.5;  ///< m
 constexpr double kKerbGap = 2.0;       ///< m, that nothing was measured over
 
 /// Coordinates at a line of the plan: u along it, v towards its higher side; m.
-struct PlanLine {
+struct KerbAxis {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero(), along = Eigen::Vector2d::UnitX(),
                   up = Eigen::Vector2d::UnitY();
   double from = 0, to = 0;  ///< m, along it
@@ -23,7 +23,7 @@ struct PlanLine {
 
 /// A lower and a higher ground on two sides of a line.
 struct KerbLine {
-  PlanLine line;
+  KerbAxis line;
   SlopedPlane low;  ///< the higher ground is parallel to it
   double rise = 0;  ///< m
 };
