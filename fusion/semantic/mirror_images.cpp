@@ -249,10 +249,10 @@ constexpr double kNarrowest = 0.4;  ///< m
 /// By what was seen through each of up to three openings.
 void add_mirrors_by_rays(const SampledSite& site, const VerticalSurface& surface, const MirrorPlane& plane,
                          std::vector<Mirror>& mirrors) {
-  constexpr int kMostOpenings = 3;
+  constexpr int kMaxOpenings = 3;
   const std::vector<const SitePoint*> all = things_behind(site, plane, plane.at, 1);
   std::vector<const SitePoint*> left = all;
-  for (int k = 0; k < kMostOpenings; ++k) {
+  for (int k = 0; k < kMaxOpenings; ++k) {
     std::vector<Eigen::Vector2d> crossed;
     std::vector<const SitePoint*> through, other, things;
     for (const SitePoint* thing : left) {

@@ -89,7 +89,7 @@ Pose2 driven(HeldPose& held, double along_sigma) {
   return now.T_map_base;
 }
 
-TEST(HeldPose, MatchesThatAllErrTheSameWayDoNotDrawTheRobotAlongAWall) {
+TEST(HeldPose, MatchesWithOneAndTheSameErrorDoNotDrawTheRobotAlongAWall) {
   HeldPose held(test::robot_with_laser(), {0.05, 0.1});
   EXPECT_NEAR(driven(held, 0.2).x, 2, 0.1);
 }

@@ -194,26 +194,27 @@ TEST_P(MirrorImages, ARoomThroughADoorwayBesideTheMirrorStays) {
   EXPECT_LT(fraction(built->left_out, room.is_image, false), 0.002);
 }
 
-/// The room and what is seen of its twin behind x = kMirror, `seen` of that, through what `is_open` there.
+/// The room, and of a room alike behind x = kMirror the fraction `seen` of what is seen through what
+/// `is_open`.
 template <class IsOpen>
-MirroredRoom twin_rooms(std::uint64_t seed, double seen, IsOpen&& is_open) {
+MirroredRoom rooms_built_alike(std::uint64_t seed, double seen, IsOpen&& is_open) {
   MirroredRoom rooms;
   rooms.cloud.viewpoints = {{1.5, 2.2, 1.7}};
   test::CloudSampler sampler = furnished_room(seed, 500);
   for (const Eigen::Vector3f& point : sampler.cloud().points) {
-    const Eigen::Vector3d p = point.cast<double>(), twin(2 * kMirror - p.x(), p.y(), p.z());
+    const Eigen::Vector3d p = point.cast<double>(), beyond(2 * kMirror - p.x(), p.y(), p.z());
     const bool between = p.x() > kMirror - 0.05 && p.z() > 0.05 && p.z() < 2.65;
     if (!between || !is_open(p)) rooms.add(between ? p - Eigen::Vector3d(0.02, 0, 0) : p, 0, false);
     const Eigen::Vector3d& from = rooms.cloud.viewpoints[0];
-    const Eigen::Vector3d at = from + (kMirror - from.x()) / (twin.x() - from.x()) * (twin - from);
-    if (!between && is_open(at) && sampler.uniform() < seen) rooms.add(twin, 0, false);
+    const Eigen::Vector3d at = from + (kMirror - from.x()) / (beyond.x() - from.x()) * (beyond - from);
+    if (!between && is_open(at) && sampler.uniform() < seen) rooms.add(beyond, 0, false);
   }
   return rooms;
 }
 
 TEST_P(MirrorImages, AnOfficeAlikeOnBothSidesOfAScreenStays) {
   for (const bool glazed : {false, true}) {
-    const MirroredRoom rooms = twin_rooms(GetParam(), 0.5, [&](const Eigen::Vector3d& at) {
+    const MirroredRoom rooms = rooms_built_alike(GetParam(), 0.5, [&](const Eigen::Vector3d& at) {
       return glazed ? at.z() > 0.4 && at.z() < 2.3 && at.y() > 0.5 && at.y() < 4.5 : at.z() > 1.4;
     });
     const auto built = build_model(rooms.cloud);
@@ -222,9 +223,9 @@ TEST_P(MirrorImages, AnOfficeAlikeOnBothSidesOfAScreenStays) {
   }
 }
 
-TEST_P(MirrorImages, ATwinRoomSeenThroughADoorwayStays) {
+TEST_P(MirrorImages, ARoomAlikeSeenThroughADoorwayStays) {
   for (const bool rays : {false, true}) {
-    MirroredRoom rooms = twin_rooms(GetParam(), 1, [](const Eigen::Vector3d& at) {
+    MirroredRoom rooms = rooms_built_alike(GetParam(), 1, [](const Eigen::Vector3d& at) {
       return at.y() > 1.5 && at.y() < 3.4 && at.z() < 2.05;
     });
     if (!rays) rooms.cloud.viewpoints.clear(), rooms.cloud.scans.clear();
