@@ -1,12 +1,11 @@
 // What is in sight of a laser, against the definition.
-#include "server/runtime/sight.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <random>
 
+#include "server/runtime/sight.hpp"
 #include "server/simulation/bodies/movable_objects.hpp"
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/site_objects.hpp"
