@@ -50,8 +50,8 @@ constexpr double kShownWell = 0.02, kHardlyShown = 0.05;
 
 /// m, formal 1 sigma of one scan, from which on odometry holds the robot against its matches, which count
 /// anew after so many metres. Chosen on Intel and on generated houses with a depth camera's scan (seeds 11 to
-/// 14, 31 and 32) and yards (6 to 9, 21).
-constexpr double kHeldBelow = 0.05, kRenewedAfter = 0.1;
+/// 14, 31 and 32), yards (6 to 9, 21) and tunnels.
+constexpr double kHeldBelow = 0.05, kRenewedAfter = 0.2;
 
 /// rad, 1 sigma, of the direction that scans do not show: it is learned from their own normals.
 constexpr double kUnseenDirection = 0.01;

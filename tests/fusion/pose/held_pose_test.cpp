@@ -79,7 +79,7 @@ ScanTracking::Followed followed(const Pose2& expected, const Pose2& matched, dou
 }
 
 /// 2 m at 4 cm a scan; each match finds the robot 5 mm behind where odometry predicts it.
-Pose2 driven(HeldPose& held, double along_sigma) {
+Pose2 end_of_drive(HeldPose& held, double along_sigma) {
   Estimate2 now{{}, Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal()};
   const Pose2 step{0.04, 0, 0};
   for (int i = 0; i < 50; ++i) {
@@ -90,20 +90,20 @@ Pose2 driven(HeldPose& held, double along_sigma) {
 }
 
 TEST(HeldPose, MatchesWithOneAndTheSameErrorDoNotDrawTheRobotAlongAWall) {
-  HeldPose held(test::robot_with_laser(), {0.05, 0.1});
-  EXPECT_NEAR(driven(held, 0.2).x, 2, 0.1);
+  HeldPose held(test::robot_with_laser(), {0.05, 1});
+  EXPECT_NEAR(end_of_drive(held, 0.2).x, 2, 0.1);
 }
 
 TEST(HeldPose, SurfacesThatDetermineThePoseWinAgainstOdometry) {
-  HeldPose held(test::robot_with_laser(), {0.05, 0.1});
-  EXPECT_NEAR(driven(held, 0.005).x, 1.75, 0.05);
+  HeldPose held(test::robot_with_laser(), {0.05, 1});
+  EXPECT_NEAR(end_of_drive(held, 0.005).x, 1.75, 0.05);
 }
 
 TEST(HeldPose, OdometryThatWasWrongHoldsNoRobot) {
-  HeldPose held(test::robot_with_laser(), {0.05, 0.1});
-  driven(held, 0.005);
+  HeldPose held(test::robot_with_laser(), {0.05, 1});
+  end_of_drive(held, 0.005);
   EXPECT_FALSE(held.is_odometry_good());
-  EXPECT_LT(driven(held, 0.2).x, 1.85);
+  EXPECT_LT(end_of_drive(held, 0.2).x, 1.85);
 }
 
 }  // namespace

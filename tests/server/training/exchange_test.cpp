@@ -109,7 +109,7 @@ TEST(Exchange, BadJsonIsRefusedWithItsPlace) {
   ASSERT_EQ(error(good), "none");
   json bad = good;
   bad["version"] = 2;
-  EXPECT_THAT(error(bad), HasSubstr("newer parhelion"));
+  EXPECT_THAT(error(bad), HasSubstr("newer version"));
   bad = good;
   bad["trainees"][0]["sessions"][1]["begin_ns"] = 1.5;
   EXPECT_THAT(error(bad), AllOf(HasSubstr("/trainees/0/sessions/1/begin_ns"), HasSubstr("whole number")));

@@ -255,7 +255,7 @@ TEST(ServerOptions, InvalidOptionsAreReported) {
     const auto server = station::HttpServer::open(std::move(options));
     return server ? std::string("opened") : server.error().message;
   };
-  EXPECT_NE(open_error({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
+  EXPECT_NE(open_error({.address = "0.0.0.0"}).find("without a certificate"), std::string::npos);
   EXPECT_NE(open_error({.address = "base"}).find("not an address"), std::string::npos);
   EXPECT_NE(open_error({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
             std::string::npos);
