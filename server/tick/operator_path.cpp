@@ -110,7 +110,8 @@ std::string switch_fault(const TickContext& context, const std::string& name, co
   if (!is_full && admission.first_claims.spend(context.now)) return {};
   if (repeats && admission.repeated.spend(context.now) && (!is_full || displace_idle(context, since, path)))
     return {};
-  if (is_full) return std::to_string(kMaxOperators) + " operators drive already; expected no more";
+  if (is_full)
+    return std::to_string(kMaxOperators) + " operators claim robots already; close an idle console";
   return "operators changed robots more than " + std::to_string(SwitchBudget::kMaxPerSecond) +
          " times within a second";
 }
