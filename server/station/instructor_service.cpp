@@ -24,6 +24,9 @@ bool is_command(Kind kind) {
          kind == Kind::report;
 }
 
+/// Lines that are kept beside the session's log.
+bool is_note(Kind kind) { return kind == Kind::chat || kind == Kind::mark; }
+
 /// Messages that are stored or sent to everybody cost more of a page's rate limit.
 double cost(Kind kind) { return kind == Kind::chat || kind == Kind::report ? 25 : 1; }
 constexpr double kSpared = 20;  // part of the rate limit reserved for cheaper messages
@@ -97,9 +100,10 @@ Status InstructorService::check_rate(Subscriber& subscriber, WallTime now) const
   return {};
 }
 
-/// A connection that hangs delivers later what its sender was told had failed. Nothing moves in a recording.
+/// A connection that hangs delivers later what its sender was told had failed. Nothing moves in a recording,
+/// but a line that is written down twice stands twice there, too.
 Status InstructorService::check_delay(const ClientMessage& message, WallTime now) const {
-  if (!message.seen || feed_.recorded()) return {};
+  if (!message.seen || (feed_.recorded() && !is_note(message.kind))) return {};
   const double clock = Duration{now.ns}.seconds();
   constexpr double kAhead = 1;  // s, of a clock that has not been there yet
   if (*message.seen > clock + kAhead)

@@ -106,7 +106,10 @@ TEST(ClientMessages, WhatWouldBeWrongTooLateNeedsItsTime) {
                            R"({"type":"control","action":"rate","value":2})",
                            R"({"type":"control","action":"seek","value":2})", R"({"type":"estop_release"})"})
     EXPECT_THAT(fault(text), HasSubstr("seen")) << text;
-  EXPECT_EQ(read(R"({"type":"end","seen":2.5})").seen, 2.5);
+  for (const char* text : {R"({"type":"end","seen":2.5})", R"({"type":"mark","text":"x","seen":2.5})",
+                           R"({"type":"chat","text":"x","seen":2.5})"})
+    EXPECT_EQ(read(text).seen, 2.5) << text;
+  EXPECT_THAT(fault(R"({"type":"chat","text":"x","seen":-1})"), HasSubstr("seen"));
 }
 
 TEST(ClientMessages, InvalidMessagesAreRefused) {

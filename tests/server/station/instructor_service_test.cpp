@@ -188,6 +188,34 @@ TEST_F(InstructorServiceTest, AMessageThatTheConnectionDelayedChangesNothing) {
   EXPECT_EQ(commands().size(), 1U);
 }
 
+/// Pressed again after the connection hung, it would stand twice. The notes of a recording are no exception.
+TEST_F(InstructorServiceTest, AChatLineOrMarkThatTheConnectionDelayedIsNotKept) {
+  for (const bool recorded : {false, true}) {
+    begin(configuration({}), {}, recorded);
+    const auto client = open();
+    pass(1);
+    const double clock = client->newest("control")["clock"];
+    const auto send = [&](const char* type, const char* text, double ago) {
+      service_->receive(
+          *client,
+          nlohmann::json{{"type", type}, {"text", text}, {"request", 3}, {"seen", clock - ago}}.dump(),
+          now());
+      return client->newest("reply");
+    };
+    for (const char* type : {"chat", "mark"}) {
+      for (const double ago : {-5.0, 2.1, 1000.0}) {
+        const auto reply = send(type, "late", ago);
+        EXPECT_EQ(reply["ok"], false) << type << ago;
+        EXPECT_THAT(reply["text"].get<std::string>(), HasSubstr("Repeat it"));
+      }
+      EXPECT_TRUE(client->messages_of_type(type).empty()) << type << recorded;
+      EXPECT_EQ(send(type, "in time", 1.9)["ok"], true) << type;
+      ASSERT_EQ(client->messages_of_type(type).size(), 1U) << type << recorded;
+      EXPECT_EQ(client->newest(type)["text"], "in time");
+    }
+  }
+}
+
 TEST_F(InstructorServiceTest, AReleaseWithoutItsTimeIsRefused) {
   station::InstructorOptions options;
   bool released = false;

@@ -1,6 +1,7 @@
 import { LONGEST_PAUSE_MS, pauseAfter, socketAddress } from "../../../../server/station/web/src/session/link";
 import { parseMessage } from "../../../../server/station/web/src/session/protocol";
 import { Requests } from "../../../../server/station/web/src/session/requests";
+import { seenAt } from "../../../../server/station/web/src/session/seen";
 
 test("pauses between tries grow, and no longer than they may", () => {
   const pauses = Array.from({ length: 40 }, (_, i) => pauseAfter(i));
@@ -35,4 +36,12 @@ test("a question ends in its own answer, in silence, or with the connection", as
   requests.fail("lost");
   expect(await first).toMatchObject({ ok: false, text: "lost" });
   expect(await requests.ask(() => false, words)).toMatchObject({ ok: false, text: "not connected" });
+});
+
+test("what must not come late says which clock it saw, notes of people too", () => {
+  for (const type of ["agent", "script", "fault", "start", "end", "report", "chat", "mark", "control", "estop_release"] as const) {
+    expect(seenAt({ type }, { clock: 12.5 })).toEqual({ seen: 12.5 });
+    expect(seenAt({ type }, null)).toEqual({});
+  }
+  expect(seenAt({ type: "save" }, { clock: 12.5 })).toEqual({});
 });

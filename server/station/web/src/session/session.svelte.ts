@@ -6,12 +6,11 @@ import { Link, type LinkState } from "./link";
 import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hazard, type Hello, type Injection, type Joints, type KnownThing, type Mark, type Operator, type Plan, type PoseState, type RealPerson, type Reply, type ClientMessage, type RobotLine, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
+import { seenAt } from "./seen";
 
 /** s of silence above which the page shows a warning: the server sends something each second. */
 export const SILENT_S = 2.5;
 const MAX_EVENTS = 5000;
-/** What the server refuses if the connection delayed it: by then the page has reported that it failed. */
-const TIMED: ReadonlySet<string> = new Set(["agent", "script", "fault", "start", "end", "report", "control", "estop_release"]);
 const UNKNOWN_FORM: Shape[] = [{ shape: "box", size: [0.3, 0.3, 0.3], at: [0, 0, 0.15], turn: [0, 0, 0, 1], colour: [0.5, 0.5, 0.5] }];
 
 class Session {
@@ -112,17 +111,12 @@ class Session {
   /** Sends a command; resolves with the server's reply, or `ok: false` and the reason. */
   ask(message: Ask): Promise<Reply> {
     if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
-    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...this.#seen(message), request })), strings.link);
+    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, ...seenAt(message, this.control), request })), strings.link);
   }
 
   /** Sends a message without a reply; false: not connected. */
   send(message: ClientMessage): boolean {
     return this.#link.send(JSON.stringify(message));
-  }
-
-  /** The server refuses a message that the connection has delayed. */
-  #seen(message: { type: string }): { seen?: number } {
-    return TIMED.has(message.type) && this.control ? { seen: this.control.clock } : {};
   }
 
   /** The shapes of a part in its own frame; an unknown one is a small box. */
