@@ -21,8 +21,9 @@ constexpr const char* kFooter =
     "an event's arrival is the instant at which the source received it or, where the source does not say, "
     "its own stamp,\n"
     "and always later than the one before.\n\n"
-    "Exit code 1 if a ROS bag, a rawlog or a compressed log is cut off or damaged: OUT then has what could "
-    "be read.";
+    "Exit code 1 if the recording is cut off or damaged: the end of a bag, a rawlog or a compressed log, a "
+    "line that is\n"
+    "not complete, an image that cannot be read. OUT then has what could be read.";
 
 /// "SCAN=/scan,CAMERA=none" as CLI11 splits it.
 bool parse_topics(const std::vector<std::string>& assignments, ImportOptions& options) {

@@ -96,8 +96,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 2:
       read_message(data[1], {{rest, left}, (data[1] & 0x80) != 0 ? ros::Encoding::cdr : ros::Encoding::ros1});
       return 0;
-    default:
-      check(parhelion::tools::parse_carmen_line(std::string_view(reinterpret_cast<const char*>(rest), left)));
+    default: {
+      bool damaged = false;
+      check(parhelion::tools::parse_carmen_line(std::string_view(reinterpret_cast<const char*>(rest), left),
+                                                damaged));
       return 0;
+    }
   }
 }

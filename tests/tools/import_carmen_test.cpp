@@ -5,6 +5,7 @@
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
+#include "tests/tools/process.hpp"
 #include "tools/import/carmen_line.hpp"
 
 namespace parhelion::tools {
@@ -153,6 +154,7 @@ TEST(ImportCarmen, BadLinesAreReportedByNumberAndOthersKept) {
   EXPECT_EQ(report->read, 10U);
   EXPECT_EQ(report->find(channel::kScan)->kept, 2U);
   ASSERT_EQ(report->refused, 5U);
+  EXPECT_EQ(report->damaged, 1U) << "the line that is not complete";
   EXPECT_EQ(report->refusals[0].place, "bad.log:4");
   EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("word 5 (range) is 'x'"));
   EXPECT_EQ(report->refusals[4].place, "bad.log:8");
@@ -161,6 +163,48 @@ TEST(ImportCarmen, BadLinesAreReportedByNumberAndOthersKept) {
   log.expect_arrivals_increase();
   EXPECT_NEAR(log.robot().laser->T_base_laser.translation().x(), 0.3, 1e-6);
   EXPECT_THAT(log.robot().source, ::testing::HasSubstr("height is not in the source"));
+}
+
+/// Wherever the file ends inside its last line, except in the logger's own stamp, which is not used.
+TEST(ImportCarmen, ALogThatEndsInsideALineIsDamagedThere) {
+  const std::string robot_laser =
+      "ROBOTLASER1 0 -1.57 3.14 1.57 80.0 0.01 0 3 1.5 2.5 3.5 0 1.3 2.0 0.0 1.0 2.0 0.0 "
+      "0 0 0 0 0 100.7 host 0.4\n";
+  TemporaryFolder folder;
+  auto options = test::import_options(folder / "cut.log", folder / "cut.lcm");
+  options.overwrite = true;
+  options.topics["SCAN"] = "FLASER";
+  const std::string before = std::string(kOdomLine) + kFlaserLine;
+  for (const std::string& last : {std::string(kOdomLine), std::string(kFlaserLine), robot_laser}) {
+    const std::size_t last_space = last.rfind(' ');
+    for (std::size_t size = 0; size < last.size(); ++size) {
+      test::write_text(folder / "cut.log", before + last.substr(0, size));
+      const auto report = import_recording(options, {});
+      ASSERT_TRUE(report.ok()) << report.error().message;
+      const bool cut = size > 0 && size <= last_space + 1;
+      EXPECT_EQ(report->damaged, cut ? 1U : 0U) << "'" << last.substr(0, size) << "'";
+      EXPECT_GE(report->find(channel::kScan)->kept, 1U) << "what could be read";
+      if (cut) {
+        EXPECT_EQ(report->refusals.at(0).place, "cut.log:3");
+      }
+    }
+  }
+}
+
+TEST(ImportCarmen, ACutTextLogEndsWithExitCodeOne) {
+  TemporaryFolder folder;
+  const std::string whole = std::string(kOdomLine) + kFlaserLine + kFlaserLine;
+  const auto run = [&](const std::string& text) {
+    test::write_text(folder / "in.log", text);
+    return test::run({"import", folder / "in.log", "-o", folder / "out.lcm", "--force"}, folder / "said.txt");
+  };
+  EXPECT_EQ(run(whole).exit, 0);
+  std::filesystem::remove(folder / "out.lcm");
+  const auto cut = run(whole.substr(0, whole.size() - 30));
+  EXPECT_EQ(cut.exit, 1);
+  EXPECT_THAT(cut.output, ::testing::HasSubstr("is cut off or damaged at 1 place"));
+  EXPECT_THAT(cut.output, ::testing::HasSubstr("in.log:3"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out.lcm")) << "what could be read";
 }
 
 /// Scans a tenth of a second apart from 100 s on; `stamp` may override this.
@@ -259,8 +303,10 @@ TEST(CarmenLine, ImpliedAnglesFollowTheNumberOfReadings) {
   for (const auto& [n, step] : {std::pair{180, 1.0}, {181, 1.0}, {360, 0.5}, {361, 0.5}}) {
     std::string line = "FLASER " + std::to_string(n);
     for (int i = 0; i < n; ++i) line += " 1";
-    const auto parsed = parse_carmen_line(line + " 0 0 0 0 0 0 5 host 5");
+    bool damaged = false;
+    const auto parsed = parse_carmen_line(line + " 0 0 0 0 0 0 5 host 5", damaged);
     ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+    EXPECT_FALSE(damaged);
     const Scan& scan = std::get<CarmenLaser>(*parsed).scan;
     EXPECT_NEAR(scan.angle_increment, step * M_PI / 180, 1e-8) << n;
     EXPECT_NEAR(scan.angle_min, -M_PI / 2, 1e-6);

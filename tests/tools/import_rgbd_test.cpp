@@ -8,6 +8,7 @@
 #include "protocols/quantile.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/imported_log.hpp"
+#include "tests/tools/process.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -258,6 +259,19 @@ cv::Mat floor_and_wall(double pitch, double wall, double units) {
   return depth;
 }
 
+/// A line of groundtruth.txt without its stamp: x ahead, y, 3 m over the world's origin. Optical axes: z
+/// ahead and down by the pitch, x to the right, in a world with z up.
+std::string tum_pose(double pitch) {
+  Eigen::Matrix3d R;
+  R.col(0) = Eigen::Vector3d(0, -1, 0);
+  R.col(2) = Eigen::Vector3d(std::cos(pitch), 0, -std::sin(pitch));
+  R.col(1) = R.col(2).cross(R.col(0));
+  const Eigen::Quaterniond q(R);
+  char text[200];
+  std::snprintf(text, sizeof text, "0.5 0.25 3 %.9f %.9f %.9f %.9f\n", q.x(), q.y(), q.z(), q.w());
+  return text;
+}
+
 TEST(ImportRgbd, TumLayoutGivesCorrectFloorAndWall) {
   TemporaryFolder folder;
   const std::filesystem::path place = folder / "tum";
@@ -265,16 +279,7 @@ TEST(ImportRgbd, TumLayoutGivesCorrectFloorAndWall) {
   const double pitch = 0.4;
   cv::imwrite((place / "depth" / "1.png").string(), floor_and_wall(pitch, 2, 5000));
   test::write_text(place / "depth.txt", "# depth maps\n1305031102.160407 depth/1.png\n");
-  // Optical axes: z ahead and down by the pitch, x to the right, in a world with z up; 3 m over its origin.
-  Eigen::Matrix3d R;
-  R.col(0) = Eigen::Vector3d(0, -1, 0);
-  R.col(2) = Eigen::Vector3d(std::cos(pitch), 0, -std::sin(pitch));
-  R.col(1) = R.col(2).cross(R.col(0));
-  const Eigen::Quaterniond q(R);
-  char line[200];
-  std::snprintf(line, sizeof line, "1305031102.160407 0.5 0.25 3 %.9f %.9f %.9f %.9f\n", q.x(), q.y(), q.z(),
-                q.w());
-  test::write_text(place / "groundtruth.txt", line);
+  test::write_text(place / "groundtruth.txt", "1305031102.160407 " + tum_pose(pitch));
   const auto report = import_recording(test::import_options(place, folder / "tum.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->refused, 0U);
@@ -384,12 +389,75 @@ TEST(ImportRgbd, DamagedFilesAreRefusedWithTheirName) {
   const auto report = import_recording(test::import_options(place, folder / "damaged.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->refused, 3U);
+  EXPECT_EQ(report->damaged, 3U);
   std::string all;
   for (const Refusal& refusal : report->refusals) all += refusal.place + " " + refusal.why + "\n";
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000002.depth.png"));
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000004.pose.txt"));
   EXPECT_THAT(all, ::testing::HasSubstr("frame-000006.color.jpg"));
   EXPECT_EQ(report->find(channel::kPoseCov)->kept, 5U);
+  EXPECT_EQ(test::run({"import", place, "-o", folder / "run.lcm"}, folder / "said.txt").exit, 1);
+  EXPECT_TRUE(std::filesystem::exists(folder / "run.lcm")) << "what could be read";
+}
+
+/// Wherever the file of an image ends, it is refused by its name, and the others are kept.
+TEST(ImportRgbd, ACutImageIsDamageAndIsNotPassedOn) {
+  PARHELION_NEEDS_RECORDING(kitchen());
+  TemporaryFolder folder;
+  const std::filesystem::path place = folder / "cut";
+  std::filesystem::create_directories(place);
+  for (const char* name : {"camera-intrinsics.txt", "gravity-direction.txt", "frame-000000.color.jpg",
+                           "frame-000000.depth.png", "frame-000000.pose.txt", "frame-000002.color.jpg",
+                           "frame-000002.depth.png", "frame-000002.pose.txt"}) {
+    std::filesystem::copy(kitchen() / name, place / name);
+    std::filesystem::permissions(place / name, std::filesystem::perms::owner_all);
+  }
+  auto options = test::import_options(place, folder / "cut.lcm");
+  options.overwrite = true;
+  const auto imported = [&] {
+    auto report = import_recording(options, {});
+    EXPECT_TRUE(report.ok()) << report.error().message;
+    return report ? *report : ImportReport{};
+  };
+  EXPECT_EQ(imported().damaged, 0U);
+  for (const auto& [name, channel] :
+       {std::pair{"frame-000002.color.jpg", channel::kCamera}, {"frame-000002.depth.png", channel::kDepth}}) {
+    const auto whole = test::file_bytes(place / name);
+    for (const std::size_t left : {std::size_t{0}, std::size_t{3}, whole.size() / 10, whole.size() / 2,
+                                   whole.size() - 20, whole.size() - 1}) {
+      test::write_bytes(place / name, {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(left)});
+      const ImportReport report = imported();
+      EXPECT_EQ(report.damaged, 1U) << name << left;
+      ASSERT_EQ(report.refusals.size(), 1U);
+      EXPECT_THAT(report.refusals[0].why, ::testing::HasSubstr(name));
+      EXPECT_EQ(report.find(channel)->kept, 1U) << name << left;
+    }
+    test::write_bytes(place / name, whole);
+  }
+}
+
+TEST(ImportRgbd, CutLinesOfListsAreDamageAndRepeatedStampsAreNot) {
+  TemporaryFolder folder;
+  const std::filesystem::path place = folder / "tum";
+  std::filesystem::create_directories(place / "depth");
+  for (const char* name : {"1.png", "2.png"})
+    cv::imwrite((place / "depth" / name).string(), floor_and_wall(0.4, 2, 5000));
+  const std::string list = "1305031102.16 depth/1.png\n1305031102.26 depth/2.png\n",
+                    truth = "1305031102.16 " + tum_pose(0.4) + "1305031102.26 " + tum_pose(0.4);
+  auto options = test::import_options(place, folder / "tum.lcm");
+  options.overwrite = true;
+  const auto damaged = [&](const std::string& depth, const std::string& poses) {
+    test::write_text(place / "depth.txt", depth);
+    test::write_text(place / "groundtruth.txt", poses);
+    const auto report = import_recording(options, {});
+    EXPECT_TRUE(report.ok()) << report.error().message;
+    return report ? report->damaged : 99;
+  };
+  EXPECT_EQ(damaged(list, truth), 0U);
+  EXPECT_EQ(damaged(list.substr(0, list.size() - 3), truth), 1U) << "an image that is not there";
+  EXPECT_EQ(damaged(list.substr(0, list.size() - 13), truth), 1U) << "a stamp alone";
+  EXPECT_EQ(damaged(list, truth.substr(0, truth.size() - 14)), 1U);
+  EXPECT_EQ(damaged(list + list, truth + "1305031102.36 nan nan nan nan nan nan nan\n"), 0U) << "complete";
 }
 
 }  // namespace

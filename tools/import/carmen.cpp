@@ -51,8 +51,8 @@ struct Survey {
   void take(const CarmenOther&) {}
 };
 
-/// Calls take(line, number) for each valid line, refuse(number, why) for the others, and damage(number, why)
-/// where the file cannot be read; an error stops it.
+/// Calls take(line, number) for each valid line, damage(number, why) where the file cannot be read or a line
+/// is not complete, and refuse(number, why) for other lines; an error stops it.
 template <class Take, class Refuse, class Damage>
 Status each_line(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
                  Refuse refuse, Damage damage) {
@@ -67,9 +67,14 @@ Status each_line(const ImportOptions& options, const ImportProgress& progress, d
     }
     if (!*more) return {};
     const Place place = lines->number();
-    const auto line = parse_carmen_line(text);
-    if (!line) {
+    bool damaged = false;
+    const auto line = parse_carmen_line(text, damaged);
+    if (!line && damaged) {
+      damage(place, line.error().message);
+    } else if (!line) {
       refuse(place, line.error().message);
+    } else if (!lines->ended_by_break() && is_cut_carmen_kind(text)) {
+      damage(place, "the file ends inside this line, after '" + text + "'");
     } else if (Status taken = std::visit([&](const auto& kind) { return take(kind, place); }, *line);
                !taken) {
       return taken;

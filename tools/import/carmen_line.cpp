@@ -1,5 +1,6 @@
 #include "tools/import/carmen_line.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
@@ -25,6 +26,7 @@ class Tokens {
   }
   std::string_view token() {
     if (next_ < tokens_.size()) return tokens_[next_++];
+    damaged_ = true;
     fail("the line ends after " + std::to_string(tokens_.size()) + " words");
     return {};
   }
@@ -48,6 +50,7 @@ class Tokens {
   /// All numbers must be present before any is read, so that a wrong count is found at once.
   bool expect_tokens(std::size_t total) {
     if (tokens_.size() != total) {
+      damaged_ = true;
       fail(std::to_string(total) + " words were expected, " + std::to_string(tokens_.size()) + " are there");
     }
     return ok();
@@ -58,11 +61,14 @@ class Tokens {
   bool ok() const { return error_.empty(); }
   const std::string& error() const { return error_; }
   bool empty() const { return tokens_.empty(); }
+  /// The number of words is wrong.
+  bool damaged() const { return damaged_; }
 
  private:
   std::vector<std::string_view> tokens_;
   std::size_t next_ = 0;
   std::string error_;
+  bool damaged_ = false;
 };
 
 template <class A, class B>
@@ -161,10 +167,7 @@ Result<CarmenLine> parse_true_pose(Tokens& tokens) {
   return done(tokens, truth);
 }
 
-}  // namespace
-
-Result<CarmenLine> parse_carmen_line(std::string_view line) {
-  Tokens tokens(line);
+Result<CarmenLine> parse_tokens(Tokens& tokens) {
   if (tokens.empty()) return CarmenLine(CarmenOther{"#"});
   const std::string kind(tokens.token());
   if (kind.starts_with("#")) return CarmenLine(CarmenOther{"#"});
@@ -178,6 +181,22 @@ Result<CarmenLine> parse_carmen_line(std::string_view line) {
     return done(tokens, std::move(parameter));
   }
   return CarmenLine(CarmenOther{kind.substr(0, 40)});
+}
+
+}  // namespace
+
+Result<CarmenLine> parse_carmen_line(std::string_view line, bool& damaged) {
+  Tokens tokens(line);
+  auto parsed = parse_tokens(tokens);
+  damaged = !parsed && tokens.damaged();
+  return parsed;
+}
+
+bool is_cut_carmen_kind(std::string_view line) {
+  constexpr std::string_view kinds[] = {"FLASER", "RLASER", "ROBOTLASER1", "ODOM", "TRUEPOS", "PARAM"};
+  return !line.empty() && std::any_of(std::begin(kinds), std::end(kinds), [&](std::string_view kind) {
+    return line.size() < kind.size() && kind.starts_with(line);
+  });
 }
 
 }  // namespace parhelion::tools

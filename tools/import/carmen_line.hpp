@@ -45,6 +45,11 @@ using CarmenLine = std::variant<CarmenLaser, CarmenOdometry, CarmenTruePose, Car
 /// FLASER and RLASER contain no angles: beams start at -90 degrees and go counter-clockwise, 180 and 181
 /// beams at 1 degree, 360 and 361 at half a degree and so on. Stamp: ipc_timestamp, when the laser's driver
 /// sent the whole scan. The error contains what was expected and found; the caller adds file and line.
-Result<CarmenLine> parse_carmen_line(std::string_view line);
+/// `damaged`: becomes true if the line has fewer or more words than its kind, as one that was cut off or runs
+/// into the next.
+Result<CarmenLine> parse_carmen_line(std::string_view line, bool& damaged);
+
+/// Whether the last line of a file, which has no line break, ends inside the name of its kind: "ROBOTLAS".
+bool is_cut_carmen_kind(std::string_view line);
 
 }  // namespace parhelion::tools

@@ -1,6 +1,7 @@
 // The only file of the importers that includes OpenCV.
 #include "tools/import/image_files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -24,13 +25,13 @@ struct Size {
   int width, height;
 };
 
-/// From the start-of-frame segment (ITU-T T.81, B.2.2).
-std::optional<Size> jpeg_size(std::span<const std::uint8_t> file) {
+/// Offset of the first segment with one of these markers (ITU-T T.81, B.1.1); nullopt: the file ends before.
+template <class IsWanted>
+std::optional<std::size_t> jpeg_segment(std::span<const std::uint8_t> file, IsWanted is_wanted) {
   std::size_t at = 2;
   while (at + 9 < file.size() && file[at] == 0xFF) {
     const std::uint8_t marker = file[at + 1];
-    const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-    if (frame) return Size{file[at + 7] * 256 + file[at + 8], file[at + 5] * 256 + file[at + 6]};
+    if (is_wanted(marker)) return at;
     if (marker == 0xFF) {
       ++at;
       continue;
@@ -38,6 +39,15 @@ std::optional<Size> jpeg_size(std::span<const std::uint8_t> file) {
     at += 2U + file[at + 2] * 256U + file[at + 3];
   }
   return std::nullopt;
+}
+
+/// From the start-of-frame segment (ITU-T T.81, B.2.2).
+std::optional<Size> jpeg_size(std::span<const std::uint8_t> file) {
+  const auto frame = jpeg_segment(file, [](std::uint8_t marker) {
+    return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+  });
+  if (!frame) return std::nullopt;
+  return Size{file[*frame + 7] * 256 + file[*frame + 8], file[*frame + 5] * 256 + file[*frame + 6]};
 }
 
 /// nullopt: OpenCV cannot read it. OpenCV throws on some damage and returns an empty image on other.
@@ -55,6 +65,17 @@ ImageMetadata text_metadata(const std::string& key, const std::string& value) {
 }
 
 }  // namespace
+
+bool is_cut_jpeg(std::span<const std::uint8_t> file) {
+  if (!is_jpeg(file)) return false;
+  // Before the first scan a thumbnail may have an end marker of its own.
+  const auto scan = jpeg_segment(file, [](std::uint8_t marker) { return marker == 0xDA; });
+  if (!scan) return true;
+  constexpr std::uint8_t end_marker[] = {0xFF, 0xD9};
+  const auto pixels = file.subspan(*scan);
+  return std::search(pixels.begin(), pixels.end(), std::begin(end_marker), std::end(end_marker)) ==
+         pixels.end();
+}
 
 Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp) {
   Image image;

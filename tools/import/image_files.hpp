@@ -25,6 +25,9 @@ struct GreyPixels {
 
 Result<GreyPixels> read_grey(std::span<const std::uint8_t> file);
 
+/// True: a JPEG whose data stops before its end marker. Decoders fill the rest with grey.
+bool is_cut_jpeg(std::span<const std::uint8_t> file);
+
 /// JPEG bytes are kept (MJPEG). Any other colour file (PNG) becomes raw BGR, which is lossless.
 Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp);
 

@@ -221,8 +221,12 @@ void RecordingWriter::refuse_at(Refusal refusal) {
 }
 
 void RecordingWriter::refuse_damage(Place place, std::string why) {
+  refuse_damage_at({place_text(place), std::move(why)});
+}
+
+void RecordingWriter::refuse_damage_at(Refusal refusal) {
   ++state_->report.damaged;
-  refuse(place, std::move(why));
+  refuse_at(std::move(refusal));
 }
 
 void RecordingWriter::leave_out(const std::string& kind) { ++state_->report.left_out[kind]; }

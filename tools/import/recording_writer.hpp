@@ -42,8 +42,9 @@ class RecordingWriter {
 
   void refuse(Place place, std::string why);
   void refuse_at(Refusal refusal);
-  /// The file is cut off or damaged there.
+  /// The source is cut off or damaged there.
   void refuse_damage(Place place, std::string why);
+  void refuse_damage_at(Refusal refusal);
   void leave_out(const std::string& kind);
   void note(std::string text);
   void count_read(std::uint64_t n = 1);

@@ -165,13 +165,18 @@ class Copy {
     writer_.refuse(file.number, file.path.filename().string() + ": " + error.message);
     return {};
   }
+  Status refuse_damage(const RgbdFile& file, const Error& error) {
+    writer_.refuse_damage(file.number, file.path.filename().string() + ": " + error.message);
+    return {};
+  }
 
   Status put_colour(const RgbdFile& file) {
     writer_.count_read();
     auto bytes = read_file(file.path.string());
-    if (!bytes) return refuse(file, bytes.error());
+    if (!bytes) return refuse_damage(file, bytes.error());
+    if (is_cut_jpeg(*bytes)) return refuse_damage(file, Error{"a JPEG that is cut off"});
     const auto image = colour_image(std::move(*bytes), file.stamp);
-    if (!image) return refuse(file, image.error());
+    if (!image) return refuse_damage(file, image.error());
     if (image->width != folder_.cameras.colour.width || image->height != folder_.cameras.colour.height) {
       return refuse(file, Error{"its size differs from the first image's"});
     }
@@ -181,9 +186,9 @@ class Copy {
   Status put_depth(const RgbdFile& file) {
     writer_.count_read();
     auto bytes = read_file(file.path.string());
-    if (!bytes) return refuse(file, bytes.error());
+    if (!bytes) return refuse_damage(file, bytes.error());
     const auto depth = read_depth_png(*bytes, folder_.depth_units_per_metre);
-    if (!depth) return refuse(file, depth.error());
+    if (!depth) return refuse_damage(file, depth.error());
     if (depth->width != folder_.cameras.depth.width || depth->height != folder_.cameras.depth.height) {
       return refuse(file, Error{"its size differs from the first image's"});
     }
@@ -230,6 +235,7 @@ Result<ImportReport> import_rgbd(const ImportOptions& options, const ImportProgr
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
   for (const Refusal& refusal : folder->refused) writer->refuse_at(refusal);
+  for (const Refusal& refusal : folder->damaged) writer->refuse_damage_at(refusal);
   const std::vector<Step> steps = steps_of(*folder, *wanted);
   if (const Status written = writer->describe(robot, steps.front().stamp); !written) return written.error();
   Copy copy(*writer, *wanted, *folder, *placement, band);

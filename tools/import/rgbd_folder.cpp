@@ -39,19 +39,15 @@ Result<Eigen::Isometry3d> rigid(const Eigen::Matrix3d& rotation, const Eigen::Ve
   return pose;
 }
 
-Result<Eigen::Isometry3d> read_matrix_pose(const fs::path& path) {
+/// The 16 numbers of a pose file, row by row. Error: it is cut off, or has something else.
+Result<Eigen::Matrix4d> read_matrix(const fs::path& path) {
   const auto numbers = read_numbers(path);
   if (!numbers) return numbers.error();
   if (numbers->size() != 16) {
     return Error{path.string() + ": " + std::to_string(numbers->size()) +
                  " numbers; a 4x4 matrix is expected"};
   }
-  const Eigen::Matrix4d matrix =
-      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers->data());
-  auto pose = rigid(matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>());
-  if (!pose)
-    return Error{path.string() + ": " + pose.error().message + "; camera to world, 4x4, is expected"};
-  return pose;
+  return Eigen::Matrix4d(Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers->data()));
 }
 
 struct FrameFiles {
@@ -80,11 +76,18 @@ RgbdFolder read_seven_scenes(const ImportOptions& options) {
     if (!files.colour.empty()) folder.colour.push_back({stamp, files.colour, number});
     if (!files.depth.empty()) folder.depth.push_back({stamp, files.depth, number});
     if (files.pose.empty()) continue;
-    const auto pose = read_matrix_pose(files.pose);
+    const std::string place = "frame " + std::to_string(number);
+    const auto matrix = read_matrix(files.pose);
+    if (!matrix) {
+      folder.damaged.push_back({place, matrix.error().message});
+      continue;
+    }
+    const auto pose = rigid(matrix->topLeftCorner<3, 3>(), matrix->topRightCorner<3, 1>());
     if (pose) {
       folder.poses.push_back({stamp, *pose, number});
     } else {
-      folder.refused.push_back({"frame " + std::to_string(number), pose.error().message});
+      folder.refused.push_back(
+          {place, files.pose.string() + ": " + pose.error().message + "; camera to world, 4x4, is expected"});
     }
   }
   folder.notes.push_back("frames are numbered, not stamped: number / " + std::to_string(options.frame_rate) +
@@ -114,29 +117,28 @@ std::optional<SensorTime> tum_stamp(const std::string& word) {
   return SensorTime::from_utime(std::llround(*seconds_since_epoch * 1e6));
 }
 
-std::vector<RgbdFile> read_tum_images(const fs::path& folder, const char* list,
-                                      std::vector<Refusal>& refused) {
+std::vector<RgbdFile> read_tum_images(const fs::path& path, const char* list, RgbdFolder& folder) {
   std::vector<RgbdFile> files;
   std::map<SensorTime, std::uint64_t> line_of;
-  for (const auto& [number, words] : list_lines(folder / list)) {
+  for (const auto& [number, words] : list_lines(path / list)) {
     const std::string place = list + std::string(":") + std::to_string(number);
     const auto stamp = words.size() == 2 ? tum_stamp(words[0]) : std::nullopt;
     if (!stamp) {
-      refused.push_back({place, "'timestamp filename' is expected"});
+      folder.damaged.push_back({place, "'timestamp filename' is expected"});
       continue;
     }
     const auto [first, is_new] = line_of.emplace(*stamp, number);
     if (is_new)
-      files.push_back({*stamp, folder / words[1], number});
+      files.push_back({*stamp, path / words[1], number});
     else
-      refused.push_back({place, "the timestamp of line " + std::to_string(first->second) + " again"});
+      folder.refused.push_back({place, "the timestamp of line " + std::to_string(first->second) + " again"});
   }
   return files;
 }
 
-std::vector<RgbdPose> read_tum_poses(const fs::path& folder, std::vector<Refusal>& refused) {
+std::vector<RgbdPose> read_tum_poses(const fs::path& path, RgbdFolder& folder) {
   std::vector<RgbdPose> poses;
-  for (const auto& [number, words] : list_lines(folder / "groundtruth.txt")) {
+  for (const auto& [number, words] : list_lines(path / "groundtruth.txt")) {
     std::array<double, 8> v{};
     bool good = words.size() == v.size();
     for (std::size_t i = 0; good && i < v.size(); ++i) {
@@ -150,8 +152,10 @@ std::vector<RgbdPose> read_tum_poses(const fs::path& folder, std::vector<Refusal
     if (stamp && pose) {
       poses.push_back({*stamp, *pose, number});
     } else {
-      refused.push_back(
-          {"groundtruth.txt:" + std::to_string(number), "'timestamp tx ty tz qx qy qz qw' is expected"});
+      // Where motion capture has lost the camera some lists have "nan".
+      (good ? folder.refused : folder.damaged)
+          .push_back(
+              {"groundtruth.txt:" + std::to_string(number), "'timestamp tx ty tz qx qy qz qw' is expected"});
     }
   }
   return poses;
@@ -160,9 +164,9 @@ std::vector<RgbdPose> read_tum_poses(const fs::path& folder, std::vector<Refusal
 RgbdFolder read_tum(const ImportOptions& options) {
   RgbdFolder folder;
   folder.layout = RgbdFolder::Layout::tum;
-  folder.colour = read_tum_images(options.input, "rgb.txt", folder.refused);
-  folder.depth = read_tum_images(options.input, "depth.txt", folder.refused);
-  folder.poses = read_tum_poses(options.input, folder.refused);
+  folder.colour = read_tum_images(options.input, "rgb.txt", folder);
+  folder.depth = read_tum_images(options.input, "depth.txt", folder);
+  folder.poses = read_tum_poses(options.input, folder);
   folder.depth_units_per_metre = 5000;
   folder.down = Eigen::Vector3d(0, 0, -1);
   const auto earlier = [](const auto& a, const auto& b) { return a.stamp < b.stamp; };

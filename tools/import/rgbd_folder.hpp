@@ -41,7 +41,8 @@ struct RgbdFolder {
   RgbdCameras cameras;
   double depth_units_per_metre = 1000;
   std::optional<Eigen::Vector3d> down;  ///< unit vector in the world frame, if the folder contains it
-  std::vector<Refusal> refused;
+  std::vector<Refusal> refused;         ///< complete, but not usable
+  std::vector<Refusal> damaged;         ///< poses and lines of lists that are cut off or cannot be read
   std::vector<std::string> notes;
 };
 

@@ -124,7 +124,7 @@ struct TextLines::State {
   std::string buffer;
   std::size_t taken = 0;  ///< of buffer
   std::uint64_t number = 0;
-  bool at_end = false, damaged = false;
+  bool at_end = false, damaged = false, ended_by_break = true;
 
   void fill() {
     buffer.erase(0, std::exchange(taken, 0));
@@ -177,6 +177,7 @@ Result<bool> TextLines::next(std::string& line) {
       line.assign(s.buffer, s.taken, end - s.taken);
       s.taken = end + 1;
       ++s.number;
+      s.ended_by_break = true;
       return true;
     }
     if (s.damaged)
@@ -190,10 +191,12 @@ Result<bool> TextLines::next(std::string& line) {
   line = s.buffer.substr(s.taken);
   s.taken = s.buffer.size();
   ++s.number;
+  s.ended_by_break = false;
   return true;
 }
 
 std::uint64_t TextLines::number() const { return state_->number; }
+bool TextLines::ended_by_break() const { return state_->ended_by_break; }
 double TextLines::bytes_read() const { return state_->bytes->position(); }
 double TextLines::bytes_total() const { return state_->total; }
 

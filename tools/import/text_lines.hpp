@@ -25,6 +25,8 @@ class TextLines {
   Result<bool> next(std::string& line);
   /// Of the last line from next(), from 1.
   std::uint64_t number() const;
+  /// False: the file ended inside the last line from next().
+  bool ended_by_break() const;
   /// Bytes read of the file on disk, and its size.
   double bytes_read() const;
   double bytes_total() const;
