@@ -115,6 +115,10 @@ bool VideoFeed::is_for(const Viewer& viewer, const std::string& robot) const {
                      [&](const RobotCamera& other) { return other.robot == robot; });
 }
 
+bool VideoFeed::is_known(const std::string& robot) const {
+  return std::find(robots_.begin(), robots_.end(), robot) != robots_.end();
+}
+
 void VideoFeed::set_robots(std::vector<std::string> robots, std::set<std::string> for_trainees) {
   const std::lock_guard lock(mutex_);
   robots_ = std::move(robots);
@@ -176,8 +180,8 @@ void VideoFeed::follow_viewers() {
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, viewer] : viewers_) {
-      const bool known = std::find(robots_.begin(), robots_.end(), viewer->robot) != robots_.end();
-      if (!known || !is_for(*viewer, viewer->robot) || sources_.count(viewer->robot) != 0) continue;
+      if (!is_known(viewer->robot) || !is_for(*viewer, viewer->robot) || sources_.count(viewer->robot) != 0)
+        continue;
       sources_[viewer->robot] = make_source(viewer->robot);
     }
     std::erase_if(sources_, [&](const auto& each) {
@@ -328,6 +332,8 @@ void VideoFeed::watch() {
     VideoStatus status;
     if (source != sources_.end()) {
       status = source->second->status(now);
+    } else if (is_known(viewer->robot) && is_for(*viewer, viewer->robot)) {
+      continue;  // it connected after follow_viewers(): the next turn makes its source
     } else {
       status.why = "there is no robot '" + viewer->robot.substr(0, 64) + "'";
     }

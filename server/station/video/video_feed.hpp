@@ -86,6 +86,7 @@ class VideoFeed {
 
   std::unique_ptr<VideoSource> make_source(const std::string& robot) const;
   bool is_for(const Viewer& viewer, const std::string& robot) const;
+  bool is_known(const std::string& robot) const;
   void follow_viewers();
   Duration until_due(Duration timeout) const;
   void take(const Message& message);

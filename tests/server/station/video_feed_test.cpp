@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <utility>
+
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/runtime/wall_clock.hpp"
@@ -191,6 +194,45 @@ TEST_F(VideoFeedTest, ReplacesQueuedPicturesWithTheNewest) {
   client->waiting = 500'000;
   show();
   EXPECT_EQ(frames(*client).size(), 1U) << "nothing is put behind what waits already";
+}
+
+/// Runs `during` inside receive(), as a page may connect while the feed waits for a picture.
+class ReceivingBus final : public Bus {
+ public:
+  explicit ReceivingBus(std::unique_ptr<Bus> bus) : bus_(std::move(bus)) {}
+  Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
+    return bus_->publish(channel, payload);
+  }
+  Result<bool> receive(Message& message, Duration timeout) override {
+    if (during) std::exchange(during, nullptr)();
+    return bus_->receive(message, timeout);
+  }
+  Status subscribe(const std::string& pattern, int capacity) override {
+    return bus_->subscribe(pattern, capacity);
+  }
+  std::uint64_t dropped() const override { return bus_->dropped(); }
+
+  std::function<void()> during;
+
+ private:
+  std::unique_ptr<Bus> bus_;
+};
+
+TEST_F(VideoFeedTest, ARobotOfTheSessionIsNeverReportedAsMissing) {
+  VideoOptions options;
+  options.robot = "trainee";
+  options.now = [this] { return now_; };
+  options.stamp = [this] { return wall(); };
+  auto bus = std::make_unique<ReceivingBus>(hub_.connect());
+  ReceivingBus& receiving = *bus;
+  VideoFeed feed(std::move(bus), options);
+  auto client = RecordingClient::make(++clients_, "anna", Role::observer, "codec=jpeg");
+  receiving.during = [&] { feed.socket().opened(client); };
+  feed.turn(Duration{});
+  EXPECT_TRUE(client->texts().empty()) << "its source is made in the next turn";
+  feed.turn(Duration{});
+  ASSERT_EQ(client->texts().size(), 1U);
+  EXPECT_EQ(client->texts()[0].find("no robot"), std::string::npos);
 }
 
 TEST_F(VideoFeedTest, ReportsWhenAPictureIsStaleAndWhy) {
