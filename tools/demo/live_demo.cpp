@@ -151,7 +151,7 @@ Result<runtime::Report> serve_demo(const tick::Configuration& configuration, con
     if (const Status subscribed = outputs->subscribe("MR_.*", 256); !subscribed) return subscribed.error();
     relay.emplace(std::move(outputs), *options.bus);
   }
-  options.notify("open this  " + (*station)->link(station::Role::instructor, "guest"));
+  options.notify("open this  " + (*station)->link(station::Role::instructor, "instructor"));
   options.notify("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
   options.notify("observer   " + (*station)->link(station::Role::observer, "observer"));
   options.notify("           each in a browser of its own, or in a private window; ^C ends it");
