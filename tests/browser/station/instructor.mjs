@@ -1,4 +1,5 @@
 // An instructor places, commands, marks, writes and saves.
+import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
 import { join } from "node:path";
 import { listen } from "../lcm.mjs";
@@ -26,6 +27,30 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
     await page.keyboard.press("Escape");
     const listed = (who) => who.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "person_1" });
     await listed(observer).waitFor({ state: "attached" });
+  });
+
+  await step("a patrol without a path is not sent, and the page says what to do", async () => {
+    const { page } = instructor;
+    const chosen = page.getByRole("region", { name: "Selection" });
+    await page.getByRole("combobox", { name: "Select object", exact: true }).selectOption("person_1");
+    await chosen.getByLabel("Behaviour").selectOption("Patrol");
+    await chosen.getByText("No path yet").waitFor();
+    await chosen.getByRole("button", { name: "Apply" }).click();
+    await page.getByText(/^Draw a path first/).waitFor();
+    assert.equal(await page.getByText(/one waypoint/).count(), 0);
+  });
+
+  await step("a paused session is said to be paused, and no image stale", async () => {
+    const pages = [instructor.page, trainee.page];
+    await instructor.page.getByRole("button", { name: "Pause", exact: true }).click();
+    for (const page of pages) {
+      await page.getByText("The session is paused.").waitFor();
+      await page.locator("header .chip", { hasText: "paused" }).waitFor();
+      await until("an old image", async () => Number(await page.locator("[data-age]").first().getAttribute("data-age")) > 1500);
+      assert.equal(await page.getByText("STALE", { exact: true }).count(), 0);
+    }
+    await instructor.page.getByRole("button", { name: "Resume", exact: true }).click();
+    for (const page of pages) await page.getByText("The session is paused.").waitFor({ state: "detached" });
   });
 
   await step("the instructor sets off a script and begins a fault; the observer sees what comes of both", async () => {

@@ -7,7 +7,8 @@ import { countsOf, stagesOf } from "../../../../server/station/web/src/events/st
 import { doorAt } from "../../../../server/station/web/src/instructor/doors";
 import { outline, placement, pathWith } from "../../../../server/station/web/src/instructor/gestures";
 import { faultCommand } from "../../../../server/station/web/src/instructor/faults";
-import { door, freeName, palette, spawn, standStill } from "../../../../server/station/web/src/instructor/palette";
+import { door, freeName, lacksPath, palette, spawn, standStill } from "../../../../server/station/web/src/instructor/palette";
+import { fixed, headingText } from "../../../../server/station/web/src/parts/fixed";
 import { playCommand } from "../../../../server/station/web/src/play/keys";
 
 const event = (t: number, kind: string, more = {}) =>
@@ -123,4 +124,18 @@ test("who drives is called by the role: names of pages on the bus are numbers", 
   const of = (subject: string) => detailOf({ t: 1, kind: "operator_switched", subject, object: "robot_1", impulse: 0, text: "browser" } as SessionEvent);
   expect(of("trainee_74142a")).toBe("Trainee – robot_1 · browser");
   expect(of("joystick_1")).toBe("joystick_1 – robot_1 · browser");
+});
+
+test("what is rounded to zero has no sign, and half a turn one name", () => {
+  expect([fixed(-0.004, 2), fixed(-0, 0), fixed(-0.006, 2), fixed(1.5, 1)]).toEqual(["0.00", "0", "-0.01", "1.5"]);
+  const degrees = (value: number) => headingText((value * Math.PI) / 180);
+  expect([-0.3, 0.3, -180, 180, -179.7, -90, 540, -200].map(degrees)).toEqual(["0°", "0°", "180°", "180°", "180°", "-90°", "180°", "160°"]);
+});
+
+test("who is to walk a path needs one", () => {
+  for (const behaviour of ["patrol", "go"] as const) {
+    expect(lacksPath({ ...standStill, behaviour })).toBe(true);
+    expect(lacksPath({ ...standStill, behaviour, waypoints: [[1, 2]] })).toBe(false);
+  }
+  expect(lacksPath({ ...standStill, behaviour: "wander" })).toBe(false);
 });

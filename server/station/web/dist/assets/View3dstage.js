@@ -1,4 +1,4 @@
-import{v as Sc,W as Ec,s as yc}from"./draw_people.js";import{aT as Tc,ax as Fi,S as bc,aB as Ac,d as fe,az as Fe,Y as wc,F as Rc,aS as Cc}from"./index.js";import{t as mi}from"./outline.js";/**
+import{v as Sc,W as Ec,s as yc}from"./draw_people.js";import{aU as Tc,ay as Fi,S as bc,aC as Ac,d as fe,aA as Fe,Y as wc,F as Rc,aT as Cc}from"./index.js";import{t as mi}from"./outline.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

@@ -37,6 +37,9 @@ export type BehaviourKind = (typeof behaviours)[number];
 export const needsPath = (behaviour: BehaviourKind): boolean => behaviour === "patrol" || behaviour === "go";
 export const needsTarget = (behaviour: BehaviourKind): boolean => ["follow", "flee", "block"].includes(behaviour);
 
+/** The server would refuse it. */
+export const lacksPath = (choice: BehaviourChoice): boolean => needsPath(choice.behaviour) && choice.waypoints.length === 0;
+
 export interface BehaviourChoice {
   behaviour: BehaviourKind;
   speed: number;      // m/s

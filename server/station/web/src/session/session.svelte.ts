@@ -72,6 +72,8 @@ class Session {
   reportOf(robot = this.robot): string { return this.robots.length > 1 ? `report?${encodeURIComponent(robot)}` : "report"; }
   /** The live session is over: nothing of it runs any more. */
   ended = $derived(this.hello?.session.mode === "live" && (this.control?.ended ?? false));
+  /** A live session is paused: nothing moves and no image comes. The server pauses none with a real robot. */
+  held = $derived(this.hello?.session.mode === "live" && this.hello.session.simulated && (this.control?.paused ?? false) && !this.ended);
   silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
 
   #requests = new Requests();
