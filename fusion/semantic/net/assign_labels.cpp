@@ -235,6 +235,65 @@ std::set<std::uint32_t> treads_of(const std::vector<Flight>& flights) {
   return treads;
 }
 
+/// A variable for each opening; doors and windows need their wall.
+std::vector<Variable> add_openings(Net& net, const std::vector<Variable>& walls,
+                                   const std::vector<Opening>& candidates) {
+  std::vector<Variable> openings;
+  for (const Opening& opening : candidates) {
+    openings.push_back(net.add({{EntityLabel::unknown, 0},
+                                {EntityLabel::door, opening.door_score},
+                                {EntityLabel::window, opening.window_score}}));
+    for (const EntityLabel label : {EntityLabel::door, EntityLabel::window})
+      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::unknown, kInNoWall);
+    // The label of an opening does not support its wall: a railing has many openings.
+    const double all = std::log(1 + std::exp(opening.door_score) + std::exp(opening.window_score));
+    for (const EntityLabel label : openings.back().labels)
+      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::wall, -all);
+  }
+  return openings;
+}
+
+/// A variable for each step of a flight; steps support each other, and take the labels of their treads.
+std::vector<Variable> add_flight(Net& net, const Flight& flight, const std::vector<Variable>& horizontals) {
+  std::vector<Variable> steps;
+  std::vector<std::pair<Variable, EntityLabel>> climbs;
+  const double each = flight.score / static_cast<double>(flight.steps.size());
+  for (std::size_t i = 0; i < flight.steps.size(); ++i) {
+    steps.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::stairs, each}}));
+    const std::uint32_t tread = flight.steps[i].horizontal;
+    climbs.emplace_back(steps[i], EntityLabel::stairs);
+    if (i > 0 && i + 1 < flight.steps.size() && tread != kNoSurface) {
+      climbs.emplace_back(horizontals[tread], EntityLabel::unknown);
+      net.relate(steps[i], EntityLabel::stairs, horizontals[tread], EntityLabel::floor, kTreadAndFloor);
+    }
+    if (i == 0) continue;
+    net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::stairs, kNextStep);
+    net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::unknown, -kNextStep);
+    net.relate(steps[i - 1], EntityLabel::unknown, steps[i], EntityLabel::stairs, -kNextStep);
+  }
+  net.propose(climbs);
+  return steps;
+}
+
+/// A door is not closed by another wall, unless that is its leaf, nor by a pillar.
+void relate_openings(Net& net, const std::vector<Variable>& openings, const std::vector<Variable>& walls,
+                     const std::vector<Variable>& pillars, const NetCandidates& candidates) {
+  for (std::size_t o = 0; o < openings.size(); ++o) {
+    const Opening& opening = candidates.walls.openings[o];
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      if (w == opening.wall ||
+          !closes(candidates.walls.walls[w], opening, candidates.walls.walls[opening.wall]))
+        continue;
+      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::wall, kTwice);
+      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::unknown, kLeaf);
+    }
+    for (std::size_t p = 0; p < pillars.size(); ++p) {
+      if (stands_in(candidates.pillars[p], opening, candidates.walls.walls[opening.wall]))
+        net.relate(openings[o], EntityLabel::door, pillars[p], EntityLabel::pillar, kTwice);
+    }
+  }
+}
+
 }  // namespace
 
 bool same_place(const WallCandidate& a, const WallCandidate& b) {
@@ -275,17 +334,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
   };
   for (const WallCandidate& wall : candidates.walls.walls)
     walls.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::wall, wall.score - repeats(wall)}}));
-  for (const Opening& opening : candidates.walls.openings) {
-    openings.push_back(net.add({{EntityLabel::unknown, 0},
-                                {EntityLabel::door, opening.door_score},
-                                {EntityLabel::window, opening.window_score}}));
-    for (const EntityLabel label : {EntityLabel::door, EntityLabel::window})
-      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::unknown, kInNoWall);
-    // The label of an opening does not support its wall: a railing has many openings.
-    const double all = std::log(1 + std::exp(opening.door_score) + std::exp(opening.window_score));
-    for (const EntityLabel label : openings.back().labels)
-      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::wall, -all);
-  }
+  openings = add_openings(net, walls, candidates.walls.openings);
   const std::set<std::uint32_t> treads = treads_of(candidates.flights);
   for (std::uint32_t h = 0; h < candidates.segmentation.horizontals.size(); ++h) {
     const double tread = treads.contains(h) ? kTreadOfFlight : 0;
@@ -295,40 +344,8 @@ Labelling assign_labels(const NetCandidates& candidates) {
   }
   for (const PillarCandidate& pillar : candidates.pillars)
     pillars.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::pillar, pillar.score}}));
-  for (const Flight& flight : candidates.flights) {
-    std::vector<Variable> steps;
-    std::vector<std::pair<Variable, EntityLabel>> climbs;
-    const double each = flight.score / static_cast<double>(flight.steps.size());
-    for (std::size_t i = 0; i < flight.steps.size(); ++i) {
-      steps.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::stairs, each}}));
-      const std::uint32_t tread = flight.steps[i].horizontal;
-      climbs.emplace_back(steps[i], EntityLabel::stairs);
-      if (i > 0 && i + 1 < flight.steps.size() && tread != kNoSurface) {
-        climbs.emplace_back(horizontals[tread], EntityLabel::unknown);
-        net.relate(steps[i], EntityLabel::stairs, horizontals[tread], EntityLabel::floor, kTreadAndFloor);
-      }
-      if (i == 0) continue;
-      net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::stairs, kNextStep);
-      net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::unknown, -kNextStep);
-      net.relate(steps[i - 1], EntityLabel::unknown, steps[i], EntityLabel::stairs, -kNextStep);
-    }
-    net.propose(climbs);
-    flights.push_back(steps);
-  }
-  for (std::size_t o = 0; o < openings.size(); ++o) {
-    const Opening& opening = candidates.walls.openings[o];
-    for (std::size_t w = 0; w < walls.size(); ++w) {
-      if (w == opening.wall ||
-          !closes(candidates.walls.walls[w], opening, candidates.walls.walls[opening.wall]))
-        continue;
-      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::wall, kTwice);
-      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::unknown, kLeaf);
-    }
-    for (std::size_t p = 0; p < pillars.size(); ++p) {
-      if (stands_in(candidates.pillars[p], opening, candidates.walls.walls[opening.wall]))
-        net.relate(openings[o], EntityLabel::door, pillars[p], EntityLabel::pillar, kTwice);
-    }
-  }
+  for (const Flight& flight : candidates.flights) flights.push_back(add_flight(net, flight, horizontals));
+  relate_openings(net, openings, walls, pillars, candidates);
   relate_holes(net, openings, candidates.walls);
   relate_walls(net, walls, candidates.walls.walls);
   propose_walls(net, walls, openings, candidates.walls);
