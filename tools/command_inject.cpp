@@ -103,8 +103,7 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember(inject_actions()));
   command->add_option(
       "--name", arguments->name,
-      "The agent's name; of a report what was found; of a door, a script or a robot; the kind "
-      "of a fault");
+      "Name of the agent, door, script or robot; for a report, of what was found; for a fault, its kind");
   command->add_option("--kind", arguments->kind, "Kind of agent")
       ->check(CLI::IsMember(names_up_to(kLastAgentKind)));
   command->add_option("--at", arguments->at, std::string("X,Y or ") + kPlaceFormat);
@@ -123,8 +122,8 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->add_flag("--yields", arguments->yields, "It avoids approaching robots");
   command->add_flag("--leaves-doors", arguments->leaves_doors, "The agent does not push doors open");
   command->add_option("--amount", arguments->amount,
-                      "Of a fault: s of camera_delay, fraction of camera_loss and laser_dropouts");
-  command->add_option("--side", arguments->side, "Of the fault dead_wheel")
+                      "For a fault: seconds for camera_delay, fraction for camera_loss and laser_dropouts");
+  command->add_option("--side", arguments->side, "Side of the fault dead_wheel")
       ->check(CLI::IsMember({"left", "right"}));
   command
       ->add_option("--lasting", arguments->lasting, "Seconds that a fault lasts; without it until end-fault")

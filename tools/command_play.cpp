@@ -169,7 +169,7 @@ void add_play(CLI::App& app, Exit& exit) {
                                     "Publish on LCM too: each channel with the prefix before its name");
   command
       ->add_option("--prefix", arguments->prefix,
-                   "Of the channels; empty: their own names, and no command goes out")
+                   "Prefix of the channels; empty: their own names, without commands")
       ->needs(publish)
       ->capture_default_str();
   arguments->bus.add_to(*command);

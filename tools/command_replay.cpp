@@ -69,7 +69,8 @@ void add_replay(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("replay", "Run the server over a recorded log; deterministic");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->options.log, "LCM log with inputs, or a session log")->required();
-  command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
+  command->add_option("--scenario", arguments->scenario,
+                      "Scenario with agents and limits; by default the session's own");
   command->add_option("--robot", arguments->robot, "Robot description; overrides the ROBOT channel");
   command->add_option("--texture", arguments->texture,
                       "Texture that simulated cameras show (map texture); session logs do not contain it");

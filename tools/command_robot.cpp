@@ -19,14 +19,10 @@ namespace {
 
 constexpr const char* kNewFooter =
     "Example: parhelion robot new --urdf rover.urdf --log drive.lcm -o rover.yaml\n\n"
-    "In a terminal it asks for what neither shows; Enter takes the value in brackets. Without a terminal, or "
-    "with\n"
-    "--yes, it takes these values itself. Behind each value in the file is its source; those marked [guess] "
-    "are to\n"
-    "be measured. Afterwards `parhelion robot check` and `parhelion calibrate`. Exit code 1: the description "
-    "is "
-    "not\n"
-    "complete, such as without a laser; what is missing is on stderr.";
+    "In a terminal it asks for values that neither file has; Enter accepts the value in brackets. Without a\n"
+    "terminal, or with --yes, it uses the values in brackets. A comment behind each value names its source.\n"
+    "Measure the values marked [guess]. Then run `parhelion robot check` and `parhelion calibrate`.\n\n"
+    "Exit code 1: the description is incomplete, for example without a laser; stderr names what is missing.";
 constexpr const char* kCheckFooter =
     "Example: parhelion robot check rover.yaml --log drive.lcm\n\n"
     "Compares sensors, angles, times, sentinels, own returns, the sense of turning, image sizes and speeds.\n"

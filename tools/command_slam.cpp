@@ -29,9 +29,8 @@ constexpr const char* kFooter =
     "  parhelion slam --log drive.lcm -o located.lcm --map site.yaml --start 0,0,0\n"
     "  parhelion slam --map site.simplemap                              # live, finds itself\n"
     "  parhelion slam --log drive.lcm --engine mrpt-rbpf --save-map site  # MRPT's particle filter\n\n"
-    "Over a log the same bytes come out each time; step times are in the summary only. Mapping writes the "
-    "final\n"
-    "trajectory, marked as not causal; injection wants --causal or localization.";
+    "The same log gives the same bytes; step times are in the summary only. Mapping writes the final\n"
+    "trajectory, marked as not causal. For injection use --causal, or localize in a map.";
 
 volatile std::sig_atomic_t stop_asked = 0;
 void ask_to_stop(int) { stop_asked = 1; }
@@ -89,7 +88,7 @@ Exit over_log(const Arguments& arguments) {
   }
   if (options.map.empty() || report->tracking > 0) return Exit::done;
   return failed(Error{options.map.string() + ": the robot of " + options.input.string() +
-                      " was found nowhere in it; give its first pose with --start X,Y,YAW, or check that the "
+                      " was not found in it; give its first pose with --start X,Y,YAW, or check that the "
                       "map is of the same place"});
 }
 
@@ -278,11 +277,13 @@ void add_slam(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("slam", kDescription);
   command->footer(kFooter);
   command->add_option("--log", options.input, "LCM log to read; without it: live on the bus");
-  command->add_option("-o,--output", options.output, "LCM log to write: IN's events and POSE_COV, POSE");
+  command->add_option("-o,--output", options.output,
+                      "LCM log to write: the events of --log, with POSE_COV and POSE");
   command->add_flag("--force", options.overwrite, "Overwrite files that exist");
   command->add_option("--map", options.map,
                       ".simplemap or ROS map YAML to localize in; without it a map is built");
-  command->add_option("--start", arguments->start, std::string(kPlaceFormat) + "; without it: anywhere");
+  command->add_option("--start", arguments->start,
+                      std::string(kPlaceFormat) + "; without it the whole map is searched");
   command->add_option("--save-map", options.save_map, "PREFIX: writes PREFIX.simplemap, .yaml, .pgm, .png");
   command->add_option("--resolution", options.slam.resolution, "m per cell of the grid map")
       ->capture_default_str();
@@ -298,12 +299,12 @@ void add_slam(CLI::App& app, Exit& exit) {
                    "Configuration file of MRPT's icp-slam, rbpf-slam or pf-localization, for its engines")
       ->check(CLI::ExistingFile);
   command->add_option("--seed", options.slam.seed, "Random seed")->capture_default_str();
-  command->add_option("--pose-delay", arguments->delay, "Arrival of a pose after its scan, over a log")
+  command->add_option("--pose-delay", arguments->delay, "Delay of a pose after its scan, with --log")
       ->capture_default_str();
   command->add_option("--robot", options.robot, "Robot description, instead of the one on ROBOT");
   command->add_option(
       "--robot-name", options.robot_name,
-      "Of several robots the one whose channels are used: SCAN.NAME, ODOMETRY.NAME, POSE_COV.NAME");
+      "With several robots: the one whose channels are used (SCAN.NAME, ODOMETRY.NAME, POSE_COV.NAME)");
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
