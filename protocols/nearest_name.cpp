@@ -47,7 +47,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& na
 std::string suggestion_or_known(std::string_view word, const std::vector<std::string>& names) {
   constexpr std::size_t max_names = 8;
   if (std::string near = suggestion(word, names); !near.empty()) return near;
-  if (names.empty()) return "; there is none";
+  if (names.empty()) return "; none is defined";
   std::string known = "; known: ";
   for (std::size_t i = 0; i < std::min(names.size(), max_names); ++i) known += (i > 0 ? ", " : "") + names[i];
   return names.size() > max_names ? known + " and " + std::to_string(names.size() - max_names) + " more"

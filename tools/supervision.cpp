@@ -159,7 +159,7 @@ Exit supervise(const Supervision& supervision) {
       }
     }
     if (asked_to_stop != 0) {
-      supervision.notify(how + " while it was stopping; its session log has no end");
+      supervision.notify(how + " while it was stopping; its session log is cut off");
       return Exit::failed;
     }
     deaths = Clock::now() - started > kGoodService ? 1 : deaths + 1;

@@ -142,7 +142,8 @@ Validation validate_course(const std::string& path) {
     if (!scenario)
       validation.errors.push_back(scenario.error().message);
     else if (!scenario->training)
-      validation.errors.push_back(programme.scenario + ":1: has no training section: it is no programme");
+      validation.errors.push_back(programme.scenario +
+                                  ":1: has no 'training', which each programme of a course needs");
   }
   return validation;
 }
@@ -222,6 +223,8 @@ Validation validate_file(const std::string& path) {
         "",
         {},
         {path + ":1: XML, such as a URDF; expected YAML: validate the robot model whose `urdf:` names it"}};
+  if (std::filesystem::path(path).extension() == ".lcm" && text->find('\0') != std::string::npos)
+    return {"", {}, {path + ": is not an LCM log: no event in it"}};
   const auto document = yaml::read_document(*text, path);
   if (!document) return {"", {}, {document.error().message}};
   if (document->find("image") != nullptr && document->find("resolution") != nullptr)

@@ -251,7 +251,8 @@ Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_lcm_url(url);
   if (!chosen.starts_with("udpm://")) {
     return Error{"network bus '" + chosen + "': expected a url such as " + kDefaultLcmUrl +
-                 " (logs are read with --log; tcpq would end the program without a server)"};
+                 "; read a log with --log. tcpq: urls are not supported, because LCM ends the program if its "
+                 "server is missing"};
   }
   const auto group = parse_lcm_url(chosen);
   if (!group) return group.error();

@@ -198,10 +198,10 @@ class Checker {
     }
     const auto count = node.items.size();
     if (schema.contains("minItems") && count < schema["minItems"].get<std::size_t>()) {
-      add_count(node, name, ">=", schema["minItems"]);
+      add_count(node, name, "at least", schema["minItems"]);
     }
     if (schema.contains("maxItems") && count > schema["maxItems"].get<std::size_t>()) {
-      add_count(node, name, "<=", schema["maxItems"]);
+      add_count(node, name, "at most", schema["maxItems"]);
     }
     Json out = Json::array();
     for (Node& item : node.items) out.push_back(convert(item, schema.at("items"), name));
@@ -209,8 +209,9 @@ class Checker {
   }
 
   void add_count(const Node& node, const std::string& name, const char* relation, const Json& bound) {
-    problems_.add(node.line, "'" + name + "': expected number of items " + relation + ' ' + bound.dump() +
-                                 ", found " + std::to_string(node.items.size()));
+    problems_.add(node.line, "'" + name + "': expected " + relation + ' ' + bound.dump() +
+                                 (bound == 1 ? " item, found " : " items, found ") +
+                                 std::to_string(node.items.size()));
   }
 
   Json convert_text(Node& node, const Json& schema, const std::string& name) {

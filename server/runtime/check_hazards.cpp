@@ -38,8 +38,9 @@ bool has(const Names& names, const std::string& name) {
 Error unknown(const std::string& what, const std::string& name, const Names& names) {
   std::string list;
   for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
-  return Error{what + " '" + name + "'" + suggestion(name, names) +
-               (names.empty() ? "; there is none" : "; there are: " + list)};
+  const std::string near = suggestion(name, names);
+  const std::string known = names.empty() ? "none is defined" : "there are: " + list;
+  return Error{what + " '" + name + "'" + (near.empty() ? "; " + known : near + " T" + known.substr(1))};
 }
 
 /// Agents of the start, those that scripts may spawn, the simulated robot, and movable objects of the site.

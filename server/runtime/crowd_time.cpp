@@ -68,7 +68,7 @@ std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep&
   return "warning: a physics step with " + std::to_string(agents) + " agents is expected to take at least " +
          milliseconds_text(expected) + " on this machine (" + milliseconds_text(measured.seconds) + " with " +
          std::to_string(measured.agents) + "), and " + milliseconds_text(period) +
-         " are there: steps will be skipped and agents move in jumps. Ask for at most " +
+         " are available: steps will be skipped, and agents will move in jumps. Ask for at most " +
          std::to_string(fit) + " agents, or for a physics_rate of " + rate + ", or use a faster machine";
 }
 

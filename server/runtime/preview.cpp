@@ -111,11 +111,11 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
   } else if (options.robot && tick::simulates_trainee(scenario)) {
     return Error{*options.robot +
                  ": the trainee's robot of this session is simulated, and its model in the log " +
-                 "describes it; leave --robot out"};
+                 "describes it; remove --robot"};
   } else if (options.robot) {
     if (robots.size() > 1)
       return Error{*options.robot + ": this session has " + std::to_string(robots.size()) +
-                   " robots, and the file describes one; leave --robot out"};
+                   " robots, and the file describes one; remove --robot"};
     auto given = load_usable_robot(*options.robot);
     if (!given) return given.error();
     robots = {std::move(*given)};

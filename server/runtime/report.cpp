@@ -32,20 +32,19 @@ const char* advice_for(tick::Degraded why) {
     case tick::Degraded::clock:
       return "stamps disagree with the robot's clock";
     case tick::Degraded::history:
-      return "stamps older than what is remembered, or ahead of it";
+      return "stamps older than the stored history, or ahead of it";
     case tick::Degraded::unreadable:
-      return "bytes that are no scan";
+      return "messages that cannot be read as a scan";
     case tick::Degraded::guard:
       return "no result in time";
     case tick::Degraded::no_beam:
-      return "not one beam has a valid range; see whether the laser is covered or broken, and what its "
-             "driver "
+      return "no beam has a valid range; check whether the laser is covered or broken, and what its driver "
              "writes";
     case tick::Degraded::none:
     case tick::Degraded::fault:
       break;
   }
-  return "a fault of the server; its text is in the events";
+  return "an internal error of the server; its events have the text";
 }
 
 std::string scan_count(std::uint64_t count) {
@@ -72,8 +71,9 @@ std::string why_no_agent(const tick::Tally& tally) {
     return "because no agent was within the range of the laser\n";
   if (tally.scans_all_hidden > 0)
     return "because " + scan_count(tally.scans_all_hidden) +
-           " met agents only behind what is really there; the others met none\n";
-  return "because no beam met an agent: are they on floor that the laser sees, and as high as its plane?\n";
+           " hit agents only behind real obstacles; the others hit none\n";
+  return "because no beam hit an agent: do agents stand where the laser sees, and do they reach its "
+         "height?\n";
 }
 
 using Json = nlohmann::ordered_json;

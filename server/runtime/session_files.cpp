@@ -146,7 +146,8 @@ Status load_robots(const std::string& path, const std::string& given, SessionFil
     for (const ScenarioRobot& each : scenario.robots) paths.push_back(each.description);
     if (!given.empty() && paths.size() > 1) {
       return Error{place_of(path, "robots") + "this scenario has " + std::to_string(paths.size()) +
-                   " robots, and " + given + " describes one: leave it out, and give each its 'description'"};
+                   " robots, and --robot " + given +
+                   " describes only one: remove it, and give each robot its 'description'"};
     }
     if (!given.empty()) paths = {given};
   }
@@ -201,13 +202,12 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
   if (!files.scenario.model.empty()) {
     std::error_code ignored;  // a name that is too long does not exist either
     if (!std::filesystem::exists(files.scenario.model, ignored))
-      return Error{place_of(path, "model") + "model " + files.scenario.model + " is not there" +
-                   like_it(files.scenario.model) +
-                   " One of a recorded site is made first: `parhelion demo --headless --fast "
-                   "--folder " +
-                   folder_of(files.scenario.model) +
-                   "` for the one that comes with this program, `parhelion map model` or `map extrude` from "
-                   "scans of your own"};
+      return Error{
+          place_of(path, "model") + "model " + files.scenario.model + " does not exist" +
+          like_it(files.scenario.model) + " `parhelion demo --headless --fast --folder " +
+          folder_of(files.scenario.model) +
+          "` makes the model of the shipped recording; `parhelion map model` and `map extrude` make one "
+          "from your own scans"};
     auto model = load_model(files.scenario.model);
     if (!model) return model.error();
     files.model = std::move(*model);
@@ -222,7 +222,7 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
   if (tick::simulates_trainee(files.scenario)) {
     if (!robot.empty())
       return Error{place_of(path, "trainee") +
-                   "the trainee's robot is simulated: its model describes it; leave " + robot + " out"};
+                   "the trainee's robot is simulated, and its model describes it; remove --robot " + robot};
     auto description = tick::trainee_description(files.scenario, files.robot_models);
     if (!description) return Error{place_of(path, "trainee") + description.error().message};
     files.robot = std::move(*description);

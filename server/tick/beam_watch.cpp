@@ -24,7 +24,7 @@ void report(const TickContext& context, std::size_t laser, const std::string& la
   event.subject = context.robot().name;
   event.object = laser_name;
   event.text = context.channel(channel::kScan, laser) + ": " + order.advice() +
-               "; until now virtual objects stood wrong where the robot turned";
+               "; until now virtual objects were misplaced while the robot turned";
   publish_event(context, event);
 }
 

@@ -132,7 +132,8 @@ void watch_order(const TickContext& context, const RangeConvention& convention, 
 }
 
 std::string look_for_a_second(const std::string& channel) {
-  return "; see whether two programs publish on " + channel + ", and end one or give it a channel of its own";
+  return "; check whether two programs publish on " + channel +
+         "; if so, stop one or give it another channel";
 }
 
 void watch_publishers(const TickContext& context, double scan_period, SensorTime stamp,

@@ -74,7 +74,7 @@ TEST(Script, AMistakeIsReportedWithItsLineAndTheNearestName) {
       {"  - name: a\n    when: {zone: x, distance: 1 m}\n" + act, "distance does not go"},
       {"  - name: a\n    when: {time: 0 s}\n    repeat: true\n" + act, "expected a time above 0 s"},
       {"  - name: a\n    when: {time: 1 s}\n    do: [{remove: guide, freeze: all}]\n", "'do': found two"},
-      {"  - name: a\n    when: {time: 1 s}\n    do: []\n", "number of items >= 1"},
+      {"  - name: a\n    when: {time: 1 s}\n    do: []\n", "at least 1 item"},
       {"  - name: a\n    when: {time: 1 s}\n    do: [{spawn: {name: x/y, kind: box, pose: {x: 1 m}}}]\n",
        "part of channel names"},
       {"  - name: a\n    when: {time: 1 s}\n" + act + "  - name: a\n    when: {time: 1 s}\n" + act,

@@ -128,7 +128,7 @@ TEST(Training, AMistakeIsReportedWithItsLineAndTheNearestName) {
       {with("{pitch: 20}"), "s.yaml:5: 'pitch'"},
       {with("{event: score_changed}"), "is reported by the grading itself"},
       {with("hall"), "s.yaml:5: expected keys with values, found a single value"},
-      {with("{all: []}"), "s.yaml:5: 'all': expected number of items >= 1"},
+      {with("{all: []}"), "s.yaml:5: 'all': expected at least 1 item"},
       {with("\n        all:\n          - {reach: a}\n          - {then: [{rech: b}]}"),
        "s.yaml:8: unknown key 'rech'"},
       {with("{reach: a}\n      skills: [doors, stairs, doors]"),
@@ -148,7 +148,7 @@ TEST(Training, AMistakeIsReportedWithItsLineAndTheNearestName) {
       {with("{reach: a}") + "  penalties: [{name: p, when: {event: fell}}]\n",
        "s.yaml:6: penalty 'p' costs nothing"},
       {with("{reach: a}") + "  grades: [{name: B, from: 0.5}, {name: A, from: 0.9}]\n", "the best first"},
-      {"training: {tasks: []}\n", "s.yaml:1: 'tasks': expected number of items >= 1"},
+      {"training: {tasks: []}\n", "s.yaml:1: 'tasks': expected at least 1 item"},
   };
   for (const auto& mistake : mistakes)
     EXPECT_THAT(error_of(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;

@@ -125,7 +125,7 @@ TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
 
   file("robot.yaml", "mass: 0 kg\n");
   EXPECT_THAT(validate_file(file("s.yaml", "model: none.yaml\nrobot: robot.yaml\n")).errors,
-              ElementsAre(AllOf(HasSubstr("s.yaml:1: model "), HasSubstr("none.yaml is not there"),
+              ElementsAre(AllOf(HasSubstr("s.yaml:1: model "), HasSubstr("none.yaml does not exist"),
                                 HasSubstr("parhelion demo --headless --fast --folder " + folder_.string()))));
   EXPECT_THAT(validate_file(file("s.yaml", "model: model.yaml\nrobot: robot.yaml\n")).errors,
               ElementsAre(HasSubstr("robot.yaml:1: 'mass': expected mass > 0 kg")));
@@ -152,15 +152,15 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
       {"name: x\nagents:\n  - {name: case_1, kind: box, pose: {x: 1 m}}\n"
        "  - {name: drum, kind: barrel, pose: {x: 3 m}}\nhazards:\n"
        "  - {name: device, kind: device, agent: case_2, tilt: 30 deg}\n",
-       "s.yaml:6: hazard 'device': there is no agent 'case_2', did you mean 'case_1'?; there are: case_1, "
+       "s.yaml:6: hazard 'device': there is no agent 'case_2', did you mean 'case_1'? There are: case_1, "
        "drum"},
       {"name: x\ntraining:\n  tasks:\n    - {name: t, points: 1, done: {still: 1 s}}\n  penalties:\n"
        "    - {name: p, points: 1, when: {event: dose_limit, object: lead}}\n",
        "s.yaml:6: penalty 'p': there is no dose of 'lead'; there are: radiation, gas"},
       {"name: x\nmodel: workshop_modell.yaml\n",
-       "workshop_modell.yaml is not there, did you mean 'workshop_model.yaml'? One of a recorded site"},
+       "workshop_modell.yaml does not exist, did you mean 'workshop_model.yaml'? `parhelion demo"},
       {"name: x\ndoors:\n  - {name: door 1, locked: true}\n",
-       "s.yaml:3: scenario door 'door 1': the model has no door of this name; there is none"},
+       "s.yaml:3: scenario door 'door 1': the model has no door of this name; none is defined"},
       {"name: x\ntraining:\n  tasks:\n    - {name: s, points: 1, done: {still: 1 s}}\n"
        "    - {name: t, points: 1, done: {pass: dor 1}}\n",
        "s.yaml:5: task 't': there is no door 'dor 1'"}};
@@ -178,6 +178,8 @@ TEST_F(Validate, RefusesWhatServeAndReplayRefuseWithTheirErrors) {
   }
   EXPECT_THAT(validate_file(file("cart.urdf", "<robot name='cart'/>\n")).errors,
               ElementsAre(HasSubstr("cart.urdf:1: XML, such as a URDF; expected YAML")));
+  EXPECT_THAT(validate_file(file("noise.lcm", std::string("noise\0noise", 11))).errors,
+              ElementsAre(HasSubstr("noise.lcm: is not an LCM log")));
   EXPECT_THAT(validate_file((folder_ / "no_footprint.yaml").string()).errors,
               ElementsAre(HasSubstr("has a footprint of 0 corners")));
 }

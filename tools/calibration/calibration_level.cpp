@@ -166,7 +166,7 @@ void keep_above_floor(const RecordedDrive& part, const RobotDescription& robot, 
   if (now <= before + kMany * static_cast<double>(scans)) return;
   level.writes_pitch = level.writes_roll = false;
   level.advice.emplace_back(
-      "the tilt of the laser stays as described: by the one that was found, the laser would see things below "
+      "the tilt of the laser stays as described: with the measured tilt, the laser would see things below "
       "the floor");
 }
 

@@ -98,11 +98,12 @@ std::string level_lines(const CalibrationReport& report) {
   for (const auto& [name, found, writes] : {std::tuple{"pitch", level.pitch, level.writes_pitch},
                                             std::tuple{"roll", level.roll, level.writes_roll}}) {
     if (found.shown && !writes)
-      text += format("    %s stays as described: known too roughly, or no other than described\n", name);
+      text += format("    %s stays as described: not known precisely enough, or not different\n", name);
   }
   if (!level.camera) return text + "    no floor in the depth images\n";
   return text + format(
-                    "    by the floor the depth camera is %.0f mm higher than described, and turned by %.1f "
+                    "    according to the floor, the depth camera is %.0f mm higher than described, and "
+                    "turned by %.1f "
                     "deg (pitch), %.1f deg (roll)\n",
                     1e3 * level.camera->height, kDegreesPerRadian * level.camera->pitch,
                     kDegreesPerRadian * level.camera->roll);

@@ -97,7 +97,8 @@ void judge_mounting(CalibrationReport& report) {
 void judge_beam_order(CalibrationReport& report) {
   report.warnings.emplace_back(
       report.after.laser->beam_interval < 0
-          ? "the last beam of a message is measured first, as where a driver sorts the beams of a laser that "
+          ? "the last beam of a message is measured first, as with a driver that sorts the beams of a laser "
+            "that "
             "turns clockwise: beam_interval is negative now"
           : "the first beam of a message is measured first: beam_interval is positive now");
 }

@@ -134,9 +134,8 @@ Result<RobotDescription> describe(const ImportOptions& options, const Survey& su
   auto laser = seen.evidence.describe(options, notes);
   if (!laser) return laser.error();
   if (seen.elsewhere > 0) {
-    notes.push_back(
-        std::to_string(seen.elsewhere) +
-        " scans have the laser elsewhere on the robot than the first, whose place the description has");
+    notes.push_back(std::to_string(seen.elsewhere) +
+                    " scans have another laser pose than the first; the description has that of the first");
   }
   RobotDescription robot = describe_robot(options, std::move(*laser), notes);
   robot.source += "; " + joined(notes);

@@ -193,9 +193,10 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
         path.string() +
         ": a packet capture (pcap) is not imported. Its driver in ROS, such as velodyne_driver, makes "
         "messages of it: for SCAN record a sensor_msgs/LaserScan of them (velodyne_laserscan)"};
-  return Error{path.string() +
-               ": not a recording that is known: an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS bag "
-               "(.bag, .db3, .mcap, or ROS 2's folder) or a folder of RGB-D frames is expected"};
+  return Error{
+      path.string() +
+      ": not a known kind of recording; expected an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS "
+      "bag (.bag, .db3, .mcap, or the folder of ROS 2) or a folder of RGB-D frames"};
 }
 
 namespace {

@@ -140,7 +140,7 @@ void McapReader::open_chunk(Bytes record, std::uint64_t where) {
   Status done = compression == "zstd"
                     ? inflate_zstd(records, bytes, chunk_)
                     : inflate_chunk(compression.empty() ? "none" : compression, records, bytes, chunk_);
-  if (done && chunk_.size() != bytes) done = Error{"it holds other than the announced number of bytes"};
+  if (done && chunk_.size() != bytes) done = Error{"it does not have the announced number of bytes"};
   if (!done) pending_ = damage(where, "a chunk cannot be read whole: " + done.error().message);
 }
 

@@ -240,7 +240,7 @@ Result<LaserDescription> describe_laser(const ImportOptions& options, const Lase
   auto laser = seen.evidence.describe(options, notes);
   if (laser && seen.moved > 0) {
     notes.push_back("the laser moves on the robot: " + std::to_string(seen.moved) +
-                    " scans stand elsewhere than the first, whose place the description has");
+                    " scans have another laser pose than the first; the description has that of the first");
   }
   return laser;
 }

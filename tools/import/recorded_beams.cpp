@@ -43,7 +43,7 @@ std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string
   for (std::size_t i = 0; i < lasers_.size(); ++i) {
     const Laser& recorded = lasers_[i];
     LaserDescription& laser = i == 0 ? *result.laser : result.further_lasers[i - 1].laser;
-    const std::string start = recorded.channel + ": the source describes it otherwise, but ";
+    const std::string start = recorded.channel + ": the source describes the laser differently, but ";
     if (recorded.order.differs()) {
       differs = true;
       recorded.order.correct(laser);

@@ -69,7 +69,7 @@ class Copy {
     const bool unstamped = item.stamp.ns <= 0;
     if (unstamped) {
       if (message.received.ns == 0)
-        return refuse(message, Error{"its header has no stamp, and the recording no time of it"});
+        return refuse(message, Error{"neither its header nor the recording has a time for it"});
       item.stamp = {message.received.ns};
     }
     Status done = writer_.put(channel, item, message.number, arrival_of(message, item.stamp));

@@ -68,15 +68,15 @@ void warn(const semantic::BuiltTexture& built) {
         text, sizeof text,
         "warning: the images do not fit the camera's calibration. They agree best with fx and fy times "
         "%.3f and %+.2f to the first value of distortion, which this texture has; correct the robot "
-        "description, as all else uses it",
+        "description, since everything else uses it",
         lens.focal, lens.distortion);
     print_note(text);
   }
   if (built.moved > kMoved) {
     print_note(
-        "warning: the images were placed far from where they agree. Look for the reason in the poses, the "
-        "camera's pose "
-        "on the robot and its time_offset; `parhelion calibrate` estimates the last");
+        "warning: the images had to be moved far until they agreed. Check the poses, the camera's pose on "
+        "the "
+        "robot and its time_offset; `parhelion calibrate` estimates the time_offset");
   }
 }
 

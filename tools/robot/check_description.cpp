@@ -129,9 +129,9 @@ class Checker {
 
   void check_form(const LaserDescription& laser, const LaserSurvey& seen) {
     if (seen.odd_scans > 0)
-      contradicts(
-          "laser: " + std::to_string(seen.odd_scans) +
-          " scans have another number of beams, or other angles, than most; the driver must send them alike");
+      contradicts("laser: " + std::to_string(seen.odd_scans) +
+                  " scans have another number of beams, or other angles, than most; the driver must send all "
+                  "scans alike");
     if (laser.beams == 0) return;
     if (seen.own_angles) return agrees("laser angles: each scan has its own");
     if (static_cast<std::size_t>(laser.beams) != seen.beams)
@@ -188,13 +188,13 @@ class Checker {
                   " m, which would be read as walls; set no_return to it, or range_max below it");
     if (seen.max_range >= ranges.range_max)
       contradicts("laser range_max: " + length_text(double{ranges.range_max}) + ", but ranges up to " +
-                  length_text(double{seen.max_range}) + " occur; they are taken for no return");
+                  length_text(double{seen.max_range}) + " occur; they are read as no return");
     if (seen.min_range < ranges.range_min)
       contradicts("laser range_min: " + length_text(double{ranges.range_min}) + ", but ranges down to " +
                   length_text(double{seen.min_range}) + " occur");
     if (seen.nan > kRare && ranges.no_return != Sentinel::nan && ranges.too_close != Sentinel::nan)
       contradicts("laser no_return: " + percent(seen.nan) +
-                  " of the ranges are NaN, which says neither no return nor too close");
+                  " of the ranges are NaN, which means neither 'no return' nor 'too close'");
     if (seen.infinite > kRare && ranges.no_return != Sentinel::infinity)
       contradicts("laser no_return: " + percent(seen.infinite) +
                   " of the ranges are infinite; set no_return: infinity");
@@ -232,12 +232,12 @@ class Checker {
     const int agreement = turn_agreement(seen, *log_.odometry, laser.T_base_laser);
     const bool upside_down = laser.T_base_laser.rotation()(2, 2) < 0;
     if (agreement < 0)
-      contradicts(
-          std::string("laser pose, angle_increment, or odometry: scans turn the other way than odometry; the "
-                      "beams are in reverse order, ") +
-          (upside_down ? "the laser is not upside down as its pose is (roll, pitch)"
-                       : "the laser is upside down and its pose is not (roll: 180 deg)") +
-          ", or odometry's yaw has the wrong sign");
+      contradicts(std::string("laser pose, angle_increment, or odometry: scans turn in the opposite "
+                              "direction to odometry; the "
+                              "beams are in reverse order, ") +
+                  (upside_down ? "the laser is not upside down as its pose is (roll, pitch)"
+                               : "the laser is upside down and its pose is not (roll: 180 deg)") +
+                  ", or odometry's yaw has the wrong sign");
     if (agreement > 0) agrees("scans turn as odometry does");
   }
 

@@ -55,7 +55,7 @@ std::optional<int> header_number(const std::string& bytes, std::size_t& at) {
 
 Result<Pgm> read_pgm(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{path + ": cannot be opened; it is the image in the map's YAML"};
+  if (!file) return Error{path + ": cannot be opened"};
   std::ostringstream content;
   content << file.rdbuf();
   const std::string bytes = content.str();
@@ -86,6 +86,7 @@ Result<Pgm> read_pgm(const std::string& path) {
 
 struct MapHeader {
   std::string image;
+  int image_line = 1;
   double resolution = 0, x = 0, y = 0, yaw = 0;
   double occupied = kOccupiedThreshold, free = kFreeThreshold;
   bool negate = false;
@@ -108,9 +109,12 @@ Result<MapHeader> read_header(const std::string& path) {
                 "' is missing; expected image, resolution and origin, as in the YAML file of a ROS map");
     }
     header.image = root["image"].as<std::string>();
+    header.image_line = root["image"].Mark().line + 1;
     header.resolution = root["resolution"].as<double>();
     if (!(header.resolution > 0 && header.resolution < 10)) {
-      return fail(root["resolution"].Mark(), "resolution must be above 0 and below 10 m a cell");
+      return fail(root["resolution"].Mark(),
+                  "'resolution': expected m per cell, above 0 and below 10, found '" +
+                      root["resolution"].Scalar() + "'");
     }
     const YAML::Node origin = root["origin"];
     if (!origin.IsSequence() || origin.size() < 2)
@@ -190,7 +194,8 @@ Result<GridMap> load_ros_map(const std::string& yaml_path) {
   if (!header) return header.error();
   const std::filesystem::path image = std::filesystem::path(yaml_path).parent_path() / header->image;
   const auto pgm = read_pgm(image.string());
-  if (!pgm) return pgm.error();
+  if (!pgm)
+    return Error{yaml_path + ":" + std::to_string(header->image_line) + ": 'image': " + pgm.error().message};
   GridMap map;
   map.resolution = header->resolution;
   map.x_min = header->x, map.y_min = header->y;

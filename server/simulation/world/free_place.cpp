@@ -36,7 +36,7 @@ std::string PlaceSearch::obstruction(const Pose2& pose) {
     return distance_bound(placed, other) < gap && signed_distance(placed, other) < gap;
   };
   if (std::any_of(zone_.begin(), zone_.end(), [&](const Footprint& f) { return hits(f, 0); })) {
-    return "on the real robot or inside its stopping distance";
+    return "on a trainee's robot or inside its stopping distance";
   }
   const Building& building = *environment_.building;
   const double floor = building.floor_height(pose.position());

@@ -78,7 +78,7 @@ struct HttpServer::Implementation {
     if (!error) acceptor.listen(net::asio::socket_base::max_listen_connections, error);
     if (error) {
       return Error{"cannot listen on " + core.options.address + " port " + std::to_string(core.options.port) +
-                   ": " + error.message() + "; another port may be free"};
+                   ": " + error.message() + "; choose another port"};
     }
     port = acceptor.local_endpoint().port();
     core.cookie_name = (core.encrypted ? "__Host-parhelion-" : "parhelion-") + std::to_string(port);

@@ -169,12 +169,12 @@ TEST_F(ReplayTest, AFailedReplayKeepsTheSessionThatItWouldOverwrite) {
 }
 
 TEST_F(ReplayTest, TheSummaryGivesTheReasonWhereNothingWasInjected) {
-  EXPECT_EQ(summary(run(options("a.lcm"))).find("no beam met"), std::string::npos);
+  EXPECT_EQ(summary(run(options("a.lcm"))).find("no beam hit"), std::string::npos);
   Report report;
   report.tally.scans_in = report.tally.scans_out = 9;
   EXPECT_EQ(summary(report).find("because"), std::string::npos) << "a simulated laser measures agents itself";
   report.tally.scans_of_real_lasers = 9;
-  EXPECT_NE(summary(report).find("no beam met an agent"), std::string::npos);
+  EXPECT_NE(summary(report).find("no beam hit an agent"), std::string::npos);
   report.tally.scans_degraded[static_cast<std::size_t>(tick::Degraded::pose)] = 7;
   report.tally.scans_degraded[static_cast<std::size_t>(tick::Degraded::clock)] = 2;
   EXPECT_NE(summary(report).find("because 7 scans: no pose of the robot"), std::string::npos)
@@ -200,7 +200,7 @@ TEST_F(ReplayTest, TheSummaryDistinguishesHiddenAgentsFromThoseOutOfRange) {
   const std::string far = summary_with(test::agent("far", AgentKind::box, 0, 45));
   EXPECT_NE(far.find("because no agent was within the range"), std::string::npos) << far;
   const std::string hidden = summary_with(test::agent("hidden", AgentKind::person, 0, 6));
-  EXPECT_NE(hidden.find("met agents only behind what is really there"), std::string::npos) << hidden;
+  EXPECT_NE(hidden.find("hit agents only behind real obstacles"), std::string::npos) << hidden;
 }
 
 TEST_F(ReplayTest, ASessionWhoseHazardIsOfNobodyIsReplayedAsItWas) {

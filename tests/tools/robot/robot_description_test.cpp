@@ -250,7 +250,7 @@ TEST(RobotCheck, ScansThatTurnAgainstOdometryAreFound) {
   driver.turn_sign = -1;
   const Made made(driver);
   EXPECT_THAT(check_description(made.description(), made.log).contradictions,
-              testing::ElementsAre(HasSubstr("turn the other way")));
+              testing::ElementsAre(HasSubstr("turn in the opposite direction")));
 }
 
 TEST(RobotCheck, TheSenseOfTurningIsThatOfTheLasersMounting) {
