@@ -73,7 +73,7 @@ struct PossiblePart {
 /// How probable the pairs of a scan are, four at a time. Memory is reused from scan to scan.
 class PairLogOdds {
  public:
-  /// Most pairs are hopeless after the first trees, whose sum is all that they get.
+  /// Most pairs are clearly improbable after the first trees; these get only the sum so far.
   static constexpr std::size_t kFirstTrees = 60;
   static constexpr float kHopeless = -4;
 

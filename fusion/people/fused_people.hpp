@@ -27,12 +27,13 @@
 namespace parhelion::people {
 
 struct FusionOptions {
-  double gate = 16;                 ///< squared Mahalanobis distance of two tracks of one person: 4 sigma
-  double max_gap = 0.8;             ///< m between them, whatever their covariances
-  double pose_sigma = 0.06;         ///< m, 1 sigma of a sensor's position beside what its tracks include
-  double max_speed_gap = 1.0;       ///< m/s between the velocities of tracks that are to become one person
-  Duration confirm = seconds(0.6);  ///< so long close: two persons become one; so long apart: one becomes two
-  Duration remembered = seconds(3.0);  ///< a person whom nobody sees is recognised for so long
+  double gate = 16;            ///< squared Mahalanobis distance of two tracks of one person: 4 sigma
+  double max_gap = 0.8;        ///< m between them, whatever their covariances
+  double pose_sigma = 0.06;    ///< m, 1 sigma of a sensor's position beside what its tracks include
+  double max_speed_gap = 1.0;  ///< m/s between the velocities of tracks that are to become one person
+  Duration confirm =
+      seconds(0.6);  ///< after this time close together two persons become one, and apart one becomes two
+  Duration remembered = seconds(3.0);  ///< an unseen person is recognised again within this time
   Duration stale =
       milliseconds(150);  ///< a track without returns for longer may have been taken over by another
   double body = 0.35;     ///< m: two tracks of one sensor that are nearer are parts of one person
@@ -65,7 +66,7 @@ class FusedPeople {
   using Key = std::pair<std::size_t, std::uint32_t>;  // sensor, track
   static constexpr std::size_t kVotes = 4;
   static constexpr auto kEnd = static_cast<std::size_t>(-1);
-  /// For how long a track has lately been of a person.
+  /// How long a track has recently belonged to a person.
   struct Vote {
     std::uint32_t person = 0;  ///< 0: none
     double weight = 0;         ///< s

@@ -18,10 +18,11 @@ inline constexpr double kCompanionSpeed = 0.8;  // m/s, difference of average ve
 inline constexpr double kRobotMargin = 0.2;     // m
 inline constexpr Duration kLegMemory = seconds(0.6);
 inline constexpr double kLogOddsAveraging = 0.15;      // s
-inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised for so long
+inline constexpr Duration kLostMemory = seconds(5.0);  ///< a lost person is recognised again within this time
 inline constexpr Duration kMergeAfter = seconds(0.4);
 inline constexpr Duration kAloneFor = seconds(0.4);  // to be nobody's part later
-inline constexpr Duration kLent = seconds(5.0);  ///< who is recognised counts for so long as the lost one did
+inline constexpr Duration kLent =
+    seconds(5.0);  ///< for this long a recognised person counts as the lost one did
 
 struct ObservedSegment {
   const Segment& segment;
@@ -39,11 +40,12 @@ bool pair_of_legs(const Segment& a, const SegmentEvidence& evidence_a, const Seg
 bool was_there_before(const Track& track, const SegmentEvidence& evidence, SimulationTime now);
 /// Seen with both legs, or as a body.
 bool complete(const Track& track);
-/// Has been a person so far from all others that it is nobody's other leg.
+/// Was a person at such a distance from all others that it cannot be another person's leg.
 bool stood_alone(const Track& track);
 /// A part that is tracked by itself although it is one of `whole`, the other leg for example.
 bool belongs_to(const Track& part, const Track& whole);
-/// How far a newly found person is from where somebody lost may be by now; below 1: may be the same person.
+/// Distance of a newly found person from where a lost one may be by now, as a ratio; below 1: may be the
+/// same.
 double separation(const Track& lost, const Track& found);
 /// Has been seen at places that were free before.
 bool moves(const Track& track);

@@ -17,7 +17,7 @@
 
 namespace parhelion::review {
 
-/// Whom the review is for: a trainee is shown what his robot has sensed, as in the session.
+/// Whom the review is for: a trainee is shown what the robot has sensed, as in the session.
 enum class Reader : std::uint8_t { instructor, trainee };
 
 struct ReviewLimits {

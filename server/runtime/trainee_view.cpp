@@ -39,7 +39,7 @@ const char* kind_prefix(AgentKind kind) {
   return kind == AgentKind::person ? "person " : kind == AgentKind::robot ? "robot " : "object ";
 }
 
-/// Kinds about a trainee's robot that he notices, or that his console and his score show.
+/// Kinds about a trainee's robot that the trainee notices, or that console and score show.
 bool is_noticed(EventKind kind) {
   switch (kind) {
     case EventKind::contact_started:
@@ -147,7 +147,7 @@ bool TraineeView::is_shown(const std::string& name) const {
   return std::find(shown.begin(), shown.end(), name) != shown.end();
 }
 
-/// One that he is told to reach, or to leave, is drawn for him.
+/// A zone that the trainee is told to reach, or to leave, is drawn.
 bool TraineeView::knows_zone(const std::string& zone) const { return is_shown(zone) || is_in_briefing(zone); }
 
 bool TraineeView::is_own(const std::string& robot) const {
@@ -218,7 +218,7 @@ KnownWorld TraineeView::world(const WorldMessage& world) const {
     if (live) known.message.bodies.push_back(body);
     if (there.insert(body.entity).second && !live) add(body.entity, world, known);
   }
-  // What was removed since: he does not know of it.
+  // What was removed since: the trainee does not know of it.
   for (const std::string& robot : robots_) {
     for (const auto& [entity, sensed] : knowledge_.sensed_by(robot))
       if (there.insert(entity).second) add(entity, world, known);

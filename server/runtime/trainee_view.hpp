@@ -1,9 +1,8 @@
-// What a trainee may be told of a session: the one place that decides it, for the station and the review.
+// Decides what a trainee may know of a session, for the station and the review.
 //
-// His robot and the other trainees' robots, real people, what the scenario shows on purpose, the zones that
-// the briefing names, and what his robot has sensed, at the place where it was sensed last. Things have names
-// of their own only where the briefing names them, and what he is to find once he has reported it; else a
-// number: "object 3".
+// These are: the trainees' robots, real people, what the scenario shows on purpose, the zones that the
+// briefing names, and what the trainee's robot has sensed, at the place where it was sensed last. A thing has
+// its own name if the briefing gives it, or once the trainee has reported it; otherwise a number: "object 3".
 #pragma once
 
 #include <map>
@@ -26,33 +25,34 @@ struct KnownWorld {
     bool now = false;  ///< that is so short ago that it counts as being sensed
   };
   WorldMessage message;
-  std::map<std::string, Thing, std::less<>> things;  ///< by his name; what the scenario shows is none of them
+  std::map<std::string, Thing, std::less<>>
+      things;  ///< by the trainee's name for it; without what the scenario shows
 };
 
 /// Of the trainees that drive one set of robots. Holds references; make one when it is needed.
 class TraineeView {
  public:
-  /// `robots`: those that he drives or follows.
+  /// `robots`: those that the trainee drives or follows.
   TraineeView(const tick::Configuration& configuration, const Knowledge& knowledge,
               std::vector<std::string> robots);
 
   const std::vector<std::string>& robots() const { return robots_; }
-  /// Its bodies are named as he knows them. Those that no robot of his senses at present stand where they
-  /// were sensed last.
+  /// Bodies have the names that the trainee knows. A body that none of the trainee's robots senses at present
+  /// stands where it was sensed last.
   KnownWorld world(const WorldMessage& world) const;
-  /// The last time that one of his robots sensed the entity; nullptr: none has.
+  /// The last time that one of the trainee's robots sensed the entity; nullptr: none has.
   const Sensed* sensed(const std::string& entity) const;
-  /// The event as he may read it; none: it is not for him.
+  /// The event as the trainee may read it; none: it is not for trainees.
   std::optional<Event> event(const Event& event) const;
-  /// The name by which he knows an agent, a robot, a door or a part of the building; empty: he does not know
-  /// the agent.
+  /// The trainee's name for an agent, a robot, a door or a part of the building; empty: an agent that the
+  /// trainee does not know.
   std::string name_of(const std::string& entity) const;
-  /// The entity that he calls so; other names are returned unchanged.
+  /// The entity that has this name for the trainee; other names are returned unchanged.
   std::string entity_of(const std::string& name) const;
-  /// The text with names of agents as he knows them.
+  /// The text with the trainee's names for agents.
   std::string text(const std::string& text) const;
   std::vector<Zone> zones() const;
-  /// True for a robot that he may drive, watch and follow.
+  /// True for a robot that the trainee may drive, watch and follow.
   bool may_follow(const std::string& robot) const;
 
  private:

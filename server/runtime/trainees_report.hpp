@@ -7,7 +7,8 @@
 
 namespace parhelion::runtime {
 
-/// As to_json(): his points and the figures of his robot, without what decided them and what others did.
+/// As to_json(), with the trainee's points and the figures of the trainee's robot only: not why they were
+/// given, nor what others did.
 std::string to_trainees_json(const Report& report);
 
 }  // namespace parhelion::runtime

@@ -1,5 +1,5 @@
 // Who sees what: the pages of /ws/state, and the one way to send to them. Instructors and observers see
-// everything, a trainee what his robots have sensed (server/runtime/trainee_view.hpp).
+// everything, a trainee what the trainee's robots have sensed (server/runtime/trainee_view.hpp).
 #pragma once
 
 #include <functional>

@@ -162,7 +162,7 @@ Status InstructorService::send(WebClient& client, ClientMessage message, WallTim
   if (asked_.size() >= kMaxUnanswered) return Error{"the server does not reply"};
   const std::string what = summary(message);
   set_request(message.command, {runtime::wall_now().ns}, ++next_request_);
-  // A trainee's report is of the robot that the page follows, and of what he calls so.
+  // A trainee's report is about the robot that the page follows, and uses the trainee's names.
   const Subscriber* subscriber = feed_.subscribers().find(client.id());
   if (auto* report = std::get_if<ObjectReport>(&message.command); report != nullptr && subscriber != nullptr)
     report->object = feed_.audience().view_of(*subscriber).entity_of(report->object);

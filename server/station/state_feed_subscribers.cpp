@@ -220,7 +220,7 @@ void StateFeed::send_world(WallTime now) {
   }
 }
 
-/// A trainee sees the motion of what he sees, and never where it is to go.
+/// A trainee is sent the motion of visible things, and never where they will go.
 std::string StateFeed::plans_text(const View& view) const {
   std::vector<EntityPlan> plans;
   const std::string* last = nullptr;

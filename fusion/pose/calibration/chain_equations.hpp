@@ -23,8 +23,8 @@ class ChainEquations {
     Border J_parameters = Border::Zero();
   };
   struct Solution {
-    std::vector<Eigen::Vector3d> poses;  ///< steps
-    Vector parameters;                   ///< step
+    std::vector<Eigen::Vector3d> poses;  ///< increments of the poses
+    Vector parameters;                   ///< increment
     Matrix information;                  ///< of all parameters, fixed ones too, all poses marginalised
   };
 
@@ -54,7 +54,7 @@ class ChainEquations {
     gradient_(parameter) += residual / (sigma * sigma);
   }
 
-  /// The parameter stays where it is.
+  /// Keeps the parameter at its value.
   void fix(int parameter) { fixed_[static_cast<std::size_t>(parameter)] = true; }
 
   /// nullopt where the equations are singular or not finite. Call once.

@@ -42,21 +42,21 @@ struct MotionParameters {
   double operator[](MotionParameter parameter) const;
 };
 
-/// What a description says now.
+/// The values in a description.
 MotionParameters motion_parameters(const RobotDescription& robot);
 /// The description with odometry and laser mounting (x, y, yaw; height and tilt stay) replaced.
 RobotDescription with_motion_parameters(RobotDescription robot, const MotionParameters& parameters);
 
-/// The description for the SLAM that a calibration starts from: scans count for more. Otherwise the laser's
-/// poses lean towards the odometry and the mounting that are to be checked.
+/// The description for the SLAM run that a calibration starts from, with more weight on scans. Otherwise the
+/// laser's poses would be biased towards the odometry and the mounting that are to be checked.
 RobotDescription with_weak_odometry(RobotDescription robot);
 
 /// A quantity with its confidence.
 struct Measured {
   double value = 0,
          sigma = 0;  ///< 1 sigma, the larger of the fit's own and of leaving out tenths of the drive
-  /// False: the drive does not show it; the value is the one from before, sigma what is thought of such a
-  /// one.
+  /// False: the drive does not determine it. The value is then the described one, and sigma the uncertainty
+  /// assumed for described values.
   bool shown = false;
 };
 
@@ -65,8 +65,8 @@ struct MotionNoise {
   double along = 0.01, across = 0.01, turn = 0.005;         ///< m, m, rad: odometry between two poses
   double reference_position = 0.01, reference_yaw = 0.005;  ///< m, rad
 
-  /// By how much a step of odometry and one of the laser differ, m^2 rad^2: to compare ways to make poses of
-  /// the laser of one drive.
+  /// Difference between a step of odometry and one of the laser, m^2 rad^2, to compare methods that estimate
+  /// the laser's poses of one drive.
   double misfit() const {
     return (along * along + across * across + 4 * laser_position * laser_position) *
            (turn * turn + 2 * laser_yaw * laser_yaw);
@@ -76,8 +76,8 @@ struct MotionNoise {
 struct MotionCalibration {
   MotionParameters parameters;
   std::array<Measured, kMotionParameters> measured;
-  /// s, 1 sigma of the time offset about its constant part, as interpolated odometry shows it: of jitter of
-  /// odometry's own stamps about four fifths
+  /// s, 1 sigma of the time offset about its mean. Interpolated odometry shows only about four fifths of a
+  /// jitter of odometry's own stamps.
   Measured jitter;
   MotionNoise noise;
   std::size_t poses = 0, steps = 0, outliers = 0;  ///< outliers: steps of odometry, as of slipping wheels
@@ -85,7 +85,7 @@ struct MotionCalibration {
   std::size_t left_out = 0;          ///< samples of odometry not later than one before
   double driven = 0, turned = 0;     ///< m, rad, sums of absolute values
   double forward = 0, backward = 0;  ///< m, by odometry as it was received
-  /// For people: per quantity that was not shown, and the drive that would show it.
+  /// Messages for the user: each quantity that the drive does not determine, and a drive that would.
   std::vector<std::string> advice;
 
   const Measured& operator[](MotionParameter parameter) const {
@@ -128,17 +128,17 @@ struct MotionCheck {
 MotionCheck check_motion(const DriveMotion& drive, const MotionParameters& parameters, double window_seconds);
 
 enum class MotionChange : std::uint8_t { better, as_good, worse };
-/// Two calibrations on the same drive, by the mean square of the combined error of the windows that both
-/// have, with a margin for chance from the scatter between blocks of time. Worse is only what is so by a
-/// fifth, too.
+/// Compares two calibrations on the same drive, by the mean square of the combined error over the windows
+/// that both have. The margin for chance comes from the scatter between blocks of time. A calibration is
+/// worse only if its error is larger by a fifth, too.
 MotionChange change_between(const MotionCheck& before, const MotionCheck& after);
 
-/// Why odometry with this calibration is not the robot's motion, with figures; empty: nothing is against it.
+/// Why odometry with this calibration cannot be the robot's motion, with figures; empty: no objection.
 /// `fitted`: the same on the part that it was fitted to.
 std::string unexplained_error(const MotionCheck& fitted, const MotionCheck& after);
 
-/// Dead reckoning by corrected odometry from the first pose of the laser on: base poses in the laser's map,
-/// one a pose of the laser; and the same by the laser.
+/// Dead reckoning with corrected odometry from the first pose of the laser: base poses in the laser's map,
+/// one for each pose of the laser; and the same poses according to the laser.
 struct ReckonedPath {
   std::vector<Pose2> by_odometry, by_laser;
 };

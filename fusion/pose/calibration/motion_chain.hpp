@@ -16,7 +16,7 @@ struct ReferenceSample {
 };
 
 struct MotionChain {
-  std::vector<LaserPose> laser;  ///< stamps increase; where the robot stands, one of many
+  std::vector<LaserPose> laser;  ///< stamps increase; of a standstill one pose of many
   std::vector<ReferenceSample> reference;
   OdometryPath odometry{{}};
 
@@ -37,18 +37,19 @@ MotionChain without(const MotionChain& chain, std::size_t first, std::size_t las
 std::optional<Eigen::Vector3d> step_error(const MotionChain& chain, std::size_t i,
                                           const MotionParameters& parameters);
 
-/// Noise by the growth of errors with the length of a window: those of odometry's steps add up, those of
-/// poses of the laser enter at both ends only. By medians, so that slip and lost scans do not count.
+/// Estimates the noise from how errors grow with the length of a window: errors of odometry's steps add up,
+/// errors of the laser's poses enter only at both ends. Uses medians, so that slip and lost scans do not
+/// count.
 MotionNoise estimated_noise(const MotionChain& chain, const MotionParameters& parameters,
                             const MotionNoise& before);
 
-/// What is thought of a description's value, 1 sigma, where the drive does not show it.
+/// Uncertainty assumed for described values, 1 sigma, used where the drive does not determine them.
 double kept_sigma(MotionParameter parameter);
 
 struct MotionFit {
   MotionParameters parameters;
   MotionNoise noise;
-  /// Of all parameters; those that were not fitted with what is thought of their description.
+  /// Of all parameters; for those that were not fitted, the uncertainty assumed for described values.
   Eigen::Matrix<double, kMotionParameters, kMotionParameters> information;
   std::vector<Pose2> poses;  ///< T_map_base
 };

@@ -23,7 +23,7 @@ struct TurnCalibration {
   double turned = 0;         ///< rad, by the scans, where the sensor was on; sum of absolute values
   double heading_sigma = 0;  ///< rad, of a heading by the scans against the sensor at rest
   double jitter = 0;         ///< s, 1 sigma of their stamps against each other
-  /// For people: per quantity that was not shown, and the drive that would show it.
+  /// Messages for the user: each quantity that the drive does not determine, and a drive that would.
   std::vector<std::string> advice;
 };
 

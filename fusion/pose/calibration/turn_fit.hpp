@@ -17,7 +17,7 @@ using TurnValues = Eigen::Vector3d;
 using TurnSigmas = Eigen::Vector3d;
 using TurnFree = std::array<bool, kTurnParameters>;
 
-/// Scans in a row. The heading of a window as a whole is unknown.
+/// Consecutive scans. The absolute heading of a window is unknown.
 struct TurnWindow {
   const TurnPath* sensor = nullptr;
   std::vector<SensorTime> stamp;
@@ -48,7 +48,7 @@ std::optional<TurnFit> fit_turns(const std::vector<TurnWindow>& windows, const T
 /// The offset within 1 s of `start`, in steps of 20 ms, at which the sensor agrees best with the scans;
 /// `start` where none is clearly better.
 double rough_offset(const std::vector<TurnWindow>& windows, double start);
-/// What the sensor turns per radian that the scans turn.
+/// Rotation measured by the sensor per radian of rotation of the scans.
 double turn_ratio(const std::vector<TurnWindow>& windows, double offset);
 
 }  // namespace parhelion::pose

@@ -12,13 +12,13 @@
 
 namespace parhelion::pose {
 
-/// A companion is a thing as wide as a person, in front of what is at both sides of it, that is now at the
-/// same place beside the robot as some 0.4 m of path before, though odometry, which is taken for right,
-/// brought the robot on: either space was free there then, or the place where it stood is free now.
+/// A companion walks along with the robot: something as wide as a person, in front of its background, that is
+/// at the same place relative to the robot as some 0.4 m of path ago, although the robot has moved on. As
+/// evidence, its present place was free then, or its former place is free now. Odometry is taken to be right.
 class Companions {
  public:
-  /// The scan without companions; the whole where they would be much of it: then it is odometry that is
-  /// wrong. `odometry`: motion of the base since the previous scan.
+  /// The scan without companions. If they would be a large part of it, odometry is wrong instead, and the
+  /// whole scan is returned. `odometry`: motion of the base since the previous scan.
   ScanPoints without(const ScanPoints& scan, const Pose2& odometry);
   void forget();
 

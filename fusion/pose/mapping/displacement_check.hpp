@@ -30,7 +30,8 @@ class DisplacementCheck {
 
   /// The last scan contradicts the map: people may surround the robot, or it was picked up.
   bool is_suspected() const { return suspected_; }
-  /// So did the one before, and much that stood in the map is gone: people do not cause that.
+  /// The previous scan contradicted it, too, and much that stood in the map is gone: people cannot cause
+  /// that.
   bool is_displaced() const { return contradictions_ > 1; }
   /// Fraction of the points of a scan that the map explains.
   double usually_explained() const { return usual_; }

@@ -13,14 +13,13 @@ namespace parhelion::pose {
 
 class HeadingDrift {
  public:
-  /// The path from keyframe `first` on is to be bent, evenly along the way, until its end is turned by
-  /// `turn`, rad.
+  /// Bend the path from keyframe `first` on, evenly along its length, so that its end turns by `turn`, rad.
   struct Correction {
     std::size_t first = 0;
     double turn = 0;
   };
-  /// Looks at the path since the last time, once it is long enough. nullopt: walls show no drift. Keyframes
-  /// are to be bent before the next call.
+  /// Checks the path since the last check, once it is long enough. nullopt: walls show no drift. Apply the
+  /// correction to the keyframes before the next call.
   std::optional<Correction> check(const std::vector<Keyframe>& keyframes);
   /// Adds the walls of the keyframes since the last call, at their current poses.
   void learn(const std::vector<Keyframe>& keyframes);

@@ -16,9 +16,8 @@ namespace parhelion::pose {
 /// A keyframe at its pose in a map.
 MappedScan mapped(const Keyframe& keyframe, const Pose2& T_map_base, const LaserDescription& laser);
 
-/// The map is made of keyframes some decimetres apart, once, when the search begins; that takes up to a
-/// second in a large building. The scan at which that is asked for first is not searched for, so that it is
-/// answered at once.
+/// When a search begins, a map is made from keyframes some decimetres apart. This takes up to a second in a
+/// large building, so the first scan of a search is not searched for, and its answer is not delayed further.
 class KeyframeSearch {
  public:
   /// After each scan since then; `step`: of the base since the previous one, by odometry. `usual`: fraction

@@ -14,7 +14,7 @@ namespace parhelion::pose {
 
 class LiveLoops {
  public:
-  /// A smaller window than after a drive: searches take their time from the scans.
+  /// A smaller window than after a drive: searches use time that scans need.
   static LoopClosingOptions live() {
     LoopClosingOptions options;
     options.drift = 0.015;

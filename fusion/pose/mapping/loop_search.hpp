@@ -24,8 +24,8 @@ struct LoopClosingOptions {
   double max_window = 10;     ///< m
   double angle_window = 0.4;  ///< rad
   double min_explained = 0.6;  ///< fraction of points that the submap explains
-  /// The scale of odometry as the whole drive has shown it, and the weight of the way by odometry where scans
-  /// do not show it (OdometryScale::weight); 0: odometry had no one scale.
+  /// Scale of odometry over the whole drive, and the weight of the distance by odometry where scans do not
+  /// determine it (OdometryScale::weight); 0: odometry had no constant scale.
   double odometry_scale = 1, odometry_weight = 0;
   int refinements = 2;  ///< final iterations over all pairs of nearby places
   MatchOptions match;

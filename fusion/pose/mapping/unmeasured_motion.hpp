@@ -9,21 +9,21 @@
 
 namespace parhelion::pose {
 
-/// Along a bare corridor odometry alone measures the way. Where it has a fault, or has stopped harder than
-/// robots brake, the robot may have driven on at the speed that it had.
+/// In a corridor without features only odometry measures the distance. If odometry has a fault, or stops more
+/// abruptly than a robot can brake, the robot may have driven on at its previous speed.
 class UnmeasuredMotion {
  public:
   void add(const Odometry& odometry) { stop_.add(odometry); }
   /// At each scan. `shown`: information (x, y, yaw, map frame) of its points about `T_map_base`.
   /// `by_odometry`: the pose follows odometry. `speed`: m/s, as the scans so far showed it. `error`: of the
-  /// position so far, m, 1 sigma, map frame. What is to be added to it since the previous scan: independent
-  /// errors do not cancel, and beyond some 30 m nothing is added. It is taken back where a stop seems to have
-  /// been the robot's (AbruptStop::was_true).
+  /// position so far, m, 1 sigma, map frame. Returns what to add to that error since the previous scan.
+  /// Independent errors do not cancel, and beyond some 30 m nothing is added. The addition is reversed if the
+  /// robot itself seems to have stopped (AbruptStop::was_true).
   Eigen::Vector2d add(SensorTime stamp, const Pose2& T_map_base, const Eigen::Matrix3d& shown,
                       bool by_odometry, double speed, const Eigen::Vector2d& error);
   /// For longer than a moment.
   bool is_unmeasured() const;
-  /// The pose has been found otherwise.
+  /// The pose was determined by other means: starts anew.
   void forget();
 
  private:

@@ -19,10 +19,10 @@ struct MatchOptions {
   /// registration for large data sets"; Segal et al. 2009, "Generalized-ICP"). Without this, the leaf of a
   /// door that was open when the map was made is drawn to its hinges. Needs points in the order of the beams.
   bool by_direction = false;
-  /// The map grows with the scans that are matched to it. It ends where they have seen no farther, so that
-  /// what a scan sees beyond would be drawn back to its edge; and its normals err by the noise of their few
-  /// points, which looks as if a straight wall showed where along it the robot is. Points past the edge do
-  /// not count here, and where nothing but walls of one direction is seen, their normals count as alike.
+  /// For a map that grows with the scans that are matched to it. It ends where no scan has seen farther, so
+  /// that points beyond would be pulled back to its edge. Its normals have the noise of few points, so that a
+  /// straight wall seems to determine the position along it. With this option points past the edge do not
+  /// count, and if only walls of one direction are seen, their normals count as equal.
   bool growing = false;
 };
 

@@ -8,9 +8,10 @@
 
 namespace parhelion::pose {
 
-/// Encoders that stand give exactly the same pose again. A robot that stops has braked before; odometry that
-/// freezes goes on at full speed until then. The deceleration that explains the way of the last 0.3 s shows
-/// which it was, where odometry arrives often enough. Afterwards a robot that stood sets off gently.
+/// Tells a robot that stops from odometry that freezes. Both then repeat exactly the same pose. But a robot
+/// brakes first, while odometry reports full speed until it freezes. If odometry arrives often enough, the
+/// deceleration over the last 0.3 s shows which it was. Afterwards a robot that really stopped accelerates
+/// gently.
 class AbruptStop {
  public:
   /// In the order of arrival.

@@ -7,9 +7,9 @@
 
 namespace parhelion::pose {
 
-/// In a corridor, scans of a robot that drives on and odometry that stands still agree that it stands. But no
-/// robot drives quite straight: where odometry has stood still, exactly, for at most three seconds and most
-/// scans turned since, it is odometry that froze.
+/// In a corridor without features, scans do not show that a robot drives on while its odometry is frozen. But
+/// no robot drives quite straight: if odometry has been exactly constant, for at most three seconds, and most
+/// scans have turned since, odometry froze.
 class FrozenOdometry {
  public:
   /// What scans showed up to the previous one.
@@ -28,7 +28,7 @@ class FrozenOdometry {
 
   /// Until odometry moves.
   bool is_frozen() const { return still_ && still_->frozen; }
-  /// And scans have turned as much again, for more than a second: it is no error of one match.
+  /// Scans have since turned as much again, for more than a second, so it is no error of a single match.
   bool is_certain() const;
   /// Only while odometry stands still: where the robot is at the scan if it has driven on since, by `step`
   /// from one scan to the next; 1 sigma of its position, m.

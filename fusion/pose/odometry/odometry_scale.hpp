@@ -22,16 +22,17 @@ class OdometryScale {
   /// The pose jumps, or scans and odometry contradict each other: no motion leads over this.
   void forget_motion() { calibration_.forget_motion(); }
 
-  /// Way of the robot per way of odometry.
+  /// Distance driven per distance by odometry.
   double scale() const { return calibration_.estimate().translation_scale; }
   double sigma() const;  ///< 1 sigma, of scale(); at most what the description states
-  /// 1 sigma, as a fraction, of a way that scans do not show, as it is tracked: with what matches add to it;
-  /// at most what the description states.
+  /// 1 sigma, as a fraction, of a tracked distance that scans do not determine, with what matches add to it;
+  /// at most the description's value.
   double tracked_sigma() const;
   /// s, to add to odometry's stamps, and 1 sigma of it; not applied.
   double time_offset() const { return calibration_.estimate().time_offset; }
   double time_offset_sigma() const { return calibration_.sigma()[0]; }
-  /// Of the way by odometry, 0 to 1, in the mean of that and the tracked one, by the variances of both.
+  /// Weight, 0 to 1, of the distance by odometry in its mean with the tracked distance, by the variances of
+  /// both.
   double weight() const;
   /// The step with the scale applied.
   ScanOdometry::Step applied(const ScanOdometry::Step& reported) const;

@@ -15,7 +15,7 @@ class ScanMotion {
   /// A matched scan. `by_odometry`: its pose as odometry predicted it from the scan before.
   void add(SensorTime stamp, const Pose2& T_map_base, const std::optional<Pose2>& by_odometry);
   void forget() { *this = {}; }
-  /// The robot turned out to be elsewhere in the map; its motion is what it was.
+  /// The pose in the map was corrected; the robot's motion is unchanged.
   void correct(const Pose2& T_map_map) { last_ = T_map_map * last_; }
 
   /// Whether constant velocity has predicted the last scans clearly better than odometry.

@@ -49,8 +49,8 @@ class RealPeople {
   const std::vector<RealPerson>& all() const { return people_; }
 
   /// Reports contacts of agents (PairKind::real_virtual) and of real robots (PairKind::real_real); object:
-  /// the person. One who comes to somebody who does not drive towards him is undetectable, so never scored.
-  /// Where one drives into a person, person_touched follows, once a contact.
+  /// the person. If a person walks into a robot that does not drive towards them, the contact is
+  /// undetectable, so never scored. Where one drives into a person, person_touched follows, once a contact.
   void report_contacts(const Agents& agents, const RealRobots& robots, SimulationTime now,
                        std::vector<Event>& events);
 

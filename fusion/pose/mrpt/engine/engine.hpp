@@ -36,7 +36,7 @@ class MrptEngine : public Slam {
 
   void add(const Odometry& odometry) final { odometry_.add(odometry); }
   void add_inertial(const ImuSample& sample) final { attitude_.add(sample); }
-  /// `lost` where the posterior is wide, or where MRPT throws: then odometry alone carries the last pose.
+  /// `lost` where the posterior is wide, or where MRPT throws: then odometry alone propagates the last pose.
   std::optional<PoseEstimate> add(const Scan& scan) final;
 
  protected:
