@@ -9,7 +9,7 @@
 
 namespace robot {
 
-// Throws std::invalid_argument with the option, as the others do.
+// Throws std::invalid_argument that names the option, as the other functions do.
 inline double number(const std::string& option, const std::string& text) {
   std::size_t read = 0;
   try {

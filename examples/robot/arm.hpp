@@ -1,5 +1,5 @@
-// An arm with encoders and a gripper: obeys MR_JOINT_CMD within its limits, and holds still when it is
-// silent. body.urdf describes the same arm to Parhelion.
+// An arm with encoders and a gripper: obeys MR_JOINT_CMD within its limits, and holds its posture when no
+// command comes. body.urdf describes the same arm to Parhelion.
 #pragma once
 
 #include <cstdint>

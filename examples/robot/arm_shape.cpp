@@ -9,7 +9,7 @@ namespace {
 
 constexpr Colour kPaint{217, 140, 26}, kSteel{153, 158, 166}, kRubber{30, 30, 30};
 
-// From a joint outwards: the frame of what it carries.
+// The frame of the link beyond a joint.
 struct Frame {
   Point3 origin;
   double yaw = 0, pitch = 0;

@@ -44,7 +44,7 @@ std::string ArmTask::phase() const {
 double ArmTask::release_range() const {
   constexpr double kStep = 0.01;  // m
   const double grip = plan_.thing_height - plan_.grip_below, middle = range_of(plan_.container);
-  // Beyond its farthest place the arm would be stretched, so a step is left.
+  // Leaves one step, so that the arm is never fully stretched.
   const auto reaches = [&](double range) {
     return reach_for(range + kStep, grip + kRaised, 0, 0) && reach_for(range + kStep, grip + kLowered, 0, 0);
   };

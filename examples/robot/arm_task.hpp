@@ -1,4 +1,4 @@
-// Lift a thing and put it into a container, as an operator does it: from the front, with the hand level.
+// Lifts a thing and puts it into a container, as an operator does: from the front, with the hand level.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ class ArmTask {
   // Target positions from where the encoders say that the arm is; nullopt: done, or given up.
   std::optional<ArmPosture> command(const ArmPosture& encoders, double dt);
   bool is_done() const { return phase_ == Phase::done; }
-  // What it does now, for people; where it has given up, at what.
+  // Text of the current step; after giving up, of the step that failed.
   std::string phase() const;
 
  private:

@@ -73,7 +73,7 @@ Polygon outline_of(const Solid& box) {
   return outline;
 }
 
-// Whether one of a's sides has all of b beyond it.
+// Whether one of a's sides separates it from all of b.
 bool has_gap(const Polygon& a, const Polygon& b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Point2 &from = a[i], &to = a[(i + 1) % a.size()];

@@ -1,4 +1,4 @@
-// The true building around the robot, and what a beam of light meets in it.
+// The true building around the robot, and a ray caster in it.
 #pragma once
 
 #include <cstdint>

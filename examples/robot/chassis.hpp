@@ -13,10 +13,10 @@ class Chassis {
   Chassis(const Pose2& T_site_base, double slip, unsigned seed)
       : T_site_base_(T_site_base), slip_(slip), random_(seed) {}
 
-  // Drives towards `command` for `dt` s. What would be touched stops it.
+  // Accelerates towards `command` for `dt` s. An obstacle stops it.
   void step(const Twist2& command, double dt, const Building& building);
 
-  // The truth, which no real robot knows.
+  // The true pose, which no real robot knows.
   const Pose2& T_site_base() const { return T_site_base_; }
   // As the motors turn, without slip.
   const Twist2& twist() const { return twist_; }

@@ -15,8 +15,8 @@ void CommandWatch::Sender::add(std::int64_t next, std::int64_t now) {
   ++commands;
 }
 
-// A queue that empties at once and a message repeated for ever never pass: their stamps do not keep up with
-// the robot's clock, or do not advance.
+// Messages of a queue that is emptied at once, and a message that is repeated, are never new: their stamps do
+// not keep up with the robot's clock, or do not advance.
 bool CommandWatch::is_new(std::int64_t utime, std::int64_t now) {
   const Sender first{utime, now - utime};
   if (!sender_) {

@@ -1,4 +1,4 @@
-// The watchdog on MR_CMD: silence is stop, and so is a command that is old or repeated.
+// The watchdog on MR_CMD: silence means stop, and so does a command that is old or repeated.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ class CommandWatch {
   static constexpr std::int64_t kLateness = 250'000;  // us behind the fastest command so far: old
 
   // A command with stamp `utime` of the console's clock has come at `now`, this robot's clock. The clocks
-  // need not agree. A stop is always obeyed, what is not a number counts as one, and a motion is obeyed only
-  // if it is new. Returns whether it is obeyed.
+  // need not agree. A stop is always obeyed, and a value that is not a number counts as a stop. A motion is
+  // obeyed only if it is new. Returns whether the command is obeyed.
   bool receive(const Twist2& command, std::int64_t utime, std::int64_t now);
 
   // What the motors may do at `now`.

@@ -26,7 +26,7 @@ Pose2 Track::at(std::int64_t utime) const {
 
 namespace {
 
-// What the sensor writes: with noise, rounded, and with its sentinels.
+// The range as the sensor reports it: with noise, rounded, and with its sentinels.
 float written(double range, std::mt19937& random) {
   if (!(range < kRangeMax)) return std::numeric_limits<float>::infinity();
   range += std::normal_distribution<double>(0, kRangeNoise)(random);

@@ -36,7 +36,7 @@ bool ObstacleStop::sees(std::int64_t now) const {
   return now - std::min(real_.at, augmented_.at) <= kSilence;
 }
 
-// Sweeps the footprint along the arc for as long as reacting and braking take.
+// Sweeps the footprint along the arc for the reaction and braking time.
 bool ObstacleStop::is_free(const Twist2& command) const {
   constexpr double kStep = 0.05;  // s
   const double brakes =

@@ -13,8 +13,8 @@ namespace robot {
 std::vector<Point2> points_of(const parhelion::planar_lidar_t& scan, const Pose2& T_base_laser,
                               double range_max);
 
-// The robot's own obstacle stop. It looks at its own laser and at MR_SCAN, so that it stops for virtual
-// things too, and for the real ones whatever Parhelion does.
+// The robot's own obstacle stop. It reads its own laser, so that it stops for real obstacles whatever
+// Parhelion does, and MR_SCAN, so that it stops for virtual ones, too.
 class ObstacleStop {
  public:
   static constexpr std::int64_t kSilence = 500'000;  // us without a scan: stop
@@ -23,8 +23,8 @@ class ObstacleStop {
   void see_real(const parhelion::planar_lidar_t& scan, std::int64_t now);
   void see_augmented(const parhelion::planar_lidar_t& scan, std::int64_t now);
 
-  // The largest fraction of `command` after which the robot can still brake before it touches something. What
-  // leads away from an obstacle is free.
+  // The largest fraction of `command` after which the robot can still brake before it touches something.
+  // Motion away from an obstacle is not reduced.
   double allowed(const Twist2& command, std::int64_t now) const;
   // Whether both scans are there.
   bool sees(std::int64_t now) const;

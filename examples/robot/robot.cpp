@@ -57,7 +57,7 @@ std::int64_t Robot::now() const {
          std::llround(1e6 * options_.clock_offset);
 }
 
-// The motors first: what has come on the bus in between is handled while waiting.
+// Sets the motors first; messages from the bus are handled in the remaining time.
 void Robot::run(const volatile std::sig_atomic_t& end) {
   std::int64_t next = now();
   while (!end) {
@@ -114,7 +114,7 @@ void Robot::steer(const parhelion::planar_lidar_t& scan, std::int64_t now) {
   if (route_->is_reached() && !was_reached) std::printf("goal reached\n"), std::fflush(stdout);
 }
 
-// Whoever commands, silence is stop and the obstacle stop has the last word.
+// Whatever the source of the command, silence means stop, and the obstacle stop comes last.
 void Robot::step(std::int64_t now) {
   Twist2 command = watch_.command(now);
   const bool steered = route_ && !watch_.is_stopped(now) && now - steered_ <= CommandWatch::kSilence;

@@ -43,7 +43,7 @@ Grid clearances(const Pose2& pose, const std::vector<Point2>& seen, double reach
   return clear;
 }
 
-// Dijkstra from `goal`: what is left to drive, m, from each cell; infinity: no path.
+// Dijkstra from `goal`: remaining distance from each cell, m; infinity: no path.
 Grid costs_to(int goal, const Grid& clear, double clearance) {
   Grid cost(kCells * kCells, std::numeric_limits<double>::infinity());
   using Entry = std::pair<double, int>;
@@ -81,7 +81,7 @@ Route::Route(const Settings& settings, std::vector<Point2> points)
 std::vector<Point2> Route::path(const Pose2& pose, const std::vector<Point2>& seen, double clearance) const {
   const Point2& goal = points_[next_];
   Grid clear = clearances(pose, seen, clearance + kPreferred);
-  // It may start nearer to something than it may drive.
+  // The start may be nearer to an obstacle than a path may be.
   for (std::size_t i = 0; i < clear.size(); ++i) {
     if (distance(point_of(static_cast<int>(i), pose), {pose.x, pose.y}) < 3 * kCell)
       clear[i] = std::max(clear[i], clearance);
@@ -133,7 +133,8 @@ double Route::gap(const Pose2& at, const std::vector<Point2>& seen) const {
   return nearest;
 }
 
-// Back, or turning on the spot: what leads farthest away from what is too close, and never nearer.
+// Backwards, or a turn on the spot: the motion that leads farthest away from what is too close, never nearer
+// to it.
 Twist2 Route::escape(const Pose2& pose, const std::vector<Point2>& seen) const {
   constexpr double kStep = 0.1, kHorizon = 0.8;  // s
   Twist2 best;
@@ -151,7 +152,7 @@ Twist2 Route::escape(const Pose2& pose, const std::vector<Point2>& seen) const {
   return best;
 }
 
-// Whether the next seconds keep a gap from all that is seen, or at least do not narrow it.
+// Whether the robot keeps its gap to everything seen for the next seconds, or at least does not reduce it.
 bool Route::is_safe(const std::vector<Point2>& path, Pose2 pose, Twist2 now, double speed,
                     const std::vector<Point2>& seen, double min_gap) const {
   constexpr double kStep = 0.1, kHorizon = 1.6;  // s
@@ -182,7 +183,7 @@ Twist2 Route::drive(const Pose2& pose, const Twist2& now, const std::vector<Poin
     blocked_ = 0;
     return follow(found, pose, speed);
   }
-  // What moves has had time to go away: closer past what does not, or back.
+  // Moving obstacles have had time to go away: pass closer to the others, or go back.
   if (++blocked_ > kPatience && is_safe(found, pose, now, kSlow, seen, kMinGap))
     return follow(found, pose, kSlow);
   reason_ = "something is too close";

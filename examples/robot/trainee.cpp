@@ -1,5 +1,5 @@
-// In place of a trainee at a console: drives a robot along points of the map by TELEOP. Of what is in its way
-// it knows only the robot's scans; where the robot is it reads off the plan, as a trainee does on the page.
+// Replaces a trainee at a console: drives a robot along points of the map by TELEOP. It knows obstacles only
+// from the robot's scans, and the robot's pose from the plan, as a trainee does on the page.
 //
 //   example_trainee --to 4,2.5 --to 8,2.5                  the real robot, on MR_SCAN
 //   example_trainee --agent robot_1 --to 2,1               a virtual robot with `behaviour: {kind: teleop}`
@@ -7,8 +7,7 @@
 //   example_trainee --lift 4.6,2.5,0.45 --into 4,3.1       the real robot's arm, which stands before the
 //   thing
 //
-// Ends with 0 at the last point, or with the thing in the container; with 3 and the reason where it has not
-// come there in time.
+// Exit code 0: at the last point, or the thing is in the container. 3, with the reason: not reached in time.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -92,7 +91,7 @@ class Trainee {
     if (options.lift) bus_.subscribe("JOINT_STATE", &Trainee::handle_joints, this);
   }
 
-  // Whether it has come to its last point.
+  // Whether it has reached its last point.
   bool drive() {
     const std::int64_t begin = now_us();
     std::int64_t next = begin;
@@ -108,7 +107,7 @@ class Trainee {
     publish_operator(1);
     return route_.is_reached();
   }
-  // Whether the thing has been lifted and let go over the container. The robot stands.
+  // Whether the thing has been lifted and released over the container. The robot stands still.
   bool lift() {
     constexpr double kDt = 1e-6 * kPeriod;
     std::optional<robot::ArmTask> task;
@@ -162,7 +161,8 @@ class Trainee {
     track_.add(utime, T_map_base);
     steer();
   }
-  // Scan and pose come one after the other, in either order: with both of one instant there is a new command.
+  // Scan and pose arrive one after the other, in either order. When both of one instant are there, computes a
+  // new command.
   void steer() {
     if (scan_.ranges.empty() || posed_ < scan_.utime) return;
     const Pose2 T_map_base = track_.at(scan_.utime);
