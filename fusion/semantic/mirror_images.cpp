@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "fusion/cloud/parallel.hpp"
 #include "fusion/semantic/mirror_planes.hpp"
 #include "protocols/quantile.hpp"
 
@@ -340,13 +341,19 @@ bool Mirror::has_image_at(const Eigen::Vector2d& p) const {
 std::vector<Mirror> find_mirrors(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
   std::vector<Mirror> mirrors;
   const SampledSite site = sampled_site(cloud, segmentation);
-  for (const VerticalSurface& surface : segmentation.verticals) {
+  // All at once, though few are not asked for in the end: beside a certain mirror.
+  std::vector<std::vector<Mirror>> of_surface(segmentation.verticals.size());
+  cloud::for_each_chunk(of_surface.size(), 1, 0, [&](std::size_t k, std::size_t, std::size_t) {
+    if (segmentation.verticals[k].curve != kNoCurve) return;
+    for (const double side : {1.0, -1.0})
+      add_mirrors_in(site, segmentation.verticals[k], side, of_surface[k]);
+  });
+  for (std::size_t k = 0; k < of_surface.size(); ++k) {
+    const VerticalSurface& surface = segmentation.verticals[k];
     const bool known = std::any_of(mirrors.begin(), mirrors.end(),
                                    [&](const Mirror& mirror) { return is_examined(mirror, surface); });
-    if (surface.curve != kNoCurve || known) continue;
-    std::vector<Mirror> found;
-    for (const double side : {1.0, -1.0}) add_mirrors_in(site, surface, side, found);
-    for (const Mirror& mirror : found) {
+    if (known) continue;
+    for (const Mirror& mirror : of_surface[k]) {
       const auto same = std::find_if(mirrors.begin(), mirrors.end(),
                                      [&](const Mirror& other) { return is_same(other, mirror); });
       if (same == mirrors.end())

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "fusion/cloud/parallel.hpp"
+
 namespace parhelion::semantic {
 
 namespace {
@@ -33,24 +35,38 @@ SampledSite sampled_site(const cloud::PointCloud<Map>& cloud, const Segmentation
   if (!cloud.empty()) site.origin = cloud.points.front().cast<double>();
   // One viewpoint without numbers of scans may be that of a whole registered cloud.
   site.rays = !cloud.viewpoints.empty() && !cloud.scans.empty();
-  const std::size_t step = 4 + cloud.size() / kMaxSamples, stride = 1 + cloud.size() / kMaxCubes;
+  const std::size_t step = 4 + cloud.size() / kMaxSamples;
+  const auto stride = static_cast<std::uint32_t>(1 + cloud.size() / kMaxCubes);
   const auto is_level = [&](std::size_t i) {
     const std::uint32_t surface = segmentation.surface_of[i];
     return surface != kNoSurface && surface >= segmentation.verticals.size();
   };
-  std::size_t alike = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const std::uint64_t choice = scrambled(i);
-    if (choice % step != 0) {
-      if ((choice >> 32) % stride == 0 && !is_level(i))
-        site.cubes.add(mirror_cube(cloud.points[i].cast<double>(), site.origin));
-      continue;
+  struct Chosen {
+    std::vector<SitePoint> samples, things;
+    std::vector<Eigen::Array3i> cubes;
+  };
+  constexpr std::size_t kChunk = 16'384;
+  std::vector<Chosen> chunks((cloud.size() + kChunk - 1) / kChunk);
+  cloud::for_each_chunk(cloud.size(), kChunk, 0, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    Chosen& chosen = chunks[chunk];
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint64_t choice = scrambled(i);
+      if (choice % step != 0) {
+        if (static_cast<std::uint32_t>(choice >> 32) % stride == 0 && !is_level(i))
+          chosen.cubes.push_back(mirror_cube(cloud.points[i].cast<double>(), site.origin));
+        continue;
+      }
+      chosen.samples.push_back(
+          {cloud.points[i].cast<double>(), segmentation.surface_of[i], site.rays ? cloud.scans[i] : -1});
+      if (!is_level(i)) chosen.things.push_back(chosen.samples.back());
     }
-    site.samples.push_back(
-        {cloud.points[i].cast<double>(), segmentation.surface_of[i], site.rays ? cloud.scans[i] : -1});
-    if (is_level(i)) continue;
-    site.things.push_back(site.samples.back());
+  });
+  for (const Chosen& chosen : chunks) {
+    for (const Eigen::Array3i& cube : chosen.cubes) site.cubes.add(cube);
+    site.samples.insert(site.samples.end(), chosen.samples.begin(), chosen.samples.end());
+    site.things.insert(site.things.end(), chosen.things.begin(), chosen.things.end());
   }
+  std::size_t alike = 0;
   for (const SitePoint& thing : site.things)
     alike += site.cubes.contains(mirror_cube(thing.p, site.origin)) ? 1 : 0;
   site.shared =

@@ -1,5 +1,7 @@
 #include "fusion/semantic/spread_voxels.hpp"
 
+#include <oneapi/tbb/combinable.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -249,18 +251,30 @@ std::vector<double> nearest_distances(const std::vector<Eigen::Vector3f>& points
       queries_about[cube].push_back(q);
     }
   }
-  std::vector<double> squares(queries.size(), std::numeric_limits<double>::infinity());
-  Eigen::Array3i last = Eigen::Array3i::Constant(std::numeric_limits<int>::min());
-  std::uint32_t cube = cloud::VoxelIndex::kNone;
-  for (const Eigen::Vector3f& p : points) {
-    const Eigen::Array3i place = place_of(p);
-    if ((place != last).any()) last = place, cube = numbers.find(place);  // points in sequence often share it
-    if (cube == cloud::VoxelIndex::kNone) continue;
-    for (const std::uint32_t q : queries_about[cube]) {
-      const double square = (p - queries[q]).cast<double>().squaredNorm();
-      if (square > 0) squares[q] = std::min(squares[q], square);
+  using Squares = std::vector<double>;
+  tbb::combinable<Squares> of_threads(
+      [&] { return Squares(queries.size(), std::numeric_limits<double>::infinity()); });
+  constexpr std::size_t kChunk = 16'384;
+  cloud::for_each_chunk(points.size(), kChunk, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    Squares& squares = of_threads.local();
+    Eigen::Array3i last = Eigen::Array3i::Constant(std::numeric_limits<int>::min());
+    std::uint32_t cube = cloud::VoxelIndex::kNone;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Eigen::Vector3f& p = points[i];
+      const Eigen::Array3i place = place_of(p);
+      if ((place != last).any())
+        last = place, cube = numbers.find(place);  // points in sequence often share it
+      if (cube == cloud::VoxelIndex::kNone) continue;
+      for (const std::uint32_t q : queries_about[cube]) {
+        const double square = (p - queries[q]).cast<double>().squaredNorm();
+        if (square > 0) squares[q] = std::min(squares[q], square);
+      }
     }
-  }
+  });
+  Squares squares(queries.size(), std::numeric_limits<double>::infinity());
+  of_threads.combine_each([&](const Squares& some) {
+    for (std::size_t q = 0; q < squares.size(); ++q) squares[q] = std::min(squares[q], some[q]);
+  });
   std::vector<double> distances;
   for (const double square : squares) distances.push_back(std::min(reach, std::sqrt(square)));
   return distances;

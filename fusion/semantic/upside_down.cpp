@@ -171,10 +171,11 @@ bool has_y_upwards(const cloud::PointCloud<Cloud>& cloud) {
 }
 
 bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up) {
-  constexpr double steep = 0.9, sideways = 0.3;                          // sine of the angle to the level
-  constexpr double seldom = 0.02, around = 0.1;                          // of the steep rays; of all
-  constexpr double enough = 100;                                         // rays
-  constexpr int sectors = 16, all_around = 14;                           // of the horizon
+  constexpr double steep = 0.9, sideways = 0.3;  // sine of the angle to the level
+  constexpr double seldom = 0.02, around = 0.1;  // of the steep rays; of all
+  constexpr double enough = 100;                 // rays
+  constexpr int sectors = 16, all_around = 14;   // of the horizon
+  constexpr std::uint32_t everywhere = (1U << sectors) - 1;
   if (cloud.scans.empty() && cloud.viewpoints.size() > 1) return false;  // whose rays is not known
   struct View {
     double over = 0, under = 0, below = 0, all = 0;
@@ -191,7 +192,7 @@ bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& 
     const double sine = ray.dot(up) / std::max(ray.norm(), 1e-6);
     of_view.over += sine > steep, of_view.under += sine < -steep, of_view.below += sine < -sideways;
     of_view.all += 1;
-    if (std::abs(sine) > steep) continue;
+    if (std::abs(sine) > steep || of_view.seen == everywhere) continue;
     const double turn = std::atan2(ray.dot(north), ray.dot(east)) / (2 * std::numbers::pi) + 0.5;
     of_view.seen |= 1U << std::min(static_cast<int>(turn * sectors), sectors - 1);
   }
@@ -205,10 +206,10 @@ bool saw_overhead(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& 
 
 std::string why_upside_down(const cloud::PointCloud<Cloud>& cloud, const std::vector<PlanePatch>& patches,
                             const Eigen::Vector3d& up) {
-  if (saw_overhead(cloud, up)) return "";
   const std::string why = what_hangs(patches, cloud.viewpoints, up);
-  // Ducts and lamps may be more than furniture, but few of them are level plates.
-  if (why.empty() || standing_evidence(patches, up) > kClearly) return "";
+  // Ducts and lamps may be more than furniture, but few of them are level plates. Rays are looked at last:
+  // there are far more of them than of patches.
+  if (why.empty() || standing_evidence(patches, up) > kClearly || saw_overhead(cloud, up)) return "";
   const auto other = up_if_on_side(patches, up);
   return other
              ? "the cloud seems to lie on its side, " + with_axis_upwards(*other) + ": give the up direction"

@@ -140,7 +140,10 @@ class PlaneFinder {
       const Eigen::Vector3d d = p - cube.mean;
       cube.sum += d, cube.squares += d * d.transpose(), ++cube.count, ++candidates;
     }
-    for (Cube& cube : cubes_) fit(cube);
+    constexpr std::size_t kFits = 256;  // cubes, of the work of one thread
+    cloud::for_each_chunk(cubes_.size(), kFits, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) fit(cubes_[k]);
+    });
     return candidates;
   }
   static void fit(Cube& cube) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "fusion/cloud/parallel.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
@@ -298,6 +299,47 @@ std::vector<Pair> neighbours(const std::vector<PlanLine>& lines) {
   return pairs;
 }
 
+/// The fitted arcs of pairs of lines, in the order of the pairs. Some are fitted at once by all threads,
+/// before it is known whether an arc of an earlier pair replaces their lines: which arcs these are does not
+/// depend on it.
+class ArcsOfPairs {
+ public:
+  ArcsOfPairs(const ArcFitter& fitter, const std::vector<PlanLine>& lines, double smallest)
+      : fitter_(fitter),
+        lines_(lines),
+        smallest_(smallest),
+        pairs_(neighbours(lines)),
+        arcs_(pairs_.size()) {}
+  const std::vector<Pair>& pairs() const { return pairs_; }
+
+  /// nullopt: its lines are no pieces of an arc. To be asked for in ascending order.
+  const std::optional<PlanArc>& of(std::size_t pair, const std::vector<bool>& replaced) {
+    if (pair >= fitted_) fit_from(pair, replaced);
+    return arcs_[pair];
+  }
+
+ private:
+  void fit_from(std::size_t first, const std::vector<bool>& replaced) {
+    constexpr std::size_t kAtOnce = 16;
+    fitted_ = std::min(pairs_.size(), first + kAtOnce);
+    cloud::for_each_chunk(fitted_ - first, 1, 0, [&](std::size_t k, std::size_t, std::size_t) {
+      const Pair& pair = pairs_[first + k];
+      if (!replaced[pair.a] && !replaced[pair.b]) arcs_[first + k] = fitted(pair);
+    });
+  }
+  std::optional<PlanArc> fitted(const Pair& pair) const {
+    auto arc = through(lines_[pair.a], lines_[pair.b], smallest_);
+    return arc && fitter_.refine(*arc, smallest_) && !(sagitta(*arc) < kMinSagitta) ? arc : std::nullopt;
+  }
+
+  const ArcFitter& fitter_;
+  const std::vector<PlanLine>& lines_;
+  double smallest_;
+  std::vector<Pair> pairs_;
+  std::vector<std::optional<PlanArc>> arcs_;
+  std::size_t fitted_ = 0;
+};
+
 }  // namespace
 
 std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double min_length,
@@ -307,10 +349,12 @@ std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double m
   const double smallest = min_length * min_length / (4 * near);
   std::vector<PlanArc> arcs;
   std::vector<bool> replaced(lines.size());
-  for (const Pair& pair : neighbours(lines)) {
+  ArcsOfPairs arcs_of_pairs(fitter, lines, smallest);
+  for (std::size_t k = 0; k < arcs_of_pairs.pairs().size(); ++k) {
+    const Pair& pair = arcs_of_pairs.pairs()[k];
     if (replaced[pair.a] || replaced[pair.b]) continue;
-    auto arc = through(lines[pair.a], lines[pair.b], smallest);
-    if (!arc || !fitter.refine(*arc, smallest) || sagitta(*arc) < kMinSagitta) continue;
+    std::optional<PlanArc> arc = arcs_of_pairs.of(k, replaced);
+    if (!arc) continue;
     std::vector<PlanLine> along, kept;
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < lines.size(); ++i) {
