@@ -1,6 +1,6 @@
 // How good the semantic model is on hard made-up sites; not a benchmark of time. semantic_sites [FIRST [LAST
-// [DEVICE [KIND]]]]: seeds, and only one device (0 to 7, -1: all) and kind of site (0 to 9). With four
-// arguments each seed has a line.
+// [DEVICE [KIND]]]]: seeds, and only one device (0 to 7, -1: all) and kind of site (0 to 21; -1: 0 to 9, -2:
+// 10 to 21, those of tests/mean_sites/kinds). With a kind each seed has a line.
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
@@ -11,6 +11,8 @@
 using namespace parhelion::test;
 
 namespace {
+
+constexpr int kFurtherKinds = -2;
 
 void print(const char* first, const char* second, const MeanScore& s) {
   std::printf(
@@ -63,13 +65,14 @@ int main(int argc, char** argv) {
   for (int d = 0; d < kDevices; ++d) {
     if (only_device >= 0 && d != only_device) continue;
     MeanScore of_device;
-    for (int k = 0; k < kSiteKinds; ++k) {
+    for (int k = 0; k < kAllSiteKinds; ++k) {
+      if (only_kind < 0 && (only_kind == kFurtherKinds) != (k >= kSiteKinds)) continue;
       if (only_kind >= 0 && k != only_kind) continue;
       MeanScore sum;
       for (int seed = first; seed <= last; ++seed) {
         const MeanScore score = score_mean_site(static_cast<SiteKind>(k), static_cast<Device>(d),
                                                 static_cast<std::uint64_t>(seed));
-        if (argc > 4)
+        if (only_kind >= 0)
           print(("seed " + std::to_string(seed)).c_str(), to_string(static_cast<Device>(d)), score);
         sum += score;
       }

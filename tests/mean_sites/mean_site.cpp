@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/mean_sites/kinds/kinds.hpp"
+
 namespace parhelion::test {
 namespace {
 
@@ -472,10 +474,17 @@ MeanSite askew(SitePen& pen) {
 
 }  // namespace
 
+namespace {
+
+std::uint64_t seed_of_pen(SiteKind kind, std::uint64_t seed) {
+  const auto k = static_cast<std::uint64_t>(kind);
+  return k < 5 ? seed * 5 + k : k < kSiteKinds ? seed * 8 + 1'000'000 + k : seed * 32 + 2'000'000 + k;
+}
+
+}  // namespace
+
 MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
-  SitePen pen(static_cast<int>(kind) < 5 ? seed * 5 + static_cast<std::uint64_t>(kind)
-                                         : seed * 8 + 1'000'000 + static_cast<std::uint64_t>(kind),
-              varied);
+  SitePen pen(seed_of_pen(kind, seed), varied);
   pen.site().kind = kind;
   switch (kind) {
     case SiteKind::flat:
@@ -498,6 +507,30 @@ MeanSite mean_site(SiteKind kind, std::uint64_t seed, bool varied) {
       return ramps(pen);
     case SiteKind::askew:
       return askew(pen);
+    case SiteKind::attic:
+      return test::attic(pen);
+    case SiteKind::bulkheads:
+      return test::bulkheads(pen);
+    case SiteKind::car_park:
+      return test::car_park(pen);
+    case SiteKind::carriage:
+      return test::carriage(pen);
+    case SiteKind::container_yard:
+      return test::container_yard(pen);
+    case SiteKind::cubicles:
+      return test::cubicles(pen);
+    case SiteKind::mirror_hall:
+      return test::mirror_hall(pen);
+    case SiteKind::rubble:
+      return test::rubble(pen);
+    case SiteKind::split_level:
+      return test::split_level(pen);
+    case SiteKind::stage:
+      return test::stage(pen);
+    case SiteKind::tunnel:
+      return test::tunnel(pen);
+    case SiteKind::walkers:
+      return test::walkers(pen);
   }
   return {};
 }

@@ -23,13 +23,29 @@ enum class SiteKind : std::uint8_t {
   big_steps,  ///< a wide flight outdoors, seen from its foot and its side only
   two_plans,  ///< two storeys whose walls stand in different places
   ramps,      ///< a hall with a raised part, a ramp and steps up to it, a wedge before a door's sill
-  askew       ///< a flight beside a wall that runs in another direction
+  askew,      ///< a flight beside a wall that runs in another direction
+  attic,      ///< this and the following: kinds/kinds.hpp
+  bulkheads,
+  car_park,
+  carriage,
+  container_yard,
+  cubicles,
+  mirror_hall,
+  rubble,
+  split_level,
+  stage,
+  tunnel,
+  walkers
 };
-inline constexpr int kSiteKinds = 10;
+inline constexpr int kSiteKinds = 10;     ///< those that objects were trained on and most figures are of
+inline constexpr int kAllSiteKinds = 22;  ///< with the further ones
 
 inline const char* to_string(SiteKind kind) {
-  constexpr const char* names[] = {"flat",      "stair hall", "storeys",   "yard",  "office",
-                                   "apartment", "big steps",  "two plans", "ramps", "askew"};
+  constexpr const char* names[] = {"flat",      "stair hall",  "storeys",   "yard",        "office",
+                                   "apartment", "big steps",   "two plans", "ramps",       "askew",
+                                   "attic",     "bulkheads",   "car park",  "carriage",    "containers",
+                                   "cubicles",  "mirror hall", "rubble",    "split level", "stage",
+                                   "tunnel",    "walkers"};
   return names[static_cast<std::size_t>(kind)];
 }
 
