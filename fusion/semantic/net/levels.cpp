@@ -21,6 +21,7 @@ constexpr double kWalled = 0.5;  ///< of its rim: walls stand on a room's floor,
 constexpr std::size_t kSamples = 3'000'000;  ///< points used
 constexpr double kMinRoomHeight = 1.9;       ///< m, from a floor to the ceiling over it
 constexpr double kMinArea = 1.0;             ///< m^2, of a floor or a ceiling
+constexpr double kSteepest = 0.364;          ///< m per metre: 20 degrees, as of ramps; steeper is no floor
 constexpr double kBow = 0.12;                ///< m, height variation of one floor
 constexpr double kPart = 3;                  ///< deduction for a part of a larger level
 constexpr double kBeside = 0.6;              ///< m, a level reaches this far beyond its bounds
@@ -304,6 +305,7 @@ std::vector<double> Levels::floors() const {
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
+  if (h.slope > kSteepest) return -kNoLevel;
   const bool beam = has_floor_ && h.z > floor_ + kMinRoomHeight && width_of(h) < kBeam;
   const double raised = 15 * std::max(0.0, evidence_[i].drops - kRaised);
   return -floor_part_[i] - raised - (beam ? kNoLevel : 0) + 8 * (evidence_[i].lowest - 0.6) +

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_sort.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -129,6 +130,24 @@ double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& height
   return static_cast<double>(median);
 }
 
+/// m per metre, of the plane through these plates; 0 where they lie in a row.
+double slope_of(const std::vector<Plate>& plates, std::span<const std::uint32_t> members, double cell) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  const auto at = [&](std::uint32_t m) {
+    return Eigen::Vector3d(plates[m].x * cell, plates[m].y * cell, static_cast<double>(plates[m].z));
+  };
+  for (const std::uint32_t m : members) mean += at(m) / static_cast<double>(members.size());
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d with_height = Eigen::Vector2d::Zero();
+  for (const std::uint32_t m : members) {
+    const Eigen::Vector3d d = at(m) - mean;
+    squares += d.head<2>() * d.head<2>().transpose();
+    with_height += d.head<2>() * d.z();
+  }
+  if (squares.determinant() < 1e-3 * squares(0, 0) * squares(1, 1)) return 0;
+  return (squares.inverse() * with_height).norm();
+}
+
 /// One surface from the plates [begin, end) of `members`; none where they are a slice of something else.
 bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
                   HorizontalSurface& surface, Plate& sums) {
@@ -158,6 +177,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
   surface.z = trimmed_median(heights);
   surface.points = static_cast<std::uint32_t>(points);
   surface.thickness = 2 * std::sqrt(variance / static_cast<double>(points));
+  surface.slope = slope_of(plates, members, cell);
   return true;
 }
 

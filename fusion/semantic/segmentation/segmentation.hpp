@@ -34,9 +34,10 @@ struct VerticalSurface {
 
 /// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
 struct HorizontalSurface {
-  double z = 0;                                   ///< m, median of its points without outliers
-  double thickness = 0;                           ///< m, 2 sigma
-  double area = 0;                                ///< m^2, of the plan cells that it covers
+  double z = 0;          ///< m, median of its points without outliers
+  double thickness = 0;  ///< m, 2 sigma
+  double area = 0;       ///< m^2, of the plan cells that it covers
+  double slope = 0;  ///< m per metre, of the plane through its cells: level in each, it may rise as a whole
   Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< m, bounds in the plan
   Eigen::Vector2d high = Eigen::Vector2d::Zero();
   bool faces_down = false;  ///< seen from below, like a ceiling
