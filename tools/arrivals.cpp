@@ -78,6 +78,21 @@ ScanArrival scan_arrival(const Arrivals& scans, const Arrivals& odometry) {
   return result;
 }
 
+bool has_another_clock(const ScanArrival& arrival) {
+  constexpr double kAnotherClock = 2;  // s, as SLAM: odometry that is so far from the scans is of no use
+  return arrival.odometry_lag && std::abs(*arrival.odometry_lag) > kAnotherClock;
+}
+
+std::string clock_advice(double odometry_lag) {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "stamps are %.1f s %s those of ODOMETRY that arrives with them: one of the two has another "
+                "clock. Synchronise the clocks, or give odometry in the robot description a time_offset of "
+                "%.1f s, then let calibrate measure the rest",
+                std::abs(odometry_lag), odometry_lag > 0 ? "ahead of" : "behind", odometry_lag);
+  return text;
+}
+
 std::optional<double> early_arrival(const LaserDescription& laser, std::size_t beams,
                                     const ScanArrival& arrival) {
   constexpr double kOdometryDelay = 0.02;  // s from the measurement of odometry to its arrival
@@ -85,7 +100,7 @@ std::optional<double> early_arrival(const LaserDescription& laser, std::size_t b
     return std::nullopt;
   const double last = std::max(laser.beam_time(0, beams), laser.beam_time(beams - 1, beams)).seconds();
   const double early = last + std::min(*arrival.odometry_lag, -arrival.delay);
-  if (early <= std::max(last / 2, kOdometryDelay)) return std::nullopt;
+  if (early <= std::max(last / 2, kOdometryDelay) || has_another_clock(arrival)) return std::nullopt;
   return early;
 }
 

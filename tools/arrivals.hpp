@@ -37,6 +37,11 @@ struct ScanArrival {
 };
 ScanArrival scan_arrival(const Arrivals& scans, const Arrivals& odometry);
 
+/// The scans' stamps are seconds away from those of the odometry that arrives with them.
+bool has_another_clock(const ScanArrival& arrival);
+/// What that means, and what to do.
+std::string clock_advice(double odometry_lag);
+
 /// s by which scans arrive before their last beam is measured as the laser is described, which cannot be.
 /// Judged by the clock of the log, and by the one that odometry shows, as the clocks of laser and log may
 /// differ, or those of laser and odometry: odometry takes less than half a sweep to arrive, or less than 20

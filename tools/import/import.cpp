@@ -71,11 +71,13 @@ std::string summary_line(const ImportReport& report) {
 
 std::vector<std::string> findings(const ImportReport& report) {
   std::vector<std::string> lines;
-  for (const Refusal& refusal : report.refusals)
-    lines.push_back("refused " + refusal.place + ": " + refusal.why);
-  if (report.refused > report.refusals.size()) {
-    lines.push_back("refused " + grouped(report.refused - report.refusals.size()) + " more");
+  std::uint64_t unlisted = report.refused;
+  for (const Refusal& refusal : report.refusals) {
+    const std::string more = refusal.more > 0 ? " and " + grouped(refusal.more) + " more" : "";
+    lines.push_back("refused " + refusal.place + more + ": " + refusal.why);
+    unlisted -= 1 + refusal.more;
   }
+  if (unlisted > 0) lines.push_back("refused " + grouped(unlisted) + " more, for other reasons");
   if (report.damaged > 0) {
     lines.push_back(report.input + " is cut off or damaged at " + grouped(report.damaged) +
                     (report.damaged == 1 ? " place: " : " places: ") + report.output +

@@ -46,6 +46,7 @@ struct ChannelReport {
 struct Refusal {
   std::string place;
   std::string why;
+  std::uint64_t more = 0;  ///< for the same reason, not listed
 };
 
 struct ImportReport {

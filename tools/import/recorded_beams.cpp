@@ -51,8 +51,10 @@ std::optional<RobotDescription> RecordedBeams::corrected(std::vector<std::string
       std::snprintf(text, sizeof text, ": beam_interval is %.6g s", laser.beam_interval);
       notes.push_back(start + recorded.order.what() + text);
     }
-    if (recorded.own_times) continue;
     const ScanArrival arrival = scan_arrival(recorded.arrivals, odometry_);
+    if (has_another_clock(arrival))
+      notes.push_back(recorded.channel + ": " + clock_advice(*arrival.odometry_lag));
+    if (recorded.own_times) continue;
     const auto early = early_arrival(laser, recorded.beams, arrival);
     if (!early) continue;
     if (!is_stamped_at_arrival(laser, recorded.beams, arrival)) {

@@ -216,8 +216,14 @@ void RecordingWriter::refuse(Place place, std::string why) { refuse_at({place_te
 
 void RecordingWriter::refuse_at(Refusal refusal) {
   ++state_->report.refused;
-  if (state_->report.refusals.size() < kMaxRefusalsListed)
-    state_->report.refusals.push_back(std::move(refusal));
+  // The first places show where to look; of a whole topic the number is enough.
+  constexpr std::ptrdiff_t kPlacesOfOneReason = 5;
+  std::vector<Refusal>& listed = state_->report.refusals;
+  const auto same = [&](const Refusal& other) { return other.why == refusal.why; };
+  if (std::count_if(listed.begin(), listed.end(), same) >= kPlacesOfOneReason)
+    ++std::find_if(listed.rbegin(), listed.rend(), same)->more;
+  else if (listed.size() < kMaxRefusalsListed)
+    listed.push_back(std::move(refusal));
 }
 
 void RecordingWriter::refuse_damage(Place place, std::string why) {

@@ -31,7 +31,7 @@ Json to_json(const ImportReport& report) {
   Json channels = Json::array(), refusals = Json::array();
   for (const ChannelReport& channel : report.channels) channels.push_back(to_json(channel));
   for (const Refusal& refusal : report.refusals)
-    refusals.push_back(Json::array({refusal.place, refusal.why}));
+    refusals.push_back(Json::array({refusal.place, refusal.why, refusal.more}));
   return {{"input", report.input},
           {"output", report.output},
           {"read", report.read},
@@ -57,7 +57,8 @@ ImportReport import_report(const Json& json) {
   for (const Json& channel : json.at("channels")) report.channels.push_back(channel_report(channel));
   json.at("left_out").get_to(report.left_out);
   json.at("refused").get_to(report.refused);
-  for (const Json& refusal : json.at("refusals")) report.refusals.push_back({refusal.at(0), refusal.at(1)});
+  for (const Json& refusal : json.at("refusals"))
+    report.refusals.push_back({refusal.at(0), refusal.at(1), refusal.at(2)});
   json.at("damaged").get_to(report.damaged);
   json.at("notes").get_to(report.notes);
   json.at("ahead").get_to(report.ahead);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace parhelion::tools::ros {
@@ -45,6 +46,16 @@ class Cursor {
     values.resize(n);
     if (n > 0) std::memcpy(values.data(), bytes_.data() + at_, n * sizeof(T));
     at_ += n * sizeof(T);
+    return values;
+  }
+  /// Of an array of arrays; `none` where one of these is empty.
+  std::vector<float> first_of_each(float none) {
+    std::vector<float> values;
+    const std::size_t n = number<std::uint32_t>();
+    for (std::size_t i = 0; i < n && ok(); ++i) {
+      const std::vector<float> each = array<float>();
+      values.push_back(each.empty() ? none : each.front());
+    }
     return values;
   }
   template <std::size_t N>
@@ -136,7 +147,7 @@ Result<std::string> read_string(MessageBytes bytes) {
   return in.done(in.text());
 }
 
-Result<LaserScan> read_laser_scan(MessageBytes bytes) {
+Result<LaserScan> read_laser_scan(MessageBytes bytes, Echoes echoes) {
   Cursor in(bytes);
   LaserScan scan;
   scan.header = in.header();
@@ -144,8 +155,13 @@ Result<LaserScan> read_laser_scan(MessageBytes bytes) {
                        &scan.scan_time, &scan.range_min, &scan.range_max}) {
     *value = in.number<float>();
   }
-  scan.ranges = in.array<float>();
-  scan.intensities = in.array<float>();
+  if (echoes == Echoes::one) {
+    scan.ranges = in.array<float>();
+    scan.intensities = in.array<float>();
+  } else {
+    scan.ranges = in.first_of_each(std::numeric_limits<float>::infinity());
+    scan.intensities = in.first_of_each(0);
+  }
   return in.done(std::move(scan));
 }
 

@@ -95,7 +95,10 @@ struct JointState {  ///< sensor_msgs/JointState
 };
 
 Result<std::string> read_string(MessageBytes bytes);  ///< std_msgs/String
-Result<LaserScan> read_laser_scan(MessageBytes bytes);
+/// Of a sensor_msgs/MultiEchoLaserScan (`several`) the first echo of each beam is read; a beam without any is
+/// one without a return.
+enum class Echoes : std::uint8_t { one, several };
+Result<LaserScan> read_laser_scan(MessageBytes bytes, Echoes echoes = Echoes::one);
 Result<Image> read_image(MessageBytes bytes);
 Result<CompressedImage> read_compressed_image(MessageBytes bytes);
 Result<CameraInfo> read_camera_info(MessageBytes bytes);

@@ -82,7 +82,7 @@ class Copy {
   }
 
   Status put_scan(const BagMessage& message, std::string_view channel) {
-    const auto scan = ros::read_laser_scan(message.bytes);
+    const auto scan = read_scan(message);
     if (!scan) return refuse(message, scan.error());
     return put(channel, to_scan(*scan), message);
   }
@@ -236,12 +236,13 @@ std::string advice_for_clouds(const BagSurvey& survey) {
 void note_missing(const BagChoice& choice, std::vector<std::string>& notes) {
   if (!choice.scan)
     notes.emplace_back(
-        "no SCAN: there is no sensor_msgs/LaserScan, so `slam`, `serve` and `replay` have no "
+        "no SCAN: there is no sensor_msgs/LaserScan or MultiEchoLaserScan, so `slam`, `serve` and `replay` "
+        "have no "
         "input");
   if (choice.scan && !choice.odometry)
     notes.emplace_back(
-        "no ODOMETRY: there is neither nav_msgs/Odometry nor a tf from odom to the base; `slam` needs it. "
-        "With a pose from elsewhere, `replay` needs none");
+        "no ODOMETRY: there is neither nav_msgs/Odometry nor a tf from odom to the base; `slam "
+        "--no-odometry` makes it of the scans");
 }
 
 }  // namespace
@@ -274,6 +275,8 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
                     survey.topics.at(*choice->reference).frame + "'");
   }
   if (choice->odometry) notes.push_back("ODOMETRY is " + *choice->odometry);
+  for (const std::string& topic : choice->unreadable_odometry)
+    notes.push_back(topic + ": no message of it can be read, so it is not ODOMETRY");
   note_missing(*choice, notes);
   if (!clouds.empty()) notes.push_back(clouds);
   if (const Status possible = check_urdf(options, survey, notes); !possible) return possible.error();

@@ -12,6 +12,7 @@ namespace parhelion::tools {
 namespace {
 
 constexpr const char* kLaserScan = "sensor_msgs/LaserScan";
+constexpr const char* kMultiEchoLaserScan = "sensor_msgs/MultiEchoLaserScan";
 constexpr const char* kImage = "sensor_msgs/Image";
 constexpr const char* kCompressedImage = "sensor_msgs/CompressedImage";
 constexpr const char* kCameraInfo = "sensor_msgs/CameraInfo";
@@ -25,10 +26,11 @@ constexpr const char* kJointState = "sensor_msgs/JointState";
 
 /// What a scan message states about its laser.
 void record_stated_values(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
-  evidence.range_min = scan.range_min;
-  evidence.range_max = scan.range_max;
-  evidence.beam_interval = std::abs(scan.time_increment);
-  evidence.scan_period = scan.scan_time;
+  const auto stated = [](float value) { return std::isfinite(value) && value > 0 ? value : 0; };
+  evidence.range_min = stated(scan.range_min);
+  evidence.range_max = stated(scan.range_max);
+  evidence.beam_interval = stated(std::abs(scan.time_increment));
+  evidence.scan_period = stated(scan.scan_time);
   // sensor_msgs/LaserScan: "timestamp in the header is the acquisition time of the first ray".
   evidence.stamp_beam =
       scan.time_increment < 0 ? LaserDescription::StampBeam::last : LaserDescription::StampBeam::first;
@@ -86,11 +88,17 @@ Result<std::optional<std::string>> choose_reference(const ImportOptions& options
   return choose_topic(options, channel::kReferencePose, candidates, kPoseStamped);
 }
 
-/// A topic has priority over tf, which has the same content in most bags.
+/// A topic has priority over tf, which has the same content in most bags, if a message of it can be read.
 Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, BagChoice& choice) {
   std::vector<std::string> candidates = survey.of_type(kOdometry);
   const bool asked = options.topics.count(channel::kOdometry) > 0;
   const auto edges = survey.frames.odometry_edges();
+  const auto is_unreadable = [&](const std::string& topic) { return survey.topics.at(topic).count == 0; };
+  if (!asked && (!edges.empty() || !std::all_of(candidates.begin(), candidates.end(), is_unreadable))) {
+    const auto readable = std::stable_partition(candidates.begin(), candidates.end(), is_unreadable);
+    choice.unreadable_odometry.assign(candidates.begin(), readable);
+    candidates.erase(candidates.begin(), readable);
+  }
   if (candidates.empty() || asked) {
     for (const RosFrames::Key& edge : edges) candidates.push_back(name_of(edge));
   }
@@ -188,6 +196,13 @@ Result<std::optional<Description>> describe_camera(const BagSurvey& survey, cons
 
 bool is_tf(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
+bool is_scan(const std::string& type) { return type == kLaserScan || type == kMultiEchoLaserScan; }
+
+Result<ros::LaserScan> read_scan(const BagMessage& message) {
+  return ros::read_laser_scan(message.bytes,
+                              message.type == kMultiEchoLaserScan ? ros::Echoes::several : ros::Echoes::one);
+}
+
 Scan to_scan(const ros::LaserScan& message) {
   Scan scan{message.header.stamp,
             message.ranges,
@@ -213,8 +228,8 @@ void BagSurvey::take(const BagMessage& message) {
     if (topic.count++ == 0) topic.frame = header.frame;
     first_stamp.add(header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns});
   };
-  if (message.type == kLaserScan) {
-    const auto scan = ros::read_laser_scan(message.bytes);
+  if (is_scan(message.type)) {
+    const auto scan = read_scan(message);
     if (!scan) return;
     see(scan->header);
     LaserEvidence& evidence = lasers[message.topic];
@@ -292,6 +307,7 @@ Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& s
     return {};
   };
   std::vector<std::string> scans = survey.of_type(kLaserScan);
+  for (std::string& topic : survey.of_type(kMultiEchoLaserScan)) scans.push_back(std::move(topic));
   if (const Status further = choose_further_scans(options, scans, choice); !further) return further.error();
   const bool several = scans.size() > 1 && options.topics.count(channel::kScan) == 0;
   const auto lasers = choose_lasers(options, scans, kLaserScan);

@@ -42,6 +42,7 @@ struct BagChoice {
   std::optional<RosFrames::Key> odometry_edge;  ///< if odometry comes from tf
   /// Lasers after the first, by topic: the names in their channels, SCAN_<name>. Only those asked for.
   std::map<std::string, std::string> further_scans;
+  std::vector<std::string> unreadable_odometry;  ///< topics that are not ODOMETRY for that reason
 };
 
 Result<BagChoice> choose_topics(const ImportOptions& options, const BagSurvey& survey);
@@ -55,5 +56,8 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
 Scan to_scan(const ros::LaserScan& message);
 
 bool is_tf(const std::string& type);
+bool is_scan(const std::string& type);
+/// Of a message whose type is a scan's.
+Result<ros::LaserScan> read_scan(const BagMessage& message);
 
 }  // namespace parhelion::tools

@@ -175,6 +175,8 @@ class Checker {
 
   void check_stamp_beam(const std::string& channel, const LaserDescription& laser, const LaserSurvey& seen) {
     if (seen.own_angles) return;
+    if (has_another_clock(seen.arrival))
+      contradicts(channel + ": " + clock_advice(*seen.arrival.odometry_lag));
     if (const auto early = early_arrival(laser, seen.beams, seen.arrival))
       contradicts(channel + " " + stamp_beam_advice(*early));
   }
