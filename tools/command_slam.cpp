@@ -119,12 +119,13 @@ class LiveSlam {
                                             {options_.own(channel::kImu), 1000},
                                             {options_.scan_channel, 5},
                                             {options_.own(channel::kRobot), 1}}) {
+      if (channel == options_.odometry_channel && !options_.slam.has_odometry) continue;
       if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
     }
     std::signal(SIGINT, ask_to_stop);
     std::signal(SIGTERM, ask_to_stop);
-    std::fprintf(stderr, "parhelion slam: waiting for %s and %s\n", options_.scan_channel.c_str(),
-                 options_.odometry_channel.c_str());
+    const std::string also = options_.slam.has_odometry ? " and " + options_.odometry_channel : "";
+    std::fprintf(stderr, "parhelion slam: waiting for %s%s\n", options_.scan_channel.c_str(), also.c_str());
     Message message;
     while (stop_asked == 0) {
       const auto received = bus_->receive(message, milliseconds(100));
@@ -197,6 +198,10 @@ class LiveSlam {
     if (word->state != state_) {
       std::fprintf(stderr, "parhelion slam: %s\n", kStates[static_cast<std::size_t>(word->state)]);
       state_ = word->state;
+    }
+    if (const auto odometry = slam_->odometry_by_scans()) {
+      encode(*odometry, bytes_);
+      if (Status sent = bus_->publish(options_.odometry_channel, bytes_); !sent) return sent;
     }
     word->step_time = nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(took).count());
     encode(*word, bytes_);
@@ -308,6 +313,8 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
+  command->add_flag("!--no-odometry", options.slam.has_odometry,
+                    "The robot reports none: it is made of the scans, and published on ODOMETRY");
   command->add_option("--summary", arguments->summary, "JSON file for counts and times, with --log");
   arguments->bus.add_to(*command);
   command->callback([arguments, &exit] { exit = run(*arguments); });

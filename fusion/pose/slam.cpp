@@ -6,6 +6,7 @@
 
 #include "fusion/pose/mrpt/engines.hpp"
 #include "fusion/pose/own_slam.hpp"
+#include "fusion/pose/slam_by_scans.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -26,6 +27,12 @@ Status check(const RobotDescription& robot, const SlamOptions& options) {
   if (options.engine == SlamEngine::parhelion && !options.engine_config.empty())
     return Error{options.engine_config + ": is for an engine of MRPT; choose one with --engine"};
   return {};
+}
+
+Result<std::unique_ptr<Slam>> with_odometry(const RobotDescription& robot, const SlamOptions& options,
+                                            Result<std::unique_ptr<Slam>> engine) {
+  if (!engine || options.has_odometry) return engine;
+  return with_odometry_by_scans(robot, std::move(*engine));
 }
 
 }  // namespace
@@ -53,17 +60,18 @@ Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const S
   if (options.engine == SlamEngine::parhelion) return make_own_mapper(robot, options);
   if (options.engine == SlamEngine::mrpt_localization)
     return Error{"mrpt-localization localizes in a map that exists; name it with --map"};
-  return make_mrpt_mapper(robot, options);
+  return with_odometry(robot, options, make_mrpt_mapper(robot, options));
 }
 
 Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, const std::string& map_path,
                                              const SlamOptions& options) {
   if (const Status checked = check(robot, options); !checked) return checked.error();
-  if (options.engine == SlamEngine::parhelion) return make_own_localizer(robot, map_path, options);
+  if (options.engine == SlamEngine::parhelion)
+    return with_odometry(robot, options, make_own_localizer(robot, map_path, options));
   if (options.engine != SlamEngine::mrpt_localization)
     return Error{std::string(to_string(options.engine)) +
                  " builds a map; omit --map, or choose mrpt-localization"};
-  return make_mrpt_localizer(robot, map_path, options);
+  return with_odometry(robot, options, make_mrpt_localizer(robot, map_path, options));
 }
 
 }  // namespace parhelion::pose

@@ -36,7 +36,9 @@ struct SlamOptions {
   std::string engine_config;  ///< a configuration file of MRPT, for its engines; empty: defaults of our own
   std::uint64_t seed = 1;
   std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
-  double resolution = 0.05;              ///< m, of a map being built, or made from a .simplemap
+  /// False: the robot reports none, and scans alone show how it moves.
+  bool has_odometry = true;
+  double resolution = 0.05;  ///< m, of a map being built, or made from a .simplemap
   /// Unsure while the laser may be mounted backward or upside down, and its beams in the order that scans
   /// show; false for who calibrates.
   bool doubt_mounting = true;
@@ -59,7 +61,8 @@ class Slam {
   /// Roll and pitch are taken out of scans. Without samples, or without an `imu` in the description, the
   /// robot counts as level.
   virtual void add_inertial(const ImuSample&) {}
-  /// The estimate for this scan; nullopt where there is none yet (before the first odometry). Global
+  /// The estimate for this scan; nullopt where there is none yet (before the first odometry, or of a robot
+  /// that has none, before the first scan with returns). Global
   /// localization returns estimates with state initializing until it has converged.
   virtual std::optional<PoseEstimate> add(const Scan& scan) = 0;
   /// Mapping: closes the remaining loops and returns the final trajectory (causal = false), one pose per
@@ -69,6 +72,8 @@ class Slam {
   virtual std::vector<OdometryFinding> odometry_findings() const { return {}; }
   /// As a map that was built shows it; it was not applied. nullopt: the drive has not shown it.
   virtual std::optional<ClockOffset> odometry_offset() const { return std::nullopt; }
+  /// Of the scan that was added last, where SlamOptions::has_odometry is false.
+  virtual std::optional<Odometry> odometry_by_scans() const { return std::nullopt; }
   virtual GridMap grid_map() const = 0;
   /// MRPT's .simplemap (mapping only).
   virtual Status save_simplemap(const std::string& path) const = 0;

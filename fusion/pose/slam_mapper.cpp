@@ -16,10 +16,10 @@ class Mapper final : public Slam {
   Mapper(const RobotDescription& robot, const SlamOptions& options)
       : robot_(robot),
         options_(options),
-        odometry_(robot.odometry),
+        odometry_(robot.odometry, options.has_odometry),
         attitude_(robot.imu),
         beam_correction_(*robot.laser, options.doubt_mounting),
-        front_end_(robot, {.doubt_mounting = options.doubt_mounting}) {
+        front_end_(robot, {.doubt_mounting = options.doubt_mounting, .has_odometry = options.has_odometry}) {
     if (options.start) front_end_.set_start({options.start->x(), options.start->y(), options.start->z()});
   }
 
@@ -34,6 +34,8 @@ class Mapper final : public Slam {
     const SweepMotion motion = sweep_motion(options_, front_end_.tracking(), scan.stamp, step->sweep);
     const ScanPoints points = deskewed(scan, *robot_.laser, motion, attitude);
     SlamFrontEnd::Estimate tracked = front_end_.add(points, *step);
+    if (!options_.has_odometry)
+      by_scans_ = {scan.stamp, transform<Odom, Base>(planar(by_scans_.T_odom_base) * tracked.moved)};
     if (const auto found = find_again(points, *step)) tracked.T_map_base = *found;
     if (front_end_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     const Pose2 T_keyframe_base = front_end_.keyframes().back().T_map_base.inverse() * tracked.T_map_base;
@@ -72,6 +74,10 @@ class Mapper final : public Slam {
     constexpr double kKnown = 0.05;  // s: half of what is thought of any robot
     const ClockOffset offset{front_end_.scale().time_offset(), front_end_.scale().time_offset_sigma()};
     return offset.sigma < kKnown ? std::optional(offset) : std::nullopt;
+  }
+
+  std::optional<Odometry> odometry_by_scans() const override {
+    return options_.has_odometry || tracked_.empty() ? std::nullopt : std::optional(by_scans_);
   }
 
   GridMap grid_map() const override {
@@ -143,6 +149,7 @@ class Mapper final : public Slam {
   AttitudeTrack attitude_;
   BeamCorrection beam_correction_;
   SlamFrontEnd front_end_;
+  Odometry by_scans_;  ///< at the last scan
   LiveLoops loops_;
   KeyframeSearch search_;
   std::vector<Tracked> tracked_;

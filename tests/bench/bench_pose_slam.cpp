@@ -162,6 +162,7 @@ void bench_mapping(const std::string& name, const std::string& log,
   for (const char* kind : {".simplemap", ".yaml"}) {
     pose::SlamOptions options;
     options.start = Eigen::Vector3d(0, 0, 0);
+    options.has_odometry = mapping.has_odometry;
     if (mapping.engine != pose::SlamEngine::parhelion) options.engine = pose::SlamEngine::mrpt_localization;
     auto localizer = pose::make_localizer(recording.robot, prefix + kind, options);
     if (!localizer) continue;
@@ -182,18 +183,20 @@ void bench_mapping(const std::string& name, const std::string& log,
 
 /// bench_pose_slam ENGINE NAME=LOG...: logs that `parhelion import` wrote. The one that is named Intel is
 /// compared with that recording's relations. ENGINE: as of `slam --engine`, for mapping; "mrpt-rbpf=FILE"
-/// gives it a configuration file of MRPT.
+/// gives it a configuration file of MRPT, and "scans-alone" is our engine without odometry.
 int main(int argc, char** argv) {
   using parhelion::pose::slam_engine;
   const std::string first = argc > 1 ? argv[1] : "";
   const std::size_t equals = std::min(first.find('='), first.size());
-  const auto engine = slam_engine(first.substr(0, equals));
+  const bool scans_alone = first == "scans-alone";
+  const auto engine = slam_engine(scans_alone ? "parhelion" : first.substr(0, equals));
   if (argc < 3 || !engine) {
     std::printf("usage: %s ENGINE[=CONFIGURATION] NAME=LOG.lcm...\n", argv[0]);
     return 2;
   }
   parhelion::pose::SlamOptions options;
   options.engine = *engine;
+  options.has_odometry = !scans_alone;
   if (equals < first.size()) options.engine_config = first.substr(equals + 1);
   const auto relations =
       parhelion::test::read_relations(std::string(PARHELION_DATA_DIR) + "/slam2d-intel/intel.relations");

@@ -70,7 +70,10 @@ class LogSlam {
       return holds_no_event(options_.input.string(), channel, report_.findings);
     };
     if (report_.scans == 0) return holds_none(options_.scan_channel);
-    if (report_.odometry == 0) return holds_none(options_.odometry_channel);
+    if (report_.odometry == 0 && options_.slam.has_odometry) {
+      return {holds_none(options_.odometry_channel).message +
+              " For a robot that reports no odometry give --no-odometry"};
+    }
     return {options_.input.string() + ": SLAM gave no estimate for " + std::to_string(report_.scans) +
             " scans: no " + options_.odometry_channel + " came before any of them, or all scans were empty"};
   }
@@ -138,6 +141,7 @@ class LogSlam {
                    " event before its first " + event.channel + "; describe the robot with --robot FILE"};
     }
     if (event.channel == options_.odometry_channel) {
+      if (!options_.slam.has_odometry) return {};
       Odometry odometry;
       if (const Status read = decode(event.channel, event.payload, odometry); !read) {
         find(read.error().message);
@@ -163,7 +167,8 @@ class LogSlam {
     steps_.push_back(since(before) * 1e6);
     if (estimate) {
       estimate->step_time = {};  // measured, so different in each run
-      outputs_.push_back({event.arrival + options_.pose_delay, std::move(*estimate)});
+      outputs_.push_back(
+          {event.arrival + options_.pose_delay, std::move(*estimate), slam_->odometry_by_scans()});
     }
     return {};
   }

@@ -42,6 +42,11 @@ class SlamLogWriter {
   /// Writes the estimate's events 1 us apart, so that arrivals are distinct.
   Status write_output(LogWriter& writer, const SlamOutput& output) const {
     std::vector<std::uint8_t> bytes;
+    if (output.odometry) {
+      encode(*output.odometry, bytes);
+      const ArrivalTime before = output.arrival - microseconds(1);
+      if (Status written = writer.write(options_.odometry_channel, before, bytes); !written) return written;
+    }
     encode(output.estimate, bytes);
     if (Status written = writer.write(options_.own(channel::kPoseCov), output.arrival, bytes); !written)
       return written;
@@ -90,8 +95,9 @@ class SlamLogWriter {
 
   bool is_replaced(const std::string& channel_name) {
     if (channel_name == options_.own(channel::kRobot)) return !options_.robot.empty();
-    if (channel_name != options_.own(channel::kPoseCov) && channel_name != options_.own(channel::kPose) &&
-        channel_name != kSlamStatusChannel)
+    const bool is_made = !options_.slam.has_odometry && channel_name == options_.odometry_channel;
+    if (!is_made && channel_name != options_.own(channel::kPoseCov) &&
+        channel_name != options_.own(channel::kPose) && channel_name != kSlamStatusChannel)
       return false;
     ++replaced_;
     return true;

@@ -12,6 +12,7 @@ namespace parhelion::tools {
 struct SlamOutput {
   ArrivalTime arrival;
   PoseEstimate estimate;
+  std::optional<Odometry> odometry;  ///< made of the scans, where the robot reports none
 };
 
 /// Counts answered, tracking, lost and initializing.

@@ -78,7 +78,9 @@ Eigen::Matrix3d diagonal(double sigma, double yaw_sigma) {
 SlamFrontEnd::SlamFrontEnd(const RobotDescription& robot, const Options& options)
     : robot_(robot),
       options_(options),
-      tracking_(robot, {.min_odometry_error = kMinOdometryError, .growing = true}),
+      tracking_(
+          robot,
+          {.min_odometry_error = kMinOdometryError, .growing = true, .has_odometry = options.has_odometry}),
       held_(robot, {kHeldBelow, kRenewedAfter}),
       scale_(robot.odometry_error_translation),
       fine_(options.cell),
@@ -97,9 +99,9 @@ SlamFrontEnd::Estimate SlamFrontEnd::add(const ScanPoints& whole_scan, const Sca
     wait(whole_scan, step, estimate);
   } else {
     const Pose2 before = pose_;
-    const Pose2 moved = track(scan, step, estimate);
-    driven_ += moved.position().norm();
-    turned_ += std::abs(moved.yaw);
+    estimate.moved = track(scan, step, estimate);
+    driven_ += estimate.moved.position().norm();
+    turned_ += std::abs(estimate.moved.yaw);
     watch(whole_scan, before, step, estimate);
     learn_scale(scan.stamp);
     estimate.state = state(scan.stamp);

@@ -41,12 +41,14 @@ class SlamFrontEnd {
     double surroundings = 10;         ///< m: the same for old keyframes around the robot, after a loop
     double joined = 12;               ///< m of path after a loop closure
     bool doubt_mounting = true;       ///< as SlamOptions
+    bool has_odometry = true;         ///< as SlamOptions
     MatchOptions match{.by_direction = true};
   };
   struct Estimate {
     Pose2 T_map_base;
     /// x, y, yaw, map frame: of the match, and of the drift since the start or the last loop.
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    Pose2 moved;  ///< since the previous scan, by odometry where that leads, else by the scans
     double explained = 0;
     SlamState state = SlamState::tracking;
     bool keyframe = false;

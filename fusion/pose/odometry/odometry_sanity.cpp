@@ -23,6 +23,7 @@ constexpr double kLargestOffset = 0.6;    ///< s
 constexpr double kOffsetStep = 0.05;      ///< s
 constexpr double kSmallestOffset = 0.15;  ///< s; smaller ones are for `calibrate`
 constexpr double kJump = 0.25;            ///< s
+constexpr double kAnotherClock = 2;       ///< s; odometry that is so far from the scans is of no use for them
 constexpr double kSilence = 1;            ///< s
 constexpr int kSameStamps = 5;            ///< samples
 constexpr int kLearned = 50;              ///< scans
@@ -50,7 +51,11 @@ std::string seconds_text(const char* format, double value) {
 
 }  // namespace
 
-OdometrySanity::OdometrySanity() : track_(seconds(kHistory), seconds(kGap)), steps_(kSteps) {}
+OdometrySanity::OdometrySanity(bool exists)
+    : track_(seconds(kHistory), seconds(kGap)),
+      steps_(kSteps),
+      usual_fault_(exists ? OdometryFault::none : OdometryFault::silent),
+      fault_(usual_fault_) {}
 
 void OdometrySanity::add(const Odometry& odometry) {
   if (!planar(odometry.T_odom_base).finite()) return;
@@ -70,6 +75,7 @@ void OdometrySanity::add(const Odometry& odometry) {
 }
 
 void OdometrySanity::add(const ScanStep& step) {
+  if (usual_fault_ != OdometryFault::none) return;
   steps_.push(step);
   const auto stamps = by_stamps(step.stamp);
   since_judged_ += plausible(step.seconds);
@@ -95,6 +101,10 @@ std::optional<OdometrySanity::Verdict> OdometrySanity::by_stamps(SensorTime scan
     if (++arrivals_.off < kSameStamps) return std::nullopt;
     return Verdict{std::abs(off) > kLargestOffset ? OdometryFault::stamps_jumped : OdometryFault::delayed,
                    seconds_text("its stamps moved by %+.2f s against those of the scans", off), true};
+  }
+  if (std::abs(ahead) > kAnotherClock) {
+    return Verdict{OdometryFault::stamps_jumped,
+                   seconds_text("its stamps are %+.1f s from those of the scans", ahead), true};
   }
   arrivals_.off = 0;
   arrivals_.learned = std::min(arrivals_.learned + 1, kLearned);
@@ -231,7 +241,7 @@ void OdometrySanity::end_finding(SensorTime now) {
 
 void OdometrySanity::give_up(SensorTime now) {
   end_finding(now);
-  fault_ = OdometryFault::none;
+  fault_ = usual_fault_;
   agreeing_ = 0;
   steps_.clear();
 }

@@ -34,7 +34,8 @@ struct ScanStep {
 /// Deterministic. A fault is named once several windows in a row show it, and is over once they show none.
 class OdometrySanity {
  public:
-  OdometrySanity();
+  /// `exists`: false where the robot has no odometry, which is no finding.
+  explicit OdometrySanity(bool exists = true);
 
   /// In the order of arrival, before the scans that arrive later.
   void add(const Odometry& odometry);
@@ -91,8 +92,9 @@ class OdometrySanity {
   Ring<ScanStep> steps_;
   std::optional<Odometry> latest_;
   Arrivals arrivals_;
-  std::optional<SensorTime> last_news_;  ///< stamp of the scan before which odometry last arrived
-  double since_judged_ = 0;              ///< s since motions were last compared
+  std::optional<SensorTime> last_news_;              ///< stamp of the scan before which odometry last arrived
+  double since_judged_ = 0;                          ///< s since motions were last compared
+  OdometryFault usual_fault_ = OdometryFault::none;  ///< `silent` where there is no odometry
   OdometryFault fault_ = OdometryFault::none;
   bool agreed_along_ = false, agreed_turning_ = false;  ///< odometry and scans, at some time
   Verdict suspected_;

@@ -53,8 +53,12 @@ std::optional<SweepMotion> ScanOdometry::during(SensorTime stamp, Duration first
 std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp, Duration first_beam,
                                                         Duration last_beam,
                                                         const std::optional<Attitude>& attitude) {
-  if (!latest_) return std::nullopt;
   Step result;
+  if (!exists_) {
+    result.known = false;
+    return result;
+  }
+  if (!latest_) return std::nullopt;
   const auto there = track_.at(stamp);
   std::optional<Pose2> T_odom_base;
   if (there) {

@@ -21,7 +21,9 @@ class ScanOdometry {
     bool known = true;  ///< false: odometry has no sample for that instant, `step` is identity
   };
 
-  explicit ScanOdometry(const OdometryCorrection& correction = {}) : corrected_(correction) {}
+  /// `exists`: false where the robot reports none, so that no step is known.
+  explicit ScanOdometry(const OdometryCorrection& correction = {}, bool exists = true)
+      : corrected_(correction), exists_(exists) {}
 
   /// The sample as it is used: corrected.
   const Odometry& add(const Odometry& odometry) {
@@ -29,9 +31,9 @@ class ScanOdometry {
     track_.add(*latest_);
     return *latest_;
   }
-  /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
-  /// used directly: in recordings with stamps that go backwards, file order is correct. `attitude`: of the
-  /// base at the scan, where it is measured; wheels measure the way along a slope.
+  /// nullopt before the first odometry, if there is any. A sample with the scan's own stamp that arrived just
+  /// before it is used directly: in recordings with stamps that go backwards, file order is correct.
+  /// `attitude`: of the base at the scan, where it is measured; wheels measure the way along a slope.
   std::optional<Step> step_to(SensorTime stamp, const std::optional<Attitude>& attitude = {}) {
     return step_to(stamp, {}, {}, attitude);
   }
@@ -45,6 +47,7 @@ class ScanOdometry {
   std::optional<SweepMotion> during(SensorTime stamp, Duration first_beam, Duration last_beam) const;
 
   CorrectedOdometry corrected_;
+  bool exists_;
   OdometryTrack track_{seconds(2), milliseconds(500)};
   std::optional<Odometry> latest_;
   std::optional<Pose2> T_odom_base_;  ///< at the previous scan

@@ -35,8 +35,10 @@ class ScanTracking {
     /// The map grows with the scans: a match about what odometry predicts is refined as
     /// MatchOptions::growing.
     bool growing = false;
+    bool has_odometry = true;  ///< as SlamOptions
   };
-  ScanTracking(const RobotDescription& robot, const Options& options) : robot_(robot), options_(options) {}
+  ScanTracking(const RobotDescription& robot, const Options& options)
+      : robot_(robot), options_(options), sanity_(options.has_odometry) {}
 
   /// As SLAM uses it, corrected.
   void add(const Odometry& odometry) {
