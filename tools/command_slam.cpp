@@ -38,6 +38,7 @@ void ask_to_stop(int) { stop_asked = 1; }
 struct Arguments {
   SlamLogOptions options;
   std::string start, delay = "20ms", summary, engine = "parhelion";
+  bool no_odometry = false;
   BusOptions bus;
 };
 
@@ -254,6 +255,7 @@ Exit run(Arguments& arguments) {
   }
   if (!parse_delay(arguments.delay, options.pose_delay))
     return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
+  options.slam.has_odometry = !arguments.no_odometry;
   options.slam.engine = pose::slam_engine(arguments.engine).value_or(pose::SlamEngine::parhelion);
   const bool localizing = !options.map.empty();
   for (const Status& free : {check_map_files(localizing ? "" : options.save_map, options.overwrite),
@@ -313,8 +315,8 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
   command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
       ->capture_default_str();
-  command->add_flag("!--no-odometry", options.slam.has_odometry,
-                    "The robot reports none: it is made of the scans, and published on ODOMETRY");
+  command->add_flag("--no-odometry", arguments->no_odometry,
+                    "The robot reports no odometry: make it from the scans, and publish it on ODOMETRY");
   command->add_option("--summary", arguments->summary, "JSON file for counts and times, with --log");
   arguments->bus.add_to(*command);
   command->callback([arguments, &exit] { exit = run(*arguments); });

@@ -16,6 +16,7 @@ constexpr double kCompared = 4;              ///< m of path whose scans are comp
 constexpr double kRecent = 6;                ///< m of path over which matches must agree
 constexpr std::size_t kEnoughScans = 3;      ///< that agree
 constexpr double kSmallWindow = 0.5;         ///< m, within which a match needs no search
+constexpr std::size_t kGraphEdges = 500;     ///< of a part of the optimization: half a millisecond
 constexpr std::size_t kBuilt = 16;           ///< submaps that are kept: each takes up to 20 MB outdoors
 
 /// T_from_to of two keyframes, as the front end tracked it.
@@ -31,8 +32,14 @@ std::optional<LoopCorrection> LiveLoops::update(const std::vector<Keyframe>& key
   const double parts = (stamp - last_scan_).seconds() / kPartTime;
   last_scan_ = stamp;
   if (keyframes.size() > poses_.size()) add_keyframe(keyframes);
-  for (int part = static_cast<int>(std::clamp(parts, 1.0, kMaxParts)); part > 0 && work(keyframes); --part) {
-    if (auto correction = close(keyframes)) return correction;
+  for (int part = static_cast<int>(std::clamp(parts, 1.0, kMaxParts)); part > 0; --part) {
+    if (closing_) {
+      if (auto found = optimize(keyframes)) return found;
+    } else if (work(keyframes)) {
+      close(keyframes);
+    } else {
+      break;
+    }
   }
   return std::nullopt;
 }
@@ -72,7 +79,7 @@ void LiveLoops::add_keyframe(const std::vector<Keyframe>& keyframes) {
     submaps_.push_back(search.submap(next_stretch_, end));
     next_stretch_ = end;
   }
-  const bool busy = comparison_ || (!queries_.empty() && window(added) >= kSmallWindow);
+  const bool busy = closing_ || comparison_ || (!queries_.empty() && window(added) >= kSmallWindow);
   if (!busy && added.driven - last_query_driven_ >= options_.query_distance) ask(keyframes);
 }
 
@@ -104,16 +111,23 @@ bool LiveLoops::work(const std::vector<Keyframe>& keyframes) {
   if (comparison_) {
     Submap& submap = submaps_[comparison_->submap()];
     if (!comparison_->step(search, submap)) return true;
-    auto found = comparison_->closures(search, submap);
-    if (!found.empty()) recent_ = std::move(found);
+    if (!comparison_->closures().empty()) recent_ = std::move(comparison_->closures());
     remember_built(comparison_->submap());
     comparison_.reset();
     return true;
   }
   if (queries_.empty()) return false;
   const Query query = queries_.front();
+  const bool small = window(keyframes[query.keyframe]) < kSmallWindow;
+  if (small) {
+    remember_built(query.submap);
+    if (!submaps_[query.submap].complete) {
+      search.add_surfels(submaps_[query.submap]);
+      return true;
+    }
+  }
   queries_.pop_front();
-  if (window(keyframes[query.keyframe]) < kSmallWindow)
+  if (small)
     match_one(search, query);
   else
     comparison_ = begin_comparison(keyframes, query.submap);
@@ -123,7 +137,6 @@ bool LiveLoops::work(const std::vector<Keyframe>& keyframes) {
 void LiveLoops::match_one(const LoopSearch& search, const Query& query) {
   auto closure = search.matched(submaps_[query.submap], query.submap, query.keyframe);
   if (closure) recent_.push_back(std::move(*closure));
-  remember_built(query.submap);
   const double newest = search.keyframes().back().driven;
   std::erase_if(recent_,
                 [&](const Closure& c) { return newest - search.keyframes()[c.keyframe].driven > kRecent; });
@@ -147,8 +160,7 @@ void LiveLoops::remember_built(std::size_t submap) {
   std::erase(built_, submap);
   built_.push_back(submap);
   if (built_.size() <= kBuilt) return;
-  submaps_[built_.front()].surfels.reset();
-  submaps_[built_.front()].surroundings.reset();
+  submaps_[built_.front()].release();
   built_.pop_front();
 }
 
@@ -158,14 +170,15 @@ std::size_t LiveLoops::node_at(std::size_t keyframe) const {
   return static_cast<std::size_t>(after - nodes_.begin()) - 1;
 }
 
-std::optional<LoopCorrection> LiveLoops::close(const std::vector<Keyframe>& keyframes) {
+/// Begins to close a loop, where enough scans agree on it.
+void LiveLoops::close(const std::vector<Keyframe>& keyframes) {
   const std::vector<std::size_t> agreed = consistent(recent_);
   std::vector<std::size_t> scans;
   scans.reserve(agreed.size());
   for (std::size_t i : agreed) scans.push_back(recent_[i].keyframe);
   std::sort(scans.begin(), scans.end());
   scans.erase(std::unique(scans.begin(), scans.end()), scans.end());
-  if (scans.size() < kEnoughScans) return std::nullopt;
+  if (scans.size() < kEnoughScans) return;
 
   for (std::size_t i : agreed) {
     PoseGraphEdge edge = recent_[i].edge;
@@ -184,19 +197,36 @@ std::optional<LoopCorrection> LiveLoops::close(const std::vector<Keyframe>& keyf
   for (std::size_t node : nodes_) before.push_back(poses_[node]);
   std::vector<PoseGraphEdge> edges = chain_;
   edges.insert(edges.end(), loops_.begin(), loops_.end());
-  const std::vector<Pose2> after = optimize_pose_graph(before, edges, 2);
+  closing_.emplace(PoseGraphOptimization(before, std::move(edges), 2), before, revisited);
+}
 
+std::optional<LoopCorrection> LiveLoops::optimize(const std::vector<Keyframe>& keyframes) {
+  const std::size_t steps = std::max<std::size_t>(kGraphEdges / closing_->graph.edges(), 1);
+  for (std::size_t i = 0; i < steps; ++i) {
+    if (closing_->graph.step()) return correction(keyframes);
+  }
+  return std::nullopt;
+}
+
+/// Keyframes that have been added since then move with the last pose of the graph.
+LoopCorrection LiveLoops::correction(const std::vector<Keyframe>& keyframes) {
+  const std::vector<Pose2>&before = closing_->before, &after = closing_->graph.poses();
   for (std::size_t k = 0; k < poses_.size(); ++k) {
-    const std::size_t node = node_at(k);
+    const std::size_t node = std::min(node_at(k), before.size() - 1);
     const auto by = [&](std::size_t n) { return after[n] * (before[n].inverse() * poses_[k]); };
-    if (node + 1 >= nodes_.size()) {
+    if (node + 1 >= before.size()) {
       poses_[k] = by(node);
       continue;
     }
     const double begin = keyframes[nodes_[node]].driven, end = keyframes[nodes_[node + 1]].driven;
     poses_[k] = interpolate(by(node), by(node + 1), (keyframes[k].driven - begin) / (end - begin));
   }
-  return LoopCorrection{poses_, revisited};
+  for (Submap& submap : submaps_) {
+    if (!submap.complete) submap.surfels.reset();  // the rest is somewhere else now
+  }
+  const LoopCorrection result{poses_, closing_->revisited};
+  closing_.reset();
+  return result;
 }
 
 }  // namespace parhelion::pose

@@ -1,6 +1,6 @@
 // Loop closing during a drive: the map is corrected as soon as several scans agree that the robot is back at
-// a place. A part of a comparison per scan, or per 0.2 s between scans, and a graph of one pose per metre, so
-// that a scan is never kept waiting.
+// a place. A part of a comparison or of the optimization per scan, or per 0.2 s between scans, and a graph of
+// one pose per metre, so that a scan is never kept waiting.
 #pragma once
 
 #include <deque>
@@ -41,7 +41,9 @@ class LiveLoops {
   bool work(const std::vector<Keyframe>& keyframes);
   void match_one(const LoopSearch& search, const Query& query);
   LoopComparison begin_comparison(const std::vector<Keyframe>& keyframes, std::size_t submap) const;
-  std::optional<LoopCorrection> close(const std::vector<Keyframe>& keyframes);
+  void close(const std::vector<Keyframe>& keyframes);
+  std::optional<LoopCorrection> optimize(const std::vector<Keyframe>& keyframes);
+  LoopCorrection correction(const std::vector<Keyframe>& keyframes);
   std::size_t node_at(std::size_t keyframe) const;
 
   LoopClosingOptions options_;
@@ -56,6 +58,13 @@ class LiveLoops {
   std::optional<LoopComparison> comparison_;
   std::deque<std::size_t> built_;  ///< submaps that have maps, the last one used at the end
   std::vector<Closure> recent_;
+  /// A loop that is being closed: the graph, its poses before, and the old keyframe.
+  struct Closing {
+    PoseGraphOptimization graph;
+    std::vector<Pose2> before;
+    std::size_t revisited;
+  };
+  std::optional<Closing> closing_;
   std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet
   double last_query_driven_ = 0, last_loop_driven_ = 0;
   SensorTime last_scan_;

@@ -76,7 +76,7 @@ class LoopCloser {
     LoopComparison comparison(submap, std::move(scans), window);
     while (!comparison.step(search(), submaps_[submap])) {
     }
-    return comparison.closures(search(), submaps_[submap]);
+    return std::move(comparison.closures());
   }
 
   /// Each takes up to 20 MB outdoors. Those near the path are needed again soon.
@@ -84,19 +84,14 @@ class LoopCloser {
     constexpr std::size_t kept = 3;  // stretches
     for (auto searched = searched_in_.begin(); searched != searched_in_.end();) {
       const bool old = searched->second + kept < stretch;
-      if (old) release(submaps_[searched->first]);
+      if (old) submaps_[searched->first].release();
       searched = old ? searched_in_.erase(searched) : std::next(searched);
     }
   }
 
-  static void release(Submap& submap) {
-    submap.surfels.reset();
-    submap.surroundings.reset();
-  }
-
   /// Matches all pairs of nearby places again, from the current poses.
   void refine() {
-    for (Submap& submap : submaps_) release(submap);
+    for (Submap& submap : submaps_) submap.release();
     loops_.clear();
     for (std::size_t s = 0; s < submaps_.size(); ++s) {
       double last_query = -options_.query_distance;
@@ -110,7 +105,7 @@ class LoopCloser {
             (poses_[submaps_[s].anchor].inverse() * poses_[k]).inverse() * closure->edge.T_from_to;
         if (moved.position().norm() < 0.3 && std::abs(moved.yaw) < 0.1) loops_.push_back(closure->edge);
       }
-      release(submaps_[s]);
+      submaps_[s].release();
     }
     optimize(3);
   }

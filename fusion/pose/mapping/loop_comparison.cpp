@@ -40,19 +40,25 @@ bool LoopComparison::step(const LoopSearch& search, Submap& submap) {
   SubmapContext& around = *submap.surroundings;
   if (!around.likelihood) {
     constexpr int levels = 6;
-    around.likelihood = std::make_unique<CorrelativeMap>(around.points, search.options().cell, levels);
+    around.likelihood =
+        std::make_unique<CorrelativeMap>(CorrelativeMap::begun(around.points, search.options().cell, levels));
     return false;
   }
-  if (hypotheses_.empty()) {
-    search_places(search, submap);
-    return hypotheses_.size() == 1;  // nothing found
+  if (!around.likelihood->is_complete()) {
+    around.likelihood->complete();
+    return false;
   }
-  judge(search, submap, hypotheses_[judged_++]);
-  return judged_ == hypotheses_.size();
+  if (!places_) begin_search(search, submap);
+  if (hypotheses_.empty()) return search_places(search, submap) && hypotheses_.size() == 1;  // nothing found
+  if (judged_ < hypotheses_.size()) {
+    judge(search, submap, hypotheses_[judged_++]);
+    if (judged_ == hypotheses_.size()) correction_ = only_correction(search);
+    return judged_ == hypotheses_.size() && !correction_;
+  }
+  return match_scans(search, submap);
 }
 
-/// The expected place, and those where all scans together fit best.
-void LoopComparison::search_places(const LoopSearch& search, const Submap& submap) {
+void LoopComparison::begin_search(const LoopSearch& search, const Submap& submap) {
   constexpr std::size_t points_of_scan = 60, places = 8;
   constexpr double min_score = 0.45, apart = 0.5, yaw_apart = 0.3;  // m, rad
   const Pose2 T_middle_map = search.poses()[middle_].inverse(), T_map_anchor = search.poses()[submap.anchor];
@@ -63,12 +69,20 @@ void LoopComparison::search_places(const LoopSearch& search, const Submap& subma
       points.push_back(T_middle_base * p);
   }
   const Pose2 expected = (T_middle_map * T_map_anchor).inverse();
+  places_.emplace(*submap.surroundings->likelihood, points,
+                  WindowSearch::Window{expected, window_, window_, search.options().angle_window},
+                  WindowSearch::Request{min_score, places, apart, yaw_apart});
+}
+
+/// The expected place, and those where all scans together fit best. False: the search goes on.
+bool LoopComparison::search_places(const LoopSearch& search, const Submap& submap) {
+  constexpr std::size_t evaluations = 1000;  // of a part: half a millisecond
+  if (!places_->advance(*submap.surroundings->likelihood, evaluations)) return false;
+  const Pose2 T_middle_map = search.poses()[middle_].inverse(), T_map_anchor = search.poses()[submap.anchor];
   hypotheses_.emplace_back();
-  for (const auto& found : submap.surroundings->likelihood->search(
-           points, {expected, window_, window_, search.options().angle_window},
-           {min_score, places, apart, yaw_apart})) {
+  for (const auto& found : places_->found())
     hypotheses_.emplace_back().correction = T_map_anchor * found.T_map_base * T_middle_map;
-  }
+  return true;
 }
 
 LoopComparison::ScanFit LoopComparison::fit(const LoopSearch& search, const Submap& submap,
@@ -169,23 +183,29 @@ bool LoopComparison::is_rivalled(const LoopSearch& search, const Hypothesis& bes
          });
 }
 
-std::vector<Closure> LoopComparison::closures(const LoopSearch& search, Submap& submap) const {
-  if (judged_ == 0) return {};
+/// Where all scans fit, if that is the only such place.
+std::optional<Pose2> LoopComparison::only_correction(const LoopSearch& search) const {
   const auto best =
       std::min_element(hypotheses_.begin(), hypotheses_.end(),
                        [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
-  if (!is_enough(search, *best) || is_rivalled(search, *best)) return {};
+  if (!is_enough(search, *best) || is_rivalled(search, *best)) return std::nullopt;
   const double margin = std::max(kMargin, kRelativeMargin * best->cost);
   for (const Hypothesis& other : hypotheses_) {
     if (!is_same(search, other.correction, best->correction, kSame) && other.cost < best->cost + margin)
-      return {};
+      return std::nullopt;
   }
-  std::vector<Closure> result;
-  for (std::size_t k : scans_) {
-    if (auto closure = search.matched(submap, index_, k, best->correction))
-      result.push_back(std::move(*closure));
+  return best->correction;
+}
+
+/// The submap first, then a scan at a time. True: that was the last.
+bool LoopComparison::match_scans(const LoopSearch& search, Submap& submap) {
+  if (!submap.complete) {
+    search.add_surfels(submap);
+    return false;
   }
-  return result;
+  if (auto closure = search.matched(submap, index_, scans_[matched_], *correction_))
+    closures_.push_back(std::move(*closure));
+  return ++matched_ == scans_.size();
 }
 
 }  // namespace parhelion::pose

@@ -2,9 +2,11 @@
 // Along a corridor a single scan fits at many: doors repeat, and what counts is what does not fit.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "fusion/pose/mapping/loop_search.hpp"
+#include "fusion/pose/matching/window_search.hpp"
 
 namespace parhelion::pose {
 
@@ -14,12 +16,12 @@ class LoopComparison {
   /// found. `window`: m, the error of their expected poses.
   LoopComparison(std::size_t index, std::vector<std::size_t> scans, double window);
 
-  /// A part of the work, some milliseconds. True: that was the last. Until then keyframes must keep their
-  /// poses.
+  /// A part of the work, half a millisecond or so. True: that was the last. Until then keyframes must keep
+  /// their poses.
   bool step(const LoopSearch& search, Submap& submap);
-  /// The scans, matched to the submap. Empty: they fit nowhere, or at another place nearly as well, or too
-  /// far from where they are expected while they fit nearer to it.
-  std::vector<Closure> closures(const LoopSearch& search, Submap& submap) const;
+  /// The scans, matched to the submap, after the last part. Empty: they fit nowhere, or at another place
+  /// nearly as well, or too far from where they are expected while they fit nearer to it.
+  std::vector<Closure>& closures() { return closures_; }
 
   std::size_t submap() const { return index_; }
 
@@ -39,13 +41,16 @@ class LoopComparison {
     double cost = 0;            ///< of all scans, and of the correction
     std::vector<ScanFit> fits;  ///< of the scans, in their order
   };
-  void search_places(const LoopSearch& search, const Submap& submap);
+  void begin_search(const LoopSearch& search, const Submap& submap);
+  bool search_places(const LoopSearch& search, const Submap& submap);
   ScanFit fit(const LoopSearch& search, const Submap& submap, std::size_t keyframe,
               const Pose2& correction) const;
   void judge(const LoopSearch& search, const Submap& submap, Hypothesis& hypothesis) const;
   bool is_enough(const LoopSearch& search, const Hypothesis& best) const;
   bool fits_too(const Hypothesis& other, const Hypothesis& best) const;
   bool is_rivalled(const LoopSearch& search, const Hypothesis& best) const;
+  std::optional<Pose2> only_correction(const LoopSearch& search) const;
+  bool match_scans(const LoopSearch& search, Submap& submap);
   /// m, by how far a correction moves the scans.
   double moved(const LoopSearch& search, const Pose2& correction) const;
   bool is_same(const LoopSearch& search, const Pose2& a, const Pose2& b, double distance) const;
@@ -55,7 +60,11 @@ class LoopComparison {
   std::size_t middle_;  ///< keyframe
   double window_;
   std::vector<Hypothesis> hypotheses_;
-  std::size_t judged_ = 0;
+  std::optional<WindowSearch> places_;
+  std::size_t judged_ = 0;  ///< hypotheses
+  std::optional<Pose2> correction_;
+  std::size_t matched_ = 0;  ///< scans
+  std::vector<Closure> closures_;
 };
 
 }  // namespace parhelion::pose

@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kFar = 50;              ///< m from a submap, beyond which nothing is compared
 constexpr std::size_t kKeyframes = 200;  ///< that a map is made from, about: 20 m of path have 130
+/// Work of a part of a map, in points, and that of a tile that it makes: some 0.4 ms.
+constexpr std::size_t kPart = 4000, kTile = 60;
 
 }  // namespace
 
@@ -32,23 +34,30 @@ LoopSearch::Range LoopSearch::with_margin(const Submap& submap, double margin) c
 }
 
 Submap LoopSearch::submap(std::size_t begin, std::size_t end) const {
-  return {begin + (end - begin) / 2, begin, end, {}, {}};
+  return {begin + (end - begin) / 2, begin, end, {}, 0, false, {}};
 }
 
-std::unique_ptr<SurfelMap> LoopSearch::surfels(const Submap& submap) const {
-  auto result = std::make_unique<SurfelMap>(options_.cell);
-  const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
+bool LoopSearch::add_surfels(Submap& submap) const {
   const Range range = with_margin(submap, options_.submap_length / 2);
-  for (std::size_t i = range.begin; i < range.end; i += range.stride)
-    result->add(keyframes_[i].scan.points, T_anchor_map * poses_[i]);
-  return result;
+  if (!submap.surfels) {
+    submap.surfels = std::make_unique<SurfelMap>(options_.cell);
+    submap.next = range.begin;
+  }
+  const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
+  for (std::size_t work = 0; submap.next < range.end && work < kPart; submap.next += range.stride) {
+    const Keyframe& keyframe = keyframes_[submap.next];
+    const std::size_t tiles = submap.surfels->tiles();
+    submap.surfels->add(keyframe.scan.points, T_anchor_map * poses_[submap.next]);
+    work += keyframe.scan.points.size() + kTile * (submap.surfels->tiles() - tiles);
+  }
+  submap.complete = submap.next >= range.end;
+  return submap.complete;
 }
 
 void LoopSearch::add_surroundings(Submap& submap) const {
   constexpr std::size_t points = 180, beams = 90;
-  constexpr std::size_t enough = 6000;                           // points: a millisecond
-  constexpr std::size_t min_keyframes = 12, max_keyframes = 40;  // keyframes of a part
-  constexpr std::size_t skipped = 2;  // keyframes: one of so many shows what is free
+  constexpr std::size_t max_keyframes = 40;  // of a part
+  constexpr std::size_t skipped = 2;         // keyframes: one of so many shows what is free
   const Pose2 T_anchor_map = poses_[submap.anchor].inverse();
   if (!submap.surroundings) {
     submap.surroundings = std::make_unique<SubmapContext>();
@@ -62,19 +71,18 @@ void LoopSearch::add_surroundings(Submap& submap) const {
   SubmapContext& result = *submap.surroundings;
   const auto is_far = [](const Eigen::Vector2d& p_anchor) { return !(p_anchor.norm() < kFar); };
   std::vector<Eigen::Vector2d> near;
-  std::size_t added = 0, keyframes = 0;
-  const auto has_room = [&] {
-    return keyframes < min_keyframes || (added < enough && keyframes < max_keyframes);
-  };
-  for (; !result.is_complete() && has_room(); result.next += result.stride, ++keyframes) {
+  std::size_t work = 0, keyframes = 0;
+  for (; !result.is_complete() && work < kPart && keyframes < max_keyframes;
+       result.next += result.stride, ++keyframes) {
     const std::size_t i = result.next;
     const ScanPoints& scan = keyframes_[i].scan;
     const Pose2 T_anchor_base = T_anchor_map * poses_[i];
     near.clear();
     std::copy_if(scan.points.begin(), scan.points.end(), std::back_inserter(near),
                  [&](const Eigen::Vector2d& p) { return !is_far(T_anchor_base * p); });
-    added += near.size();
+    const std::size_t tiles = result.surfels->tiles();
     result.surfels->add(near, T_anchor_base);
+    work += near.size() + kTile * (result.surfels->tiles() - tiles);
     for (const Eigen::Vector2d& p : thinned(near, points)) result.points.push_back(T_anchor_base * p);
     if ((i - result.begin) % (skipped * result.stride) != 0) continue;
     const Eigen::Vector2d laser = T_anchor_base * scan.laser;
@@ -91,7 +99,7 @@ bool LoopSearch::may_close(std::size_t keyframe, const Submap& submap, double wi
 
 std::optional<Closure> LoopSearch::matched(Submap& submap, std::size_t index, std::size_t keyframe,
                                            const Pose2& correction) const {
-  if (!submap.surfels) submap.surfels = surfels(submap);
+  while (!submap.complete) add_surfels(submap);
   const Pose2 start = poses_[submap.anchor].inverse() * (correction * poses_[keyframe]);
   const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, start, start,
                             Eigen::Matrix3d::Zero(), options_.match);

@@ -51,7 +51,15 @@ struct SubmapContext {
 struct Submap {
   std::size_t anchor = 0, begin = 0, end = 0;   ///< keyframes; [begin, end)
   std::unique_ptr<SurfelMap> surfels;           ///< empty until it is needed
+  std::size_t next = 0;                         ///< keyframe that is to be added to them
+  bool complete = false;                        ///< none is left
   std::unique_ptr<SubmapContext> surroundings;  ///< empty until it is searched; takes up to 20 MB outdoors
+
+  void release() {
+    surfels.reset();
+    surroundings.reset();
+    complete = false;
+  }
 };
 
 /// A scan matched to a submap.
@@ -79,8 +87,9 @@ class LoopSearch {
 
   /// A stretch whose maps are still empty.
   Submap submap(std::size_t begin, std::size_t end) const;
-  /// With half the stretch's length of path before and after it.
-  std::unique_ptr<SurfelMap> surfels(const Submap& submap) const;
+  /// Adds keyframes with some thousands of points to the submap's surfels, which have half the stretch's
+  /// length of path before and after it, too. True: they are complete. Not to be called again then.
+  bool add_surfels(Submap& submap) const;
   /// With one and a half of its lengths before and after it; without a likelihood. Each call adds keyframes
   /// with some thousands of points, until it is complete.
   void add_surroundings(Submap& submap) const;

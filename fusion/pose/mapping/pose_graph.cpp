@@ -34,14 +34,14 @@ double weighted_cost(const std::vector<Pose2>& poses, const std::vector<PoseGrap
 }
 
 /// The places of its entries are analysed once for all steps with the same edges.
-struct Solver {
+struct SparseSolver {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
   bool analysed = false;
 };
 
 /// One damped Gauss-Newton step; pose 0 has no column.
 std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
-                           const std::vector<double>& weights, double damping, Solver& solver) {
+                           const std::vector<double>& weights, double damping, SparseSolver& solver) {
   const auto n = static_cast<Eigen::Index>(3 * (poses.size() - 1));
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(edges.size() * 36);
@@ -85,44 +85,57 @@ std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<Po
   return next;
 }
 
-std::vector<Pose2> minimized(std::vector<Pose2> poses, const std::vector<PoseGraphEdge>& edges,
-                             const std::vector<double>& weights, Solver& solver) {
-  constexpr int max_steps = 20;
-  double damping = 1e-3, cost = weighted_cost(poses, edges, weights);
-  for (int i = 0; i < max_steps; ++i) {
-    std::vector<Pose2> next = stepped(poses, edges, weights, damping, solver);
-    const double next_cost = weighted_cost(next, edges, weights);
-    if (next_cost > cost) {
-      damping *= 100;
-      continue;
-    }
-    const bool done = cost - next_cost < 1e-5 * cost + 1e-9;
-    poses = std::move(next);
-    cost = next_cost;
-    damping = std::max(1e-6, damping / 10);
-    if (done) break;
-  }
-  return poses;
+}  // namespace
+
+struct PoseGraphOptimization::Solver : SparseSolver {};
+
+PoseGraphOptimization::PoseGraphOptimization(std::vector<Pose2> poses, std::vector<PoseGraphEdge> edges,
+                                             int iterations)
+    : poses_(std::move(poses)),
+      edges_(std::move(edges)),
+      solver_(std::make_unique<Solver>()),
+      iterations_(poses_.size() < 2 ? 0 : iterations) {}
+PoseGraphOptimization::PoseGraphOptimization(PoseGraphOptimization&&) noexcept = default;
+PoseGraphOptimization& PoseGraphOptimization::operator=(PoseGraphOptimization&&) noexcept = default;
+PoseGraphOptimization::~PoseGraphOptimization() = default;
+
+/// Wide at first: before a long loop is closed its own edges seem wrong too (graduated non-convexity, Yang et
+/// al. 2020).
+void PoseGraphOptimization::begin_iteration() {
+  const double knee =
+      9 * std::pow(100.0, iterations_ > 1 ? 1 - static_cast<double>(iteration_) / (iterations_ - 1) : 0);
+  weights_.clear();
+  for (const PoseGraphEdge& edge : edges_)
+    weights_.push_back(edge.loop ? loop_weight(edge, poses_, knee) : 1);
+  damping_ = 1e-3;
+  cost_ = weighted_cost(poses_, edges_, weights_);
 }
 
-}  // namespace
+bool PoseGraphOptimization::step() {
+  constexpr int max_steps = 20;
+  if (iteration_ >= iterations_) return true;
+  if (steps_ == 0) begin_iteration();
+  std::vector<Pose2> next = stepped(poses_, edges_, weights_, damping_, *solver_);
+  const double next_cost = weighted_cost(next, edges_, weights_);
+  bool done = ++steps_ == max_steps;
+  if (next_cost > cost_) {
+    damping_ *= 100;
+  } else {
+    done = done || cost_ - next_cost < 1e-5 * cost_ + 1e-9;
+    poses_ = std::move(next);
+    cost_ = next_cost;
+    damping_ = std::max(1e-6, damping_ / 10);
+  }
+  if (done) ++iteration_, steps_ = 0;
+  return iteration_ == iterations_;
+}
 
 std::vector<Pose2> optimize_pose_graph(const std::vector<Pose2>& poses,
                                        const std::vector<PoseGraphEdge>& edges, int iterations) {
-  std::vector<Pose2> result = poses;
-  if (poses.size() < 2) return result;
-  Solver solver;
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    // Wide at first: before a long loop is closed its own edges seem wrong too (graduated non-convexity, Yang
-    // et al. 2020).
-    const double knee =
-        9 * std::pow(100.0, iterations > 1 ? 1 - static_cast<double>(iteration) / (iterations - 1) : 0);
-    std::vector<double> weights;
-    for (const PoseGraphEdge& edge : edges)
-      weights.push_back(edge.loop ? loop_weight(edge, result, knee) : 1);
-    result = minimized(std::move(result), edges, weights, solver);
+  PoseGraphOptimization optimization(poses, edges, iterations);
+  while (!optimization.step()) {
   }
-  return result;
+  return optimization.poses();
 }
 
 std::vector<double> shortest_paths(const std::vector<PoseGraphEdge>& edges, std::size_t poses,

@@ -5,57 +5,51 @@
 #include <cmath>
 #include <limits>
 
+#include "fusion/pose/matching/window_search.hpp"
+
 namespace parhelion::pose {
 namespace {
 
 constexpr double kKernelCells = 3;  ///< radius of a point's likelihood
 
-/// grid(x) = max over grid(x .. x + step) along one axis, where grid already is the maximum over `step`
-/// cells.
-void widen(std::vector<std::uint8_t>& grid, int width, int height, int step, bool along_x) {
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const int ox = along_x ? x + step : x, oy = along_x ? y : y + step;
-      if (ox >= width || oy >= height) continue;
-      auto& own =
-          grid[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
-      own = std::max(own, grid[static_cast<std::size_t>(oy) * static_cast<std::size_t>(width) +
-                               static_cast<std::size_t>(ox)]);
-    }
-  }
+/// own[i] = max(own[i], other[i]); they do not overlap. Several cells at a time.
+void raise_to(std::uint8_t* __restrict own, const std::uint8_t* __restrict other, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) own[i] = std::max(own[i], other[i]);
+}
+
+/// The maximum over the step x step cells that begin at each cell, of a grid that has the maximum over half
+/// of that along each side. `half`: cells.
+std::vector<std::uint8_t> widened(const std::vector<std::uint8_t>& grid, std::size_t width,
+                                  std::size_t height, std::size_t half) {
+  std::vector<std::uint8_t> wide = grid;
+  for (std::size_t y = 0; y < height && half < width; ++y)
+    raise_to(&wide[y * width], &grid[y * width + half], width - half);
+  for (std::size_t y = 0; y + half < height; ++y)
+    raise_to(&wide[y * width], &wide[(y + half) * width], width);
+  return wide;
 }
 
 }  // namespace
 
-struct CorrelativeMap::Search {
-  const Window& window;
-  const Request& request;
-  int reach_x, reach_y;  ///< cells
-  double points;
-  std::vector<Candidate> found;
-
-  double bound() const {
-    return found.size() < request.count ? request.min_score : std::max(request.min_score, found.back().score);
-  }
-  void take(const Candidate& candidate) {
-    const auto near = [&](const Candidate& other) {
-      return (other.T_map_base.position() - candidate.T_map_base.position()).norm() < request.distinct &&
-             std::abs(wrap_angle(other.T_map_base.yaw - candidate.T_map_base.yaw)) < request.distinct_angle;
-    };
-    for (const Candidate& other : found) {
-      if (near(other) && other.score >= candidate.score) return;
-    }
-    std::erase_if(found, near);
-    const auto place =
-        std::upper_bound(found.begin(), found.end(), candidate,
-                         [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-    found.insert(place, candidate);
-    if (found.size() > request.count) found.pop_back();
-  }
-};
-
 CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels,
                                double sigma_cells)
+    : CorrelativeMap(points_map, resolution, levels, Finest{sigma_cells}) {
+  complete();
+}
+
+CorrelativeMap CorrelativeMap::begun(std::span<const Eigen::Vector2d> points_map, double resolution,
+                                     int levels) {
+  return {points_map, resolution, levels, Finest{kSigmaCells}};
+}
+
+void CorrelativeMap::complete() {
+  for (std::size_t h = grids_.size(); h < static_cast<std::size_t>(levels_); ++h)
+    grids_.push_back(widened(grids_.back(), static_cast<std::size_t>(width_),
+                             static_cast<std::size_t>(height_), std::size_t{1} << (h - 1)));
+}
+
+CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels,
+                               Finest finest)
     : resolution_(resolution), levels_(levels) {
   Eigen::Vector2d low(0, 0), high(0, 0);
   if (!points_map.empty()) low = high = points_map.front();
@@ -71,7 +65,7 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
   for (int j = -k; j <= k; ++j) {
     for (int i = -k; i <= k; ++i) {
       kernel[static_cast<std::size_t>(j + k)][static_cast<std::size_t>(i + k)] = static_cast<std::uint8_t>(
-          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (sigma_cells * sigma_cells))));
+          std::lround(255 * std::exp(-0.5 * (i * i + j * j) / (finest.sigma_cells * finest.sigma_cells))));
     }
   }
   for (const Eigen::Vector2d& p : points_map) {
@@ -88,12 +82,7 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
       }
     }
   }
-  grids_.push_back(grid);
-  for (int h = 1; h < levels_; ++h) {
-    widen(grid, width_, height_, 1 << (h - 1), true);
-    widen(grid, width_, height_, 1 << (h - 1), false);
-    grids_.push_back(grid);
-  }
+  grids_.push_back(std::move(grid));
 }
 
 bool CorrelativeMap::has_point(const Eigen::Vector2d& p_map) const {
@@ -132,103 +121,48 @@ std::vector<CorrelativeMap::Offset> CorrelativeMap::rotated(std::span<const Eige
   return cells;
 }
 
-void CorrelativeMap::branch(Search& search, const std::vector<Offset>& cells, double yaw, Offset shift,
-                            int level) const {
-  if (level == 0) {
-    search.take({{search.window.centre.x + shift.x * resolution_,
-                  search.window.centre.y + shift.y * resolution_, yaw},
-                 score(cells, shift, 0)});
-    return;
-  }
-  struct Child {
-    Offset shift;
-    double score;
-  };
-  std::array<Child, 4> children;
-  const int half = 1 << (level - 1);
-  std::size_t count = 0;
-  for (int j = 0; j < 2; ++j) {
-    for (int i = 0; i < 2; ++i) {
-      const Offset child{shift.x + i * half, shift.y + j * half};
-      if (child.x > search.reach_x || child.y > search.reach_y) continue;
-      children[count++] = {child, score(cells, child, level - 1)};
-    }
-  }
-  std::stable_sort(children.begin(), children.begin() + static_cast<std::ptrdiff_t>(count),
-                   [](const Child& a, const Child& b) { return a.score > b.score; });
-  for (std::size_t i = 0; i < count; ++i) {
-    if (children[i].score <= search.bound()) break;
-    branch(search, cells, yaw, children[i].shift, level - 1);
-  }
-}
-
-template <class Visit>
-void CorrelativeMap::each_yaw(std::span<const Eigen::Vector2d> points, const Window& window,
-                              Visit visit) const {
+/// From the middle outwards.
+std::vector<double> CorrelativeMap::yaws(std::span<const Eigen::Vector2d> points,
+                                         const Window& window) const {
   double far = 1;
   for (const Eigen::Vector2d& p : points) far = std::max(far, p.norm());
   // Angle step at which the farthest point moves by one cell, but at least 0.5 degrees.
   const double step = std::max(resolution_ / far, 0.0087);
   const int steps = static_cast<int>(std::ceil(window.angle / step));
+  std::vector<double> yaws;
   for (int i = 0; i <= 2 * steps; ++i) {
-    const int k = i % 2 == 1 ? (i + 1) / 2 : -(i / 2);  // from the middle outwards
-    const double yaw = window.centre.yaw + k * step;
-    visit(wrap_angle(yaw), rotated(points, yaw, window.centre));
+    const int k = i % 2 == 1 ? (i + 1) / 2 : -(i / 2);
+    yaws.push_back(window.centre.yaw + k * step);
   }
+  return yaws;
 }
 
 std::vector<CorrelativeMap::Candidate> CorrelativeMap::search(std::span<const Eigen::Vector2d> points_base,
                                                               const Window& window,
                                                               const Request& request) const {
-  Search search{window,
-                request,
-                static_cast<int>(std::ceil(window.reach_x / resolution_)),
-                static_cast<int>(std::ceil(window.reach_y / resolution_)),
-                static_cast<double>(points_base.size()),
-                {}};
-  int top = 0;
-  while (top + 1 < levels_ && (1 << top) < 2 * std::min(search.reach_x, search.reach_y)) ++top;
-  struct Root {
-    std::size_t yaw;
-    Offset shift;
-    double score;
-  };
-  std::vector<Root> roots;
-  std::vector<std::pair<double, std::vector<Offset>>> turned;
-  each_yaw(points_base, window, [&](double yaw, std::vector<Offset> cells) {
-    for (int y = -search.reach_y; y <= search.reach_y; y += 1 << top) {
-      for (int x = -search.reach_x; x <= search.reach_x; x += 1 << top) {
-        const double bound = score(cells, {x, y}, top);
-        if (bound > request.min_score) roots.push_back({turned.size(), {x, y}, bound});
-      }
-    }
-    turned.emplace_back(yaw, std::move(cells));
-  });
-  std::stable_sort(roots.begin(), roots.end(),
-                   [](const Root& a, const Root& b) { return a.score > b.score; });
-  for (const Root& root : roots) {
-    if (root.score <= search.bound()) break;
-    branch(search, turned[root.yaw].second, turned[root.yaw].first, root.shift, top);
-  }
-  return search.found;
+  WindowSearch search(*this, points_base, window, request);
+  search.advance(*this, std::numeric_limits<std::size_t>::max());
+  return search.found();
 }
 
 std::vector<CorrelativeMap::Candidate> CorrelativeMap::search_slow(
     std::span<const Eigen::Vector2d> points_base, const Window& window, const Request& request) const {
-  Search search{window,
-                request,
-                static_cast<int>(std::ceil(window.reach_x / resolution_)),
-                static_cast<int>(std::ceil(window.reach_y / resolution_)),
-                static_cast<double>(points_base.size()),
-                {}};
-  each_yaw(points_base, window, [&](double yaw, const std::vector<Offset>& cells) {
-    for (int y = -search.reach_y; y <= search.reach_y; ++y) {
-      for (int x = -search.reach_x; x <= search.reach_x; ++x) {
-        if (score(cells, {x, y}, 0) > search.bound()) branch(search, cells, yaw, {x, y}, 0);
+  WindowSearch::Places places{request, {}};
+  const int reach_x = static_cast<int>(std::ceil(window.reach_x / resolution_)),
+            reach_y = static_cast<int>(std::ceil(window.reach_y / resolution_));
+  for (const double yaw : yaws(points_base, window)) {
+    const std::vector<Offset> cells = rotated(points_base, yaw, window.centre);
+    for (int y = -reach_y; y <= reach_y; ++y) {
+      for (int x = -reach_x; x <= reach_x; ++x) {
+        const double found = score(cells, {x, y}, 0);
+        if (found > places.bound())
+          places.take(
+              {{window.centre.x + x * resolution_, window.centre.y + y * resolution_, wrap_angle(yaw)},
+               found});
       }
     }
-  });
-  return search.found;
+  }
+  return places.found;
 }
 
 }  // namespace parhelion::pose

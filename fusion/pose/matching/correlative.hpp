@@ -13,9 +13,15 @@ namespace parhelion::pose {
 
 class CorrelativeMap {
  public:
+  static constexpr double kSigmaCells = 1.2;
   /// `resolution`: m, of the grid and of the search. `sigma_cells`: of a point's likelihood.
   CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels = 7,
-                 double sigma_cells = 1.2);
+                 double sigma_cells = kSigmaCells);
+
+  /// Without what searches need above the finest level, which complete() makes: half of the work each.
+  static CorrelativeMap begun(std::span<const Eigen::Vector2d> points_map, double resolution, int levels);
+  bool is_complete() const { return grids_.size() >= static_cast<std::size_t>(levels_); }
+  void complete();
 
   struct Window {
     Pose2 centre;
@@ -45,16 +51,18 @@ class CorrelativeMap {
   double resolution() const { return resolution_; }
 
  private:
+  struct Finest {
+    double sigma_cells;
+  };
+  CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels, Finest finest);
   friend class CorrelativeSearch;
+  friend class WindowSearch;
   struct Offset {
     int x, y;
   };
-  struct Search;
   double score(const std::vector<Offset>& cells, Offset shift, int level) const;
   std::vector<Offset> rotated(std::span<const Eigen::Vector2d> points, double yaw, const Pose2& centre) const;
-  void branch(Search& search, const std::vector<Offset>& cells, double yaw, Offset shift, int level) const;
-  template <class Visit>
-  void each_yaw(std::span<const Eigen::Vector2d> points, const Window& window, Visit visit) const;
+  std::vector<double> yaws(std::span<const Eigen::Vector2d> points, const Window& window) const;
 
   double resolution_;
   double x_min_ = 0, y_min_ = 0;

@@ -100,8 +100,8 @@ std::optional<Weighed> weighed(const Surfel& surfel, const Eigen::Vector2d& offs
 
 /// The map has been seen around a point: the mean of what is near lies in the point's own cell.
 bool is_seen_around(const Surfel& surfel, const Eigen::Vector2d& point, double cell) {
-  return std::floor(point.x() / cell) == std::floor(surfel.mean.x() / cell) &&
-         std::floor(point.y() / cell) == std::floor(surfel.mean.y() / cell);
+  return cell_of(point.x(), cell) == cell_of(surfel.mean.x(), cell) &&
+         cell_of(point.y(), cell) == cell_of(surfel.mean.y(), cell);
 }
 
 /// A point on this surface shows nothing along the unit vector, but for errors of a growing map. `weight`: of

@@ -7,14 +7,6 @@
 namespace parhelion::pose {
 namespace {
 
-/// Rounded down; std::floor() is a call of the library where the processor's baseline has no instruction for
-/// it.
-std::int64_t cell_of(double v, double cell) {
-  const double cells = v / cell;
-  const auto truncated = static_cast<std::int64_t>(cells);
-  return truncated - (static_cast<double>(truncated) > cells ? 1 : 0);
-}
-
 /// Eigenvalues in ascending order and the eigenvector of the smaller one, in closed form.
 struct Axes {
   double small, large;
@@ -63,16 +55,23 @@ SurfelMap::Cell& SurfelMap::make(std::int64_t cx, std::int64_t cy) {
   const std::int64_t tx = cx >> kTileBits, ty = cy >> kTileBits;
   if (tx < tx0_ || ty < ty0_ || tx >= tx0_ + tiles_x_ || ty >= ty0_ + tiles_y_) grow(tx, ty);
   auto& tile = tiles_[static_cast<std::size_t>((ty - ty0_) * tiles_x_ + tx - tx0_)];
-  if (!tile) tile = std::make_unique<Tile>();
+  if (!tile) tile = std::make_unique<Tile>(), ++made_;
   return *find(cx, cy);
 }
 
 void SurfelMap::add(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base, double weight) {
   const double c = std::cos(T_map_base.yaw), s = std::sin(T_map_base.yaw);
+  Cell* last = nullptr;  // neighbouring beams often end in the same cell
+  std::int64_t last_cx = 0, last_cy = 0;
   for (const Eigen::Vector2d& p : points_base) {
     const Eigen::Vector2d q(T_map_base.x + c * p.x() - s * p.y(), T_map_base.y + s * p.x() + c * p.y());
     const std::int64_t cx = cell_of(q.x(), cell_), cy = cell_of(q.y(), cell_);
-    Cell& cell = make(cx, cy);
+    if (last == nullptr || cx != last_cx || cy != last_cy) {
+      last = &make(cx, cy);
+      last_cx = cx, last_cy = cy;
+      mark_stale(*last, cx, cy);
+    }
+    Cell& cell = *last;
     const double dx = q.x() - (static_cast<double>(cx) + 0.5) * cell_,
                  dy = q.y() - (static_cast<double>(cy) + 0.5) * cell_;
     cell.n += weight;
@@ -80,7 +79,6 @@ void SurfelMap::add(std::span<const Eigen::Vector2d> points_base, const Pose2& T
     cell.xx += weight * dx * dx, cell.xy += weight * dx * dy, cell.yy += weight * dy * dy;
     // Rounding must not leave residues where all points were removed.
     if (cell.n < 0.5) cell.n = cell.x = cell.y = cell.xx = cell.xy = cell.yy = 0;
-    mark_stale(cx, cy);
   }
 }
 
@@ -89,14 +87,16 @@ void SurfelMap::add(const Moments& moments) {
   cell.n += moments.n;
   cell.x += moments.x, cell.y += moments.y;
   cell.xx += moments.xx, cell.xy += moments.xy, cell.yy += moments.yy;
-  mark_stale(moments.column, moments.row);
+  mark_stale(cell, moments.column, moments.row);
 }
 
 /// The surfels that contain the cell's points.
-void SurfelMap::mark_stale(std::int64_t cx, std::int64_t cy) {
-  for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
-    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
-      if (Cell* neighbour = find(x, y)) neighbour->stale = true;
+void SurfelMap::mark_stale(Cell& cell, std::int64_t cx, std::int64_t cy) {
+  const bool inside = has_neighbours_in_tile(cx, cy);
+  for (std::int64_t y = -1; y <= 1; ++y) {
+    for (std::int64_t x = -1; x <= 1; ++x) {
+      Cell* neighbour = inside ? &cell + y * kTileCells + x : find(cx + x, cy + y);
+      if (neighbour != nullptr) neighbour->stale = true;
     }
   }
 }
@@ -140,9 +140,10 @@ void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {
   cell.valid = false;
   if (cell.n <= 0) return;
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  const bool inside = has_neighbours_in_tile(cx, cy);
   for (std::int64_t j = -1; j <= 1; ++j) {
     for (std::int64_t i = -1; i <= 1; ++i) {
-      const Cell* other = find(cx + i, cy + j);
+      const Cell* other = inside ? &cell + j * kTileCells + i : find(cx + i, cy + j);
       if (other == nullptr || other->n <= 0) continue;
       const double ox = static_cast<double>(i) * cell_, oy = static_cast<double>(j) * cell_;
       n += other->n;
@@ -179,9 +180,7 @@ const Surfel* SurfelMap::nearest(const Eigen::Vector2d& p_map) const {
   if (own != nullptr) {
     if (const Surfel* found = surfel(*own, cx, cy)) return found;
   }
-  // Most cells have all their neighbours in their own tile.
-  const std::int64_t x_in_tile = cx & kInTile, y_in_tile = cy & kInTile;
-  const bool inside = x_in_tile > 0 && x_in_tile < kInTile && y_in_tile > 0 && y_in_tile < kInTile;
+  const bool inside = has_neighbours_in_tile(cx, cy);
   if (inside && own == nullptr) return nullptr;
   const Surfel* best = nullptr;
   double best_distance = 0;

@@ -26,6 +26,14 @@ struct Surfel {
   bool thick = false;
 };
 
+/// The column or row of a coordinate: rounded down. std::floor() is a call of the library where the
+/// processor's baseline has no instruction for it.
+inline std::int64_t cell_of(double v, double cell) {
+  const double cells = v / cell;
+  const auto truncated = static_cast<std::int64_t>(cells);
+  return truncated - (static_cast<double>(truncated) > cells ? 1 : 0);
+}
+
 /// m^2, along a surface that runs evenly through the three cells that a surfel is made from.
 double through_variance(double cell);
 
@@ -34,6 +42,8 @@ class SurfelMap {
   explicit SurfelMap(double cell);  ///< m, side of a cell
 
   double cell() const { return cell_; }
+  /// Squares of cells that it has made so far: memory, and the time to clear it.
+  std::size_t tiles() const { return made_; }
   /// weight 1 adds the points, -1 removes points that were added from the same pose.
   void add(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base, double weight = 1);
   /// The surfel that explains p best: that of its own cell, or the nearest of the neighbouring cells; nullptr
@@ -66,12 +76,17 @@ class SurfelMap {
     std::vector<Cell> cells = std::vector<Cell>(std::size_t{kTileCells} * kTileCells);
   };
 
+  /// As those of most cells are.
+  static bool has_neighbours_in_tile(std::int64_t cx, std::int64_t cy) {
+    const std::int64_t x = cx & kInTile, y = cy & kInTile;
+    return x > 0 && x < kInTile && y > 0 && y < kInTile;
+  }
   Cell* find(std::int64_t cx, std::int64_t cy) const;
   Cell& make(std::int64_t cx, std::int64_t cy);
   void grow(std::int64_t tx, std::int64_t ty);
   /// nullptr: it has no points.
   const Surfel* surfel(Cell& cell, std::int64_t cx, std::int64_t cy) const;
-  void mark_stale(std::int64_t cx, std::int64_t cy);
+  void mark_stale(Cell& cell, std::int64_t cx, std::int64_t cy);
   template <class Visit>
   void for_each_cell(Visit visit) const;
   void refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const;
@@ -79,6 +94,7 @@ class SurfelMap {
   double cell_;
   std::int64_t tx0_ = 0, ty0_ = 0, tiles_x_ = 0, tiles_y_ = 0;  ///< the directory of tiles
   std::vector<std::unique_ptr<Tile>> tiles_;
+  std::size_t made_ = 0;  ///< of them
 };
 
 }  // namespace parhelion::pose

@@ -191,7 +191,9 @@ ScanTracking::Candidates ScanTracking::candidates(const Maps& maps, const ScanPo
   const Match with = several(odometry, odometry.covariance.inverse());
   Match free = match(maps.fine, scan.points, with.T_map_base, scans.T_map_base, scans_prior, options);
   const bool same = is_near(with.T_map_base, scans.T_map_base, kSame, kSameYaw);
-  if (with.explained < kSure || !same) free = lower_cost(free, several(scans, scans_prior));
+  // Where odometry and the scans so far agree, a second search could not contradict the first.
+  const bool settled = agrees && is_near(with.T_map_base, scans.T_map_base, kAgree, kAgreeYaw);
+  if (!settled && (with.explained < kSure || !same)) free = lower_cost(free, several(scans, scans_prior));
   // Of odometry that is suspected already, the motion so far need not have announced the scan's place.
   const bool possible = sanity_.is_suspected() || is_announced(free.T_map_base, scans.T_map_base, scan.stamp);
   const bool contradicted =

@@ -2,7 +2,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <vector>
+
+#include "fusion/pose/matching/scan_points.hpp"
 
 namespace parhelion::pose {
 namespace {
@@ -24,6 +29,30 @@ double sigma_towards(const Match& found, const Eigen::Vector2d& apart) {
   const Eigen::Vector2d along = apart.normalized();
   const Eigen::Matrix3d covariance = (found.information + 1e-3 * Eigen::Matrix3d::Identity()).inverse();
   return std::sqrt(along.dot(covariance.topLeftCorner<2, 2>() * along));
+}
+
+/// Of the places ahead and behind: those from which a few of the points fit best after a few iterations.
+std::array<Pose2, 3> best_starts(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base,
+                                 const Pose2& before, const Eigen::Matrix3d& prior,
+                                 const MatchOptions& options) {
+  struct Begun {
+    double cost;
+    Pose2 start;
+  };
+  std::array<Begun, 2 * std::size(kStarts)> begun;
+  MatchOptions brief = options;
+  brief.iterations = 3;
+  const std::vector<Eigen::Vector2d> few = thinned(points_base, kPoints);
+  std::size_t count = 0;
+  for (const double along : kStarts) {
+    for (const double sign : {1.0, -1.0}) {
+      const Pose2 start = before * Pose2{sign * along, 0, 0};
+      begun[count++] = {match(map, few, start, start, prior, brief).cost, start};
+    }
+  }
+  std::stable_sort(begun.begin(), begun.end(),
+                   [](const Begun& a, const Begun& b) { return a.cost < b.cost; });
+  return {begun[0].start, begun[1].start, begun[2].start};
 }
 
 }  // namespace
@@ -48,12 +77,9 @@ std::optional<Match> StuckOdometry::moved_off(const SurfelMap& map,
   // No place costs much less than one where the robot stood.
   if (standing.cost < points * standing_cost_ + kLessCost) return std::nullopt;
   Match best = standing;
-  for (const double along : kStarts) {
-    for (const double sign : {1.0, -1.0}) {
-      const Pose2 start = before * Pose2{sign * along, 0, 0};
-      const Match found = match(map, points_base, start, start, prior, options);
-      if (found.cost < best.cost) best = found;
-    }
+  for (const Pose2& start : best_starts(map, points_base, before, prior, options)) {
+    const Match found = match(map, points_base, start, start, prior, options);
+    if (found.cost < best.cost) best = found;
   }
   if (best.points < kPoints || best.explained < kExplained ||
       best.cost > std::min(kLess * standing.cost, standing.cost - kLessCost))

@@ -47,8 +47,8 @@ struct TwoVisits {
     LoopComparison comparison(0, again, window);
     int parts = 1;
     while (!comparison.step(search, submap)) ++parts;
-    EXPECT_LE(parts, 17) << "the expected place, eight others, and eight steps before, six for surroundings";
-    return comparison.closures(search, submap);
+    if (again.size() > 2) EXPECT_GT(parts, 20) << "each is a part of what was one of at most 17";
+    return comparison.closures();
   }
 };
 

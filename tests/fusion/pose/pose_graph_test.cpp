@@ -30,5 +30,25 @@ TEST(ShortestPaths, AreInfiniteWhereNoEdgeLeads) {
   EXPECT_TRUE(std::isinf(length[10]));
 }
 
+TEST(PoseGraphOptimization, GivesTheSameStepByStep) {
+  std::vector<Pose2> poses(10);
+  for (std::size_t i = 1; i < poses.size(); ++i) poses[i] = poses[i - 1] * Pose2{1, 0, 0.55};
+  const std::vector<PoseGraphEdge> edges = poses_and_a_loop();
+  PoseGraphOptimization optimization(poses, edges, 2);
+  int steps = 1;
+  for (; !optimization.step(); ++steps) ASSERT_LT(steps, 2 * 20);
+  EXPECT_GT(steps, 2) << "a step does a part of the work";
+  const std::vector<Pose2> at_once = optimize_pose_graph(poses, edges, 2);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(optimization.poses()[i].x, at_once[i].x);
+    EXPECT_EQ(optimization.poses()[i].yaw, at_once[i].yaw);
+  }
+  EXPECT_TRUE(optimization.step()) << "nothing is left";
+}
+
+TEST(PoseGraphOptimization, OfOnePoseHasNothingToDo) {
+  EXPECT_TRUE(PoseGraphOptimization({{1, 2, 3}}, {}, 2).step());
+}
+
 }  // namespace
 }  // namespace parhelion::pose

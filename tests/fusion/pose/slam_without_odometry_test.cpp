@@ -131,7 +131,7 @@ TEST(OdometryByScans, GoesOnWhereItsMapIsBegunAnew) {
   ASSERT_GT(driven, 60) << "keyframes are 0.15 m or 0.1 rad apart, and a map has 200 of them";
 }
 
-TEST(OdometryByScans, SaysNothingOfAScanWithoutReturnsBeforeTheFirst) {
+TEST(OdometryByScans, GivesNothingForAScanWithoutReturnsBeforeTheFirst) {
   const RobotDescription robot = test::robot_with_laser();
   OdometryByScans by_scans(robot);
   Scan scan;
