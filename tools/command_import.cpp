@@ -23,7 +23,7 @@ constexpr const char* kFooter =
     "and always later than the one before.\n\n"
     "Exit code 1 if the recording is cut off or damaged: the end of a bag, a rawlog or a compressed log, a "
     "line that is\n"
-    "not complete, an image that cannot be read. OUT then has what could be read.";
+    "not complete, an image of an RGB-D folder that cannot be read. OUT then has what could be read.";
 
 /// "SCAN=/scan,CAMERA=none" as CLI11 splits it.
 bool parse_topics(const std::vector<std::string>& assignments, ImportOptions& options) {

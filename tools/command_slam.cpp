@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <optional>
 
@@ -120,7 +122,6 @@ class LiveSlam {
                                             {options_.own(channel::kImu), 1000},
                                             {options_.scan_channel, 5},
                                             {options_.own(channel::kRobot), 1}}) {
-      if (channel == options_.odometry_channel && !options_.slam.has_odometry) continue;
       if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
     }
     std::signal(SIGINT, ask_to_stop);
@@ -176,11 +177,25 @@ class LiveSlam {
     }
     if (message.channel == options_.odometry_channel) {
       Odometry odometry;
-      if (read(message, odometry)) slam_->add(odometry);
+      if (!read(message, odometry)) return {};
+      if (options_.slam.has_odometry)
+        slam_->add(odometry);
+      else
+        warn_of_other(odometry);
       return {};
     }
     Scan scan;
     return read(message, scan) ? answer(scan) : Status{};
+  }
+
+  /// What this program has published comes back to it.
+  void warn_of_other(const Odometry& odometry) {
+    if (warned_ || std::find(made_.begin(), made_.end(), odometry.stamp) != made_.end()) return;
+    warned_ = true;
+    std::fprintf(stderr,
+                 "parhelion slam: %s: another program publishes odometry, too; if it is the robot's, omit "
+                 "--no-odometry\n",
+                 options_.odometry_channel.c_str());
   }
 
   void print_new_findings() {
@@ -201,6 +216,9 @@ class LiveSlam {
       state_ = word->state;
     }
     if (const auto odometry = slam_->odometry_by_scans()) {
+      constexpr std::size_t kRemembered = 100;
+      made_.push_back(odometry->stamp);
+      if (made_.size() > kRemembered) made_.pop_front();
       encode(*odometry, bytes_);
       if (Status sent = bus_->publish(options_.odometry_channel, bytes_); !sent) return sent;
     }
@@ -225,7 +243,8 @@ class LiveSlam {
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<pose::Slam> slam_;
   std::vector<std::uint8_t> bytes_;
-  bool asked_for_robot_ = false;
+  bool asked_for_robot_ = false, warned_ = false;
+  std::deque<SensorTime> made_;     ///< stamps of the odometry that was published last
   std::optional<SlamState> state_;  ///< the last that was printed
   std::size_t printed_ = 0;         ///< findings
 };

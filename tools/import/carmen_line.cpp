@@ -30,6 +30,7 @@ class Tokens {
     fail("the line ends after " + std::to_string(tokens_.size()) + " words");
     return {};
   }
+  bool at_end() const { return next_ == tokens_.size(); }
   double number(const char* what) {
     const std::string_view text = token();
     double value = 0;
@@ -177,7 +178,7 @@ Result<CarmenLine> parse_tokens(Tokens& tokens) {
   if (kind == "TRUEPOS") return parse_true_pose(tokens);
   if (kind == "PARAM") {
     CarmenParameter parameter{std::string(tokens.token()), {}};
-    parameter.value = tokens.token();
+    if (!tokens.at_end()) parameter.value = tokens.token();
     return done(tokens, std::move(parameter));
   }
   return CarmenLine(CarmenOther{kind.substr(0, 40)});

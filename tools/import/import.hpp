@@ -56,7 +56,7 @@ struct ImportReport {
   std::vector<ChannelReport> channels;            ///< in order of first appearance
   std::map<std::string, std::uint64_t> left_out;  ///< readable, but of a kind or topic that is not imported
   std::uint64_t refused = 0;
-  std::vector<Refusal> refusals;   ///< the first twenty
+  std::vector<Refusal> refusals;   ///< at most twenty, and five for one reason
   std::uint64_t damaged = 0;       ///< of the refused: places where the source is cut off or damaged
   std::vector<std::string> notes;  ///< assumptions that were made
   /// Implausibly late stamps; their events get the arrival time right after the previous one.

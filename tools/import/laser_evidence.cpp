@@ -84,7 +84,8 @@ RangeConvention LaserEvidence::convention(std::vector<std::string>& notes) const
   convention.range_max = range_max;
   if (range_max <= 0) {
     convention.range_max = longest_;
-    notes.push_back("maximum range is the longest observed, " + length_text(longest_));
+    notes.push_back("maximum range is the longest observed, " + length_text(longest_) +
+                    "; give the description the sensor's own");
   }
   std::uint64_t largest = 0;
   const auto candidate = [&](std::uint64_t count, Sentinel kind, float value) {

@@ -220,7 +220,8 @@ void RecordingWriter::refuse_at(Refusal refusal) {
   constexpr std::ptrdiff_t kPlacesOfOneReason = 5;
   std::vector<Refusal>& listed = state_->report.refusals;
   const auto same = [&](const Refusal& other) { return other.why == refusal.why; };
-  if (std::count_if(listed.begin(), listed.end(), same) >= kPlacesOfOneReason)
+  const auto places = std::count_if(listed.begin(), listed.end(), same);
+  if (places >= kPlacesOfOneReason || (places > 0 && listed.size() >= kMaxRefusalsListed))
     ++std::find_if(listed.rbegin(), listed.rend(), same)->more;
   else if (listed.size() < kMaxRefusalsListed)
     listed.push_back(std::move(refusal));

@@ -144,7 +144,11 @@ double slope_of(const std::vector<Plate>& plates, std::span<const std::uint32_t>
     squares += d.head<2>() * d.head<2>().transpose();
     with_height += d.head<2>() * d.z();
   }
-  if (squares.determinant() < 1e-3 * squares(0, 0) * squares(1, 1)) return 0;
+  const double one_row = 0.1 * cell * cell * static_cast<double>(members.size());
+  if (squares.diagonal().minCoeff() < one_row ||
+      squares.determinant() < 1e-3 * squares(0, 0) * squares(1, 1)) {
+    return 0;
+  }
   return (squares.inverse() * with_height).norm();
 }
 

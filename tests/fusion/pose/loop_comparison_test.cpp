@@ -47,7 +47,9 @@ struct TwoVisits {
     LoopComparison comparison(0, again, window);
     int parts = 1;
     while (!comparison.step(search, submap)) ++parts;
-    if (again.size() > 2) EXPECT_GT(parts, 20) << "each is a part of what was one of at most 17";
+    if (again.size() > 2) {
+      EXPECT_GT(parts, 20) << "each is a part of what was one of at most 17";
+    }
     return comparison.closures();
   }
 };

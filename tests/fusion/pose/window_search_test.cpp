@@ -12,18 +12,18 @@
 namespace parhelion::pose {
 namespace {
 
-std::vector<Eigen::Vector2d> seen_from(const Pose2& pose, std::uint32_t seed) {
+std::vector<Eigen::Vector2d> points_seen_from(const Pose2& pose, std::uint32_t seed) {
   std::mt19937 random(seed);
   const RobotDescription robot = test::robot_with_laser();
   const Scan scan = test::scan_from(test::ring_building(), robot, pose, {}, {}, random);
   return deskewed(scan, *robot.laser, {}).points;
 }
 
-std::vector<Eigen::Vector2d> building() {
+std::vector<Eigen::Vector2d> corridor_points() {
   std::vector<Eigen::Vector2d> points;
   for (double x = 1; x < 11; x += 0.5) {
     const Pose2 place{x, 1.3, 0};
-    for (const Eigen::Vector2d& p : seen_from(place, 5)) points.push_back(place * p);
+    for (const Eigen::Vector2d& p : points_seen_from(place, 5)) points.push_back(place * p);
   }
   return points;
 }
@@ -42,9 +42,9 @@ void expect_same(const std::vector<WindowSearch::Candidate>& a,
 }
 
 TEST(WindowSearch, DoesNotDependOnItsParts) {
-  const CorrelativeMap map(building(), 0.1, 6);
+  const CorrelativeMap map(corridor_points(), 0.1, 6);
   const Pose2 truth{6, 1.4, 0.1};
-  const auto points = thinned(seen_from(truth, 7), 60);
+  const auto points = thinned(points_seen_from(truth, 7), 60);
   const WindowSearch::Window window{truth * Pose2{0.4, -0.3, 0.05}, 1.5, 1.5, 0.4};
   const auto at_once = map.search(points, window, kSeveral);
   ASSERT_GT(at_once.size(), 1U);
@@ -58,9 +58,9 @@ TEST(WindowSearch, DoesNotDependOnItsParts) {
 }
 
 TEST(WindowSearch, FindsTheBestPlaceOfAnExhaustiveSearch) {
-  const CorrelativeMap map(building(), 0.1, 6);
+  const CorrelativeMap map(corridor_points(), 0.1, 6);
   for (const Pose2& truth : {Pose2{4, 1.4, 0.1}, {8, 1.2, -0.2}}) {
-    const auto points = thinned(seen_from(truth, 7), 60);
+    const auto points = thinned(points_seen_from(truth, 7), 60);
     const WindowSearch::Window window{truth * Pose2{-0.3, 0.2, 0.1}, 0.9, 0.9, 0.3};
     WindowSearch search(map, points, window, {});
     ASSERT_TRUE(search.advance(map, std::numeric_limits<std::size_t>::max()));
@@ -72,14 +72,14 @@ TEST(WindowSearch, FindsTheBestPlaceOfAnExhaustiveSearch) {
 }
 
 TEST(CorrelativeMap, IsTheSameInTwoParts) {
-  const auto points_map = building();
+  const auto points_map = corridor_points();
   const CorrelativeMap whole(points_map, 0.1, 6);
   CorrelativeMap parts = CorrelativeMap::begun(points_map, 0.1, 6);
   EXPECT_TRUE(whole.is_complete());
   EXPECT_FALSE(parts.is_complete());
   parts.complete();
   EXPECT_TRUE(parts.is_complete());
-  const auto points = thinned(seen_from({6, 1.4, 0.1}, 7), 60);
+  const auto points = thinned(points_seen_from({6, 1.4, 0.1}, 7), 60);
   const WindowSearch::Window window{{5.8, 1.3, 0}, 1.5, 1.5, 0.4};
   const auto found = whole.search(points, window, kSeveral);
   ASSERT_FALSE(found.empty());

@@ -1,4 +1,4 @@
-// Further kinds of hard site, one a file. Each draws its site with the pen that it is given.
+// Further kinds of hard site, one per file. Each draws its site with the pen that it is given.
 #pragma once
 
 #include "tests/mean_sites/mean_site.hpp"

@@ -170,7 +170,7 @@ class StrangersTest : public test::LoopTest {
       Event event;
       ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
       events_.push_back(event);
-      if (event.request == kStop) stopped_ = event.kind == EventKind::command_accepted;
+      if (event.request == kStop && event.kind == EventKind::command_accepted) stopped_ = true;
     } else if (message.channel == channel::kMrCmd) {
       TwistCommand command;
       ASSERT_TRUE(decode(message.channel, message.payload, command).ok());
