@@ -46,7 +46,7 @@ RosBytes odometry_as_tf(std::uint32_t seconds) {
   return bytes;
 }
 
-ImportReport imported(const WrittenBag& bag, const TemporaryFolder& folder) {
+ImportReport imported_odd(const WrittenBag& bag, const TemporaryFolder& folder) {
   bag.write(folder / "in.bag");
   auto options = test::import_options(folder / "in.bag", folder / "out.lcm");
   options.overwrite = true;
@@ -61,7 +61,7 @@ TEST(ImportOddBags, LimitsThatAreNotFiniteAreThoseThatTheScansShow) {
     const TemporaryFolder folder;
     WrittenBag bag;
     bag.add("/scan", "sensor_msgs/LaserScan", 100, laser_scan(100, limit, limit));
-    EXPECT_THAT(imported(bag, folder).notes, Contains(HasSubstr("longest observed, 5"))) << limit;
+    EXPECT_THAT(imported_odd(bag, folder).notes, Contains(HasSubstr("longest observed, 5"))) << limit;
     const RobotDescription robot = ImportedLog(folder / "out.lcm").robot();  // which can be read again
     EXPECT_EQ(robot.laser->convention.range_max, 5) << limit;
   }
@@ -99,7 +99,7 @@ TEST(ImportOddBags, ADamagedScanOfSeveralEchoesIsRefused) {
   bag.add("/echoes", "sensor_msgs/MultiEchoLaserScan", 100, huge);
   bag.add("/echoes", "sensor_msgs/MultiEchoLaserScan", 101, empty);
   bag.add("/odom", "nav_msgs/Odometry", 101, wheel_odometry(101, 1));
-  EXPECT_EQ(imported(bag, folder).refused, 2U);
+  EXPECT_EQ(imported_odd(bag, folder).refused, 2U);
 }
 
 TEST(ImportOddBags, OdometryThatCannotBeReadIsTakenFromTf) {
@@ -110,7 +110,7 @@ TEST(ImportOddBags, OdometryThatCannotBeReadIsTakenFromTf) {
     bag.add("/tf", "tf2_msgs/TFMessage", t, odometry_as_tf(t));
     bag.add("/scan", "sensor_msgs/LaserScan", t, laser_scan(t));
   }
-  const ImportReport report = imported(bag, folder);
+  const ImportReport report = imported_odd(bag, folder);
   EXPECT_THAT(report.notes, Contains(HasSubstr("ODOMETRY is tf:odom->base_link")));
   EXPECT_THAT(report.notes, Contains(HasSubstr("/odom: no message of it can be read")));
   EXPECT_EQ(report.refused, 0U);
@@ -124,7 +124,7 @@ TEST(ImportOddBags, OfMessagesThatAreRefusedForOneReasonTheFirstAreListed) {
     bag.add("/odom", "nav_msgs/Odometry", t, wheel_odometry(t, 0));
     bag.add("/scan", "sensor_msgs/LaserScan", t, laser_scan(t));
   }
-  const ImportReport report = imported(bag, folder);
+  const ImportReport report = imported_odd(bag, folder);
   EXPECT_EQ(report.refused, 30U);
   EXPECT_EQ(report.refusals.size(), 5U);
   const std::vector<std::string> lines = findings(report);
@@ -140,7 +140,7 @@ TEST(ImportOddBags, ScansOfAnotherClockAreNoted) {
     bag.add("/odom", "nav_msgs/Odometry", t, wheel_odometry(t - 1, 1));  // is a second old when it arrives
     bag.add("/scan", "sensor_msgs/LaserScan", t, laser_scan(t - 991));
   }
-  const ImportReport report = imported(bag, folder);
+  const ImportReport report = imported_odd(bag, folder);
   EXPECT_THAT(report.notes, Contains(HasSubstr("SCAN: stamps are 990.0 s behind those of ODOMETRY")));
   EXPECT_THAT(report.notes, Not(Contains(HasSubstr("stamp_beam"))));
 }

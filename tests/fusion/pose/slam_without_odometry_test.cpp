@@ -12,9 +12,11 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kInterval = 0.05 / 361;  // s
+constexpr double kBeamInterval = 0.05 / 361;  // s
 
-test::SweptDrive drive(std::uint32_t seed) { return test::swept_drive(seed, kInterval, kInterval, 0, 1); }
+test::SweptDrive drive(std::uint32_t seed) {
+  return test::swept_drive(seed, kBeamInterval, kBeamInterval, 0, 1);
+}
 
 /// The largest distance from the truth, m; the map's origin is where the robot was at the first scan.
 double largest_error(const std::vector<Pose2>& found, const test::SweptDrive& drive) {
@@ -110,7 +112,7 @@ TEST(SlamWithoutOdometryByMrpt, IcpSlamMapsWithOdometryOfScans) {
 }
 
 TEST(OdometryByScans, GoesOnWhereItsMapIsBegunAnew) {
-  const test::SweptDrive drive = test::swept_drive(54, kInterval, kInterval, 0, 4);
+  const test::SweptDrive drive = test::swept_drive(54, kBeamInterval, kBeamInterval, 0, 4);
   OdometryByScans by_scans(drive.robot);
   std::vector<Pose2> found;
   for (const test::DriveInput& input : drive.inputs) {

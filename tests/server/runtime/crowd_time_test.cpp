@@ -29,7 +29,7 @@ TEST(CrowdTime, TheWarningNamesStepTimeAndHowManyAgentsFit) {
   const auto warning = slow_crowd(scenario, {500, 0.5e-3});
   ASSERT_TRUE(warning);
   EXPECT_THAT(*warning, HasSubstr("10000 agents is expected to take at least 10 ms"));
-  EXPECT_THAT(*warning, HasSubstr("4.2 ms are there"));
+  EXPECT_THAT(*warning, HasSubstr("4.2 ms are available"));
   const std::size_t fit = number_after(*warning, "at most "),
                     rate = number_after(*warning, "physics_rate of ");
   scenario.max_agents = fit;
