@@ -197,7 +197,7 @@ void LiveLoops::close(const std::vector<Keyframe>& keyframes) {
   for (std::size_t node : nodes_) before.push_back(poses_[node]);
   std::vector<PoseGraphEdge> edges = chain_;
   edges.insert(edges.end(), loops_.begin(), loops_.end());
-  closing_.emplace(PoseGraphOptimization(before, std::move(edges), 2), before, revisited);
+  closing_.emplace(Closing{PoseGraphOptimization(before, std::move(edges), 2), before, revisited});
 }
 
 std::optional<LoopCorrection> LiveLoops::optimize(const std::vector<Keyframe>& keyframes) {
