@@ -30,7 +30,7 @@ TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAFreePlace) {
   const RealRobotState real = real_at(0, 0);
   const std::string message = refusal(simulation, agent("crate", AgentKind::box, 0.1, 0), real);
   EXPECT_THAT(message, HasSubstr("crate"));
-  EXPECT_THAT(message, HasSubstr("on the real robot"));
+  EXPECT_THAT(message, HasSubstr("on a trainee's robot"));
   const Eigen::Vector2d p = suggested(message);
   EXPECT_LT(p.norm(), 1.0);
   EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, p.x(), p.y()), real).ok());
