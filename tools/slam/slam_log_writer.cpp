@@ -44,15 +44,16 @@ class SlamLogWriter {
     std::vector<std::uint8_t> bytes;
     if (output.odometry) {
       encode(*output.odometry, bytes);
-      const ArrivalTime before = output.arrival - microseconds(1);
-      if (Status written = writer.write(options_.odometry_channel, before, bytes); !written) return written;
+      if (Status written = writer.write(options_.odometry_channel, output.arrival, bytes); !written)
+        return written;
     }
+    const ArrivalTime arrival = output.odometry ? output.arrival + microseconds(1) : output.arrival;
     encode(output.estimate, bytes);
-    if (Status written = writer.write(options_.own(channel::kPoseCov), output.arrival, bytes); !written)
+    if (Status written = writer.write(options_.own(channel::kPoseCov), arrival, bytes); !written)
       return written;
     if (output.estimate.state != SlamState::tracking) return {};  // POSE cannot represent this state
     encode(PoseStamped{output.estimate.stamp, output.estimate.T_map_base}, bytes);
-    return writer.write(options_.own(channel::kPose), output.arrival + microseconds(1), bytes);
+    return writer.write(options_.own(channel::kPose), arrival + microseconds(1), bytes);
   }
 
   Status write_to(const std::string& path) {

@@ -197,7 +197,8 @@ void LiveLoops::close(const std::vector<Keyframe>& keyframes) {
   for (std::size_t node : nodes_) before.push_back(poses_[node]);
   std::vector<PoseGraphEdge> edges = chain_;
   edges.insert(edges.end(), loops_.begin(), loops_.end());
-  closing_.emplace(Closing{PoseGraphOptimization(before, std::move(edges), 2), before, revisited});
+  closing_.emplace(
+      Closing{PoseGraphOptimization(before, std::move(edges), 2), before, revisited, keyframes.size()});
 }
 
 std::optional<LoopCorrection> LiveLoops::optimize(const std::vector<Keyframe>& keyframes) {
@@ -224,7 +225,7 @@ LoopCorrection LiveLoops::correction(const std::vector<Keyframe>& keyframes) {
   for (Submap& submap : submaps_) {
     if (!submap.complete) submap.surfels.reset();  // the rest is somewhere else now
   }
-  const LoopCorrection result{poses_, closing_->revisited};
+  const LoopCorrection result{poses_, closing_->revisited, closing_->keyframes};
   closing_.reset();
   return result;
 }

@@ -62,7 +62,7 @@ class LiveLoops {
   struct Closing {
     PoseGraphOptimization graph;
     std::vector<Pose2> before;
-    std::size_t revisited;
+    std::size_t revisited, keyframes;
   };
   std::optional<Closing> closing_;
   std::size_t next_stretch_ = 0;  ///< first keyframe that is not in a submap yet

@@ -37,7 +37,7 @@ SlamFrontEnd::Estimate OdometryByScans::follow(Track& track, const Scan& scan) c
 void OdometryByScans::renew(const Scan& scan) {
   if (next_) {
     follow(*next_, scan);
-    if (next_->scans < kScansUntilMotionIsKnown) return;
+    if (next_->scans < kScansUntilMotionIsKnown || next_->front_end->keyframes().empty()) return;
     now_ = std::move(*next_);
     next_.reset();
   } else if (now_.front_end->keyframes().size() >= kKeyframes) {
@@ -49,7 +49,7 @@ void OdometryByScans::renew(const Scan& scan) {
 std::optional<Odometry> OdometryByScans::add(const Scan& scan) {
   const SlamFrontEnd::Estimate estimate = follow(now_, scan);
   if (now_.front_end->keyframes().empty()) return std::nullopt;
-  if (now_.front_end->is_displaced() || estimate.state == SlamState::lost) {
+  if (estimate.state == SlamState::lost) {
     next_.reset();
     now_ = begin();
     follow(now_, scan);

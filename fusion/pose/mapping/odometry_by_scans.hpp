@@ -20,8 +20,8 @@ class OdometryByScans {
 
   /// Roll and pitch are taken out of scans.
   void add_inertial(const ImuSample& sample) { attitude_.add(sample); }
-  /// At the scan's stamp, from where the first scan was. nullopt for a scan without returns. A robot that is
-  /// picked up seems to stand still while it is carried.
+  /// At the scan's stamp, from where the first scan was. nullopt for a scan without returns. Nothing
+  /// notices that a robot is picked up.
   std::optional<Odometry> add(const Scan& scan);
 
  private:

@@ -281,6 +281,7 @@ void SlamFrontEnd::go_on_in_new_ground(const ScanPoints& scan) {
   came_unmeasured_ =
       came_unmeasured_ || std::sqrt(std::max(path_covariance(0, 0), path_covariance(1, 1))) > kUnsureSigma;
   covariance_ = diagonal(kLoopSigma, kLoopYawSigma);
+  broken_at_ = keyframes_.size();
   keep(scan, 1);
   keyframes_.back().drift += path_covariance;
   matched_ = scan.stamp;
@@ -320,6 +321,7 @@ void SlamFrontEnd::found(const Pose2& T_map_base, const ScanPoints& scan) {
       });
   const Eigen::Matrix3d drift = nearest->drift + covariance_;
   unseen_ = nearest->unseen;
+  broken_at_ = keyframes_.size();
   keep(scan, check_.usually_explained());
   keyframes_.back().drift = drift;
   heading_.restart(keyframes_);
@@ -459,7 +461,9 @@ void SlamFrontEnd::update_local_map() {
 
 void SlamFrontEnd::correct(const LoopCorrection& correction) {
   new_ground_.forget();
-  came_unmeasured_ = false;
+  // A loop that was seen before the path broke says nothing of the way to here.
+  const bool covers_path = correction.known_until > broken_at_;
+  if (covers_path) came_unmeasured_ = false;
   const Pose2 T_keyframe_base = keyframes_.back().T_map_base.inverse() * pose_;
   const Pose2 before = pose_;
   for (std::size_t i = 0; i < keyframes_.size(); ++i) keyframes_[i].T_map_base = correction.poses[i];
@@ -467,11 +471,13 @@ void SlamFrontEnd::correct(const LoopCorrection& correction) {
   const Eigen::Vector3d loop(kLoopSigma, kLoopSigma, kLoopYawSigma);
   const Eigen::Matrix3d loop_covariance = loop.cwiseAbs2().asDiagonal();
   Eigen::Matrix3d& drift = keyframes_.back().drift;
-  learn_drift({pose_.x - before.x, pose_.y - before.y, wrap_angle(pose_.yaw - before.yaw)},
-              drift + drift_by_odometry(unseen_) + loop_covariance);
+  if (covers_path)
+    learn_drift({pose_.x - before.x, pose_.y - before.y, wrap_angle(pose_.yaw - before.yaw)},
+                drift + drift_by_odometry(unseen_) + loop_covariance);
   const Keyframe& revisited = keyframes_[correction.revisited];
   const Eigen::Matrix3d found = revisited.drift + loop_covariance;
-  if ((found + drift_by_odometry(revisited.unseen)).trace() < (drift + drift_by_odometry(unseen_)).trace()) {
+  if (covers_path &&
+      (found + drift_by_odometry(revisited.unseen)).trace() < (drift + drift_by_odometry(unseen_)).trace()) {
     drift = found;
     unseen_ = keyframes_.back().unseen = revisited.unseen;
   }

@@ -29,6 +29,7 @@ namespace parhelion::pose {
 struct LoopCorrection {
   std::vector<Pose2> poses;
   std::size_t revisited = 0;
+  std::size_t known_until = 0;  ///< keyframes that there were when the loop was seen
 };
 
 class SlamFrontEnd {
@@ -129,6 +130,7 @@ class SlamFrontEnd {
   UnmeasuredMotion unmeasured_;
   NewGround new_ground_;
   bool came_unmeasured_ = false;  ///< to this part of the map, over ground that nothing measured
+  std::size_t broken_at_ = 0;     ///< first keyframe after the last place where nothing measured the way
   WeakMotion weak_motion_;        ///< since the last keyframe, map frame
   Eigen::Matrix3d drift_per_metre_ = Eigen::Matrix3d::Zero();  ///< x, y, yaw, map frame; at the last keyframe
   /// Sums over the loops so far: squared corrections in sigmas of the drift that was expected, and
